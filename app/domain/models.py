@@ -12,6 +12,7 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
 
+from app.domain import names
 from app.domain.message import Message, message, render
 from app.domain.robot import IdentifiedBy, QueueItem, RobotStatus
 
@@ -286,6 +287,11 @@ class Execution:
     ended_at: datetime | None = None
     duration_s: float | None = None      # by the robot's own clock
     robot_delay_s: float | None = None   # robot's started − ordered
+
+    @property
+    def given_name(self) -> str:
+        """Its schedule's, where a person has given one; "" where that says what it does where."""
+        return names.given_to_schedule(self.schedule, self.mission, self.robot_group or self.robot)
 
 
 class Connection(StrEnum):

@@ -68,6 +68,11 @@ def is_of_schedule(name: str, mission: str, robot: str) -> bool:
     return name in (_of_schedule(mission, robot, 1), _of_schedule(mission, robot, int(number)) if is_numbered else "")
 
 
+def given_to_schedule(name: str, mission: str, robot: str) -> str:
+    """``name`` as a person has given it; "" where ``of_schedule`` makes it: its number would read as part of the robot's name."""
+    return "" if is_of_schedule(name, mission, robot) else name
+
+
 def _is_unwanted(character: str) -> bool:
     return unicodedata.category(character) in _UNWANTED or character in _BLANK
 

@@ -52,6 +52,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
                          ((), "Its previous run was still under way")),
     ReasonCode.HOLD: ((("hold", "until"), "Held back until {until_with_date}: {hold}"), (("until",), "Held back until {until_with_date}"),
                       (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
+                      (("skipped_at",), "Skipped by a person on {skipped_at_with_date}"),
                       ((), "Skipped or held back by a person")),
     ReasonCode.FINISH_BY: ((("finish_by",), "It could not be done by {finish_by}"), ((), "It could not be done in time")),
     ReasonCode.PLACE_BUSY: ((("place", "until"), "{place} was full until {until}"), ((), "A place that it uses stayed full")),
@@ -90,7 +91,7 @@ _UNDER_WAY: Mapping[State, str] = MappingProxyType({
     State.EXECUTING: "Running on the robot",
 })
 
-_INSTANTS = frozenset({"until", "paused_until", "start", "end", "planned_at", "closes_at", "finish_by", "before"})
+_INSTANTS = frozenset({"until", "paused_until", "skipped_at", "start", "end", "planned_at", "closes_at", "finish_by", "before"})
 _FILLED_IN = re.compile(r"\{\w+\}")
 _LONGEST = 400                                               # characters of a text that came from elsewhere
 

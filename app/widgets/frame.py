@@ -18,8 +18,8 @@ SETTLES = 0.5                            # s after the page has moved, in which 
 
 
 class TopBar(Toned, MDTopAppBar):
-    """Name of the screen, date and time, the bell, and the selected robot with its connection; a tap on the robot fires
-    ``on_pick_robot``, one on the bell ``on_list_alarms``.
+    """Name of the screen, date and time, the selected robot with its connection, and the bell, which keeps its place; a tap on the robot
+    fires ``on_pick_robot``, one on the bell ``on_list_alarms``.
 
     ``help_count`` says how many robots need a person. Without enough room (``narrow``) the date is left out; long names of robots wrap.
     """
@@ -56,7 +56,7 @@ class AlarmBanner(TonedSurface):
     (``on_solve``). A tap on the sentence or on that number fires ``on_list_alarms``.
 
     Sentence and note have ``most_lines`` together, of which one is the note's, as that says what to do; a ``narrow`` one leaves out the
-    number, which the bell shows too; an ``urgent`` one is larger."""
+    number, which the bell shows too; an ``urgent`` one is larger. A ``calm`` one, which was acknowledged, is outlined instead of filled."""
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()
@@ -65,6 +65,7 @@ class AlarmBanner(TonedSurface):
     most_lines = NumericProperty(3)
     narrow = BooleanProperty(False)
     urgent = BooleanProperty(False)
+    calm = BooleanProperty(False)
 
     __events__ = ("on_solve", "on_list_alarms")
 
@@ -173,6 +174,7 @@ class Frame(Surface):
     alarm_others = StringProperty()
     alarm_action = StringProperty()
     alarm_urgent = BooleanProperty(False)
+    alarm_calm = BooleanProperty(False)
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
     items = ListProperty()

@@ -211,8 +211,8 @@ class ScrollPage(CalmScroll):
 class ScrollRows(FloatLayout):
     """``Rows`` that scroll and come to rest on whole rows, for up to some dozens.
 
-    ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width while they fit; when
-    they don't, an arrow at each end scrolls by a page, which is easier with gloves.
+    ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width; when not all fit, as
+    many as do, and an arrow at each end scrolls by a page, which is easier with gloves.
     """
     viewclass = StringProperty()
     data = ListProperty()
@@ -252,12 +252,20 @@ class ScrollRows(FloatLayout):
         left, bottom = scroll_x * max(0, rows[0] - scroll[0]), scroll_y * max(0, rows[1] - scroll[1])
         return left, bottom, left + scroll[0], bottom + scroll[1]
 
+    def width_of_strip(self, seen: float, needed: float) -> float:
+        """Of all rows of a strip, none of which is cut where what is ``seen`` of it (px) ends. ``needed``: by all rows at least, px."""
+        if needed <= seen or self.direction == "y":
+            return seen
+        rows = self.ids.rows.children
+        at_once = max(1, int((seen + self.spacing) / (max(row.size_hint_min_x or 0 for row in rows) + self.spacing)))
+        return (seen + self.spacing) * len(rows) / at_once - self.spacing
+
     def turn(self, direction: int) -> None:
-        """Show the next (1) or the previous (-1) part of a strip, including the row that was cut off at the edge."""
+        """Show the next (1) or the previous (-1) rows of a strip."""
         scroll, rows = self.ids.scroll, self.ids.rows
         hidden = rows.width - scroll.width
         if hidden > 0:
-            step = max(scroll.width - dp(140), scroll.width / 2) / hidden
+            step = (scroll.width + self.spacing) / hidden
             Animation(scroll_x=min(1., max(0., scroll.scroll_x + direction * step)), d=.2, t="out_quad").start(scroll)
 
     def _fit_whole(self, *_):

@@ -1,6 +1,8 @@
 """A month whose days show whether they are working days, days off, closed days or extra working days; a day can be tapped."""
+from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import Chart
 from app.widgets.surfaces import Tap
@@ -9,10 +11,14 @@ from app.widgets.tokens import tk
 STATUSES = ("work", "free", "closed", "extra")
 
 
-class DayBackground(Chart):
-    """Behind the number of a day: hatched where no work is done, with a border where that is an exception to the week."""
+class DayFace(Chart):
+    """What a day shows, in one drawing: a month has 42 of them. Hatched where no work is done, with a border where that is an exception to
+    the week; its number, and an icon beside it."""
+    number = StringProperty()
     status = OptionProperty("work", options=STATUSES)
-    watch = ("status",)
+    icon = StringProperty()
+    today = BooleanProperty(False)
+    watch = ("number", "status", "icon", "today")
 
     def draw(self):
         box = (*self.pos, *self.size)
@@ -24,6 +30,15 @@ class DayBackground(Chart):
         elif self.status == "extra":
             self.box(*box, tk.accent_bg)
             self.box(*box, tk.accent, ring=1)
+        self._draw_number()
+
+    def _draw_number(self):
+        extra, sign = self.status == "extra", md_icons[self.icon] if self.icon else ""
+        ink = tk.accent_on if extra else tk.accent if self.today else tk.ink if self.status == "work" else tk.ink2
+        room = dp(2) + self.width_of(sign, 14, "Icons") if sign else 0
+        left = self.center_x - (self.width_of(self.number, 16, "RobotoMedium") + room) / 2
+        left += dp(2) + self.text(self.number, left, self.center_y, ink, 16, font="RobotoMedium")
+        self.text(sign, left, self.center_y, tk.accent_on if extra else tk.ink2, 14, font="Icons")
 
 
 class MonthDay(Tap):

@@ -23,6 +23,8 @@ class RobotChip(Row, TonedTap):
     battery_fg = late_color((0, 0, 0, 1))
     icon_fg = late_color((0, 0, 0, 1))
     selected = BooleanProperty(False)
+    small = BooleanProperty(False)       # where three have little room
+    least = ListProperty([0, 0, 0, 0])   # px: width, and what is beside the name, the word and the battery
 
     def retone(self, *_):
         super().retone()
@@ -34,6 +36,13 @@ class RobotChip(Row, TonedTap):
 
     def on_release(self):
         self.act("choose")
+
+
+class SmallRobotChip(RobotChip):
+    """The same, its icon beside the word."""
+
+    def __init__(self, **kwargs):
+        super().__init__(small=True, **kwargs)
 
 
 class QueueRow(RecycledRow, BoxLayout):

@@ -3,7 +3,8 @@ from kivy.metrics import dp
 from kivy.properties import OptionProperty
 
 from app.widgets.chart import Chart
-from app.widgets.timeline_painting import TOKENS, colours, paint_look
+from app.widgets.timeline_bars import paint_look
+from app.widgets.timeline_painting import TOKENS, colours
 from app.widgets.tokens import tk
 
 SWATCHES = (*TOKENS, "typed", "charging", "overlap", "closed", "accent", "accent_mid", "track", "attention_solid", "fault_solid",

@@ -5,7 +5,6 @@ new drawing of crowded lanes is made a few lanes a frame, and takes the place of
 """
 import math
 from collections.abc import Iterator
-from itertools import islice
 
 from kivy.clock import Clock
 from kivy.metrics import dp
@@ -14,8 +13,9 @@ from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.widget import Widget
 
 from app.widgets.chart import Chart
+from app.widgets.timeline_bars import paint_lifted
 from app.widgets.timeline_drawing import Box, Drawing
-from app.widgets.timeline_painting import AXIS, FOLD, Frame, paint_lifted
+from app.widgets.timeline_painting import AXIS, FOLD, Frame
 
 AT_ONCE = 2000           # bars that are drawn in one frame
 NEAR_END = .15           # of what is seen: so near to the end of a drawing a new one is begun
@@ -212,7 +212,8 @@ class Timeline(Chart):
         folds = [("on_fold", start, (self.left_of(start), self.left_of(end))) for start, end, _, kind in self.bands if kind == "folded"]
         for n in sorted(drawing.lanes):
             lane, bottom = frame.lanes[n], frame.middle(n) - frame.bar_height / 2
-            bars = [("on_bar", key, (left, right)) for left, _bottom, right, _top, key in islice(drawing.boxes(n), MOST_SEATS)]
+            seen = sorted((box for box in drawing.boxes(n) if box[2] > frame.left and box[0] < frame.right), key=lambda box: box[0])
+            bars = [("on_bar", key, (left, right)) for left, _bottom, right, _top, key in seen[:MOST_SEATS]]
             found = [("on_lane", lane.key, (frame.x, frame.right))] if lane.line else bars + folds
             ahead = self.left_of(self.now)
             for event, key, (left, right) in found:
@@ -311,7 +312,7 @@ class Timeline(Chart):
         """Begin a new drawing; it is seen when it is complete."""
         self._is_stale = False
         frame = Frame.of(self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size, self.day_text(self.first))
-        self._next = Drawing(frame, self.seen_from, self.seen_height)
+        self._next = Drawing(frame, self.seen_height)
         self._make()
 
     def _make(self, *_):
@@ -352,7 +353,4 @@ class Timeline(Chart):
             self._drawing.pin(self.seen_from)
         if self._drawing is None or self._next is not None or self._trigger.is_triggered:
             return
-        if self._drawing.would_be_crowded(self.seen_from, self.seen_height) != self._drawing.is_crowded:
-            self._trigger()
-        else:
-            self._make()
+        self._make()

@@ -5,6 +5,7 @@ now-line depend on the time and on the edges of what is seen, so they are a laye
 """
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -14,22 +15,13 @@ from kivy.metrics import dp
 
 from app.widgets.chart import box, text
 from app.widgets.timeline_axis import paint_axis, paint_now
-from app.widgets.timeline_painting import (
-    AXIS,
-    Frame,
-    bar_width,
-    insets,
-    paint_background,
-    paint_bars,
-    paint_bars_together,
-    paint_name,
-    paint_overlaps,
-    paint_words,
-)
+from app.widgets.timeline_bars import Placed, paint_bars, paint_bars_together, paint_overlaps, placed
+from app.widgets.timeline_painting import AXIS, Frame, paint_background, paint_name
+from app.widgets.timeline_words import Cluster, clusters, paint_words
 from app.widgets.tokens import tk
 
-DETAILED = 160           # bars in sight with border, label and whisker; of more, those of busy lanes are drawn together
-BUSY = 8                 # bars of a lane
+DETAILED = 160           # bars in sight with border and whisker, shared by the lanes: of more, a lane's are drawn together, but no other's
+LEAST = 8                # of them that a lane may have, however many lanes there are
 NEARLY = 1e-9            # hours: sums of floats
 
 Box = tuple[float, float, float, float, object]      # left, bottom, right, top in px, key of the bar
@@ -50,14 +42,16 @@ def _window(pos: tuple[float, float], size: tuple[float, float]) -> Iterator[Non
 class Drawing:
     """Of one frame. ``canvas`` holds it; ``show_lanes`` makes the lanes."""
 
-    def __init__(self, frame: Frame, seen_from: float = 0., seen_height: float = 0.) -> None:
+    def __init__(self, frame: Frame, seen_height: float = 0.) -> None:
         self.frame = frame
         self.moved = 0.                                          # px to the right, since it was made
         self._bars_of: dict[int, list[Any]] = {}
+        self._placed_of: dict[int, list[Placed]] = {}
+        self._clusters_of: dict[int, list[Cluster]] = {}
         self._made: dict[int, tuple[Canvas, Canvas, Canvas]] = {}        # name, bars and their words, of a lane
         self._worded_at = 0.                                     # how far it was moved when the words were made
         self._day = ""                                           # that is named
-        self.is_crowded = self.would_be_crowded(seen_from, seen_height)
+        self._most = max(LEAST, int(DETAILED / min(len(frame.lanes), max(1., (seen_height or math.inf) / frame.lane_height))))
         self.canvas = Canvas()
         with self.canvas:
             self._build_layers()
@@ -96,14 +90,16 @@ class Drawing:
                                          key=lambda bar: bar.start)
         return self._bars_of[lane]
 
-    def would_be_crowded(self, seen_from: float, seen_height: float) -> bool:
-        """Whether there is too much in sight to draw all of it in detail."""
-        count = 0
-        for lane in self.frame.lanes_in_sight(seen_from, seen_height):
-            count += len(self.bars_of(lane))
-            if count > DETAILED:
-                return True
-        return False
+    def placed_of(self, lane: int) -> list[Placed]:
+        """Those, as they are drawn."""
+        if lane not in self._placed_of:
+            self._placed_of[lane] = placed(self.frame, self.bars_of(lane))
+        return self._placed_of[lane]
+
+    def is_together(self, lane: int) -> bool:
+        """Whether it has too much to draw all of it in detail."""
+        bars = self.placed_of(lane)
+        return len(bars) > DETAILED or (len(bars) > self._most and sum(not one.is_narrow for one in bars) > self._most)
 
     def reaches(self, first: float, margin: float = 0.) -> bool:
         """Whether it shows everything that there is from hour ``first`` on, and so many hours around."""
@@ -120,15 +116,10 @@ class Drawing:
 
     def boxes(self, lane: int) -> Iterator[Box]:
         """Where its bars are seen now."""
-        frame, bars = self.frame, self.bars_of(lane)
-        y, height, together = frame.middle(lane), frame.bar_height, self._are_together(bars)
-        for bar, inset in zip(bars, [0.] * len(bars) if together else insets(bars), strict=True):
-            x, x2 = frame.at(bar.start), frame.at(bar.end)
-            x2 = max(x2, x + 2) if together else x + bar_width(x, x2)
-            yield x + self.moved, y - height / 2, x2 + self.moved, y + height / 2 - inset, bar.key
-
-    def _are_together(self, bars: list[Any]) -> bool:
-        return self.is_crowded and len(bars) > BUSY
+        y, height, together = self.frame.middle(lane), self.frame.bar_height, self.is_together(lane)
+        for one in self.placed_of(lane):
+            right, inset = (max(one.x2, one.x + 2), 0.) if together else (one.right, one.inset)
+            yield one.x + self.moved, y - height / 2, right + self.moved, y + height / 2 - inset, one.bar.key
 
     # ------------------------------------------------------------------ moving
     def move(self, px: float) -> None:
@@ -166,7 +157,7 @@ class Drawing:
         return True
 
     def _make_lane(self, lane: int) -> tuple[Canvas, Canvas, Canvas]:
-        frame, bars_of_lane = self.frame, self.bars_of(lane)
+        frame, together = self.frame, self.is_together(lane)
         with self._names:
             name = Canvas()
         with name:
@@ -174,20 +165,19 @@ class Drawing:
         with self._bars:
             bars = Canvas()
         with bars:
-            (paint_bars_together if self._are_together(bars_of_lane) else paint_bars)(frame, bars_of_lane, frame.middle(lane))
-            paint_overlaps(frame, lane)
+            (paint_bars_together if together else paint_bars)(frame, self.placed_of(lane), frame.middle(lane))
+            paint_overlaps(frame, lane, 0 if together else self._most)
         with self._words:
             words = Canvas()
         self._word_lane(lane, words)
         return name, bars, words
 
     def _word_lane(self, lane: int, words: Canvas) -> None:
-        bars = self.bars_of(lane)
-        if self._are_together(bars):
-            bars = [bar for bar in bars if bar.short]
+        if lane not in self._clusters_of:
+            self._clusters_of[lane] = clusters(self.frame, self.placed_of(lane))
         words.clear()
         with words:
-            paint_words(self.frame, bars, self.frame.middle(lane), self._seen)
+            paint_words(self.frame, self._clusters_of[lane], self.frame.middle(lane), self._seen)
 
     @property
     def _seen(self) -> tuple[float, float]:

@@ -18,8 +18,8 @@ from collections.abc import Callable
 
 NEW = 40_000                 # objects that have come since the last collection: if all are garbage it takes 50 ms
 ALIVE = 100_000              # objects that are frozen when so many are alive: scanning them takes 20 ms
-FROZEN = 150_000             # objects frozen since everything was scanned, after which it is again, at the next rest: 0.3 s
-AT_THE_LATEST = 250_000      # also while the screen is in use
+FROZEN = 120_000             # objects frozen since everything was scanned, after which it is again, at the next rest: 0.2 s
+AT_THE_LATEST = 150_000      # also while the screen is in use
 EVERY = 300.0                # s between collections at rest, however little there is
 LET_GO = 2.0                 # s after which nothing holds the screens any more that were thrown away
 REST = 5.0                   # s without a touch, after which a pause goes unnoticed

@@ -41,6 +41,18 @@ def _row_of(widget):
     return next((around for around in parents(widget) if isinstance(around.parent, Seat)), None)
 
 
+def _around(target) -> tuple[float, float, float, float]:
+    """x, y, width, height of the ring: around the target, but in the window, and on no border of a card that it is in."""
+    x, y = target.to_window(*target.pos)
+    left, bottom = max(x - dp(3), dp(2)), max(y - dp(3), dp(2))
+    right, top = min(x + target.width + dp(3), Window.width - dp(2)), min(y + target.height + dp(3), Window.height - dp(2))
+    for card in [around for around in parents(target)[1:] if isinstance(around, SectionCard)]:
+        (low, base), edge = card.to_window(*card.pos), dp(6)
+        left, bottom = max(left, low + edge), max(bottom, base + edge)
+        right, top = min(right, low + card.width - edge), min(top, base + card.height - edge)
+    return left, bottom, right - left, top - bottom
+
+
 class KeyFocus:
     """From ``start`` to ``stop``. Only what is topmost is reached: in a dialog its targets, else those of the screen. A touch ends it.
 
@@ -214,21 +226,15 @@ class KeyFocus:
             self.forget()
             return
         seen = target in self.targets() and not (isinstance(target, FieldInput) and target.focus)
-        place = (*target.to_window(*target.pos), *target.size, *tk.ink) if seen else None
+        place = (*_around(target), *tk.ink) if seen else None
         if place != self._shown:
             self._clear()
             self._shown = place
             if place is not None:
-                x, y, width, height = place[:4]
-                left, bottom = max(x - dp(3), dp(2)), max(y - dp(3), dp(2))          # around it, but in the window
-                right, top = min(x + width + dp(3), Window.width - dp(2)), min(y + height + dp(3), Window.height - dp(2))
-                for card in [around for around in parents(target)[1:] if isinstance(around, SectionCard)]:       # nor on its border
-                    (low, base), edge = card.to_window(*card.pos), dp(6)
-                    left, bottom = max(left, low + edge), max(bottom, base + edge)
-                    right, top = min(right, low + card.width - edge), min(top, base + card.height - edge)
-                with Window.canvas.after:
-                    self._ring = (Color(rgba=tk.ink), SmoothLine(
-                        width=dp(3 if tk.strong else 1.5), rounded_rectangle=(left, bottom, right - left, top - bottom, dp(12))))
+                width, outline = dp(3 if tk.strong else 1.5), {"rounded_rectangle": (*place[:4], dp(12))}
+                with Window.canvas.after:    # light and dark: one of them is seen, on a card as on a red banner
+                    self._ring = (Color(rgba=tk.surface), SmoothLine(width=width + dp(1.5), **outline),
+                                  Color(rgba=tk.ink), SmoothLine(width=width, **outline))
 
     def _clear(self) -> None:
         if self._shown is not None:

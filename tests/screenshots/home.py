@@ -133,6 +133,13 @@ def overdue(studio: Any) -> None:
     home(studio, stopped(), issues=OpenIssues([replace(ALARMS[0], raised_at=sample.ago(minutes=7)), *ALARMS[1:]]))
 
 
+@picture("home-acknowledged", sizes=(LANDSCAPE, SMALL))
+def acknowledged(studio: Any) -> None:
+    """As the next operator finds it."""
+    seen = replace(ALARMS[0], acknowledged_at=sample.ago(minutes=1), note="Waiting for maintenance")
+    home(studio, stopped(), issues=OpenIssues([seen]))
+
+
 @picture("home-error", sizes=(LANDSCAPE,))
 def error(studio: Any) -> None:
     home(studio, sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR]))

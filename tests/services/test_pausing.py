@@ -311,3 +311,27 @@ def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exa
         day: State.SKIPPED if day in skipped else State.WAITING for day in days}
     assert len(plant.rows()) == len(days)
     plant.container.close()
+
+
+@pytest.mark.parametrize(("change", "why"), [
+    ({"enabled": False}, "this schedule is switched off: switch it on first"),
+    ({"start": datetime(2026, 11, 23, 8, 0)}, "this schedule has no such start any more"),
+])
+def test_a_skipped_start_that_would_not_run_all_the_same_is_not_planned_again(plant, change, why):
+    at = datetime(2026, 11, 24, 6, 30, tzinfo=UTC)
+    plant.skipping.skip(plant.daily.id, at)
+    plant.container.catalogue.save_schedule(replace(plant.stored(), **change))
+    with pytest.raises(InvalidInput, match=why):
+        plant.skipping.take_again(plant.daily.id, at, must_run=True)
+    assert (plant.daily.id, at) in plant.container.repositories.schedules.skips(plant.container.db.read(), [plant.daily.id])
+
+
+def test_a_skipped_start_of_a_pause_is_not_planned_again_before_the_pause_is_ended(plant):
+    at = datetime(2026, 11, 24, 6, 30, tzinfo=UTC)
+    plant.skipping.skip(plant.daily.id, at)
+    plant.skipping.pause(plant.daily.id, datetime(2026, 11, 30, tzinfo=UTC))
+    with pytest.raises(InvalidInput, match="this schedule is paused beyond that start: resume it first"):
+        plant.skipping.take_again(plant.daily.id, at, must_run=True)
+    plant.skipping.resume(plant.daily.id)
+    plant.skipping.take_again(plant.daily.id, at, must_run=True)
+    assert plant.container.plan.next(2)[1].at == at

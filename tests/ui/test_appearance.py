@@ -75,6 +75,24 @@ def test_the_size_of_texts_is_switched_at_once_and_ends_with_the_app(site, ui):
     assert Metrics.fontscale == 1
 
 
+def test_a_schedule_that_is_being_edited_survives_a_change_of_the_size_of_texts(site, app, ui):
+    robot, *_others = site.add_robots()
+    deliver, *_missions = site.add_missions("Deliver")
+    start = site.container.clock.now().replace(tzinfo=None, second=0, microsecond=0) + timedelta(hours=2)
+    schedule = site.container.catalogue.save_schedule(Schedule("", robot.id, deliver.id, start, "UTC", "FREQ=DAILY"))
+    app.shell.go("scheduler", schedule_id=schedule.id)
+    old = app.shell.navigator.screen("scheduler")
+    ui.wait(lambda: old.vm.form.editing == schedule.id)
+    old.vm.form.set(priority=7)
+    go(ui, "display")
+    site.container.catalogue.change_settings(font_scale_percent=115)
+    ui.wait(lambda: app.shell.navigator.screen("scheduler") is not old)
+    ui.tap(ui.find(NavItem, name="scheduler"))
+    form = app.shell.navigator.screen("scheduler").vm.form
+    ui.wait(lambda: app.shell.background.idle)
+    assert (form.editing, form.draft.priority) == (schedule.id, 7)
+
+
 def test_both_survive_a_restart(site, ui):
     with shown(site.container, ui):
         go(ui, "display")

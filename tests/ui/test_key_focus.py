@@ -6,8 +6,10 @@ from datetime import time
 
 import pytest
 from kivy.core.window import Window
-from kivy.graphics import SmoothLine
+from kivy.graphics import Color, SmoothLine
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.floatlayout import FloatLayout
+from kivy.utils import get_hex_from_color
 
 from app.screens.common.options import Option
 from app.screens.scheduler.axis import Band
@@ -21,6 +23,7 @@ from app.widgets.long_list import LongList
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.pickers import TimeDialog
 from app.widgets.timeline import Timeline
+from app.widgets.tokens import tk
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB, KeyFocus
 from tests.ui import checks
 
@@ -72,6 +75,41 @@ def test_the_ring_does_not_lie_on_the_border_of_the_card(ui, keys):
     assert right + line.width < x + card.width - 2
     assert bottom - line.width > y + 2
     assert top + line.width < y + card.height - 2
+
+
+def ring_lines(before) -> list[SmoothLine]:
+    return [part for part in Window.canvas.after.children if part not in before and isinstance(part, SmoothLine)]
+
+
+def test_the_ring_follows_the_card_that_it_is_kept_inside_of(ui, keys):
+    """Its target's place alone doesn't say where it is: a filter that is cleared makes the card another size around it."""
+    card = SectionCard(padding=4, size_hint=(None, None), size=(300, 72), pos=(0, 0))
+    button = CommandButton(text="One", size_hint=(None, None), size=(292, 64), pos=(4, 4))
+    card.add_widget(button)
+    around = FloatLayout()
+    around.add_widget(card)
+    ui.show(around)
+    before = set(Window.canvas.after.children)
+    ui.key(TAB)
+    narrow = max(ring_lines(before)[0].points[::2])
+    card.width = 400
+    ui.advance(.1)
+    button.size = 292, 64
+    ui.advance(.1)
+    assert max(ring_lines(before)[0].points[::2]) > narrow
+
+
+@pytest.mark.parametrize("theme", ["light", "dark", "contrast"])
+def test_the_ring_is_seen_on_every_ground(ui, keys, theme):
+    """It is of two colours, of which one stands out: on a card as on a red banner."""
+    tk.theme = theme
+    ui.show(page_of("One"), (300, 300))
+    before = list(Window.canvas.after.children)
+    ui.key(TAB)
+    colours = [part.rgba for part in Window.canvas.after.children if part not in before and isinstance(part, Color)]
+    grounds = [getattr(tk, name) for name in ("bg", "surface", "fault_solid", "attention_solid", "neutral_solid", "accent", "accent_bg")]
+    for ground in grounds:
+        assert max(checks.contrast_ratio(get_hex_from_color(colour)[:7], get_hex_from_color(ground)[:7]) for colour in colours) >= 4.5
 
 
 def test_the_ring_is_drawn_while_keys_are_used(ui, keys):

@@ -26,6 +26,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.number_pad import PadKey
 from app.widgets.panel_grid import PanelGrid
+from app.widgets.rows import RobotChip
 from app.widgets.text import Title
 from app.widgets.tokens import tk
 from tests.screenshots.fleet import fleet
@@ -125,9 +126,21 @@ def test_the_controls_are_seen_at_once(ui, small, issues):
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
+@pytest.mark.parametrize("small", [pytest.param(((1024, 600), mode), id=f"1024x600-{mode}") for mode in ("plain", "gloves")], indirect=True)
+def test_each_of_three_robots_is_seen_whole(ui, small):
+    home(small, sample.FACTS)
+    ui.advance(.5)
+    chips = ui.find_all(RobotChip)
+    assert len(chips) == 3
+    for chip in chips:
+        assert checks.visible_area(chip, checks.parents(chip)) == pytest.approx(checks.area(chip), abs=1)
+
+
 @pytest.mark.parametrize("small", [pytest.param(((1024, 600), "large"), id="1024x600-large")], indirect=True)
 def test_the_heading_of_the_schedules_is_on_one_line(ui, small):
-    Stand(small, "scheduler")
+    stand = Stand(small, "scheduler")
+    stand.vm.choose_part("schedules")
+    stand.settle()
     heading = next(label for label in ui.find_all(Title) if label.text == _("Schedules"))
     assert heading.lines == 1
 

@@ -399,3 +399,24 @@ def test_the_text_of_an_empty_list_ends_where_rows_do(ui):
     rows = ui.show(LongList(viewclass="LogRow", empty_text="Nothing is waiting " * 9), (300, 400))
     ui.advance(.5)
     assert ui.find(Txt).right <= rows.right - 12
+
+
+@pytest.mark.parametrize("width", [300, 352, 480, 600])
+def test_no_chip_of_a_strip_is_cut_wherever_its_arrows_lead(ui, width):
+    strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=robots(7)), (width, 72))
+    for _n in range(7):
+        left = strip.ids.scroll.to_window(strip.ids.scroll.x, 0)[0]
+        right = left + strip.ids.scroll.width
+        edges = [(chip.to_window(chip.x, 0)[0], chip.to_window(chip.right, 0)[0]) for chip in strip.ids.rows.children]
+        assert not [edge for edge in edges if edge[0] < left - 1 < edge[1] - 2 or edge[0] + 2 < right + 1 < edge[1]]
+        ui.tap(ui.find_all(IconButton)[-1])
+        ui.advance(.5)
+
+
+def test_three_robots_have_room_on_a_small_strip(ui):
+    strip = ui.show(ScrollRows(direction="x", viewclass="SmallRobotChip", spacing=8, data=robots(3)), (352, 72))
+    assert not strip.paged
+    for chip in ui.find_all(RobotChip):
+        for label in (widget for widget in chip.walk(restrict=True) if isinstance(widget, Txt) and widget.text):
+            assert label.to_window(label.right, 0)[0] <= chip.to_window(chip.right, 0)[0]
+            assert label.texture_size[0] <= label.width + 1

@@ -217,6 +217,7 @@ class Navigator(EventDispatcher):
         self._manager = manager
         self._builders = dict(builders)
         self._shown: ScreenBase | None = None
+        self._places: dict[str, dict[str, Any]] = {}          # of screens that were thrown away
 
     def go(self, name: str, **intent: Any) -> None:
         """Show the screen ``name``, unless the guard asks for something first. Raises KeyError for an unknown one."""
@@ -227,6 +228,7 @@ class Navigator(EventDispatcher):
 
     def _go(self, name: str, intent: dict[str, Any]) -> None:
         screen = self.screen(name)
+        intent = self._places.pop(name, {}) | intent
         self._hide()
         self._manager.current = self.current = name
         self._shown = screen
@@ -246,13 +248,13 @@ class Navigator(EventDispatcher):
         return list(self._manager.screen_names)
 
     def rebuild(self, gone: Callable[[], object] = lambda: None) -> None:
-        """Throw all screens away and build the present one again (glove mode, size of texts), at its ``place()``. ``gone`` is called in
-        between."""
-        intent = self._shown.place() if self._shown is not None else {}
+        """Throw all screens away and build the present one again (glove mode, size of texts), at its ``place()``; the others follow, each
+        at its own, when they are visited. ``gone`` is called in between."""
+        self._places |= {name: self.screen(name).place() for name in self.built}
         self._clear()
         gone()
         if self.current:
-            self._go(self.current, intent)
+            self._go(self.current, {})
 
     def close(self) -> None:
         """The window is closing: hide the present screen."""

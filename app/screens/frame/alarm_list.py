@@ -351,7 +351,7 @@ class LateStartsDialog(FormDialog):
                 _("It starts in {n} s unless you hold it.") if many == 1 else _("They start in {n} s unless you hold them."))
         self.text = text.format(n=seconds_left(going, now))
         self.all_held = not going
-        self.rows = [LateStart(e.id, late_line(e, settings), e.schedule, e.held) for e in executions]
+        self.rows = [LateStart(e.id, late_line(e, settings), e.given_name, e.held) for e in executions]
 
     def start(self) -> None:
         """At once, what is not held."""

@@ -14,6 +14,7 @@ from app.screens.common.alarms_view import (
     Act,
     AlarmEntry,
     Here,
+    acknowledged_words,
     acknowledging,
     alarm_icon,
     alarm_note,
@@ -81,6 +82,7 @@ class BannerView:
     act: Act = Act.NOTHING
     about: int | None = None             # id of the robot or alarm that ``act`` is about
     urgent: bool = False                 # larger: nobody has acknowledged it for long
+    calm: bool = False                   # somebody has acknowledged it
 
 
 def banner(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE) -> BannerView:
@@ -131,18 +133,21 @@ _HOLD = (False, False, 0.5, 0.0)         # a hold comes after what is high and n
 
 def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here) -> BannerView:
     alarm = group[0]
+    newest = max(group, key=lambda one: (one.acknowledged_at is not None, one.acknowledged_at or one.raised_at))
+    seen, calm = acknowledged_words(newest, settings, now), alarm.acknowledged_at is not None
     if len(group) > 1:
-        return BannerView(group_text(group, settings, now), group_note(group, settings, now), alarm_tone(alarm), alarm_icon(alarm), "",
-                          _("Show all"), Act.SHOW_ALARMS, alarm.id)
+        note = " · ".join(filter(None, (seen, group_note(group, settings, now))))
+        return BannerView(group_text(group, settings, now), note, alarm_tone(alarm), alarm_icon(alarm), "",
+                          _("Show all"), Act.SHOW_ALARMS, alarm.id, calm=calm)
     way = way_to(alarm, robots)
     if way is None or here.is_at(way):
         way = acknowledging(alarm)
-    note, urgent = alarm_note(alarm, settings, now), is_overdue(alarm, now)
+    note, urgent = " · ".join(filter(None, (seen, alarm_note(alarm, settings, now)))), is_overdue(alarm, now)
     if urgent:
         since = formats.rough_duration((now - (alarm.last_at or alarm.raised_at)).total_seconds())
         note = _("Nobody has acknowledged it for {time} · {note}").format(time=since, note=note)
     text = alarm_text(alarm, settings, now)
-    return BannerView(text, note, alarm_tone(alarm), alarm_icon(alarm), "", way.word, way.act, way.about, urgent)
+    return BannerView(text, note, alarm_tone(alarm), alarm_icon(alarm), "", way.word, way.act, way.about, urgent, calm)
 
 
 # ---------------------------------------------------------------------- holds and late starts

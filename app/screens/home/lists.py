@@ -174,7 +174,7 @@ def trigger_words(execution: Execution) -> str:
             return _("Run now")
         case Trigger.IDLE:
             return _("Idle automation")
-    return execution.schedule or _("Schedule")
+    return execution.given_name or _("Schedule")
 
 
 _WAIT_ICONS = {Wait.DUE: "timer-sand", Wait.RETRY: "refresh", Wait.BATTERY: "battery-alert-variant-outline",
@@ -287,6 +287,9 @@ def outcome_line(execution: Execution) -> str:
         if execution.duration_s is None:
             return _("Completed")
         return _("Completed in {duration}").format(duration=formats.duration(execution.duration_s))
+    reason = execution.reason
+    if reason is not None and reason.code is ReasonCode.HOLD and not reason.details.keys() & {"hold", "until", "paused_until"}:
+        return _reason(execution)            # which says already that it was skipped
     return _("{outcome}: {reason}").format(outcome=execution_appearance.word(execution.state), reason=_reason(execution))
 
 

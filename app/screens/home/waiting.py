@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from app.domain import choice
+from app.domain import choice, names
 from app.domain.models import Execution, Group, Robot, Settings, State, Wait
 from app.domain.reasons import waiting_sentence
 from app.i18n import _, ngettext
@@ -103,5 +103,5 @@ def kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
                 and (run.at - now).total_seconds() <= AHEAD), None)
     if run is None:
         return ""
-    name = run.schedule.name if run.schedule.name and run.group is None else run.mission.name
+    name = names.given_to_schedule(run.schedule.name, run.mission.name, run.whose) or run.mission.name
     return _("Kept for {name} at {time}").format(name=name, time=formats.clock_time(run.at, facts.settings.timezone))

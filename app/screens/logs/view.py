@@ -289,7 +289,7 @@ def _last_tone(state: State) -> str:
 
 def _planned_note(execution: Execution) -> str:
     """What started it."""
-    return execution.schedule or execution_appearance.trigger_word(execution.trigger)
+    return execution.given_name or execution_appearance.trigger_word(execution.trigger)
 
 
 def _queue_note(execution: Execution) -> str:

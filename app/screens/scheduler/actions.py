@@ -19,10 +19,12 @@ T = TypeVar("T")
 
 
 class ScheduleActions:
-    """Each in the background, one at a time on a schedule; ``done()`` when one has ended, well or not: its effect can be read."""
+    """Each in the background, one at a time on a schedule; ``done()`` when one has ended, well or not: its effect can be read. ``name``
+    says what a schedule is called."""
 
-    def __init__(self, services: SchedulerServices, shell: Shell, started: StartReports, done: Callable[[], object]) -> None:
-        self._services, self._shell, self._started, self._done = services, shell, started, done
+    def __init__(self, services: SchedulerServices, shell: Shell, started: StartReports, name: Callable[[Schedule], str],
+                 done: Callable[[], object]) -> None:
+        self._services, self._shell, self._started, self._name, self._done = services, shell, started, name, done
         self._busy: set[int] = set()                          # ids of schedules that something is being done to
 
     def switch(self, schedule_id: int, on: bool) -> None:
@@ -41,32 +43,39 @@ class ScheduleActions:
         """The start planned at that instant."""
         self._act(schedule.id, lambda: self._services.pausing.skip(schedule.id, at), lambda _at: self._was_skipped(schedule, at))
 
-    def take_again(self, schedule_id: int, at: datetime) -> None:
+    def take_again(self, schedule: Schedule, at: datetime) -> None:
         """What was skipped is started after all."""
-        self._act(schedule_id, lambda: self._services.pausing.take_again(schedule_id, at), lambda _none: None)
+        text = _("The start of {name} is planned again: {time}").format(name=self._name(schedule), time=self._time(schedule, at))
+        pausing = self._services.pausing
+        self._act(schedule.id, lambda: pausing.take_again(schedule.id, at, must_run=True), lambda _none: self._shell.offer_undo(
+            text, lambda: pausing.skip(schedule.id, at), self._done))
 
     def pause(self, schedule: Schedule) -> None:
         """Ask until which day its starts are skipped."""
-        self._shell.dialogs.choose(_("Pause {name}").format(name=schedule.name), view.pause_options(schedule, self._services.clock.now()),
+        self._shell.dialogs.choose(_("Pause {name}").format(name=self._name(schedule)),
+                                   view.pause_options(schedule, self._services.clock.now()),
                                    lambda day: self._pick_pause(schedule) if day == view.PICK else self._pause_until(schedule, day))
 
     def resume(self, schedule: Schedule) -> None:
         self._act(schedule.id, lambda: self._services.pausing.resume(schedule.id), lambda _resumed: self._say(
-            _("{name} is resumed").format(name=schedule.name), "play-circle-outline"))
+            _("{name} is resumed").format(name=self._name(schedule)), "play-circle-outline"))
 
     def delete(self, schedule: Schedule) -> None:
         """At once, with some seconds to undo it."""
+        text = _("{name} is deleted").format(name=self._name(schedule))        # while it is known what it does where
+
         def deleted(removed: Removed) -> None:
-            self._shell.offer_undo(_("{name} is deleted").format(name=schedule.name),
-                                   lambda: self._services.catalogue.restore(removed), self._done)
+            self._shell.offer_undo(text, lambda: self._services.catalogue.restore(removed), self._done)
 
         self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
 
     # ------------------------------------------------------------------ inside
     def _was_skipped(self, schedule: Schedule, at: datetime) -> None:
-        time = formats.day_and_time(at, schedule.timezone, self._services.clock.now())
-        text = _("The start of {name} is skipped: {time}").format(name=schedule.name, time=time)
+        text = _("The start of {name} is skipped: {time}").format(name=self._name(schedule), time=self._time(schedule, at))
         self._shell.offer_undo(text, lambda: self._services.pausing.take_again(schedule.id, at), self._done)
+
+    def _time(self, schedule: Schedule, at: datetime) -> str:
+        return formats.day_and_time(at, schedule.timezone, self._services.clock.now())
 
     def _pick_pause(self, schedule: Schedule) -> None:
         today = self._services.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()
@@ -77,7 +86,7 @@ class ScheduleActions:
     def _pause_until(self, schedule: Schedule, day: date) -> None:
         until = view.day_begins(day, ZoneInfo(schedule.timezone))
         self._act(schedule.id, lambda: self._services.pausing.pause(schedule.id, until), lambda _paused: self._say(
-            _("{name} is paused until {day}").format(name=schedule.name, day=formats.wall_day(day)), "pause-circle-outline"))
+            _("{name} is paused until {day}").format(name=self._name(schedule), day=formats.wall_day(day)), "pause-circle-outline"))
 
     def _act(self, schedule_id: int, work: Callable[[], T], done: Callable[[T], object]) -> None:
         if schedule_id in self._busy:

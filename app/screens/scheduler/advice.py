@@ -16,7 +16,7 @@ from app.domain.models import Schedule
 from app.i18n import _, ngettext
 from app.screens.common.shell import Shell
 from app.screens.scheduler.draft import Draft
-from app.screens.scheduler.facts import SchedulerServices
+from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.services.suggestions import words
 from app.services.suggestions.suggestions import Advice
 from app.services.suggestions.words import Change, Suggestion
@@ -44,8 +44,8 @@ class SuggestionView:
     changes: tuple[ChangeView, ...]
 
 
-def suggestion_views(advice: Advice) -> list[SuggestionView]:
-    return [SuggestionView(one.schedule.id, words.sentence(one, _), tuple(
+def suggestion_views(advice: Advice, called: Callable[[Schedule], str]) -> list[SuggestionView]:
+    return [SuggestionView(one.schedule.id, words.sentence(one, _, called(one.schedule)), tuple(
         ChangeView(number, words.promise(change, _), words.action(change, _)) for number, change in enumerate(one.changes)))
             for one in advice.suggestions]
 
@@ -73,11 +73,12 @@ class AdviceState(EventDispatcher):
 
 
 class AdviceModel(AdviceState):
-    """``edit(draft)`` puts something into the form; ``changed()`` is called when the plan was."""
+    """``facts()`` are the present ones, ``edit(draft)`` puts something into the form; ``changed()`` is called when the plan was."""
 
-    def __init__(self, services: SchedulerServices, shell: Shell, edit: Callable[[Draft], object], changed: Callable[[], object]) -> None:
+    def __init__(self, services: SchedulerServices, shell: Shell, facts: Callable[[], SchedulerFacts], edit: Callable[[Draft], object],
+                 changed: Callable[[], object]) -> None:
         super().__init__()
-        self._services, self._shell, self._edit, self._changed = services, shell, edit, changed
+        self._services, self._shell, self._facts, self._edit, self._changed = services, shell, facts, edit, changed
         self._advice = Advice()
         self._computed_at: datetime | None = None
         self._in_form: tuple[Suggestion, Change] | None = None           # what was taken and not saved yet
@@ -115,8 +116,9 @@ class AdviceModel(AdviceState):
         self.show()
 
     def show(self) -> None:
-        self.title, self.rows = title(self._advice), suggestion_views(self._advice)
-        self.results = "\n".join(words.since_then(result, _) for result in self._advice.results)
+        called = self._facts().called
+        self.title, self.rows = title(self._advice), suggestion_views(self._advice, called)
+        self.results = "\n".join(words.since_then(result, _, called(result.schedule)) for result in self._advice.results)
         if not self.title and self._dialog is not None:
             self._dialog.dismiss()
 
@@ -139,14 +141,14 @@ class AdviceModel(AdviceState):
         self._in_form = one, change
         if self._dialog is not None:
             self._dialog.dismiss()
-        self._edit(replace(Draft.of(change.draft), base=one.schedule))
+        self._edit(replace(Draft.of(change.draft, self._facts().name(one.schedule)), base=one.schedule))
 
     def saved(self, schedule: Schedule) -> None:
         """A schedule was saved in the form: if it is the suggested change, that is noted, and both can be undone."""
         taken, self._in_form = self._in_form, None
         if taken is None or not _is_change(schedule, taken[1]):
             return
-        one, change = taken
+        (one, change), text = taken, _("{name}: the suggestion is taken").format(name=self._facts().called(schedule))
 
         def undo(answer: Any) -> None:
             self._services.catalogue.save_schedule(one.schedule)
@@ -154,14 +156,13 @@ class AdviceModel(AdviceState):
 
         self._shell.background.run(
             lambda: self._services.suggestions.accept(one, change.option),
-            lambda answer: self._answered(_("{name}: the suggestion is taken").format(name=schedule.name), lambda: undo(answer)),
-            self._shell.say_problem)
+            lambda answer: self._answered(text, lambda: undo(answer)), self._shell.say_problem)
 
     def _dismiss(self, one: Suggestion) -> None:
-        suggestions = self._services.suggestions
+        suggestions, name = self._services.suggestions, self._facts().called(one.schedule)
         self._shell.background.run(
             lambda: suggestions.dismiss(one),
-            lambda answer: self._answered(_("{name}: nothing more about it for 60 days").format(name=one.schedule.name),
+            lambda answer: self._answered(_("{name}: nothing more about it for 60 days").format(name=name),
                                           lambda: suggestions.take_back(answer)),
             self._shell.say_problem)
 

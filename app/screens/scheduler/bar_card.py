@@ -20,7 +20,7 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     begins, ends = span_of(facts, execution, now)
     why = waiting_sentence(execution, facts.zone, _) if execution.state.is_open else \
         sentence(execution.reason, facts.zone, _) if execution.reason else execution_appearance.word(execution.state)
-    items = [MenuItem("again", _("Start it after all"), "undo")] if facts.is_skipped(execution, now) else []
+    items = [MenuItem("again", _("Start it after all"), "undo")] if facts.may_start_after_all(execution, now) else []
     items.append(MenuItem("log", _("Open in Logs"), "text-box-outline"))
     if facts.schedule(execution.schedule_id) is not None:
         items.append(MenuItem("edit", _("Edit schedule"), "pencil-outline"))

@@ -11,6 +11,7 @@ from app.screens.scheduler.form_view import FormView
 from app.screens.scheduler.timeline import TimelineView
 from app.screens.scheduler.view import Listing
 from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
+from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadge
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
@@ -18,8 +19,25 @@ from app.widgets.pages import LowPage
 from app.widgets.surfaces import Tap
 
 
+class PlanExport(CommandButton):
+    """Writes the plan as a calendar file."""
+    vm = ObjectProperty(None, allownone=True, rebind=True)
+
+
+class PlanHold(CommandButton):
+    """Holds everything, or one robot; releases everything."""
+    vm = ObjectProperty(None, allownone=True, rebind=True)
+
+
+class PartsLine(BoxLayout):
+    """In a low window: which part of the Scheduler is shown."""
+    screen = ObjectProperty(None, allownone=True, rebind=True)
+    pages = ListProperty()               # what there is beside the plan
+
+
 class UpcomingCard(SectionCard):
     """The plan: bars for each robot, or the starts of 7 days."""
+    paged = BooleanProperty(False)       # its head is the line of parts
     mode = OptionProperty("hours", options=("hours", "days"))
     timeline = ObjectProperty(TimelineView(), rebind=True)
     days = ListProperty()
@@ -30,6 +48,12 @@ class UpcomingCard(SectionCard):
     around = NumericProperty(0)          # height of all but the lanes
     wanted = NumericProperty(0)          # height at which all robots up to four are seen
     least = NumericProperty(0)           # up to three
+    fewest = NumericProperty(0)          # one of them: enough where that leaves the form its room
+
+
+class UpcomingHead(BoxLayout):
+    """What the card is called, and what can be done with the plan."""
+    card = ObjectProperty(None, rebind=True)
 
 
 class TimeControls(BoxLayout):

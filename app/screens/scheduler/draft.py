@@ -88,10 +88,9 @@ class Draft:
         return replace(self, robot_id=target, group_id=None, finish_by_minutes=None,
                        overlap=Overlap.SKIP if self.overlap is Overlap.PARALLEL else self.overlap)
 
-    @property
-    def is_stored(self) -> bool:
-        """Whether it is a schedule as it is, with nothing changed."""
-        return self.base is not None and replace(Draft.of(self.base), origin=self.origin) == self
+    def is_stored(self, name: str) -> bool:
+        """Whether it is a schedule as it is, with nothing changed; ``name`` as a person has given it."""
+        return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin) == self
 
     @property
     def start(self) -> datetime:
@@ -194,14 +193,15 @@ class Draft:
                    weekdays=tuple(settings.working_days), **cls.derived(start.date()))
 
     @classmethod
-    def of(cls, schedule: Schedule) -> Draft:
-        """The form for a stored schedule."""
+    def of(cls, schedule: Schedule, name: str | None = None) -> Draft:
+        """The form for a stored schedule. ``name`` as a person has given it, empty where none has; None: as it is stored."""
         draft = cls(
             day=schedule.start.date(), at=schedule.start.time(), timezone=schedule.timezone, mission_id=schedule.mission_id,
             robot_id=schedule.robot_id, group_id=schedule.group_id, finish_by_minutes=schedule.finish_by_minutes,
             minimum_battery_percent=schedule.minimum_battery_percent,
             start_window_minutes=schedule.start_window_minutes, overlap=schedule.overlap, priority=schedule.priority,
-            respect_working_days=schedule.respect_working_days, parameters=schedule.parameters, name=schedule.name, base=schedule,
+            respect_working_days=schedule.respect_working_days, parameters=schedule.parameters,
+            name=schedule.name if name is None else name, base=schedule,
             origin=schedule, **cls.derived(schedule.start.date()))
         return replace(draft, **_read_rule(schedule))
 

@@ -10,6 +10,7 @@ from app.database.executions import ExecutionFilter
 from app.domain import names
 from app.domain.clock import Clock
 from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings
+from app.screens.common import formats
 from app.screens.common.holding import hold_at
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
@@ -131,12 +132,22 @@ class SchedulerFacts:
         """Whether it is a start to come that a person has left out."""
         return execution.planned_at > now and (execution.schedule_id, execution.planned_at) in self.skips
 
+    def may_start_after_all(self, execution: Execution, now: datetime) -> bool:
+        """Whether it is such a start, and would run if it were not skipped."""
+        schedule, at = self.schedule(execution.schedule_id), execution.planned_at
+        return self.is_skipped(execution, now) and schedule is not None and schedule.enabled and not schedule.is_paused(at)
+
     def name(self, schedule: Schedule | None) -> str:
-        """The name that a person has given it; empty where it is made of mission and robot."""
+        """The name that a person has given it; empty where it is made of mission and robot, or group."""
         if schedule is None:
             return ""
         target, mission = self.target(schedule), self.mission(schedule.mission_id)
-        return "" if target and mission and names.is_of_schedule(schedule.name, mission.name, target.name) else schedule.name
+        return names.given_to_schedule(schedule.name, mission.name, target.name) if target and mission else schedule.name
+
+    def called(self, schedule: Schedule) -> str:
+        """What a message calls it."""
+        target, mission = self.target(schedule), self.mission(schedule.mission_id)
+        return formats.schedule_name(schedule.name, mission.name, target.name) if target and mission else schedule.name
 
 
 def full_hour(instant: datetime, zone: ZoneInfo) -> datetime:

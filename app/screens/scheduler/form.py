@@ -29,7 +29,8 @@ ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the
 
 
 class FormModel(EventDispatcher):
-    """``view`` is what is shown; ``saved(schedule)`` is called when one has been stored, ``skip(schedule, start)`` to leave out a start."""
+    """``view`` is what is shown; ``saved(schedule, is_left)`` is called when one has been stored, ``is_left`` unless somebody has begun
+    another one meanwhile; ``skip(schedule, start)`` to leave out a start."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)        # the less common fields are shown
     saving = BooleanProperty(False)
@@ -38,7 +39,7 @@ class FormModel(EventDispatcher):
 
     __events__ = ("on_draft",)
 
-    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[Schedule], object],
+    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[Schedule, bool], object],
                  skip: Callable[[Schedule, datetime], object]) -> None:
         super().__init__()
         self._services, self._shell, self._saved, self._skip = services, shell, saved, skip
@@ -51,6 +52,7 @@ class FormModel(EventDispatcher):
         self._wait_no_longer = Clock.create_trigger(lambda _dt: self._parameters_are_known(()), ROBOT_ANSWERS_WITHIN)
         self._forecast_soon = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
+        self._empty: Draft | None = self._draft               # as it was begun; None: something was put into it
 
     # ------------------------------------------------------------------ what is edited
     @property
@@ -62,20 +64,32 @@ class FormModel(EventDispatcher):
         """The schedule that is being edited."""
         return self._draft.base.id if self._draft.base else None
 
+    @property
+    def is_in_use(self) -> bool:
+        """Whether something is in it that somebody works on."""
+        return self._draft != self._empty
+
     def take(self, facts: SchedulerFacts) -> None:
         """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered."""
         first = self._facts.robots == () and facts.robots != ()
+        untouched = self._draft.is_stored(self._facts.name(self._draft.base))
         self._facts = facts
         if first and self._draft.is_new and self._draft.mission_id is None:
-            self._draft = self._fresh()
+            self._draft = self._empty = self._fresh()
         if self._draft.base is not None:
             now_stored = facts.schedule(self._draft.base.id)  # None: deleted meanwhile; saving the form makes a new one
-            self._draft = replace(self._draft, base=now_stored) if now_stored else self._draft.copy()
+            if now_stored is None:
+                self._draft = self._draft.copy()
+            elif untouched and now_stored != self._draft.base:
+                self._draft = Draft.of(now_stored, facts.name(now_stored))
+            else:
+                self._draft = replace(self._draft, base=now_stored)
         self.forecast()
 
     def begin(self, draft: Draft | None = None) -> None:
         """Show ``draft``, which fires ``on_draft``, or an empty form."""
         self._draft = draft or self._fresh()
+        self._empty = self._draft if draft is None else None
         if draft is not None:
             self.dispatch("on_draft")
         self.more = _uses_more(self._draft)
@@ -86,7 +100,7 @@ class FormModel(EventDispatcher):
         """Something has been put into the form to be looked at."""
 
     def edit(self, schedule: Schedule) -> None:
-        self.begin(Draft.of(schedule))
+        self.begin(Draft.of(schedule, self._facts.name(schedule)))
 
     def duplicate(self, schedule: Schedule) -> None:
         self.begin(Draft.of(schedule).copy())
@@ -133,7 +147,8 @@ class FormModel(EventDispatcher):
         """Of the starts that are shown."""
         schedule, forecast = self._draft.base, self._preview.forecast
         if schedule is not None and forecast is not None:
-            self._shell.dialogs.choose(_("Skip which start"), form_view.skip_options(forecast, self._draft, self._services.clock.now()),
+            title = _("Skip which start of {name}?").format(name=self._facts.called(schedule))
+            self._shell.dialogs.choose(title, form_view.skip_options(forecast, self._draft, self._services.clock.now()),
                                        lambda at: self._skip(schedule, at))
 
     def pick_time(self) -> None:
@@ -203,17 +218,21 @@ class FormModel(EventDispatcher):
                 self._shell.snackbars.show(_("{field}: {problem}").format(field=labels[name], problem=problem), icon="alert-circle-outline")
                 return
         self.problems = {}
-        schedule = self._draft.schedule()
+        draft, schedule = self._draft, self._draft.schedule()
         self.saving = True
-        self._shell.background.run(lambda: self._services.catalogue.save_schedule(schedule), self._is_saved, self._not_saved)
+        self._shell.background.run(lambda: self._services.catalogue.save_schedule(schedule), lambda saved: self._is_saved(draft, saved),
+                                   self._not_saved)
 
-    def _is_saved(self, schedule: Schedule) -> None:
+    def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
+        """``draft`` was; meanwhile somebody may have begun another one, which stays."""
         self.saving = False
-        new = self._draft.is_new
-        self.begin()
-        self._shell.snackbars.show(_("{name} is planned").format(name=schedule.name) if new else
-                                   _("{name} is changed").format(name=schedule.name), icon="calendar-check")
-        self._saved(schedule)
+        new, name = draft.is_new, self._facts.called(schedule)
+        self._shell.snackbars.show(_("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
+                                   icon="calendar-check")
+        is_left = replace(self._draft, base=draft.base) == draft and self.editing == (draft.base.id if draft.base else None)
+        if is_left:
+            self.begin()
+        self._saved(schedule, is_left)
 
     def _not_saved(self, problem: BaseException) -> None:
         self.saving = False

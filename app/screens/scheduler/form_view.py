@@ -52,6 +52,7 @@ class StartRow:
 class Steps:
     """A number that is asked for. ``chips``: key and word of the common values; those that are no numbers themselves are in ``meant``."""
     title: str
+    label: str                           # of the number itself
     help: str
     minimum: int
     maximum: int
@@ -104,7 +105,9 @@ class FormView:
     name_hint: str = ""
     sentence: str = ""
     starts: tuple[StartRow, ...] = ()
-    can_skip: bool = False               # one of them: they are those of the schedule as it is stored
+    has_skip: bool = False               # there are starts of which one can be skipped
+    can_skip: bool = False               # one of those shown
+    skip_why: str = ""                   # it can't be skipped
     lasts: str = ""                      # how long it takes, and how that is known
     warnings: tuple[WarningRow, ...] = ()
     free: str = ""                       # offers a time at which no other run is in the way
@@ -132,6 +135,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     forecast = None if problem else preview.forecast
     waits = draft.mission_id is None or draft.target is None       # not begun rather than wrong
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
+    is_stored = draft.is_stored(facts.name(draft.base))              # what is shown are its starts
     return FormView(
         title=_("New schedule") if draft.is_new else _("Edit schedule"), is_new=draft.is_new,
         mission=mission.name if mission else _("Choose a mission"), robot=of_groups.target_text(target),
@@ -149,7 +153,10 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         priorities=of_groups.priority_chips(draft.priority), of_group=draft.group_id is not None,
         finish_by=of_groups.finish_by_text(draft.finish_by_minutes), name=draft.name, name_hint=_name_hint(mission, target),
         sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
-        starts=_starts(facts, forecast, draft, now), can_skip=bool(forecast and forecast.starts and draft.is_stored),
+        starts=_starts(facts, forecast, draft, now),
+        has_skip=draft.base is not None and draft.base.enabled and draft.base.next_at is not None,
+        can_skip=bool(forecast and forecast.starts) and is_stored,
+        skip_why="" if is_stored else _("Save the changes first, then skip a start"),
         lasts=_lasts(forecast, target), warnings=warnings(facts, draft, forecast, now),
         free=_free(forecast),
         save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem,
@@ -262,22 +269,25 @@ def mission_options(facts: SchedulerFacts, target: Target | None) -> list[Option
 
 
 def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
-    """How a number of the draft is asked for, by its field."""
+    """How a number of the draft is asked for, by its field. What Settings say has no chip of its own, unless it is chosen."""
+    label = _("Or any other")
     if name == "minimum_battery_percent":
         inherited = rules.minimum_battery(None, facts.mission(draft.mission_id), facts.settings) or 0
-        return Steps(_("Start only if the battery is at least"), _("0 to 100 %; 0 means no minimum"), 0, 100, 5, "%", (
-            (None, _("As in Settings: {minimum}").format(minimum=formats.percent(inherited) if inherited else _("none"))),
-            (0, _("No minimum")), *((value, formats.percent(value)) for value in BATTERIES)), {None: inherited})
+        common = [(value, battery_text(value)) for value in (0, *BATTERIES) if value != inherited or value == draft.minimum_battery_percent]
+        return Steps(_("Start only if the battery is at least"), label, _("0 to 100 %"), 0, 100, 5, "%", (
+            (None, _("As in Settings: {minimum}").format(minimum=formats.percent(inherited) if inherited else _("none"))), *common),
+            {None: inherited})
     if name == "start_window_minutes":
         minutes = facts.settings.start_window_minutes
-        return Steps(_("How late it may start"), _("0 to 1440 min; 0 means one minute at most"), 0, 1440, 5, _("min"), (
-            (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), (0, _("Not at all")),
-            *((value, window_text(value)) for value in WINDOWS)), {None: minutes})
+        common = [(value, window_text(value)) for value in (0, *WINDOWS)
+                  if max(1, value) != max(1, minutes) or value == draft.start_window_minutes]
+        return Steps(_("How late it may start"), label, _("1 to 1440 min"), 1, 1440, 5, _("min"), (
+            (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), *common), {None: max(1, minutes), 0: 1})
     if name == "finish_by_minutes":
-        return Steps(_("When it has to be done"), _("1 to 1440 min after its start; one that can't be done by then is left out"), 0, 1440,
-                     5, _("min"), ((None, of_groups.finish_by_text(None)),
-                                *((value, formats.duration(value * 60)) for value in of_groups.FINISH_BY)))
-    return Steps(_("Day of the month"), _("1 to 31; not every month has a 29th, 30th and 31st"), 1, 31, 1, "", (
+        return Steps(_("When it has to be done"), label, _("1 to 1440 min after its start; one that can't be done by then is left out"),
+                     0, 1440, 5, _("min"), ((None, of_groups.finish_by_text(None)),
+                                            *((value, formats.duration(value * 60)) for value in of_groups.FINISH_BY)))
+    return Steps(_("Day of the month"), label, _("1 to 31; not every month has a 29th, 30th and 31st"), 1, 31, 1, "", (
         (1, "1"), (15, "15"), (LAST, month_day_text(LAST))), {LAST: 31})
 
 

@@ -9,7 +9,8 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty
+from kivy.properties import AliasProperty, BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty
+from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
 from app.domain.models import Schedule
@@ -46,6 +47,8 @@ Reading = tuple[Window | None, SchedulerFacts, TimelineView | list[DayRow]]     
 class SchedulerViewModel(ViewModel):
     """What kv reads. ``mode``: the timeline, or the list of 7 days."""
     mode = OptionProperty("hours", options=("hours", "days"))
+    paged = BooleanProperty(False)       # plan, form and schedules are shown one at a time
+    part = OptionProperty("plan", options=("plan", "form", "schedules"))     # which of them
     timeline = ObjectProperty(TimelineView(), rebind=True)
     follows = BooleanProperty(True)      # the timeline moves with the time
     touched = BooleanProperty(False)     # by fingers that move it: it must not change under them
@@ -62,9 +65,10 @@ class SchedulerViewModel(ViewModel):
         self._services, self._shell = services, shell
         self._refresher = Refresher(shell, self._reading, self._take)
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
-        self.actions = ScheduleActions(services, shell, self._started, done=self._refresher.request)
+        self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
+                                       done=self._refresher.request)
         self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip)
-        self.advice = AdviceModel(services, shell, self.form.begin, self._refresher.request)
+        self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows
@@ -74,12 +78,15 @@ class SchedulerViewModel(ViewModel):
         self.fbind("touched", self._touch_changed)
 
     # ------------------------------------------------------------------ reading
-    def opened(self, schedule_id: int | None = None, mission_id: int | None = None) -> None:
-        """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission."""
+    def opened(self, schedule_id: int | None = None, mission_id: int | None = None, draft: Draft | None = None) -> None:
+        """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission; ``draft`` was in it."""
         self._wanted = schedule_id
+        if draft is not None:
+            self.form.begin(draft)
         if mission_id is not None:
             self.form.begin()
             self.form.set(mission_id=mission_id)
+            self.part = "form"
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._started.open())
         self.keep(self.advice.opened())
@@ -87,11 +94,6 @@ class SchedulerViewModel(ViewModel):
         self.every(NOW_LINE_SECONDS, self._move_now)
         self.every(REFRESH_SECONDS, self._refresher.request)
         self._refresher.read()
-
-    def _saved(self, schedule: Schedule) -> None:
-        """By the form."""
-        self.advice.saved(schedule)
-        self._refresher.request()
 
     def closed(self) -> None:
         self.form.leave()
@@ -151,6 +153,27 @@ class SchedulerViewModel(ViewModel):
 
     def _show_schedules(self) -> None:
         self.listed.show(self._facts, self.form.editing)
+
+    def _get_shown_part(self) -> str:
+        part: str = self.mode if self.part == "plan" else self.part
+        return part
+
+    shown_part = AliasProperty(_get_shown_part, bind=("mode", "part"))       # one of all that there is to choose where it is paged
+
+    def choose_part(self, part: str) -> None:
+        if part in ("hours", "days"):
+            self.part = "plan"
+            if part != self.mode:
+                self.choose_mode(part)
+        else:
+            self.part = part
+
+    def _saved(self, schedule: Schedule, is_left: bool) -> None:
+        """By the form: where it is shown, unless somebody is on with another one there."""
+        self.advice.saved(schedule)
+        if is_left:
+            self.part = "plan"
+        self._refresher.request()
 
     def choose_mode(self, mode: str) -> None:
         self.mode = mode
@@ -222,7 +245,7 @@ class SchedulerViewModel(ViewModel):
                     schedule_id = execution.schedule_id or 0
                     return bar_card.run_card(self._facts, execution, self._services.clock.now()), {
                         "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(schedule_id),
-                        "again": lambda: self.actions.take_again(schedule_id, execution.planned_at)}
+                        "again": lambda: self._take_again(schedule_id, execution.planned_at)}
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:
@@ -230,6 +253,10 @@ class SchedulerViewModel(ViewModel):
                         "edit": lambda: self.edit(number), "skip": lambda: self.actions.skip(run.schedule, at),
                         "run": lambda: self.actions.run_now(run.schedule)}
         return None
+
+    def _take_again(self, schedule_id: int, at: datetime) -> None:
+        if (schedule := self._facts.schedule(schedule_id)) is not None:
+            self.actions.take_again(schedule, at)
 
     # ------------------------------------------------------------------ what a finger does on the timeline
     def day_text(self, hour: float) -> str:
@@ -251,7 +278,7 @@ class SchedulerViewModel(ViewModel):
         if (schedule := self._facts.schedule(number)) is None or not self._is_ahead(hour):
             return
         before, after = (instant.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None) for instant in (at, self._instant(hour)))
-        draft = Draft.of(schedule).moved(before, after)
+        draft = Draft.of(schedule, self._facts.name(schedule)).moved(before, after)
         if draft.starts_at(after, self._facts.calendar):
             self.form.begin(draft)
         else:
@@ -268,7 +295,7 @@ class SchedulerViewModel(ViewModel):
         return False
 
     def open_day(self, key: tuple[str, int, Any]) -> None:
-        if not self.beside:
+        if not self.beside and not self.paged:
             self.choose_mode("hours")
         self.edit(key[1])
 
@@ -332,37 +359,63 @@ class SchedulerViewModel(ViewModel):
 
 class SchedulerScreen(ScreenBase):
     """Upcoming across the top, below it the form and the schedules; the list of days has the form beside it, or where that has no ``room``
-    the whole screen."""
+    the whole screen. In a low window each of them is a page of its own (``paged``)."""
     Services = SchedulerServices
     room = BooleanProperty(False)
+    paged = BooleanProperty(False)
     lower_height = NumericProperty(0)    # least, of the form and the schedules
 
     def __init__(self, services: SchedulerServices, shell: Shell, **kwargs: Any) -> None:
         load_kv("widgets/flow", "widgets/slots", "scheduler/screen", "scheduler/form", "scheduler/hold", "scheduler/advice")
         super().__init__(vm=SchedulerViewModel(services, shell), **kwargs)
-        self._page, self._lower = self.ids.page.__self__, self.ids.lower.__self__
-        self._schedules = self.ids.schedules.__self__
+        self._page = self.ids.page.__self__
+        self._parts = {name: self.ids[name].__self__ for name in ("parts", "upcoming", "lower", "form", "schedules")}
         self._empty = SchedulerEmpty()
         self._empty.bind(on_release=lambda _empty: self.vm.add_robot())
-        for name in ("mode", "has_robots"):
+        for name in ("mode", "part", "has_robots"):
             self.vm.fbind(name, self._choose_parts)
         self.fbind("room", self._choose_parts)
+        self.fbind("paged", self._turn_pages)
         self.fbind("portrait", self.vm.setter("narrow"))
         self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form))
         self._choose_parts()
 
+    def place(self) -> dict[str, Any]:
+        """With what somebody was filling in."""
+        return {"draft": self.vm.form.draft} if self.vm.form.is_in_use else {}
+
     def _show_form(self, _dt: float) -> None:
-        """Where the page scrolls, it may be out of sight."""
-        if self._page.do_scroll_y and self._lower.parent is not None:
+        """It may be out of sight: on another page, or where the page scrolls."""
+        if self.paged:
+            self.vm.part = "form"
+        elif self._page.do_scroll_y and self._parts["lower"].parent is not None:
             self._page.scroll_to(self.ids.form, padding=0, animate=False)
+
+    def _turn_pages(self, *_: Any) -> None:
+        """The banner of an alarm, or a smaller window, takes no form away that somebody fills in."""
+        if self.paged and self.vm.form.is_in_use:
+            self.vm.part = "form"
+        self._choose_parts()
 
     def _choose_parts(self, *_: Any) -> None:
         wanted = self._page if self.vm.has_robots else self._empty
         if wanted not in self.children:
             self.clear_widgets()
             self.add_widget(wanted)
-        in_hours = self.vm.mode == "hours"
+        in_hours, self.vm.paged = self.vm.mode == "hours", self.paged
         self.vm.beside = self.room and not in_hours
-        for box, part, is_shown in ((self._lower, self._schedules, in_hours), (self.ids.column, self._lower, in_hours or self.room)):
-            if is_shown != (part.parent is not None):
-                box.add_widget(part) if is_shown else box.remove_widget(part)
+        if self.paged:
+            plan = self.vm.part == "plan"
+            self._arrange(self.ids.lower, *(() if plan else (self.vm.part,)))
+            self._arrange(self.ids.column, "parts", "upcoming" if plan else "lower")
+        else:
+            self._arrange(self.ids.lower, "form", *(("schedules",) if in_hours else ()))
+            self._arrange(self.ids.column, "upcoming", *(("lower",) if in_hours or self.room else ()))
+
+    def _arrange(self, box: BoxLayout, *names: str) -> None:
+        """Exactly these parts, in that order."""
+        wanted = [self._parts[name] for name in names]
+        if box.children[::-1] != wanted:
+            box.clear_widgets()
+            for part in wanted:
+                box.add_widget(part)

@@ -20,7 +20,7 @@ from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
 
 SHORTEST = 1 / 60                        # hours: a bar of no length would be no bar
-THIN = 1 / 250                           # of what is seen: bars this short and this close together become one
+THIN = 1 / 250                           # of what is seen: bars this short, that begin within two of it of each other, become one
 MERGED_FROM = 3                          # of them
 ROOM = 4                                 # lanes that are seen at once
 IDLE = "idle"                            # key of the line for robots without a bar
@@ -224,7 +224,7 @@ def _merged(bars: list[Bar], thin: float, day: Callable[[float], date]) -> Itera
     groups: list[list[Bar]] = []
     for bar in bars:
         last = groups[-1][-1] if groups else None
-        if (last and bar.state == last.state and bar.start - last.end < thin and bar.end - bar.start < thin
+        if (last and bar.state == last.state and bar.start - last.start < 2 * thin and bar.end - bar.start < thin
                 and last.end - last.start < thin and day(bar.start) == day(last.start)):
             groups[-1].append(bar)
         else:

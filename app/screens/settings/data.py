@@ -45,6 +45,12 @@ class DataPage(SettingsPage):
         vm.can_restore = can_restore and bool(facts.backups)
         vm.restore_hint = "" if can_restore else _("Whoever looks after this tablet can restore one")
 
+    @property
+    def is_busy(self) -> bool:
+        vm = self.vm
+        files = (vm.export_configuration, vm.import_configuration, vm.export_log)
+        return bool(vm.backing_up or vm.restoring or any(file.busy for file in files))
+
     def reached(self, **intent: Any) -> None:
         vm = self.vm
         vm.configuration_outcome = vm.log_outcome = vm.backup_outcome = NoticeView()

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from app.domain.models import Group, HandOver, Place, Robot
 from app.i18n import _, ngettext
+from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
 from app.services.catalogue.validation import FEWEST_TO_KEEP_FREE
@@ -111,7 +112,9 @@ def most_kept_free(members: int) -> int:
 
 def removal_question(facts: SettingsFacts, group: Group) -> str:
     """Which schedules go with it, by name, and what stays."""
-    names = [schedule.name for schedule in facts.schedules if schedule.group_id == group.id]
+    missions = {mission.id: mission.name for mission in facts.missions}
+    names = [formats.schedule_name(schedule.name, missions.get(schedule.mission_id, ""), group.name)
+             for schedule in facts.schedules if schedule.group_id == group.id]
     stays = _("Its robots stay, and what runs goes on.")
     if not names:
         return stays

@@ -94,6 +94,10 @@ class MissionsPage(SettingsPage):
             for widget in wanted:
                 self.add_widget(widget)
 
+    @property
+    def is_busy(self) -> bool:
+        return bool(self.vm.fetching)
+
     def reached(self, **intent: Any) -> None:
         self.vm.outcome = NoticeView()
         if intent:

@@ -115,6 +115,11 @@ class SettingsPage(BoxLayout):
         self.vm.part = part
         self.show()
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether something is under way whose end it has to show."""
+        return False
+
     def reached(self, **intent: Any) -> None:
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
 

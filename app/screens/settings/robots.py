@@ -81,6 +81,10 @@ class RobotsPage(SettingsPage):
                   for panel in robot_panels(facts, self.context.now())]
         self.vm.panels = [*panels, AddPanelView(first=not panels)]
 
+    @property
+    def is_busy(self) -> bool:
+        return bool(self._asked)
+
     def reached(self, **intent: Any) -> None:
         self._results.clear()
         if intent:

@@ -166,6 +166,10 @@ class SettingsScreen(ScreenBase):
         else:
             self.vm.once_read(lambda: self.page.reached())
 
+    def hidden(self) -> None:
+        super().hidden()
+        self._keep_newest(1)
+
     def place(self) -> dict[str, Any]:
         """The intent that leads back here."""
         return {"section": self.vm.current}
@@ -186,11 +190,17 @@ class SettingsScreen(ScreenBase):
 
     @property
     def page(self) -> SettingsPage:
-        """The page of the open section, built on its first visit."""
+        """The page of the open section. The one before it is at hand for the way back; all of them would be half of the window."""
         section = self.vm.current
-        if section not in self._pages:
-            self._pages[section] = PAGES[section](self.vm.context)
-        return self._pages[section]
+        page = self._pages.pop(section, None) or PAGES[section](self.vm.context)
+        self._pages[section] = page
+        self._keep_newest(2)
+        return page
+
+    def _keep_newest(self, pages: int) -> None:
+        """And those that have something under way."""
+        newest = list(self._pages)[-pages:]
+        self._pages = {section: page for section, page in self._pages.items() if section in newest or page.is_busy}
 
     def turn_to(self, part: str) -> None:
         """Another part of the open section."""

@@ -216,7 +216,7 @@ class Edit(GroupEdit):
         schedules = self.schedules.for_robot(self.c, robot_id)
         self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(robot, self.robots.last_accepted(self.c, robot_id), self.robots.idle_queue_id(self.c, robot_id),
-                          schedules=schedules, skips=self.skips_of(schedules),
+                          schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
                           missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
                           holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting,
                           member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id))
@@ -286,7 +286,8 @@ class Edit(GroupEdit):
         schedules = self.schedules.for_mission(self.c, mission_id)
         waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
-        removed = Removed(missions=[mission], schedules=schedules, skips=self.skips_of(schedules), idle=idle, waiting=waiting)
+        removed = Removed(missions=[mission], schedules=schedules, made_names=self.with_made_names(schedules),
+                          skips=self.skips_of(schedules), idle=idle, waiting=waiting)
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed
@@ -298,7 +299,7 @@ class Edit(GroupEdit):
         stored = self.the_schedule(schedule.id) if schedule.id else None
         target = self.target_of(schedule)
         mission = self.mission_for(target, schedule.mission_id)
-        schedule = replace(schedule, mission_id=mission.id, name=self._schedule_name(schedule, target, mission))
+        schedule = replace(schedule, mission_id=mission.id, name=self._schedule_name(schedule, stored, target, mission))
         if stored is not None and self.definition(schedule) == self.definition(stored):
             return stored
         schedule = validation.schedule(schedule)
@@ -358,9 +359,10 @@ class Edit(GroupEdit):
         """The schedule without what the app itself notes on it."""
         return replace(schedule, **NOT_THE_RULE)  # type: ignore[arg-type]
 
-    def _schedule_name(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> str:
+    def _schedule_name(self, schedule: Schedule, stored: Schedule | None, target: Robot | Group, mission: Mission) -> str:
         if not schedule.name.strip():
-            return self.free_schedule_name(mission.name, target.name)
+            is_made = stored is not None and names.is_of_schedule(stored.name, mission.name, target.name)
+            return stored.name if stored is not None and is_made else self.free_schedule_name(mission.name, target.name)
         name = validation.name(schedule.name)
         other = self.schedules.by_name(self.c, name)
         if other is not None and other.id != schedule.id:
@@ -373,7 +375,8 @@ class Edit(GroupEdit):
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
-        removed = Removed(schedules=[schedule], skips=self.skips_of([schedule]), waiting=[row.id for row in self.take_back(schedule)])
+        removed = Removed(schedules=[schedule], made_names=self.with_made_names([schedule]), skips=self.skips_of([schedule]),
+                          waiting=[row.id for row in self.take_back(schedule)])
         self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")
         self.topics.add(Topic.SCHEDULES)

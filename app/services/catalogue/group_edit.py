@@ -43,7 +43,8 @@ class GroupEdit(Transaction):
         """With its schedules. What no robot has yet of them is cancelled; what runs goes on."""
         group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
         waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
-        removed = Removed(group=group, schedules=schedules, skips=self.skips_of(schedules), waiting=waiting)
+        removed = Removed(group=group, schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
+                          waiting=waiting)
         self.groups.remove(self.c, group_id)
         self.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
         self.topics |= {Topic.ROBOTS, Topic.SCHEDULES}

@@ -43,7 +43,7 @@ class Pausing:
             schedule = self._the_schedule(c, schedule_id)
             at = self._next_to_run(c, schedule, may_be_paused=False)
             if not schedule.enabled or at is None:
-                raise _nothing_to_skip(schedule)
+                raise _nothing_to_skip()
             return self._skip(c, schedule, at)
         return _told_skipped(*self._write(work))
 
@@ -54,20 +54,27 @@ class Pausing:
             if instant in self._schedules.skipped(c, schedule_id):
                 return schedule, instant
             if not schedule.enabled or schedule.next_at is None:
-                raise _nothing_to_skip(schedule)
+                raise _nothing_to_skip()
             if instant < schedule.next_at:
                 raise InvalidInput("schedule", "the time of this start has passed")
             if instant not in (schedule.next_at, next_occurrence(schedule, instant - MOMENT, self._calendar(c))):
-                raise _nothing_to_skip(schedule)
+                raise _nothing_to_skip()
             return self._skip(c, schedule, instant)
         return _told_skipped(*self._write(work))
 
-    def take_again(self, schedule_id: int, instant: datetime) -> None:
-        """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed."""
+    def take_again(self, schedule_id: int, instant: datetime, *, must_run: bool = False) -> None:
+        """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed, and where it ``must_run`` also when it would not
+        all the same: the schedule is off, paused till then or has another rule by now."""
         def work(c: sqlite3.Connection) -> Schedule:
             now, schedule, settings = self._clock.now(), self._the_schedule(c, schedule_id), self._settings.load(c)
             if instant <= now or (schedule.planned_through is not None and instant <= schedule.planned_through):
                 raise InvalidInput("schedule", "the time of this start has passed")
+            if must_run and not schedule.enabled:
+                raise InvalidInput("schedule", "this schedule is switched off: switch it on first")
+            if must_run and schedule.is_paused(instant):
+                raise InvalidInput("schedule", "this schedule is paused beyond that start: resume it first")
+            if must_run and next_occurrence(schedule, instant - MOMENT, self._calendar(c)) != instant:
+                raise InvalidInput("schedule", "this schedule has no such start any more")
             self._schedules.take_again(c, schedule_id, instant)
             self._executions.drop_skipped(c, schedule_id, instant)
             if schedule.next_at is None or instant < schedule.next_at:       # else what is due just now would be passed over
@@ -128,14 +135,14 @@ class Pausing:
         if target is None or mission is None:             # foreign keys prevent that
             raise InvalidInput("schedule", "there is no such schedule any more")
         row = rules.scheduled(schedule, target, mission, settings, self._settings.install_id(c), at, now)
-        self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD), now))
+        self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}), now))
         self._schedules.skip(c, schedule.id, at)
         self._schedules.advance(c, schedule.id, self._next_to_run(c, schedule))
         return schedule, at
 
 
-def _nothing_to_skip(schedule: Schedule) -> InvalidInput:
-    return InvalidInput("schedule", "the schedule {name} has no start to skip", name=schedule.name)
+def _nothing_to_skip() -> InvalidInput:
+    return InvalidInput("schedule", "this schedule has no start to skip")
 
 
 def _told_skipped(schedule: Schedule, at: datetime) -> datetime:

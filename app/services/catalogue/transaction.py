@@ -16,6 +16,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
+from app.domain import names
 from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
 from app.services.live.changes import Topic
 from app.services.planning.working_days import WorkingCalendar, working_calendar
@@ -97,6 +98,11 @@ class Transaction:
         return meant
 
     # ------------------------------------------------------------------ what follows from a change
+    def with_made_names(self, schedules: Sequence[Schedule]) -> set[int]:
+        """The ids of those whose names say what they do where."""
+        return {schedule.id for schedule in schedules if names.is_of_schedule(
+            schedule.name, self.the_mission(schedule.mission_id).name, self.target_of(schedule).name)}
+
     def skips_of(self, schedules: Sequence[Schedule]) -> set[Skip]:
         return self.schedules.skips(self.c, [schedule.id for schedule in schedules])
 

@@ -9,6 +9,7 @@ from app.database.group_starts import Watch
 from app.database.holds import StoredHold
 from app.database.robots import Accepted
 from app.database.schedules import Skip
+from app.domain import names
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
 from app.services.catalogue import told
 from app.services.live.changes import Topic
@@ -25,6 +26,7 @@ class Removed:
     idle_queue_id: int | None = None                     # of that robot
     missions: Sequence[Mission] = ()
     schedules: Sequence[Schedule] = ()
+    made_names: Collection[int] = ()                     # ids of those schedules whose names say what they do where
     skips: Collection[Skip] = ()
     idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
     holds: Sequence[StoredHold] = ()
@@ -76,11 +78,13 @@ def restore(edit: Edit, removed: Removed) -> None:
         _restore_idle(edit, robot_id, rule)
     calendar = edit.calendar
     for schedule in removed.schedules:
+        does = edit.the_mission(schedule.mission_id).name, edit.target_of(schedule).name
+        is_made = schedule.id in removed.made_names
+        if is_made and (edit.schedules.by_name(edit.c, schedule.name) or not names.is_of_schedule(schedule.name, *does)):
+            schedule = replace(schedule, name=edit.free_schedule_name(*does))
         if edit.schedules.by_name(edit.c, schedule.name):
             raise InvalidInput("name", "there is another schedule {name} by now: give that one another name, then undo again",
                                name=schedule.name)
-        edit.target_of(schedule)
-        edit.the_mission(schedule.mission_id)
         edit.schedules.add(edit.c, replace(schedule, changed_at=edit.now))
         edit.notes.append(f"schedule {schedule.name!r} put back")
         for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:

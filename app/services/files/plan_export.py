@@ -15,7 +15,7 @@ from typing import TextIO
 from app import __version__
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
-from app.domain import rules
+from app.domain import names, rules
 from app.domain.clock import Clock
 from app.services.catalogue.catalogue import Catalogue
 from app.services.files.exports import DataFiles
@@ -68,10 +68,16 @@ def write_plan(file: TextIO, runs: Iterable[PlannedRun], install_id: str, now: d
                    + line("UID", f"{rules.token_of(install_id, run.schedule.id, run.at)}@{DOMAIN}")
                    + line("DTSTAMP", _instant(now)) + line("DTSTART", _instant(run.at)) + line("DTEND", _instant(ends))
                    + text_line("SUMMARY", f"{run.mission.name} · {run.whose}")
-                   + text_line("DESCRIPTION", f"{run.schedule.name}: {sentences.sentence(run.schedule)}")
+                   + text_line("DESCRIPTION", _description(run))
                    + text_line("CATEGORIES", run.whose)
                    + line("TRANSP", "TRANSPARENT") + line("END", "VEVENT"))
     file.write(line("END", "VCALENDAR"))
+
+
+def _description(run: PlannedRun) -> str:
+    """Mission and robot, or group, are in the summary."""
+    name = names.given_to_schedule(run.schedule.name, run.mission.name, run.whose)
+    return ": ".join(filter(None, (name, sentences.sentence(run.schedule))))
 
 
 def _instant(moment: datetime) -> str:

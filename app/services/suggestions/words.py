@@ -61,10 +61,11 @@ class Result:
     answer_id: int = field(default=0, compare=False)
 
 
-def sentence(suggestion: Suggestion, translate: Translate = lambda text: text) -> str:
-    """What was found: "Kits to line 2 came late in 16 of its last 20 starts, typically 9 min: Aino was busy with Waste"."""
+def sentence(suggestion: Suggestion, translate: Translate = lambda text: text, called: str = "") -> str:
+    """What was found: "Kits to line 2 came late in 16 of its last 20 starts, typically 9 min: Aino was busy with Waste". ``called``: what
+    people call the schedule; empty: by its name."""
     one = suggestion.finding
-    text = translate(_FOUND).format(schedule=suggestion.schedule.name, late=one.late, starts=one.starts)
+    text = translate(_FOUND).format(schedule=called or suggestion.schedule.name, late=one.late, starts=one.starts)
     if one.typical_s is not None:
         text = translate(_TYPICALLY).format(found=text, minutes=max(1, round(one.typical_s / 60)))
     if one.cause in _CAUSES:
@@ -84,9 +85,9 @@ def action(change: Change, translate: Translate = lambda text: text) -> str:
     return _named(_DONE, change, translate)
 
 
-def since_then(result: Result, translate: Translate = lambda text: text) -> str:
-    return translate(_SINCE).format(schedule=result.schedule.name, late=result.late, starts=result.starts, late_before=result.late_before,
-                                    starts_before=result.starts_before, replayed=result.replayed)
+def since_then(result: Result, translate: Translate = lambda text: text, called: str = "") -> str:
+    return translate(_SINCE).format(schedule=called or result.schedule.name, late=result.late, starts=result.starts,
+                                    late_before=result.late_before, starts_before=result.starts_before, replayed=result.replayed)
 
 
 def _named(texts: Mapping[str, str], change: Change, translate: Translate) -> str:

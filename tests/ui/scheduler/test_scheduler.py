@@ -210,7 +210,7 @@ def test_missions_that_the_robot_lacks_are_not_offered_for_it(screen, container,
 def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     pick_time(screen, ui, "Time", "2015")
-    steps(screen, ui, "Late up to", chip="Not at all")
+    steps(screen, ui, "Late up to", chip="1 min")
     assert field(ui, "Late up to").value == "1 min"
     steps(screen, ui, "Late up to", chip="As in Settings: 15 min")
     assert field(ui, "Late up to").value == "15 min"

@@ -8,10 +8,8 @@ from kivy.metrics import dp
 from kivy.tests.common import UnitTestTouch
 
 from app.domain.models import ReasonCode, Robot, State
-from app.screens.common.shell import pick
 from app.screens.scheduler.cards import FormCard, HoursPart, SchedulesCard, TimeControls
 from app.screens.scheduler.form_warnings import WarningRow
-from app.screens.scheduler.screen import SchedulerScreen
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.fields import SearchField
@@ -166,17 +164,6 @@ def test_seven_days_are_a_list_that_opens_schedules(screen, ui):
     assert checks.problems(screen.shell.navigator.screen("scheduler")) == []
 
 
-def test_without_room_beside_the_list_it_takes_the_screen_and_a_tap_leads_to_the_form(low, screen, ui):
-    settle(screen, ui)
-    kind(screen, ui, "List")
-    assert not ui.find_all(FormCard)
-    start = next(line for line in ui.find_all(DayLine) if line.mission)
-    ui.tap(start)
-    settle(screen, ui)
-    assert low.vm.mode == "hours"
-    assert ui.find(FormCard).view.mission == start.mission
-
-
 def listed(ui) -> list[str]:
     return [line.mission for line in sorted(ui.find_all(ScheduleLine), key=lambda line: -line.to_window(0, line.y)[1])]
 
@@ -229,45 +216,6 @@ def test_nothing_overlaps_or_is_too_small(screen, ui):
     choose(screen, ui, "Mission", KITS)
     kind(screen, ui, "Weekly")
     assert checks.problems(screen.shell.navigator.screen("scheduler")) == []
-
-
-@pytest.fixture
-def low(screen, container, ui):
-    """The same screen in a low window."""
-    screen.shell.go("home")
-    low = ui.show(SchedulerScreen(pick(SchedulerScreen.Services, container), screen.shell), (976, 440))
-    low.shown()
-    yield low
-    low.hidden()
-    ui.show(screen.root)
-
-
-def test_in_a_low_window_the_page_scrolls_and_its_fields_and_lists_still_take_taps(low, screen, container, ui):
-    settle(screen, ui)
-    page = low.ids.page
-    assert page.do_scroll_y
-    choose(screen, ui, "Mission", KITS)
-    page.scroll_y = 0
-    ui.advance(.3)
-    kind(screen, ui, "Daily")
-    ui.advance(.5)
-    assert low.vm.form.draft.kind == "daily"
-    page.scroll_y = 1
-    ui.advance(.1)
-    low.vm.edit(ui.find_all(ScheduleLine)[0].key)
-    ui.advance(.3)
-    form = ui.find(FormCard)
-    assert form.to_window(0, form.y)[1] >= page.to_window(0, page.y)[1] - 1
-    page.scroll_y = 0
-    ui.advance(.3)
-    edge = low.to_window(*low.pos)[1]
-    line = next(line for line in ui.find_all(ScheduleLine) if edge + 40 < line.to_window(*line.center)[1] < edge + 400
-                and line.to_window(*line.center)[0] < low.right)          # rows without room are placed beside the list
-    number = line.key
-    ui.tap(ui.find(Toggle, line))
-    ui.advance(.5)
-    settle(screen, ui)
-    assert not container.repositories.schedules.get(container.db.read(), number).enabled
 
 
 # ---------------------------------------------------------------------- a finger that rests on it

@@ -6,7 +6,7 @@ from datetime import datetime, time, timedelta
 from zoneinfo import ZoneInfo
 
 from app.domain.models import Schedule
-from app.screens.scheduler.cards import StartChip
+from app.screens.scheduler.cards import FormCard, StartChip
 from app.widgets.buttons import CommandButton, IconButton, Toggle
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
@@ -31,10 +31,22 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
         else:                                                         # after the message is gone
             bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Skipped: {KITS}")
             tap_bar(ui, bar.key)
-            assert "Skipped or held back by a person" in card_of(ui).text
+            assert "Skipped by a person on 20 Nov 2026 14:38" in card_of(ui).text
             take(screen, ui, end)
+            assert screen.shell.snackbars.texts[-1] == "The start of Deliver kits to line 2 on Aino is planned again: 16:00"
         settle(screen, ui)
         assert [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id][1] == second
+
+
+def test_a_start_that_was_planned_again_by_mistake_is_skipped_again_by_undo(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    at = container.pausing.skip_next(schedule.id)
+    screen.plan.actions.take_again(schedule, at)
+    settle(screen, ui)
+    assert at in [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id]
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert at not in [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id]
 
 
 def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothing_is_changed(screen, container, ui):
@@ -43,15 +55,26 @@ def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothin
     settle(screen, ui)
     assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 17:00"]
     press(screen, ui, "Skip a start")
+    assert screen.shell.dialogs.top.title == "Skip which start of Deliver kits to line 2 on Aino?"
     ui.tap(ui.find(OptionRow, text="Fri 20 · 17:00"))
     settle(screen, ui)
+    assert screen.shell.dialogs.top is None
+    assert ui.find(Snackbar).text == "The start of Deliver kits to line 2 on Aino is skipped: 17:00"
     assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 18:00"]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     assert [start.text for start in ui.find_all(StartChip)][2] == "Fri 20 · 17:00"
     screen.plan.form.set(at=time(6, 30))                              # what is shown now is no start yet
     settle(screen, ui)
-    assert not ui.find_all(CommandButton, text="Skip a start")
+    assert ui.find(CommandButton, text="Skip a start").disabled
+    assert "Save the changes first, then skip a start" in ui.texts(ui.find(FormCard))
+    screen.plan.form.set(at=schedule.start.time())
+    settle(screen, ui)
+    assert not ui.find(CommandButton, text="Skip a start").disabled
+    assert "Save the changes first, then skip a start" not in ui.texts(ui.find(FormCard))
+    container.catalogue.set_schedule_enabled(schedule.id, False)
+    settle(screen, ui)
+    assert not ui.find_all(CommandButton, text="Skip a start")        # there is none
 
 
 def test_a_skipped_start_that_its_rule_has_no_more_leaves_the_timeline(screen, container, ui):

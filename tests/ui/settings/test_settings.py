@@ -15,7 +15,8 @@ from app.screens.settings.facts import read
 from app.screens.settings.idle import IdlePanel
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.robot_dialog import RobotDialog
-from app.screens.settings.robots import RobotPanel
+from app.screens.settings.robots import AddPanel, RobotPanel
+from app.screens.settings.screen import PAGES
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickBox, PickField, RepeatButton, SearchField, StepField
@@ -25,6 +26,7 @@ from app.widgets.rows import OptionRow, SectionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
 from tests.ui.integrator import enter, go, is_saved, page, press, robots, says, settings
+from tests.ui.wear import CACHED
 from tests.ui.whole_app import PASSWORD, POLL, USER
 
 
@@ -52,6 +54,41 @@ def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
     field.focus = False
     ui.wait(lambda: settings(site).minimum_battery_percent is None)
     ui.wait(lambda: ui.find(SectionRow, key="constraints").note.startswith("No minimum battery"))
+
+
+def test_the_section_before_is_at_hand_and_on_another_screen_none_but_the_open_one(site, app, ui):
+    def kept() -> list[str]:
+        ui.skip(CACHED)
+        ui.wait(lambda: app.shell.background.idle)
+        gc.collect()
+        return [section for section in PAGES if pages[section]() is not None]
+
+    pages = {}
+    for section in PAGES:
+        go(ui, section)
+        pages[section] = weakref.ref(page(app))
+    assert kept() == ["data", "about"]
+    go(ui, "data")
+    assert page(app) is pages["data"]()
+    app.shell.go("home")
+    assert kept() == ["data"]
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(AddPanel))
+
+
+def test_a_section_with_something_under_way_is_kept_until_that_has_ended(site, app, ui):
+    go(ui, "data")
+    data = page(app)
+    data.vm.backing_up = True
+    for section in ("robots", "display"):
+        go(ui, section)
+    app.shell.go("home")
+    go(ui, "data")
+    assert page(app) is data
+    data.vm.backing_up = False
+    for section in ("robots", "display", "data"):
+        go(ui, section)
+    assert page(app) is not data
 
 
 def test_working_days_but_never_none(site, app, ui):
@@ -112,7 +149,7 @@ def test_idle_automation_without_missions_says_where_they_come_from(site, app, u
 NUMBERS = {                              # label: (setting, what is accepted at its ends, what is not)
     "Ask the robots every (s)": ("poll_interval_seconds", ("1", "3600"), ("0", "3601")),
     "Retries when a robot can't be reached": ("retry_limit", ("0", "20"), ("21",)),
-    "A mission may start late by (min)": ("start_window_minutes", ("0", "1440"), ("1441",)),
+    "A mission may start late by (min)": ("start_window_minutes", ("1", "1440"), ("0", "1441")),
     "Wait after an unknown outcome (s)": ("unknown_outcome_quiet_seconds", ("5", "600"), ("4", "601")),
     "Otherwise keep the last (runs)": ("history_limit", ("1", "5000"), ("0",)),
 }

@@ -32,6 +32,7 @@ def told(code: ReasonCode, zone=HELSINKI, **details) -> str:
     (ReasonCode.WRONG_ROBOT, {"found": "22", "expected": "11"}, "Another robot answered at this address: serial number 22 instead of 11"),
     (ReasonCode.OVERLAP, {"planned_at": NOON}, "The run planned for 14:00 was still under way"),
     (ReasonCode.HOLD, {"until": NOON + timedelta(days=2)}, "Held back until 25 Nov 2026 14:00"),
+    (ReasonCode.HOLD, {"skipped_at": NOON}, "Skipped by a person on 23 Nov 2026 14:00"),
     (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=1)}, "The app was off or asleep from 14:00 to 15:00"),
     (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=11)},
      "The app was off or asleep from 2026-11-23 14:00 to 2026-11-24 01:00"),

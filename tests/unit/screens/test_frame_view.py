@@ -70,6 +70,16 @@ def test_where_the_robot_is_on_screen_already_it_can_be_acknowledged():
     assert show(alarm("emergency_stop", acknowledged_at=NOW), here=HOME).act is Act.NOTHING
 
 
+def test_one_that_was_acknowledged_is_calm_and_says_when_first():
+    view = show(alarm("emergency_stop", acknowledged_at=NOW, note="Pallet fell over"))
+    assert view.note == "Acknowledged 14:38: Pallet fell over · Since 14:36 · release the red button, then press Reset on the robot"
+    assert (view.tone, view.calm) == ("fault", True)
+    assert not show(alarm("emergency_stop")).calm
+    several = show(*(alarm("unreachable", f"robot:{n}", id=n, acknowledged_at=NOW, details={"robot": f"R{n}"}) for n in range(3)))
+    assert several.calm
+    assert several.note.startswith("Acknowledged 14:38 · ")
+
+
 @pytest.mark.parametrize("code", ["unauthorized", "wrong_robot", "not_a_robot", "certificate_changed", "certificate_untrusted"])
 def test_a_problem_of_the_configuration_leads_to_settings(code):
     assert (show(alarm(code)).act, show(alarm(code)).about) == (Act.ROBOT_SETTINGS, 1)

@@ -1,4 +1,4 @@
-"""Home's words: what a person reads off each state of the robot, the queue and the plan."""
+"""Home's words: what a person reads off each state of the robot, and of what is run now."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -6,20 +6,14 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Connection, DurationEstimate, IdleRule, Reason, ReasonCode, Settings, State, Trigger, Wait
+from app.domain.models import Connection, DurationEstimate, IdleRule, Reason, ReasonCode, Settings, State
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.i18n import translator
 from app.mir.errors import Unreachable
 from app.screens.common.robot_appearance import battery_appearance, link_appearance
 from app.screens.home.facts import HomeFacts
 from app.screens.home.lists import (
-    NOT_BLOCKED,
-    Blocked,
-    finished_runs,
     outcome_line,
-    planned_starts,
-    queue_entries,
-    queue_note,
     robot_summaries,
 )
 from app.screens.home.view import can_reset, present
@@ -33,13 +27,9 @@ from tests.support.home_facts import (
     EXECUTING,
     FACTS,
     FAILED,
-    HELD,
     KITS,
     NOW,
-    QUEUE,
-    QUEUED,
     READY,
-    RUNNING,
     SETTINGS,
     STOPPED,
     VEIKKO,
@@ -327,122 +317,6 @@ def test_charging_is_seen():
     look = battery_appearance(CHARGING, SETTINGS)
     assert look.note == "under 30 %"
     assert battery_appearance(replace(CHARGING, battery_percentage=50.0), SETTINGS).note == "charging"
-
-
-# ---------------------------------------------------------------------- the queue
-def test_the_queue_names_the_source_of_every_item():
-    rows = queue_entries(FACTS, NOW)
-    assert [(row.mission, row.origin) for row in rows] == [
-        ("Deliver kits to line 2", "Run now · started 14:33"),
-        ("Collect empties", "Idle automation · since 14:36"),
-        ("Bring pallet to dock", "Matti · 14:37 robot time"),
-        ("Waste to compactor", "Evening waste · Battery 19 % is under 30 %; waits until 14:50"),
-    ]
-    assert [row.key for row in rows] == [("execution", 1), ("execution", 2), ("item", 103), ("execution", 3)]
-    assert [row.number for row in rows] == ["", "1", "2", ""]
-    assert queue_note(FACTS, NOW) == "1 running, 3 waiting"
-
-
-def test_what_is_blocked_is_said_above_the_queue():
-    assert view(FACTS).queue_blocked == Blocked("1 blocked: battery", ("execution", 3))
-    silent = replace(HELD, id=4, wait=Wait.RETRY)
-    assert view(replace(FACTS, open=(silent, HELD, replace(HELD, id=5)))).queue_blocked == Blocked(
-        "3 blocked: no answer, battery", ("execution", 4))
-    assert view(replace(FACTS, open=(RUNNING, QUEUED, replace(HELD, wait=Wait.DUE)))).queue_blocked == NOT_BLOCKED
-
-
-def test_an_item_without_a_creator_belongs_to_the_robot():
-    facts = replace(with_aino(READY, (QueueItem(9, QueueState.PENDING, mission_id="g4"),)), open=())
-    assert queue_entries(facts, NOW)[0].origin == "The robot itself"
-
-
-def test_a_submission_of_ours_is_known_by_its_token_before_its_number_is_written_down():
-    ours = execution(5, AINO, KITS.name, State.SUBMITTING, guid=KITS.guid, schedule="Kits")
-    facts = replace(with_aino(READY, (QueueItem(110, QueueState.PENDING, mission_id=KITS.guid, description="token-5"),)), open=(ours,))
-    rows = queue_entries(facts, NOW)
-    assert len(rows) == 1
-    assert rows[0].origin.startswith("Kits")
-
-
-def test_a_row_stays_while_the_robot_has_taken_it_but_its_queue_was_not_read_yet():
-    taken = execution(5, AINO, KITS.name, State.QUEUED, guid=KITS.guid, schedule="Kits", queue_id=111, submitted_at=NOW)
-    row, = queue_entries(replace(with_aino(READY, ()), open=(taken,)), NOW)
-    assert (row.key, row.number, row.origin) == (("execution", 5), "1", "Kits · since 14:38")
-
-
-def test_what_is_being_cancelled_cannot_be_cancelled_again():
-    asked = replace(RUNNING, cancel_code=ReasonCode.USER_CANCELLED)
-    facts = replace(FACTS, open=(asked,), cancelling=frozenset({103}))
-    rows = {row.key: row for row in queue_entries(facts, NOW)}
-    assert rows["execution", 1].origin == rows["item", 103].origin == "Being cancelled"
-    assert not rows["execution", 1].cancellable
-
-
-def test_a_late_start_counts_down():
-    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
-    row = queue_entries(replace(FACTS, open=(late,), snapshots={}), NOW)[0]
-    assert row.origin == "Evening waste · late, because the app was off; starts in 24 s"
-
-
-def test_other_robots_items_stay_away():
-    theirs = execution(6, VEIKKO, "Elsewhere", State.WAITING)
-    assert all(row.mission != "Elsewhere" for row in queue_entries(replace(FACTS, open=(*FACTS.open, theirs)), NOW))
-
-
-def test_clearing_counts_what_is_on_the_robot_and_what_waits_here():
-    assert view(FACTS).controls.clear_count == len(QUEUE) + 1
-
-
-def test_a_mission_nobody_entered_here_is_called_as_the_robot_does():
-    item = QueueItem(9, QueueState.PENDING, mission_id="strange")
-    facts = replace(with_aino(READY, (item,)), open=())
-    assert facts.needs_name(item)
-    assert facts.name_of(item) == "strange"
-    assert replace(facts, names={"strange": "Wash the floor"}).name_of(item) == "Wash the floor"
-
-
-# ---------------------------------------------------------------------- before and after
-def test_planned_starts_say_when_and_where():
-    rows = planned_starts(FACTS, NOW)
-    assert [(row.time, row.mission, row.note) for row in rows[:2]] == [
-        ("15:00", "Deliver kits to line 2", "Aino · in 22 min"), ("15:15", "Bring pallet to dock", "Sisu · in 37 min")]
-    assert [row.day for row in rows] == ["", "", "", "", "Sat 21 Nov"]
-    assert rows[4].note == "Veikko"                       # how soon it is, its day says
-    early = replace(FACTS.planned[0], at=NOW + timedelta(hours=16))
-    [row] = planned_starts(replace(FACTS, planned=(early,)), NOW)
-    assert (row.day, row.note) == ("Sat 21 Nov", "Aino · in 16 h")
-
-
-@pytest.mark.parametrize(("until", "words"), [(None, "held until released"), (NOW + timedelta(minutes=60), "skipped: held until 15:38"),
-                                              (NOW + timedelta(minutes=30), "held until 15:08")])
-def test_a_planned_start_in_a_hold_says_so_instead_of_how_soon_it_comes(until, words):
-    held = replace(FACTS, holds=(Hold("Maintenance", until, ago(minutes=1), robot_id=AINO.id),))
-    rows = planned_starts(held, NOW)
-    assert (rows[0].note, rows[0].icon) == (f"Aino · {words}", "hand-back-right-outline")
-    assert (rows[1].note, rows[1].icon) == ("Sisu · in 37 min", "")
-    idle = replace(with_aino(READY, ()), holds=held.holds)
-    assert view(idle).card.mission.note == f"next: Deliver kits to line 2, {words}"
-
-
-def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
-    rows = finished_runs(FACTS, NOW)
-    assert [row.reason for row in rows[:4]] == [
-        "Skipped: Battery 12 % stayed under 30 % until 14:30", "Completed in 8 min 05 s", "Completed in 6 min 18 s",
-        "Failed: could not reach 'Dock 3' within 4 min"]
-    assert [row.abnormal for row in rows[:4]] == [True, False, False, True]
-    assert rows[0].when == "Sisu 14:30"
-
-
-@pytest.mark.parametrize("code", list(ReasonCode))
-def test_every_reason_makes_a_line(code):
-    reason = Reason(code)
-    ended = execution(20, AINO, "M", reason.state, Trigger.SCHEDULED, ended_at=NOW, reason=reason)
-    assert len(outcome_line(ended).split(": ", 1)[1]) > 5
-
-
-def test_yesterdays_run_shows_its_day():
-    yesterday = execution(21, AINO, "M", State.COMPLETED, ended_at=ago(hours=20))
-    assert finished_runs(replace(FACTS, finished=(yesterday,)), NOW)[0].when == "Aino Thu 19 Nov 18:38"
 
 
 # ---------------------------------------------------------------------- run now

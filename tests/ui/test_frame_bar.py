@@ -1,0 +1,57 @@
+"""The top bar and the banner as widgets: what must keep its place does, and what has been acknowledged looks so."""
+from __future__ import annotations
+
+import pytest
+from kivy.uix.boxlayout import BoxLayout
+
+from app.widgets import load_kv
+from app.widgets.buttons import CommandButton
+from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.text import Ico
+from app.widgets.tokens import tk
+
+
+@pytest.fixture
+def bar(ui):
+    load_kv("widgets/frame")
+    bar = TopBar(title="Scheduler", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now", icon="wifi")
+    ui.show(BoxLayout(), (1280, 600)).add_widget(bar)
+    ui.advance()
+    return bar
+
+
+def places(bar, ui) -> list[tuple[float, float]]:
+    bell = bar.ids.bell
+    return [widget.to_window(*widget.pos) for widget in (bell, ui.find(Ico, bell))]
+
+
+def test_the_bell_keeps_its_place_whatever_is_counted_and_said_beside_it(bar, ui):
+    before, size = places(bar, ui), tuple(bar.ids.bell.size)
+    for count in ("1", "12", "128"):
+        bar.bell_count, bar.bell_icon = count, "bell-ring-outline"
+        bar.link = f"No answer for {count} min"
+        ui.advance()
+        assert count in ui.texts(bar.ids.bell)
+        assert (places(bar, ui), tuple(bar.ids.bell.size)) == (before, size)
+
+
+@pytest.mark.parametrize("theme", ["dark", "contrast", "light"])
+def test_the_number_can_be_read_in_every_theme(bar, ui, theme):
+    bar.bell_count = "7"
+    tk.theme = theme
+    ui.advance()
+    number = ui.find(bar.ids.bell_count.__class__, bar.ids.bell, text="7")
+    assert tuple(number.color) == tuple(tk.snack_ink) != tuple(number.parent.md_bg_color) == tuple(tk.snack)
+
+
+def test_what_was_acknowledged_is_no_red_block_any_more(ui):
+    load_kv("widgets/frame")
+    banner = AlarmBanner(tone="fault", icon="alert-octagon", text="Aino is stopped", note="Since 14:31", action="Show Aino")
+    ui.show(BoxLayout(), (1280, 200)).add_widget(banner)
+    ui.advance()
+    button, icon = ui.find(CommandButton, banner), ui.find(Ico, banner, icon="alert-octagon")
+    assert (tuple(banner.md_bg_color), button.over_solid) == (tuple(tk.fault_solid), True)
+    banner.calm = True
+    ui.advance()
+    assert (tuple(banner.md_bg_color), button.over_solid) == (tuple(tk.surface), False)
+    assert tuple(banner.line_color) == tuple(icon.color) == tuple(tk.fault)

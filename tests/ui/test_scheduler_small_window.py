@@ -1,0 +1,82 @@
+"""The Scheduler at 1024×600, with large texts too and in both languages: plan, form and schedules one at a time, each of them whole."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import date, time
+
+import pytest
+from kivy.core.text import Label as CoreLabel
+from kivy.core.window import Window
+from kivy.metrics import Metrics
+from kivy.uix.label import Label
+from kivy.uix.scrollview import ScrollView
+
+from app.i18n import _, translator
+from app.screens.scheduler.cards import FormCard, SchedulesCard, UpcomingCard
+from app.screens.scheduler.draft import Kind
+from app.widgets.buttons import CommandButton, Segment, Segments
+from app.widgets.fields import PickField
+from tests.screenshots.planning import Stand
+from tests.ui import checks
+from tests.ui.planner import KITS
+from tests.ui.test_small_window import Rig
+
+PARTS = {"hours": UpcomingCard, "days": UpcomingCard, "form": FormCard, "schedules": SchedulesCard}
+EVERY_KIND = ({"kind": Kind.ONCE}, {"kind": Kind.DAILY}, {"kind": Kind.WEEKLY}, {"kind": Kind.EVERY, "every": 4},
+              {"kind": Kind.MONTHLY, "by_weekday": True, "nth": 1, "month_weekday": "MO"})
+
+
+@pytest.fixture(params=[(scale, language) for scale in (1.0, 1.3) for language in ("en", "fi")], ids=lambda way: f"{way[0]}-{way[1]}")
+def small(ui, request) -> Iterator[Stand]:
+    """The Scheduler in its frame, in a window of 1024×600."""
+    before = Window.size
+    Window.size = 1024, 600
+    Metrics.fontscale, language = request.param
+    translator.use(language)
+    rig = Rig(ui)
+    stand = Stand(rig, "scheduler")
+    stand.vm.form.set(mission_id=stand.mission(KITS), day=date(2026, 11, 23), at=time(6, 30), minimum_battery_percent=40.0)
+    stand.settle()
+    yield stand
+    for close in reversed(rig.after):
+        close()
+    translator.use("en")
+    Metrics.fontscale = 1.0
+    Window.size = before
+
+
+def broken_words(ui) -> list[str]:
+    """Texts with a word that is wider than its line."""
+    def width(label: Label, word: str) -> float:
+        drawn = CoreLabel(text=word, font_size=label.font_size, font_name=label.font_name)
+        return drawn.get_extents(word)[0]
+
+    return [label.text for label in ui.find_all(Label) if label.text and label.font_name != "Icons" and label.width > 1
+            and label.text_size[0] and max(width(label, word) for word in label.text.split()) > label.text_size[0] + 1]
+
+
+def test_each_part_is_a_page_that_is_whole(ui, small):
+    for part, card in PARTS.items():
+        small.vm.choose_part(part)
+        small.settle()
+        assert [kind for kind in dict.fromkeys(PARTS.values()) if ui.find_all(kind)] == [card]
+        assert "\n".join(checks.problems(small.screen)) == ""
+        assert broken_words(ui) == []
+        scrolled = [view for view in ui.find_all(ScrollView, small.screen) if view.do_scroll_y]
+        assert not [view for view in scrolled if [outer for outer in checks.parents(view) if outer in scrolled]]
+        chosen, = (segment for segment in ui.find_all(Segments, small.screen)[0].children if segment.selected)
+        assert chosen.key == part
+
+
+def test_mission_robot_day_and_time_and_the_way_to_save_are_seen_at_once(ui, small):
+    small.vm.choose_part("form")
+    for values in EVERY_KIND:
+        small.vm.form.set(**values)
+        small.settle()
+        view = small.vm.form.view
+        first = [field for field in ui.find_all(PickField) if field.label in (_("Mission"), _("Robot"), view.day_label, view.time_label)]
+        assert len(first) == 4
+        for widget in (*first, ui.find(CommandButton, text=view.save), *(one for one in ui.find_all(Segment) if one.key == values["kind"])):
+            assert checks.visible_area(widget, checks.parents(widget)) == pytest.approx(checks.area(widget), abs=1), checks.name_of(widget)
+        assert broken_words(ui) == []
+        assert "\n".join(checks.problems(small.screen)) == ""

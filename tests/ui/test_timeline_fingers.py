@@ -1,0 +1,202 @@
+"""The timeline under fingers: what a tap hits, how it is dragged and zoomed, and that this draws nothing anew."""
+from __future__ import annotations
+
+import pytest
+from kivy.metrics import sp
+
+from app.screens.scheduler.axis import Band
+from app.screens.scheduler.timeline import Bar, Lane
+from app.widgets.chart import glyphs
+from app.widgets.timeline import LONG, Timeline
+from app.widgets.timeline_drawing import Drawing
+from tests.ui.drawn import LANES, fingers, fired, instructions, put_down, textures, words_of
+
+
+def test_a_tap_on_a_bar_says_which(ui):
+    chart = ui.show(Timeline(lanes=LANES, ticks=[(6, "19:00", False)], now=1.2, now_label="14:12"), (800, 150))
+    calls = fired(chart, "on_bar")
+    left, width = 88, 800 - 88
+    lane = (150 - 28) / 2
+    top = chart.top - 28
+    ui.tap_at(left + width * 2.5 / 24, top - lane / 2)
+    ui.tap_at(left + width * 20.4 / 24, top - lane * 1.5)          # a fingertip beside a thin bar
+    ui.tap_at(left + width * 12 / 24, top - lane / 2)              # nothing near
+    assert calls == [("b",), ("c",)]
+
+
+def test_a_tap_where_bars_lie_on_each_other_says_all_of_them_the_uppermost_first(ui):
+    bars = (Bar("a", 1, 2), Bar("b", 1.5, 3), Bar("long", 10, 14), Bar("same", 10, 14), Bar("next", 14, 15))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24), (800, 100))
+    calls, y = fired(chart, "on_bar"), chart.top - 60
+    for hour in (1.2, 1.7, 2.6, 12, 14.8):
+        ui.tap_at(chart.left_of(hour), y)
+    assert calls == [("a",), ("b", "a"), ("b",), ("same", "long"), ("next",)]
+
+
+def test_bars_a_minute_apart_are_both_found_at_any_zoom(ui):
+    bars = (Bar("a", 10, 10.1), Bar("b", 10.02, 10.1))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=168), (800, 100))
+    calls = fired(chart, "on_bar")
+    ui.tap_at(chart.left_of(10) - 12, chart.top - 60)             # a fingertip beside them
+    assert sorted(calls[0]) == ["a", "b"]
+
+
+def test_a_bar_on_another_leaves_an_edge_of_it_in_sight_and_only_its_own_words(ui):
+    bars = (Bar("a", 8, 14, "Kits"), Bar("b", 8, 14, "Empties"), Bar("c", 8, 9.9, "C"), Bar("d", 15, 20, "Waste"))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24), (800, 28 + 44))
+    tops = {key: top for _left, _bottom, _right, top, key in chart.boxes()}
+    assert tops["a"] == tops["d"] == pytest.approx(tops["b"] + 5) == pytest.approx(tops["c"] + 10)
+    assert [texture for _x, texture in words_of(chart)] == [glyphs(words, sp(14), "Roboto") for words in ("Empties", "Waste")]
+    assert words_of(chart)[0][0] > chart.left_of(9.9)             # where it is in sight
+
+
+def test_a_finger_drags_the_hours_and_a_tap_after_it_still_hits(ui):
+    chart = ui.show(Timeline(lanes=LANES, hours=24), (800, 150))
+    calls, bars = fired(chart, "on_window"), fired(chart, "on_bar")
+    unit = (800 - 88) / 24
+    y = chart.top - 28 - (150 - 28) / 4
+    fingers(chart, [(500, y), (480, y), (500 - 2 * unit, y)])
+    assert calls == [(pytest.approx(2), 24)]
+    assert bars == []                                             # a drag is no tap
+    ui.advance()
+    ui.tap_at(88 + unit * .5, y)                                  # the bar from 1.5 to 3
+    assert bars == [("b",)]
+
+
+def rest(ui, x, y):
+    """A finger that stays where it was put down until a press is a long one."""
+    touch = put_down(x, y)
+    ui.advance(LONG + .1)
+    return touch
+
+
+def test_a_finger_that_rests_on_free_time_says_whose_and_when_to_five_minutes(ui):
+    lanes = [Lane("Aino", key=1), Lane("Veikko", bars=(Bar("c", 20, 21),), key=2)]
+    chart = ui.show(Timeline(lanes=lanes, hours=24), (800, 150))
+    free, taps = fired(chart, "on_free"), fired(chart, "on_bar")
+    unit = (800 - 88) / 24
+    rest(ui, 88 + unit * 7.26, chart.y + 20).touch_up()
+    rest(ui, 40, chart.y + 20).touch_up()                         # a name
+    rest(ui, 300, chart.top - 5).touch_up()                       # the axis
+    moving = put_down(300, chart.y + 20)
+    moving.touch_move(280, chart.y + 20)
+    ui.advance(LONG + .1)
+    moving.touch_up()
+    assert free == [(2, pytest.approx(7.25))]
+    assert taps == []
+
+
+def test_a_bar_that_may_be_moved_is_dragged_after_a_long_press_and_says_its_new_time(ui):
+    bars = (Bar("a", 2, 4, movable=True), Bar("past", 10, 12))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24, time_text=lambda hour: f"at {hour:.2f}"), (800, 100))
+    moved, windows, taps = fired(chart, "on_moved"), fired(chart, "on_window"), fired(chart, "on_bar")
+    unit, y = (800 - 88) / 24, chart.y + 30
+    touch = rest(ui, 88 + unit * 3, y)
+    assert chart.touched
+    assert glyphs("at 2.00", sp(16), "RobotoMedium") in textures(chart.canvas.after)
+    touch.touch_move(88 + unit * 6.02, y)
+    assert glyphs("at 5.00", sp(16), "RobotoMedium") in textures(chart.canvas.after)
+    touch.touch_up()
+    assert (moved, windows, chart.first, chart.touched) == ([("a", pytest.approx(5))], [], 0, False)
+    assert not chart.canvas.after.children
+    rest(ui, 88 + unit * 3, y).touch_up()                         # nothing has moved
+    past = rest(ui, 88 + unit * 11, y)
+    past.touch_move(88 + unit * 13, y)                            # drags the hours
+    past.touch_up()
+    assert (len(moved), len(windows), taps) == (1, 1, [])
+
+
+FOLDED = [Band(6, 54, "Sat–Sun, no work", "folded")]
+
+
+def test_what_is_after_a_break_lies_where_its_time_is_and_a_drag_goes_over_it(ui):
+    bars = (Bar("a", 2, 3), Bar("b", 60, 61))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], bands=FOLDED, hours=24, now=58, now_label="14:12"), (800, 150))
+    unit, breaks = (800 - 88) / 24, fired(chart, "on_fold")
+    places = {key: (left, right) for left, _bottom, right, _top, key in chart.boxes()}
+    assert places["b"][0] == pytest.approx(88 + 6 * unit + 72 + 6 * unit)
+    assert chart.left_of(58) == pytest.approx(places["b"][0] - 2 * unit)
+    y = chart.top - 60
+    fingers(chart, [(600, y), (580, y), (600 - 6 * unit - 72, y)])
+    assert chart.first == pytest.approx(54)
+    ui.advance(.2)
+    assert chart.left_of(60) == pytest.approx(88 + 6 * unit)
+    fingers(chart, [(300, y), (320, y), (300 + 6 * unit + 72, y)])
+    ui.tap_at(88 + 6 * unit + 36, y)
+    assert breaks == [(pytest.approx(30, abs=2),)]
+
+
+def test_two_fingers_zoom_beyond_a_break_around_what_is_under_them(ui):
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("b", 60, 61),))], bands=FOLDED, hours=24), (888, 150))
+    middle = chart.left_of(60)
+    fingers(chart, *([(middle + side * x, chart.center_y) for x in (50, 75, 100)] for side in (-1, 1)))
+    ui.advance(.2)
+    assert chart.hours == pytest.approx(12)
+    assert chart.left_of(60) == pytest.approx(middle, abs=1)
+
+
+@pytest.fixture
+def drawn(monkeypatch) -> list[Drawing]:
+    """Every drawing that is begun."""
+    begun: list[Drawing] = []
+    begin = Drawing.__init__
+    monkeypatch.setattr(Drawing, "__init__", lambda drawing, *seen: (begun.append(drawing), begin(drawing, *seen))[1])
+    return begun
+
+
+def test_while_it_is_dragged_and_when_it_is_let_go_nothing_is_drawn_anew(ui, drawn):
+    chart = ui.show(Timeline(lanes=LANES, hours=24, ticks=[(n, str(n), False) for n in range(0, 24, 2)]), (800, 150))
+    before, [drawing] = instructions(drawn[0]._bars), drawn
+    touch = put_down(600, chart.center_y)
+    for x in range(590, 100, -10):
+        touch.touch_move(x, chart.center_y)
+        ui.advance()
+    assert drawing.moved == pytest.approx(100 - 600, abs=12)      # far beyond its margin: there is nothing that it lacks
+    touch.touch_up()
+    ui.advance(.2)
+    chart.now, chart.now_label = 10, "23:00"                      # nor does the time
+    ui.advance(.2)
+    assert drawn == [drawing]
+    assert instructions(drawing._bars) == before
+
+
+def test_a_drag_towards_what_is_not_drawn_yet_draws_it_before_it_comes_into_sight(ui, drawn):
+    far = Lane("Sisu", bars=[Bar(n, n, n + .5) for n in range(100)])
+    chart = ui.show(Timeline(lanes=[far], hours=24), (800, 150))
+    touch = put_down(700, chart.center_y)
+    for x in range(690, 100, -10):
+        touch.touch_move(x, chart.center_y)
+        ui.advance()
+        assert chart._drawing.reaches(chart.first)
+    assert 2 <= len(drawn) <= 3
+    touch.touch_up()
+
+
+def test_a_crowd_is_drawn_over_several_frames_and_then_seen_at_once(ui, monkeypatch):
+    bars = [Bar(n, n / 50, n / 50 + .03) for n in range(1000)]
+    chart = ui.show(Timeline(lanes=[Lane("Aino")], hours=24), (800, 600))
+    old, show_lanes, frames = chart._drawing, Drawing.show_lanes, []
+
+    def one_frame(drawing, *seen):
+        done = show_lanes(drawing, *seen)
+        frames.append((len(drawing.lanes), chart._drawing is old))
+        return done
+
+    monkeypatch.setattr(Drawing, "show_lanes", one_frame)
+    chart.lanes = [Lane(f"R{lane}", bars=bars) for lane in range(8)]
+    ui.advance(.3)
+    assert frames == [(2, True), (4, True), (6, True), (8, True)]
+    assert chart._drawing.lanes == list(range(8))
+    assert old.canvas not in chart.canvas.children
+
+
+def test_two_fingers_zoom_and_keep_what_is_under_them(ui):
+    chart = ui.show(Timeline(lanes=LANES, hours=24), (888, 150))
+    calls = fired(chart, "on_window")
+    middle = 88 + 400                                             # hour 12
+    fingers(chart, *([(middle + side * x, chart.center_y) for x in (100, 150, 200)] for side in (-1, 1)))
+    [(first, hours)] = calls
+    assert hours == pytest.approx(12)
+    assert first + hours / 2 == pytest.approx(12)
+    fingers(chart, *([(middle + side * x, chart.center_y) for x in (10, 350)] for side in (-1, 1)))
+    assert calls[-1][1] == 6                                      # not nearer

@@ -1,0 +1,196 @@
+"""What the timeline looks like: one colour for one state, whole names and times, few pieces."""
+from __future__ import annotations
+
+import pytest
+from kivy.graphics import Color, Mesh, Rectangle
+from kivy.metrics import sp
+
+from app.domain.models import THEMES
+from app.screens.scheduler.timeline import Bar, Lane
+from app.widgets import timeline_painting
+from app.widgets.chart import glyphs
+from app.widgets.swatch import Swatch
+from app.widgets.timeline import Timeline
+from app.widgets.tokens import apply_theme
+from tests.ui import checks
+from tests.ui.drawn import LANES, fingers, fired, hex_of, instructions, put_down, textures, words_of
+
+LOOKS = ("planned", "about", "assumed", "running", "past", "failed", "skipped", "held")
+
+
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("look", LOOKS)
+def test_a_bar_has_one_colour_at_every_width_and_in_the_legend(ui, stage, theme, look):
+    """Wide, narrow, of a crowd, and as the key that explains it."""
+    apply_theme(stage.theme_cls, theme)
+    state, assumed = ("planned", True) if look == "assumed" else (look, False)
+
+    def colours_of(widget, root) -> list[tuple]:
+        """Fill and border, as far as they are drawn."""
+        wanted = timeline_painting.colours()[look]
+        drawn = {tuple(one.rgba) for one in instructions(root) if isinstance(one, Color)}
+        return [tuple(colour) in drawn for colour in (wanted.fill, wanted.edge)]
+
+    for hours, bars in ((24, [Bar(1, 2, 8, "", state, assumed=assumed)]), (168, [Bar(1, 2, 2.8, "", state, assumed=assumed)]),
+                        (24, [Bar(n, n / 10, n / 10 + .1, "", state, assumed=assumed) for n in range(240)])):
+        chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=hours), (800, 100))
+        assert colours_of(chart, chart._drawing._bars) == [True, True]
+    key = ui.show(Swatch(kind=look), (14, 14))
+    assert colours_of(key, key.canvas) == [True, True]
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_no_two_kinds_of_bars_look_the_same(ui, stage, theme):
+    apply_theme(stage.theme_cls, theme)
+    looks = timeline_painting.colours()
+    assert looks["about"] == looks["planned"]                # that one is told by its shape
+    assert len({(tuple(one.fill), tuple(one.edge)) for one in looks.values()}) == len(looks) - 1 == len(LOOKS) - 1
+    for one in looks.values():
+        assert checks.contrast_ratio(hex_of(one.ink), hex_of(one.fill)) >= 4.5
+
+
+@pytest.mark.parametrize(("hours", "bars"), [(24, [(2., 8.)]), (168, [(2., 2.8)]), (24, [(n / 10, n / 10 + .1) for n in range(240)])])
+def test_a_bar_whose_robot_is_a_forecast_is_told_by_its_shape_at_every_width(ui, hours, bars):
+    def shapes(state: str) -> int:
+        lane = Lane("Aino", bars=[Bar(n, *span, "", state) for n, span in enumerate(bars)])
+        chart = ui.show(Timeline(lanes=[lane], hours=hours), (800, 100))
+        return sum(isinstance(one, Rectangle | Mesh) for one in instructions(chart._drawing._bars))
+    assert shapes("about") > shapes("skipped")               # which is but a box
+
+
+@pytest.mark.parametrize("hours", [6, 24, 168])
+def test_an_overlap_is_marked_below_the_words_of_its_bars_at_every_zoom(ui, hours):
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=[Bar(1, 1, 3, "Kits"), Bar(2, 2, 4, "Empties")])], hours=hours), (800, 100))
+    before = len(instructions(chart._drawing._bars))
+    chart.lanes = [chart.lanes[0]._replace(overlaps=((2, 3),))]
+    ui.advance(.1)
+    marks = instructions(chart._drawing._bars)[before:]
+    assert marks
+    y, height = chart._drawing.frame.middle(0), chart._drawing.frame.bar_height
+    tops = [mark.pos[1] + mark.size[1] for mark in marks if isinstance(mark, Rectangle)]
+    tops += [max(mark.vertices[1::4]) for mark in marks if isinstance(mark, Mesh)]
+    assert tops
+    assert max(tops) <= y - height / 6
+
+
+def test_a_crowded_lane_is_drawn_in_few_pieces_and_its_bars_are_still_hit(ui):
+    bars = [Bar(n, n / 50, n / 50 + .03) for n in range(1000)]
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24), (800, 100))
+    assert len([*chart.boxes()]) == 1000
+    assert len(chart.canvas.children) < 60
+    calls = fired(chart, "on_bar")
+    ui.tap_at(88 + (800 - 88) * 10.015 / 24, chart.top - 28 - 36)
+    assert abs(calls[0][0] - 500) <= 3                            # a bar is less than a px wide
+
+
+def test_of_many_lanes_only_those_in_sight_are_drawn(ui):
+    lanes = [Lane(f"R{n}", bars=[Bar(n, 1, 2)]) for n in range(50)]
+    chart = ui.show(Timeline(lanes=lanes, seen_height=200, seen_from=0), (800, 28 + 50 * 44))
+    assert len([*chart.boxes()]) <= 8
+    chart.seen_from = 20 * 44
+    ui.advance()
+    assert {key for *_box, key in [*chart.boxes()]} >= {20, 21, 22, 23}
+    assert len([*chart.boxes()]) <= 8
+
+
+def test_the_axis_stays_on_top_and_takes_the_taps_there_while_lanes_scroll(ui):
+    lanes = [Lane(f"R{n}", bars=[Bar(n, 1, 5)], key=n) for n in range(50)]
+    chart = ui.show(Timeline(lanes=lanes, seen_height=200, hours=24), (800, 28 + 50 * 44))
+    chart.top, chart.seen_from = ui.window.height + 440, 440
+    ui.advance()
+    assert chart._drawing._pin.y == -440
+    calls, opened = fired(chart, "on_bar"), fired(chart, "on_lane")
+    ui.tap_at(200, ui.window.height - 20)
+    assert calls == []
+    ui.tap_at(200, ui.window.height - 40)
+    assert calls == [(10,)]
+    chart.lanes = [Lane("", key="idle", line="34 robots with nothing planned"), *lanes]
+    chart.seen_from = 0
+    chart.top = ui.window.height
+    ui.advance(.1)
+    for x in (20, 400):
+        ui.tap_at(x, ui.window.height - 50)
+    assert opened == [("idle",), ("idle",)]
+
+
+def test_names_of_bars_are_whole_in_what_is_seen_of_them_also_after_a_drag(ui):
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 12, "Kits"), Bar("b", 20, 20.2, "Empties")))], hours=24), (800, 100))
+    y = chart.center_y
+    unit, kits, empties = (800 - 88) / 24, glyphs("Kits", sp(14), "Roboto"), glyphs("Empties", sp(14), "Roboto")
+    assert words_of(chart) == [(pytest.approx(88 + 2 * unit + 10, abs=1), kits), (pytest.approx(88 + 20 * unit + 12, abs=1), empties)]
+    fingers(chart, [(500, y), (480, y), (500 - 4 * unit, y)])     # the long one begins out of sight
+    ui.advance(.2)
+    assert words_of(chart) == [(pytest.approx(98, abs=1), kits), (pytest.approx(88 + 16 * unit + 12, abs=1), empties)]
+    fingers(chart, [(500, y), (480, y), (500 - 7.6 * unit, y)])      # too little of it is left: beside it
+    ui.advance(.2)
+    assert words_of(chart)[0] == (pytest.approx(88 + .4 * unit + 6, abs=1), kits)
+    fingers(chart, [(500, y), (480, y), (500 - 9.6 * unit, y)])      # the name beside the other would be cut
+    ui.advance(.2)
+    assert empties not in [texture for _x, texture in words_of(chart)]
+
+
+def test_times_at_the_edges_of_the_axis_are_whole_or_not_there(ui):
+    ticks = [(hour, f"{n:02d}:00", False) for n, hour in enumerate((-.3, *range(2, 23, 2), 24.3))]
+    chart = ui.show(Timeline(lanes=[Lane("Aino")], hours=24, ticks=ticks), (800, 100))
+    seen = {glyphs(label, sp(14), "Roboto"): (hour, label) for hour, label, _strong in ticks}
+    drawn = [one for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture in seen]
+    assert len(drawn) > 8
+    assert not [seen[one.texture] for one in drawn if any(one.pos[0] < edge < one.pos[0] + one.size[0] for edge in (88, 800))]
+
+
+def day_of(hour: float) -> str:
+    return f"Day {int(hour // 24)}"
+
+
+def test_the_day_at_the_left_edge_is_named_beside_the_axis_also_while_it_is_dragged(ui):
+    chart = ui.show(Timeline(lanes=LANES, hours=6, first=44, day_text=day_of), (800, 150))
+
+    def named() -> list:
+        return [n for n in range(5) if glyphs(f"Day {n}", sp(14), "RobotoMedium") in textures(chart.canvas)]
+
+    assert named() == [1]
+    day = glyphs("Day 1", sp(14), "RobotoMedium")
+    where = next(one for one in instructions(chart.canvas) if isinstance(one, Rectangle) and one.texture == day)
+    assert where.pos[0] + where.size[0] < chart.left_of(44)
+    assert where.pos[1] > chart.top - 28
+    touch = put_down(700, chart.center_y)
+    for x in range(690, 600, -10):
+        touch.touch_move(x, chart.center_y)
+    ui.advance()
+    assert named() == [1]
+    for x in range(600, 100, -10):
+        touch.touch_move(x, chart.center_y)
+    ui.advance()
+    assert (round(chart.first), named()) == (49, [2])
+    touch.touch_up()
+    chart.first = 0
+    ui.advance(.1)
+    assert named() == [0]
+
+
+def test_a_long_name_of_a_day_moves_the_hours_rather_than_lie_on_them(ui):
+    day = "Keskiviikko 25.11. ja vielä vähän"
+    chart = ui.show(Timeline(lanes=LANES, hours=6, first=40, day_text=lambda _hour: day), (800, 150))
+    assert chart.left_of(40) > glyphs(day, sp(14), "RobotoMedium").width
+
+
+@pytest.mark.parametrize("now", [23.8, 24.0, 24.2])
+def test_the_day_that_begins_near_now_is_named_beside_the_time(ui, now):
+    ticks = [*((n, f"{n % 24:02d}:00", False) for n in range(18, 36) if n != 24), (24, "Tue 24 Nov", True)]
+    chart = ui.show(Timeline(lanes=LANES, hours=6, first=21, ticks=ticks, now=now, now_label="23:48"), (800, 150))
+    drawn = {one.texture: one.pos[0] for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture}
+    day, time = (glyphs(words, sp(14), "RobotoMedium") for words in ("Tue 24 Nov", "23:48"))
+    left, clock = drawn[day], drawn[time]
+    assert left + day.width + 6 <= clock - 8 or clock + time.width + 8 + 6 <= left + 1
+    assert abs(left - chart.left_of(24)) < 120
+
+
+def test_a_block_too_narrow_for_its_words_says_its_number(ui):
+    crowd = [Bar(n, 6 + n / 50, 6 + n / 50 + .5) for n in range(200)]
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 3.2, "39 runs", short="39"), Bar("b", 3.3, 4)))], hours=24), (800, 100))
+    assert [texture for _x, texture in words_of(chart)] == [glyphs("39", sp(14), "Roboto")]
+    chart.lanes = [Lane(f"R{n}", bars=(Bar("a", 2, 6, "39 runs", short="39"), *crowd)) for n in range(20)]
+    chart.height = 28 + 20 * 44
+    ui.advance(.2)
+    assert all(chart._drawing.is_together(lane) for lane in range(20))
+    assert {texture for _x, texture in words_of(chart)} == {glyphs("39 runs", sp(14), "Roboto")}

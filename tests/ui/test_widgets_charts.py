@@ -1,0 +1,68 @@
+"""Charts: steps, lines, fillings, gaps, and whatever there is to draw."""
+from __future__ import annotations
+
+import pytest
+from kivy.graphics import Mesh, SmoothLine
+
+from app.screens.logs.kpi_view import DayBar, RobotBar
+from app.screens.scheduler.timeline import Lane
+from app.widgets.chart import Sparkline, nice_step
+from app.widgets.charts import RobotBars, StackedBars
+from app.widgets.display import KpiCard
+from app.widgets.robot_map import RobotMap
+from app.widgets.timeline import Timeline
+from tests.ui.drawn import instructions
+
+
+def test_grid_steps_are_round_and_few():
+    assert [nice_step(top) for top in (1, 3, 7, 88, 140, 999, 4200)] == [1, 1, 2, 25, 50, 250, 2000]
+    for top in range(1, 3000, 7):
+        assert 1 <= top // nice_step(top) + 1 <= 5
+
+
+def test_a_share_that_hardly_changes_draws_no_mountain_and_is_not_filled(ui):
+    line = ui.show(Sparkline(values=[.97, .98, .96, .97], least_span=.1), (64, 50))
+    low, high = line.scale()
+    assert high - low == pytest.approx(.1)
+    assert 0 <= low <= .96 <= .98 <= high <= 1.0001
+    assert not [one for one in instructions(line.canvas) if isinstance(one, Mesh)]
+    [points] = line.runs()
+    assert max(y for _x, y in points) - min(y for _x, y in points) < 10
+
+
+def test_what_is_filled_begins_at_zero_and_gaps_stay_open(ui):
+    line = ui.show(Sparkline(values=[20, 21, None, 19, 20, 9]), (64, 50))
+    assert line.scale() == (0, 21)
+    first, second = line.runs()
+    assert (len(first), len(second)) == (2, 3)
+    assert len([one for one in instructions(line.canvas) if isinstance(one, Mesh)]) == 2      # and nothing below today's
+
+
+def test_today_has_not_ended_and_a_single_day_is_no_line(ui):
+    line = ui.show(Sparkline(values=[5, 6, 2]), (64, 50))
+    solid, *dashes = [one for one in instructions(line.canvas) if isinstance(one, SmoothLine)]
+    assert (len(solid.points), len(dashes)) == (4, 3)
+    assert dashes[0].points[:2] == solid.points[-2:]
+    line.values = [None, None, 6]
+    ui.advance()
+    assert not line.canvas.children
+
+
+@pytest.mark.parametrize("value", ["95.6", "26 min 56 s", "1"])
+def test_every_figure_has_its_line_at_the_same_width(ui, value):
+    card = ui.show(KpiCard(label="Figure", value=value, history=[1, 2, 3]), (320, 120))
+    assert ui.find(Sparkline, card).width == 64
+
+
+@pytest.mark.parametrize("chart", [
+    lambda: Timeline(), lambda: Timeline(lanes=[Lane("Aino")]),
+    lambda: StackedBars(), lambda: StackedBars(days=[DayBar("Mo", 0, 0, 0, 0)]),
+    lambda: RobotBars(), lambda: RobotBars(rows=[RobotBar("Aino", "0 %", "0 min", 0, 0), RobotBar("Sisu", "100 %", "8 h", 1, .5)]),
+    lambda: Sparkline(), lambda: Sparkline(values=[None, None]), lambda: Sparkline(values=[5]), lambda: Sparkline(values=[5, 5, None, 5]),
+    lambda: RobotMap(), lambda: RobotMap(at=[.5, .5], path=[(.5, .5), (.5, .5)])])
+def test_charts_draw_whatever_there_is(ui, chart):
+    widget = ui.show(chart(), (400, 120))
+    drawn = len(widget.canvas.children)
+    widget.size = 2, 2
+    ui.advance()
+    assert len(widget.canvas.children) <= drawn

@@ -1,0 +1,134 @@
+"""The frame around the screens: what it shows, where it leads, and who gives way where there is no room."""
+from __future__ import annotations
+
+import pytest
+from kivy.graphics import StencilUse
+from kivymd.uix.screen import MDScreen
+
+from app.domain.models import THEMES
+from app.widgets.frame import AlarmBanner, Frame, NavIndicator, NavItem, TopBar
+from app.widgets.text import Txt
+from app.widgets.tokens import apply_theme, tk
+from tests.ui import checks
+from tests.ui.drawn import fired
+
+ITEMS = [("home", "Home", "home-variant-outline", "home-variant"), ("logs", "Logs", "text-box-outline", "text-box")]
+
+
+def frame(ui, **values) -> Frame:
+    return ui.show(Frame(title="Home", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected", link_icon="wifi", items=ITEMS,
+                         current="home", **values))
+
+
+def test_the_frame_navigates(ui):
+    window = frame(ui)
+    calls = fired(window, "on_go")
+    ui.tap(ui.find(NavItem, name="logs"))
+    assert calls == [("logs",)]
+    assert ui.find(NavItem, name="home").active      # until the navigator has gone there
+    window.current = "logs"
+    assert ui.find(NavItem, name="logs").active
+
+
+def test_a_finger_on_a_screen_of_the_bar_shows(ui):
+    frame(ui)
+    item = ui.find(NavItem, name="logs")
+    indicator = ui.find(NavIndicator, root=item)
+    lift = ui.press(item)
+    assert indicator.state_layer_color[3] > 0
+    lift()
+    assert indicator.state_layer_color[3] == 0
+
+
+def test_a_finger_on_the_bar_gets_there_though_its_words_change_meanwhile(ui):
+    window = frame(ui)
+    calls = fired(window, "on_go")
+    lift = ui.press(ui.find(NavItem, name="logs"))
+    window.items = [("home", "Koti", "home-variant-outline", "home-variant"), ("logs", "Loki", "text-box-outline", "text-box")]
+    lift()
+    assert calls == [("logs",)]
+    assert {"Koti", "Loki"} <= set(ui.texts())
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_the_present_screen_is_marked_in_the_colours_of_the_theme(ui, stage, theme):
+    window = frame(ui)
+    window.current = "logs"
+    apply_theme(stage.theme_cls, theme)
+    ui.advance()
+    marks = {item.name: ui.find(NavIndicator, root=item) for item in ui.find_all(NavItem)}
+    assert list(marks["logs"].md_bg_color) == list(tk.accent_bg)
+    assert [list(label.color) for label in marks["logs"].children] == [list(tk.accent_on)] * 2
+    assert marks["home"].md_bg_color[3] == 0
+    assert [list(label.color) for label in marks["home"].children] == [list(tk.ink2)] * 2
+
+
+@pytest.mark.parametrize("width", range(640, 1280, 40))
+def test_the_date_stays_or_is_gone_however_old_what_is_known_is(ui, width):
+    bar = ui.show(TopBar(title="Home", date="Fri 20 Nov 2026", clock="14:38", robot="Aino"), (width, 64))
+    narrow = set()
+    for age in ("now", "2 s ago", "58 s ago", "59 min ago"):
+        bar.link = f"Connected · {age}"
+        ui.advance()
+        narrow.add(bar.narrow)
+    assert len(narrow) == 1
+
+
+def test_the_robot_in_the_bar_can_be_tapped(ui):
+    window = frame(ui)
+    calls = fired(window, "on_pick_robot")
+    ui.tap(ui.find(Txt, text="Aino"))
+    assert calls == [()]
+
+
+def test_the_banner_comes_with_an_alarm_and_goes_with_it(ui):
+    window = frame(ui)
+    body = window.ids.body
+    high = body.height
+    window.alarm, window.alarm_action, window.alarm_others = "Aino is stopped", "Show Aino", "+1 more"
+    ui.advance()
+    assert "Aino is stopped" in ui.texts()
+    assert body.height < high - 70
+    solve, others = fired(window, "on_solve"), fired(window, "on_list_alarms")
+    ui.tap_text("Show Aino")
+    ui.tap(ui.find(Txt, text="+1 more"))
+    assert (solve, others) == ([()], [()])
+    window.alarm = ""
+    ui.advance()
+    assert body.height == high
+    assert ui.find_all(AlarmBanner) == []
+
+
+def test_a_screen_that_is_added_to_the_frame_goes_between_bar_and_navigation(ui):
+    window = frame(ui)
+    screen = MDScreen()
+    window.add_widget(screen)
+    ui.advance()
+    assert screen in window.ids.body.children
+    bar = ui.find(TopBar)
+    assert screen.top < bar.y
+    assert screen.y > ui.find(NavItem).top
+
+
+def test_screens_are_not_cut_off_at_their_edge(ui):
+    """Scroll bars lie in the margin beside them; kivy's manager clips."""
+    assert StencilUse not in map(type, frame(ui).ids.body.canvas.before.children)
+
+
+@pytest.mark.parametrize("width", [800, 1024, 1280])
+def test_the_bar_has_room_for_long_names(ui, width):
+    bar = TopBar(title="Scheduler", date="Wed 30 Sep 2026", clock="14:38", robot="Kuljetusrobotti hallin 2 eteläpäässä, pakkaamon puolella",
+                 link="Not seen since 14:02", icon="wifi-off", tone="attention")
+    ui.show(bar, (width, 64))
+    ui.advance()
+    assert checks.problems(bar) == []
+
+
+def test_the_date_gives_way_where_there_is_no_room(ui):
+    bar = TopBar(title="Home", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now", icon="wifi")
+    ui.show(bar, (800, 64))
+    ui.advance()
+    assert "Fri 20 Nov 2026" in ui.texts()
+    bar.width = 560
+    ui.advance()
+    assert "Fri 20 Nov 2026" not in ui.texts()

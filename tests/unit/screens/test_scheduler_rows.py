@@ -1,0 +1,139 @@
+"""The Scheduler's list of days and list of schedules from plain facts."""
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from app.domain.models import Reason, ReasonCode, State
+from app.screens.common import execution_appearance
+from app.screens.scheduler import bar_card, view
+from app.screens.scheduler.timeline import ASSUMED_S, timeline
+from app.services.live.holds import Hold
+from tests.support.scheduler_facts import EMPTIES, HOURLY, NOW, execution, facts, planned
+
+
+def test_the_week_has_a_heading_for_every_day():
+    rows = [row for row in view.days(facts(planned=(planned(22),)), NOW) if row.heading]
+    assert [row.heading for row in rows][:3] == ["Today, Fri 20 Nov", "Tomorrow, Sat 21 Nov", "Sun 22 Nov"]
+    assert [row.note for row in rows][:2] == ["1 start", "nothing planned · not a working day"]
+    assert len(rows) == 7
+
+
+def test_many_starts_of_one_schedule_are_one_line():
+    runs = (*(planned(22 + 60 * n) for n in range(5)), planned(50, schedule=replace(HOURLY, id=8), mission=EMPTIES))
+    rows = [row for row in view.days(facts(planned=runs), NOW) if not row.heading]
+    assert [(row.time, row.mission, row.note) for row in rows] == [
+        ("15:00", "Deliver kits", "5 starts until 19:00"), ("15:28", "Collect empties", "in 50 min")]
+
+
+def test_a_start_says_until_about_when_and_what_it_needs():
+    own = replace(HOURLY, id=8, minimum_battery_percent=0.0)
+    runs = (planned(22), planned(50, None, own), *(planned(60 + 60 * n, schedule=replace(HOURLY, id=9)) for n in range(4)))
+    held = facts(planned=runs, holds=(Hold("Maintenance", NOW + timedelta(minutes=40), NOW),))
+    rows = [row for row in view.days(held, NOW) if not row.heading]
+    condition = "if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
+    assert [(row.time, row.until, row.condition) for row in rows] == [
+        ("15:00", "until about 15:07", "skipped: held until 15:18"), ("15:28", "–", ""),
+        ("15:38", "until about 18:45", "4 starts until 18:38")]
+    assert next(row for row in view.days(facts(planned=runs), NOW) if row.time == "15:00").condition == condition
+
+
+def test_schedules_are_listed_by_words_robot_and_name():
+    other = replace(HOURLY, id=8, name="A later one", robot_id=2, next_at=NOW + timedelta(hours=3))
+    given = facts(schedules=(HOURLY, other))
+
+    def listed(**listing):
+        return [row.key for row in view.schedule_rows(given, NOW, listing=view.Listing(**listing))]
+    assert (listed(), listed(by_name=True)) == ([7, 8], [8, 7])
+    assert (listed(target=2), listed(target=1)) == ([8], [7])
+    assert (listed(query="LATER veikko"), listed(query="kits aino"), listed(query="nothing")) == ([8], [7], [])
+    assert view.schedules_note(given, 2) == "Veikko · 1 of 1 on"
+
+
+# ---------------------------------------------------------------------- the schedules
+def test_schedules_are_in_the_order_of_their_starts_and_those_that_are_off_last():
+    later = replace(HOURLY, id=8, name="Later", next_at=NOW + timedelta(hours=3))
+    off = replace(HOURLY, id=9, name="Off", enabled=False, next_at=None)
+    rows = view.schedule_rows(facts(schedules=(off, later, HOURLY)), NOW, selected=8)
+    assert [(row.key, row.on, row.selected) for row in rows] == [(7, True, False), (8, True, True), (9, False, False)]
+    assert [row.next for row in rows] == ["Aino · in 22 min", "Aino · in 3 h", "Aino · switched off"]
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"robot_id": 2}, "Veikko · the robot is switched off"),
+    ({"paused_until": NOW + timedelta(hours=2)}, "Aino · paused until 16:38"),
+    ({"next_at": NOW + timedelta(days=3)}, "Aino · Mon 23 Nov 14:38"),
+])
+def test_a_schedule_says_when_or_why_not(changes, words):
+    assert view.schedule_rows(facts(schedules=(replace(HOURLY, **changes),)), NOW)[0].next == words
+
+
+ONCE = replace(HOURLY, id=9, start=datetime(2026, 11, 20, 6, 30), recurrence=None, next_at=None)
+MORNING = datetime(2026, 11, 20, 4, 30, tzinfo=UTC)                    # 06:30 in Helsinki
+
+
+def row_of(schedule, last=None):
+    """Its row, and which place it has among others: one that starts, one that is off."""
+    off = replace(HOURLY, id=8, enabled=False, next_at=None)
+    given = facts(schedules=(schedule, off, HOURLY), last={schedule.id: last} if last else {})
+    rows = view.schedule_rows(given, NOW)
+    assert view.schedules_note(given) == ("1 of 3 on" if not last or not last.state.is_open else "2 of 3 on")
+    place = [row.key for row in rows].index(schedule.id)
+    assert not rows[place].over or view.schedule_rows(given, NOW, listing=view.Listing(by_name=True))[-1] == rows[place]
+    return rows[place], place
+
+
+@pytest.mark.parametrize(("state", "words"), [
+    (State.COMPLETED, "Over · ran Fri 20 Nov 06:31"), (State.FAILED, "Over · failed Fri 20 Nov 06:31"),
+    (State.CANCELLED, "Over · cancelled Fri 20 Nov 06:31"), (State.SKIPPED, "Over · skipped Fri 20 Nov 06:30"),
+    (State.MISSED, "Over · missed Fri 20 Nov 06:30")])
+def test_a_one_time_schedule_that_is_over_says_what_became_of_it_and_comes_last(state, words):
+    ran = state not in (State.SKIPPED, State.MISSED)
+    last = execution(state, 0, planned_at=MORNING, started_at=MORNING + timedelta(minutes=1) if ran else None)
+    row, place = row_of(ONCE, last)
+    assert (row.over, row.next, row.last, place) == (True, words, "", 2)
+    assert (row.icon, row.rule) == (execution_appearance.LOOKS[state][0], "Aino · Once on Fri 20 Nov 2026 at 06:30")
+
+
+def test_what_is_over_without_a_row_says_when_it_was_due_or_that_it_was_off():
+    assert row_of(ONCE)[0].next == "Over · was due Fri 20 Nov 06:30"
+    assert row_of(replace(ONCE, enabled=False))[0].next == "Over · was switched off"
+    earlier = execution(State.COMPLETED, 0, planned_at=MORNING - timedelta(days=1))      # before it was set to another time
+    assert row_of(replace(ONCE, enabled=False), earlier)[0].next == "Over · was switched off"
+    assert row_of(replace(HOURLY, id=9, next_at=None))[0].next == "Over"
+    assert row_of(replace(HOURLY, id=9, next_at=None), earlier)[0].next == "Over · ran Thu 19 Nov 06:30"
+
+
+def test_what_still_runs_or_may_be_switched_on_is_not_over():
+    row, _place = row_of(ONCE, execution(State.EXECUTING, 0, planned_at=MORNING))
+    assert (row.over, row.last) == (False, "Running")
+    tomorrow = replace(ONCE, enabled=False, start=datetime(2026, 11, 21, 6, 30))
+    assert not view.schedule_rows(facts(schedules=(tomorrow,)), NOW)[0].over
+    assert not view.schedule_rows(facts(schedules=(replace(HOURLY, enabled=False, next_at=None),)), NOW)[0].over
+
+
+def test_a_name_of_its_own_is_shown_and_one_made_of_mission_and_robot_is_not():
+    made, own = replace(HOURLY, name="Deliver kits on Aino 2"), replace(HOURLY, id=8, name="Morning round")
+    rows = view.schedule_rows(facts(schedules=(made, own)), NOW)
+    assert [(row.mission, row.name) for row in rows] == [("Deliver kits", ""), ("Deliver kits", "Morning round")]
+    days = view.days(facts(planned=(planned(22, schedule=made), planned(30, schedule=own))), NOW)
+    assert [(row.mission, row.name) for row in days if row.time] == [("Deliver kits", ""), ("Deliver kits", "Morning round")]
+    assert bar_card.start_card(facts(), planned(30, schedule=own)).text.splitlines()[0] == "Morning round"
+
+
+def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
+    ahead = execution(State.SKIPPED, -120, schedule_id=7, reason=Reason(ReasonCode.HOLD), ended_at=NOW)
+    given = facts(past=(ahead,), skips=frozenset({(7, ahead.planned_at)}))
+    bar, = timeline(given, NOW).lanes[0].bars
+    assert (bar.label, bar.state, bar.end - bar.start) == ("Skipped: Deliver kits", "skipped", pytest.approx(ASSUMED_S / 3600))
+    assert [item.key for item in bar_card.run_card(given, ahead, NOW).items] == ["again", "log", "edit"]
+    assert [item.key for item in bar_card.run_card(facts(past=(ahead,)), ahead, NOW).items] == ["log", "edit"]
+
+
+def test_a_schedule_shows_how_it_last_went():
+    row = view.schedule_rows(facts(last={7: execution(State.SKIPPED, 60)}), NOW)[0]
+    assert (row.icon, row.tone, row.last) == ("skip-next-circle", "attention", "Skipped")
+    assert view.schedules_note(facts()) == "1 of 1 on"
+    assert view.schedules_note(facts(schedules=())) == ""
+    assert view.schedules_empty(facts()) == ""
+    assert view.schedules_empty(facts(schedules=())).startswith("No schedule yet.")

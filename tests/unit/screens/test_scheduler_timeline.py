@@ -1,0 +1,279 @@
+"""The Scheduler's bars, lanes, ticks and its window from plain facts."""
+from dataclasses import replace
+from datetime import UTC, date, datetime, timedelta
+from itertools import pairwise
+from zoneinfo import ZoneInfo
+
+import pytest
+
+from app.domain.models import DayException, Reason, ReasonCode, Robot, State
+from app.screens.scheduler import view
+from app.screens.scheduler.facts import Window
+from app.screens.scheduler.timeline import ASSUMED_S, moved, span_text, timeline, zoomed
+from app.services.planning.plan import PlannedRun
+from app.services.planning.working_days import WorkingCalendar
+from tests.support.scheduler_facts import AINO, EMPTIES, EVERY_DAY, HELSINKI, HOURLY, KITS, NOW, SETTINGS, execution, facts, planned
+
+
+def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
+    shown = timeline(facts(), NOW)
+    assert Window().start(NOW, facts().zone) == datetime(2026, 11, 20, 11, 0, tzinfo=UTC)     # 13:00 local
+    assert shown.now == pytest.approx(1 + 38 / 60)
+    assert shown.now_label == "14:38"
+    assert (3.0, "16:00", False) in shown.ticks
+    assert (59.0, "Mon 23 Nov", True) in shown.ticks
+    assert (1.0, "", False) in shown.ticks or (1.0, "14:00", False) in shown.ticks
+
+
+def test_where_starts_were_left_out_the_timeline_and_the_list_say_so():
+    cut = facts(planned=tuple(planned(minutes) for minutes in range(10)), more={7: NOW + timedelta(minutes=10)})
+    lane = timeline(cut, NOW).lanes[0]
+    assert (lane.bars[-1].label, lane.bars[-1].key[0], lane.bars[-1].end) == ("and more starts", "zoom", 84.0)
+    assert lane.bars[-1].start == pytest.approx(1 + 48 / 60)
+    headings = [row.note for row in view.days(cut, NOW) if row.heading]
+    assert headings[:2] == ["10 starts and more", "more starts than can be listed · not a working day"]
+    assert [row.note for row in view.days(cut, NOW) if not row.heading] == ["10 starts until 14:47 and more"]
+
+
+def test_there_is_a_lane_for_every_robot_and_one_that_is_off_says_so():
+    lanes = timeline(facts(), NOW).lanes
+    assert [(lane.name, lane.note) for lane in lanes] == [("Aino", "MiR250"), ("Veikko", "switched off")]
+
+
+def test_a_planned_bar_is_as_long_as_the_mission_usually_takes():
+    bar = timeline(facts(planned=(planned(22),)), NOW).lanes[0].bars[0]
+    assert (bar.start, bar.end - bar.start) == (pytest.approx(2.0), pytest.approx(7 / 60))
+    assert (bar.key, bar.label, bar.state) == (("schedule", 7, NOW + timedelta(minutes=22)), "Deliver kits", "planned")
+    unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0].bars[0]
+    assert unknown.end - unknown.start == pytest.approx(ASSUMED_S / 3600)
+
+
+@pytest.mark.parametrize(("state", "look"), [(State.COMPLETED, "past"), (State.CANCELLED, "past"), (State.FAILED, "failed")])
+def test_a_past_bar_lies_where_it_ran_in_the_colour_of_its_outcome(state, look):
+    ran = execution(state, 38, started_at=NOW - timedelta(minutes=36), ended_at=NOW - timedelta(minutes=30))
+    bar = timeline(facts(past=(ran,)), NOW).lanes[0].bars[0]
+    assert (bar.key, bar.state) == (("execution", 70), look)
+    assert (bar.start, bar.end) == (pytest.approx(62 / 60), pytest.approx(68 / 60))
+
+
+def test_what_was_missed_is_drawn_no_longer_than_its_start_window():
+    missed = execution(State.MISSED, 60, ended_at=NOW, reason=Reason(ReasonCode.APP_DOWN))
+    bar = timeline(facts(past=(missed,)), NOW).lanes[0].bars[0]
+    assert (bar.state, bar.end - bar.start) == ("skipped", pytest.approx(15 / 60))
+
+
+def test_what_runs_reaches_to_its_usual_end_or_to_now():
+    running = execution(State.EXECUTING, 4, started_at=NOW - timedelta(minutes=4))
+    bar = timeline(facts(past=(running,), usual_s={(1, "g-kits"): 420.0}), NOW).lanes[0].bars[0]
+    assert bar.end == pytest.approx(timeline(facts(), NOW).now + 3 / 60)
+    late = timeline(facts(past=(running,), usual_s={(1, "g-kits"): 60.0}), NOW)
+    assert late.lanes[0].bars[0].end == pytest.approx(late.now)
+
+
+def test_what_ended_before_the_window_is_not_drawn():
+    old = execution(State.COMPLETED, 900, started_at=NOW - timedelta(minutes=899), ended_at=NOW - timedelta(minutes=890))
+    assert timeline(facts(past=(old,)), NOW).lanes[0].bars == ()
+
+
+def test_days_without_work_are_closed_and_named():
+    shown = timeline(facts(), NOW, Window(unfolded=frozenset({NOW + timedelta(days=1)})))
+    assert shown.bands == ((11.0, 35.0, "Saturday: not a working day", "closed"), (35.0, 59.0, "Sunday: not a working day", "closed"))
+    assert timeline(facts(settings=EVERY_DAY), NOW).bands == ()
+
+
+def test_long_time_without_work_is_folded_with_its_ticks_and_as_much_other_time_is_read():
+    shown = timeline(facts(), NOW)
+    assert shown.bands == ((11.0, 59.0, "Sat–Sun, no work", "folded"),)
+    assert not [tick for tick in shown.ticks if 11 <= tick.hour < 59]
+    start, end = Window().span(NOW, HELSINKI, facts().calendar)
+    assert (end - start).total_seconds() / 3600 == pytest.approx(2 * 24 + 48)      # half as much on either side, and the weekend
+
+
+def test_only_what_is_long_and_empty_of_the_closed_time_is_folded():
+    closed = timeline(facts(planned=(planned(17 * 60, 3600.0), planned(22 * 60, 3600.0))), NOW).bands
+    at = 1 + 38 / 60 + 17                                              # Saturday, 07:38
+    assert [(band.start, band.end) for band in closed if band.kind == "folded"] == [
+        (11.0, pytest.approx(at)), (pytest.approx(at + 6), 59.0)]
+    assert [(band.start, band.end, band.text) for band in closed if band.kind == "closed"] == [
+        (pytest.approx(at), pytest.approx(at + 6), "Saturday: not a working day")]
+
+
+def test_a_break_of_more_than_a_week_says_its_dates():
+    shut = DayException("Summer", date(2026, 11, 21), date(2026, 12, 6))
+    band, = timeline(facts(calendar=WorkingCalendar(SETTINGS, (shut,))), NOW).bands
+    assert (band.text, band.end - band.start) == ("Sat 21 Nov–Sun 6 Dec, no work", 16 * 24)
+
+
+def test_what_moves_with_the_time_shows_a_break_from_its_beginning():
+    sunday = NOW + timedelta(days=2)
+    shown = timeline(facts(), sunday)
+    assert (shown.bands[0].kind, shown.first) == ("folded", shown.bands[0].start)
+    assert shown.bands[0].start < shown.now < shown.bands[0].end
+
+
+def test_moving_on_goes_over_what_is_folded():
+    friday, weekend = NOW + timedelta(hours=6), (NOW + timedelta(hours=10), NOW + timedelta(hours=58))
+    later = moved(Window(friday, 24), .5, NOW, HELSINKI, [weekend])
+    assert later.left == friday + timedelta(hours=12 + 48)
+    assert moved(later, -.5, NOW, HELSINKI, [weekend]).left == friday
+    assert moved(Window(friday, 4), .5, NOW, HELSINKI, [weekend]).left == friday + timedelta(hours=2)
+
+
+def test_a_clock_change_is_marked_and_the_hours_stay_true():
+    night = datetime(2026, 10, 24, 20, 10, tzinfo=UTC)                 # 23:10 in Helsinki, clocks go back at 04:00
+    shown = timeline(facts(settings=EVERY_DAY), night)
+    change = next(hour for hour, label, strong in shown.ticks if label == "Clock change")
+    assert Window().start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
+
+
+@pytest.mark.parametrize(("night", "change", "hours_between"), [
+    (datetime(2026, 10, 3, 12, 10, tzinfo=UTC), datetime(2026, 10, 3, 15, 30, tzinfo=UTC), 23.5),
+    (datetime(2027, 4, 3, 12, 10, tzinfo=UTC), datetime(2027, 4, 3, 15, 0, tzinfo=UTC), 24.5),
+    (datetime(2027, 4, 3, 20, 10, tzinfo=UTC), datetime(2027, 4, 3, 15, 0, tzinfo=UTC), 24.5)])
+def test_a_clock_that_is_changed_by_half_an_hour_moves_no_day_line(night, change, hours_between):
+    lord_howe = ZoneInfo("Australia/Lord_Howe")
+    shown = timeline(facts(settings=replace(EVERY_DAY, timezone="Australia/Lord_Howe")), night, Window(hours=48))
+    at = {label: shown.origin + timedelta(hours=hour) for hour, label, _strong in shown.ticks}
+    assert at["Clock change"] == change
+    days = [shown.origin + timedelta(hours=hour) for hour, label, strong in shown.ticks if strong and label != "Clock change"]
+    assert {day.astimezone(lord_howe).strftime("%H:%M") for day in days} == {"00:00"}
+    assert hours_between in [(later - day) / timedelta(hours=1) for day, later in pairwise(days)]
+    for hour, label, strong in shown.ticks:
+        if label and not strong:
+            assert (shown.origin + timedelta(hours=hour)).astimezone(lord_howe).strftime("%H:%M") == label
+
+
+# ---------------------------------------------------------------------- window, zoom
+def test_a_window_that_was_moved_stays_where_it_is():
+    left = datetime(2026, 11, 22, 6, 20, tzinfo=UTC)
+    shown = timeline(facts(), NOW, Window(left, 12))
+    assert (shown.origin, shown.first, shown.hours, shown.span) == (left.replace(minute=0), pytest.approx(1 / 3), 12, "12 h")
+    assert shown.now < 0
+    assert moved(Window(left, 12), .5, NOW, HELSINKI) == Window(left + timedelta(hours=6), 12)
+
+
+def test_zooming_goes_through_the_row_of_spans_around_the_middle():
+    window = Window(datetime(2026, 11, 22, 6, 0, tzinfo=UTC), 24)
+    nearer = zoomed(window, False, NOW, HELSINKI)
+    assert nearer == Window(datetime(2026, 11, 22, 12, 0, tzinfo=UTC), 12)
+    assert zoomed(nearer, True, NOW, HELSINKI) == window
+    assert [zoomed(Window(None, hours), True, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [12, 12, 168, 168]
+    assert [zoomed(Window(None, hours), False, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [6, 6, 96, 96]
+    assert zoomed(Window(None, 24), True, NOW, HELSINKI).left is None                     # goes on following the time
+    assert [span_text(hours) for hours in (6, 24, 47, 48, 168)] == ["6 h", "24 h", "47 h", "2 days", "7 days"]
+
+
+def test_the_whisker_ends_where_nine_of_ten_runs_had_ended_and_unknown_lengths_say_so():
+    run = replace(planned(22), slow_s=660.0)
+    bar = timeline(facts(planned=(run,)), NOW).lanes[0].bars[0]
+    assert (bar.late - bar.start, bar.assumed) == (pytest.approx(11 / 60), False)
+    unknown = timeline(facts(planned=(planned(22, None),)), NOW).lanes[0].bars[0]
+    assert (unknown.late, unknown.assumed) == (None, True)
+
+
+def test_a_typed_length_says_so_and_has_no_whisker():
+    run = PlannedRun(NOW + timedelta(minutes=22), HOURLY, AINO, KITS, 1500.0, 1500.0, typed=True)
+    bar = timeline(facts(planned=(run,)), NOW).lanes[0].bars[0]
+    assert (bar.typed, bar.end - bar.start) == (True, pytest.approx(25 / 60))
+    assert (bar.late, bar.assumed) == (None, False)
+    assert not timeline(facts(planned=(planned(22),)), NOW).lanes[0].bars[0].typed
+
+
+@pytest.mark.parametrize(("known", "marked"), [
+    ({"usual_s": {(1, "g-kits"): 1500.0}}, set()), ({"usual_s": {(1, "g-kits"): 1500.0}, "typed": frozenset({(1, "g-kits")})}, {"typed"}),
+    ({}, {"assumed"})])
+def test_what_waits_says_how_its_length_is_known_too(known, marked):
+    bar = timeline(facts(past=(execution(State.QUEUED, 1),), **known), NOW).lanes[0].bars[0]
+    assert {name for name in ("typed", "assumed") if getattr(bar, name)} == marked
+    assert bar.end - bar.start == pytest.approx((ASSUMED_S if "assumed" in marked else 1500.0) / 3600)
+
+
+def test_bars_too_thin_to_be_told_apart_become_one_that_a_tap_zooms_into():
+    runs = tuple(planned(10 * n, 60.0) for n in range(1, 40))
+    seen = timeline(facts(planned=runs), NOW, Window(None, 12)).lanes[0].bars
+    assert len(seen) == 39                                             # 10 min apart are distinguished on 12 h
+    block, = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
+    assert block.label == "39 runs"
+    assert block.key == ("zoom", pytest.approx((block.start + block.end) / 2), pytest.approx(380 / 60 + 1 / 60))
+    overlapping = tuple(planned(n, 120.0) for n in range(1, 6))
+    block, = timeline(facts(planned=overlapping), NOW, Window(None, 168)).lanes[0].bars
+    assert block.end - block.start == pytest.approx(6 / 60)
+
+
+@pytest.mark.parametrize("usual_s", [None, 300.0, 40.0, 2.0])
+def test_runs_every_ten_minutes_are_one_block_however_short_they_are_known_to_be(usual_s):
+    every_ten = tuple(planned(minutes, usual_s) for minutes in range(30, 330, 10))
+    lane = timeline(facts(planned=every_ten), NOW).lanes[0]
+    assert [(bar.label, bar.short) for bar in lane.bars] == [("30 runs", "30")]
+
+
+def test_bars_of_two_days_do_not_become_one():
+    """Every 10 min, day and night: one block would hide where days begin."""
+    runs = tuple(planned(10 * n, 60.0) for n in range(300))
+    blocks = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
+    assert [block.label for block in blocks] == ["57 runs", "144 runs", "99 runs"]
+
+
+# ---------------------------------------------------------------------- many robots
+FLEET = tuple(Robot(f"R{n:02d}", f"http://r{n}", id=n) for n in range(1, 51))
+
+
+def lanes(window=None, **values):
+    return timeline(facts(**{"robots": FLEET, "planned": (planned(22, robot=FLEET[7]), planned(30, robot=FLEET[30])), **values}), NOW,
+                    window).lanes
+
+
+def test_of_many_robots_those_with_nothing_planned_are_one_line_that_opens():
+    shown = lanes()
+    assert [(lane.name, lane.line) for lane in shown] == [("R08", ""), ("R31", ""), ("", "48 robots with nothing planned")]
+    assert not shown[2].is_open
+    opened = lanes(Window(idle_too=True))
+    assert (len(opened), opened[2].is_open, opened[3].name) == (51, True, "R01")
+    assert [lane.name for lane in lanes(robots=FLEET[:4], planned=())] == ["R01", "R02", "R03", "R04"]     # all are seen anyway
+
+
+def test_lanes_are_those_of_the_robots_that_are_chosen():
+    def shown(*robots):
+        view = timeline(facts(robots=FLEET), NOW, Window(robots=frozenset(robots)))
+        return [lane.name for lane in view.lanes if lane.name], view.robots, view.is_filtered
+
+    assert shown(3) == (["R03"], "R03", True)
+    assert shown(3, 5) == (["R03", "R05"], "2 robots", True)
+    assert shown() == ([], "All robots", False)
+    assert shown(99) == ([], "All robots", False)                      # it is not there any more
+    assert timeline(facts(), NOW).robots == ""
+
+
+EVERY_ZOOM = (6, 12, 24, 48, 96, 168)
+
+
+@pytest.mark.parametrize("hours", EVERY_ZOOM)
+@pytest.mark.parametrize("offset", [0.0, 1 / 3, 0.7])
+def test_runs_that_touch_do_not_overlap_at_any_zoom(hours, offset):
+    """One begins as the other ends, within the second that people see."""
+    runs = tuple(planned(offset + 5 * n, 300.2) for n in range(40))
+    assert timeline(facts(planned=runs), NOW, Window(None, hours)).lanes[0].overlaps == ()
+
+
+@pytest.mark.parametrize("hours", EVERY_ZOOM)
+def test_runs_that_overlap_do_so_at_every_zoom_and_only_as_long_as_they_do(hours):
+    runs = (*(planned(10 * n, 60.0) for n in range(1, 12)), planned(55, 360.0, mission=EMPTIES))
+    [(start, end)] = timeline(facts(planned=runs), NOW, Window(None, hours)).lanes[0].overlaps
+    begins = NOW + timedelta(minutes=60) - timeline(facts(planned=runs), NOW, Window(None, hours)).origin
+    assert (start * 3600, (end - start) * 3600) == (pytest.approx(begins.total_seconds()), pytest.approx(60))
+
+
+def test_the_legend_explains_what_is_drawn_and_nothing_else():
+    def kinds(**values):
+        return [entry.kind for entry in timeline(facts(**values), NOW, Window(None, 6)).legend]
+
+    assert kinds() == []
+    assert kinds(planned=(planned(22),)) == ["planned"]
+    assert kinds(planned=(planned(22, None), planned(24)), past=(execution(State.FAILED, 30, ended_at=NOW),)) == [
+        "planned", "assumed", "failed", "overlap"]
+    assert [entry.kind for entry in timeline(facts(), NOW).legend] == ["closed"]          # Saturday comes into sight
+
+
+def test_what_has_ended_overlaps_with_nothing():
+    ended = [execution(state, ago, id=n, ended_at=NOW) for n, (state, ago) in enumerate([(State.COMPLETED, 9), (State.SKIPPED, 8)])]
+    assert timeline(facts(past=tuple(ended)), NOW).lanes[0].overlaps == ()
