@@ -137,7 +137,7 @@ def _found_out(directory: DataDirectory, token: str, error: NoAnswer) -> dict[st
     if execution is None:
         return {"exit": 1, "error": f"{error} and had not accepted the mission, so it will not start: give the command again"}
     if execution.state in (State.WAITING, State.SUBMITTING):
-        which = f"{execution.mission} on {execution.robot}"
+        which = f"{execution.mission} on {execution.robot or execution.robot_group}"
         return {"exit": 1, "error": f"{error}; {which} may still start, now or when the app runs again: {where}"}
     return outcome(execution)
 

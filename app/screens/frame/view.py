@@ -165,7 +165,7 @@ def _late(executions: Sequence[Execution], settings: Settings, now: datetime) ->
 
 
 def late_line(execution: Execution, settings: Settings) -> str:
-    return _("{mission} on {robot} ({time})").format(mission=execution.mission, robot=execution.robot,
+    return _("{mission} on {robot} ({time})").format(mission=execution.mission, robot=execution.robot or execution.robot_group,
                                                      time=formats.clock_time(execution.planned_at, settings.timezone))
 
 

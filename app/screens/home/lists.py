@@ -277,8 +277,8 @@ def finished_runs(facts: HomeFacts, now: datetime) -> list[FinishedRun]:
 def _finished(facts: HomeFacts, execution: Execution, now: datetime) -> FinishedRun:
     icon, tone = execution_appearance.LOOKS[execution.state]
     at = formats.day_and_time(execution.ended_at or execution.planned_at, facts.settings.timezone, now)
-    return FinishedRun(execution.id, icon, tone, tone in ("fault", "attention"), execution.mission, f"{execution.robot} {at}",
-                       outcome_line(execution))
+    return FinishedRun(execution.id, icon, tone, tone in ("fault", "attention"), execution.mission,
+                       f"{execution.robot or execution.robot_group} {at}", outcome_line(execution))
 
 
 def outcome_line(execution: Execution) -> str:

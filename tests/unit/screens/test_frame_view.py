@@ -152,6 +152,11 @@ def test_late_starts_come_before_everything_and_count_down():
     assert (view.act, view.action, view.others) == (Act.HOLD, "Hold", "+1 more")
 
 
+def test_a_late_start_that_no_robot_has_yet_names_its_group():
+    late = replace(HELD, robot_id=None, robot="", robot_group="Hall 1", wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
+    assert show(late=late_starts([late], ROBOTS)).note == "Due while the app was off: Waste to compactor on Hall 1 (14:35)"
+
+
 def test_late_starts_that_are_held_are_neither_counted_down_nor_forgotten():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=21))
     held = replace(late, id=99, held=True, wait=Wait.HOLD)

@@ -142,6 +142,12 @@ def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
     assert rows[0].when == "Sisu 14:30"
 
 
+def test_what_ended_without_a_robot_names_its_group():
+    ended = execution(20, AINO, "M", State.FAILED, ended_at=NOW, reason=Reason(ReasonCode.NO_ROBOT), robot_group="Hall 1")
+    [row] = finished_runs(replace(FACTS, finished=(replace(ended, robot_id=None, robot=""),)), NOW)
+    assert row.when == "Hall 1 14:38"
+
+
 @pytest.mark.parametrize("code", list(ReasonCode))
 def test_every_reason_makes_a_line(code):
     reason = Reason(code)
@@ -158,6 +164,8 @@ def test_the_source_of_an_item_is_a_name_that_a_person_gave_and_none_that_was_ma
     given = execution(5, AINO, KITS.name, State.WAITING, schedule="Night kits 2")
     made = [replace(given, schedule=f"{KITS.name} on Aino{number}") for number in ("", " 2")]
     assert [trigger_words(row) for row in (given, *made)] == ["Night kits 2", "Schedule", "Schedule"]
+    of_group = replace(given, schedule=f"{KITS.name} on Hall 1 2", robot_group="Hall 1")          # whichever robot took it
+    assert trigger_words(of_group) == "Schedule"
 
 
 @pytest.mark.parametrize(("details", "line"), [
