@@ -96,6 +96,20 @@ def test_when_a_deleted_schedule_is_put_back_its_start_is_for_all_robots(hall, b
     assert (hall.run_of().state, hall.run_of().robot != robot) == (State.EXECUTING, True)
 
 
+@pytest.mark.parametrize("goes", ["schedule", "group", "mission"])
+def test_a_made_name_of_a_group_that_comes_back_is_made_anew_where_it_is_taken(hall, goes):
+    catalogue, schedule = hall.container.catalogue, hall.plan("")
+    assert catalogue.save_schedule(replace(schedule, name="")).name == schedule.name == "Deliver on Hall"
+    removed = {"schedule": catalogue.remove_schedule, "group": catalogue.remove_group, "mission": catalogue.remove_mission}[goes](
+        {"schedule": schedule.id, "group": hall.group.id, "mission": schedule.mission_id}[goes])
+    assert set(removed.made_names) == {schedule.id}
+    hall.add_mission("Collect empties")
+    other = next(mission for mission in catalogue.missions() if mission.name == "Collect empties")
+    catalogue.save_schedule(replace(schedule, id=0, group_id=None, robot_id=1, mission_id=other.id, name="Deliver on Hall"))
+    catalogue.restore(removed)
+    assert hall.container.repositories.schedules.get(hall.container.db.read(), schedule.id).name == "Deliver on Hall 2"
+
+
 # ---------------------------------------------------------------------- on its way
 @pytest.fixture
 def held(hall):

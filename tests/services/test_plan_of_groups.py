@@ -160,7 +160,9 @@ def test_what_waits_already_has_its_robot_before_what_is_still_to_come(site, hal
 def test_a_calendar_file_names_the_group(site, hall, tmp_path):
     kits(site, hall, "07:30")
     found = PlanFiles(site.container.db, site.container.catalogue, site.clock, site.container.plan, tmp_path).export(1)
-    assert "SUMMARY:Deliver · Hall 1" in found.path.read_text(encoding="utf-8")
+    text = found.path.read_text(encoding="utf-8")
+    assert "SUMMARY:Deliver · Hall 1" in text
+    assert "Deliver on Hall 1" not in text                     # the name that was made says nothing more
 
 
 def test_where_too_many_starts_are_planned_those_after_the_last_that_was_computed_have_no_robot(site, hall):

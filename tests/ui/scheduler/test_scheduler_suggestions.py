@@ -1,6 +1,7 @@
 """Suggestions, as a planner uses them: what often came late, a tap that fills the form, Not now, and undo of both."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import time, timedelta
 
 import pytest
@@ -72,6 +73,25 @@ def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app
     ui.wait(lambda: not ui.find_all(CommandButton, text="Suggestions (1)"))
     undo(app, ui, "Kits: the suggestion is taken")
     ui.wait(lambda: kits(container).robot_id == before.robot_id and kits(container).group_id is None)
+
+
+@pytest.fixture
+def unnamed(container):
+    """No person has given it a name: that was made, with a number."""
+    given = replace(kits(container), name="Kits to line 2 on Aino 2")
+    container.db.write(lambda c: container.repositories.schedules.update(c, given))
+    return given
+
+
+def test_a_made_name_is_said_without_its_number_and_follows_to_the_group(unnamed, app, container, ui):
+    open_all(app, ui)
+    assert ui.find(SuggestionPanel).text.startswith("Kits to line 2 on Aino came late in 20 ")
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Any of Hall 1"))
+    settle(app, ui)
+    save(app, ui)
+    ui.wait(lambda: container.catalogue.schedules()[0].name == "Kits to line 2 on Hall 1")
+    undo(app, ui, "Kits to line 2 on Hall 1: the suggestion is taken")
+    ui.wait(lambda: container.catalogue.schedules()[0].name == unnamed.name)
 
 
 def test_a_time_of_day_comes_into_the_form(app, container, ui):

@@ -43,6 +43,11 @@ def test_a_made_name_is_no_name_and_a_group_that_is_off_says_so():
     assert view.schedule_rows(asleep, NOW)[0].next == "any of Hall 1 · no robot of the group is switched on"
 
 
+def test_a_message_calls_a_schedule_of_a_group_by_what_it_does_without_the_number():
+    assert [FACTS.called(replace(SCHEDULE, name=name)) for name in ("Kits on Hall 1", "Kits on Hall 1 2", "Shift bus")] == [
+        "Kits on Hall 1", "Kits on Hall 1", "Shift bus"]
+
+
 @pytest.mark.parametrize(("target", "is_listed"), [(None, True), (1, True), (3, False), (("group", 5), True), (("group", 6), False)])
 def test_schedules_of_a_robot_are_those_of_its_groups_too(target, is_listed):
     assert bool(view.schedule_rows(FACTS, NOW, listing=view.Listing(target=target))) is is_listed
