@@ -27,7 +27,7 @@ def app(tmp_path_factory, ui):
         site.add_missions("Deliver", "Home")
         with shown(site.container, ui) as app:
             app.site, began = site, site.container.clock.now()
-            ui.wait(lambda: site.is_at_rest(began) and "Ready" in ui.texts(ui.find(RobotHead)))
+            ui.wait(lambda: site.is_at_rest(began) and any("Ready" in ui.texts(head) for head in ui.find_all(RobotHead)))
             app.stored, app.root_vm = Stored(site.container), app.shell.navigator.screen("home").vm
             yield app
 
