@@ -1,4 +1,4 @@
-"""The Scheduler at 1024×600, with large texts too and in both languages: plan, form and schedules one at a time, each of them whole."""
+"""The Scheduler in small windows, with large texts and in both languages: plan, form and schedules one at a time, each of them whole."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -26,12 +26,14 @@ EVERY_KIND = ({"kind": Kind.ONCE}, {"kind": Kind.DAILY}, {"kind": Kind.WEEKLY}, 
               {"kind": Kind.MONTHLY, "by_weekday": True, "nth": 1, "month_weekday": "MO"})
 
 
-@pytest.fixture(params=[(scale, language) for scale in (1.0, 1.3) for language in ("en", "fi")], ids=lambda way: f"{way[0]}-{way[1]}")
+WINDOWS = [((1024, 600), scale, language) for scale in (1.0, 1.3) for language in ("en", "fi")] + [((800, 800), 1.3, "en")]
+
+
+@pytest.fixture(params=WINDOWS, ids=lambda way: f"{way[0][0]}×{way[0][1]}-{way[1]}-{way[2]}")
 def small(ui, request) -> Iterator[Stand]:
-    """The Scheduler in its frame, in a window of 1024×600."""
+    """The Scheduler in its frame, in a small window."""
     before = Window.size
-    Window.size = 1024, 600
-    Metrics.fontscale, language = request.param
+    Window.size, Metrics.fontscale, language = request.param
     translator.use(language)
     rig = Rig(ui)
     stand = Stand(rig, "scheduler")
