@@ -16,6 +16,7 @@ from app.screens.scheduler.cards import FormCard, SchedulesCard, UpcomingCard
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment, Segments
 from app.widgets.fields import PickField
+from app.widgets.plan_rows import DayLine
 from tests.screenshots.planning import Stand
 from tests.ui import checks
 from tests.ui.planner import KITS
@@ -82,3 +83,15 @@ def test_mission_robot_day_and_time_and_the_way_to_save_are_seen_at_once(ui, sma
             assert checks.visible_area(widget, checks.parents(widget)) == pytest.approx(checks.area(widget), abs=1), checks.name_of(widget)
         assert broken_words(ui) == []
         assert "\n".join(checks.problems(small.screen)) == ""
+
+
+def test_the_list_uses_the_width_of_a_window_that_was_turned(ui, small):
+    small.vm.choose_part("days")
+    small.settle()
+    for size in ((1024, 600), (800, 800), (600, 800), (1024, 600)):
+        Window.size = size
+        small.settle()
+        ui.advance(.5)
+        starts = [line for line in ui.find_all(DayLine) if line.mission]
+        assert starts
+        assert all(line.columns or line.ids.line_words.width > .75 * line.width for line in starts), size
