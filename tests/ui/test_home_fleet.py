@@ -1,6 +1,7 @@
 """All robots as an operator uses it: taps and keys, on real services; what the robots do is written into the snapshots."""
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import pytest
@@ -277,6 +278,21 @@ def test_a_robot_that_is_picked_in_the_bar_is_shown(container, robots, ui):
             ui.tap(ui.find(OptionRow, text=name))
             ui.wait(lambda name=name: ui.find_all(HomeWide) and ui.find(TopBar).robot == name)
             settle(app, ui)
+
+
+def test_a_robot_can_be_asked_for_before_any_is_known(container, robots, ui):
+    """The first reading is slow: the choice comes late, not the form to add a first robot."""
+    may, read = threading.Event(), container.holds.current
+    container.holds.current = lambda: (may.wait(30), read())[1]
+    with shown(container, ui) as app:
+        ui.find(TopBar).dispatch("on_pick_robot")
+        ui.advance(.3)
+        assert not ui.find_all(OptionRow)
+        assert "No robot" not in ui.texts()
+        may.set()
+        ui.wait(lambda: ui.find_all(OptionRow, text="Veikko"))
+        assert app.shell.navigator.current == "home"
+        settle(app, ui)
 
 
 def test_other_screens_lead_back_to_what_was_shown(container, robots, ui):

@@ -1,4 +1,4 @@
-"""The Scheduler at 1024×600, with large texts too and in both languages: plan, form and schedules one at a time, each of them whole."""
+"""The Scheduler in small windows, with large texts and in both languages: plan, form and schedules one at a time, each of them whole."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -16,6 +16,7 @@ from app.screens.scheduler.cards import FormCard, SchedulesCard, UpcomingCard
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment, Segments
 from app.widgets.fields import PickField
+from app.widgets.plan_rows import DayLine
 from tests.screenshots.planning import Stand
 from tests.ui import checks
 from tests.ui.planner import KITS
@@ -26,12 +27,14 @@ EVERY_KIND = ({"kind": Kind.ONCE}, {"kind": Kind.DAILY}, {"kind": Kind.WEEKLY}, 
               {"kind": Kind.MONTHLY, "by_weekday": True, "nth": 1, "month_weekday": "MO"})
 
 
-@pytest.fixture(params=[(scale, language) for scale in (1.0, 1.3) for language in ("en", "fi")], ids=lambda way: f"{way[0]}-{way[1]}")
+WINDOWS = [((1024, 600), scale, language) for scale in (1.0, 1.3) for language in ("en", "fi")] + [((800, 800), 1.3, "en")]
+
+
+@pytest.fixture(params=WINDOWS, ids=lambda way: f"{way[0][0]}×{way[0][1]}-{way[1]}-{way[2]}")
 def small(ui, request) -> Iterator[Stand]:
-    """The Scheduler in its frame, in a window of 1024×600."""
+    """The Scheduler in its frame, in a small window."""
     before = Window.size
-    Window.size = 1024, 600
-    Metrics.fontscale, language = request.param
+    Window.size, Metrics.fontscale, language = request.param
     translator.use(language)
     rig = Rig(ui)
     stand = Stand(rig, "scheduler")
@@ -80,3 +83,15 @@ def test_mission_robot_day_and_time_and_the_way_to_save_are_seen_at_once(ui, sma
             assert checks.visible_area(widget, checks.parents(widget)) == pytest.approx(checks.area(widget), abs=1), checks.name_of(widget)
         assert broken_words(ui) == []
         assert "\n".join(checks.problems(small.screen)) == ""
+
+
+def test_the_list_uses_the_width_of_a_window_that_was_turned(ui, small):
+    small.vm.choose_part("days")
+    small.settle()
+    for size in ((1024, 600), (800, 800), (600, 800), (1024, 600)):
+        Window.size = size
+        small.settle()
+        ui.advance(.5)
+        starts = [line for line in ui.find_all(DayLine) if line.mission]
+        assert starts
+        assert all(line.columns or line.ids.line_words.width > .75 * line.width for line in starts), size

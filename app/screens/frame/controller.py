@@ -59,6 +59,7 @@ class FrameController:
     def __init__(self, services: FrameServices, shell: Shell, frame: Frame) -> None:
         self._services, self._shell, self._frame = services, shell, frame
         self._facts = FrameFacts()
+        self._is_read = self._is_asked = False                # the facts; for the choice of a robot, before they were
         self._banner = BannerView()
         self._reader = Refresher(shell, lambda: lambda: read(services), self._take)
         self._alarms = AlarmList(services, shell, self._do)
@@ -100,17 +101,21 @@ class FrameController:
 
     # ------------------------------------------------------------------ showing
     def _take(self, facts: FrameFacts) -> None:
-        before, self._facts = self._facts.robot, facts
+        before, self._facts, self._is_read = self._facts.robot, facts, True
         if facts.robot and (before is None or before.id != facts.robot.id):
             self._services.engine.watch(facts.robot.id)
         self._show()
         self._alarms.changed()
         self._show_late_starts()
+        if self._is_asked:
+            self._is_asked = False
+            self._pick_robot()
 
     def _show(self) -> None:
         facts, frame, now = self._facts, self._frame, self._services.clock.now()
         robot, issues = facts.robot, facts.issues
-        show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
+        if self._is_read:                    # until then neither the robots nor the time zone are known
+            show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
         if not finger.is_down():             # else a second later: the banner moves all that is below it
             here = Here(self._shell.navigator.current, robot.id if robot else None)
             self._banner = banner(issues, facts.robots, facts.settings, now, here)
@@ -138,9 +143,12 @@ class FrameController:
         if name != self._shell.navigator.current:
             self._shell.go(name)
 
-    def _pick_robot(self, _frame: Frame) -> None:
-        """The same choice from every screen; without a robot the form to add the first."""
+    def _pick_robot(self, *_: object) -> None:
+        """The same choice from every screen; without a robot the form to add the first; as soon as it is known which there are."""
         facts = self._facts
+        if not self._is_read:
+            self._is_asked = True
+            return
         if not facts.robots:
             self._shell.go("settings", section="robots", add=True)
             return
