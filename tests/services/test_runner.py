@@ -92,7 +92,8 @@ class App:
         clock, alarms = container.clock, container.alarms
         self.engine = Engine(planner=planner, guard=TrustingGuard(), ledger=container.ledger, clock=clock,  # type: ignore[arg-type]
                              alarms=alarms, changes=self.changes, robots=read_robots, make_worker=make_worker,  # type: ignore[arg-type]
-                             poll_interval=lambda: every, probe=lambda: None, whereabouts=container.whereabouts)
+                             poll_interval=lambda: every, probe=lambda: None, whereabouts=container.whereabouts,
+                             allocator=container.allocator)
         self.runner = Runner(container.db, self.engine, clock, alarms)
         self.runner.start()
 
