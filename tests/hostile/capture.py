@@ -56,8 +56,8 @@ class Capture:
             setattr(self, name, value)
 
     def hang_up(self) -> None:
-        """On everybody, as a machine that is switched off."""
-        for one in self.sockets:
+        """On everybody who is connected now, as a machine that is switched off; not on who comes back while it does."""
+        for one in tuple(self.sockets):
             with suppress(OSError):
                 one.shutdown(socket.SHUT_RDWR)
 
