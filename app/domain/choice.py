@@ -23,12 +23,17 @@ _OUT: Mapping[str, str] = MappingProxyType({
     "low_battery": "{robot} {battery} % battery", "too_little_battery": "{robot} {battery} % battery, too little for the whole run"})
 
 
+def is_persons(choice: Mapping[str, Any]) -> bool:
+    """A person has given the start to its robot, which therefore gets it as it would a start of its own: stopped, low, or busy."""
+    return choice.get("by") == "person"
+
+
 def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
     """Of a start that was given to a robot: that one first, then the best of the others."""
     robots = _robots(choice)
     if not robots:
         return ""
-    if choice.get("by") == "person":
+    if is_persons(choice):
         return translate("{robot}: chosen by a person").format(robot=robots[0]["robot"])
     first = _queued(robots[0], zone, translate) if choice.get("last_call") else _told(robots[0], zone, translate)
     return "; ".join([first, *(_told(robot, zone, translate) for robot in robots[1:MOST_SHOWN]), *_more(choice, robots, translate)])

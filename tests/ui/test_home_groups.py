@@ -161,6 +161,7 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
                          if robot.name == "Veikko").status.state_id == 4)
     run_on_any(ui, "Home")
     ui.wait(lambda: [row for row in container.history.open() if row.state is State.SUBMITTING and row.robot == "Aino"])
+    ui.wait(lambda: list(aino.model.queue))          # it has arrived
     aino.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
     ui.wait(lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it: silent since ")])
     veikko.model.resume()

@@ -19,6 +19,7 @@ from datetime import timedelta
 from app.database.executions import Unsent
 from app.database.values import to_text
 from app.domain import rules
+from app.domain.choice import is_persons
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
@@ -201,11 +202,12 @@ class Submission:
         """Whether it can be sent once those ``before`` it are; else it waits, or the robot has it, or it has ended."""
         try:
             status, minimum = self._seen.recent_status(), row.minimum_battery_percent
-            if row.group_id is not None and not can_work(status):
+            is_for_any = row.group_id is not None and not is_persons(row.choice)
+            if is_for_any and not can_work(status):
                 self._unbind(row)
                 return False
             if not rules.battery_allows(battery := status.battery_percentage, minimum):
-                if row.group_id is not None:
+                if is_for_any:
                     self._give_back([row], Out.LOW_BATTERY)
                     return False
                 self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
