@@ -55,18 +55,19 @@ def test_a_start_that_waits_goes_into_the_queue_of_the_robot_that_a_person_choos
     assert (run.state, run.robot, chosen(run.choice, "UTC")) == (State.QUEUED, "R3", "R3: chosen by a person")
 
 
-@pytest.mark.parametrize("trouble", ["stopped", "low"])
+@pytest.mark.parametrize("trouble", ["paused", "low"])
 def test_the_robot_that_a_person_chose_gets_it_as_a_start_of_its_own(hall, operator, trouble):
-    """A stopped one keeps it in its queue; for its battery it waits there."""
+    """A paused one keeps it in its queue; for its battery it waits there."""
     row = waiting(hall, minimum_battery_percent=30)
     machine = hall.machines["R3"]
-    machine.set_battery(80.0 if trouble == "stopped" else 10.0)
-    machine.press_emergency_stop(trouble == "stopped")
+    machine.set_battery(80.0 if trouble == "paused" else 10.0)
+    if trouble == "paused":
+        machine.pause()
     hall.run(10)
     operator.give_to(row.id, hall.robot("R3").id)
     hall.run(30)
     run = hall.run_of()
-    assert (run.robot, run.state, run.wait) == (("R3", State.QUEUED, None) if trouble == "stopped" else ("R3", State.WAITING, Wait.BATTERY))
+    assert (run.robot, run.state, run.wait) == (("R3", State.QUEUED, None) if trouble == "paused" else ("R3", State.WAITING, Wait.BATTERY))
 
 
 def test_it_is_given_once(hall, operator):
