@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Mission, Overlap, ReasonCode, State, Wait
+from app.domain.models import HandOver, Mission, Overlap, ReasonCode, State, Wait
 from app.services.dispatch.ledger import Ledger
 from app.services.live.changes import Topic
 from tests.support.groups import Hall
@@ -22,8 +22,11 @@ def hall(tmp_path):
 
 @pytest.fixture
 def bound(hall, monkeypatch):
-    """A start that has just been given to a robot, which has not begun with it: ``act`` happens in that moment."""
+    """A start that has just been given to a robot, which has not begun with it: ``act`` happens in that moment. Robots with a line of
+    their own look again before they begin."""
     def when_bound(act, **values):
+        for robot in hall.container.catalogue.robots():
+            hall.container.catalogue.save_robot(replace(robot, hand_over=HandOver.WHEN_FREE))
         bind = Ledger.bind
 
         def and_then(ledger, *args):
@@ -112,21 +115,20 @@ def test_a_made_name_of_a_group_that_comes_back_is_made_anew_where_it_is_taken(h
 
 # ---------------------------------------------------------------------- on its way
 @pytest.fixture
-def held(hall):
+def held(hall, monkeypatch):
     """``act`` happens when the intent is on the disk, before the request leaves."""
     def before_the_post(act, **values):
         hall.plan("A", **({"start_window_minutes": 30} | values))
-        begun = Ledger.make
+        bind = Ledger.bind
 
-        def and_then(ledger, moves, *args, **kwargs):
-            rows = begun(ledger, moves, *args, **kwargs)
-            if any(row.state is State.SUBMITTING for row in rows):
-                Ledger.make = begun
-                act(rows[0])
+        def and_then(ledger, *args):
+            rows = bind(ledger, *args)
+            assert rows[0].state is State.SUBMITTING
+            monkeypatch.setattr(Ledger, "bind", bind)
+            act(rows[0])
             return rows
-        Ledger.make = and_then
+        monkeypatch.setattr(Ledger, "bind", and_then)
         hall.run(330)
-        Ledger.make = begun
     return before_the_post
 
 

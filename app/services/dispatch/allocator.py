@@ -7,11 +7,12 @@ was. From then on the row is that robot's worker's, which alone gives it back, w
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from app.database.group_starts import GroupStartRepository
 from app.database.groups import GroupRepository
-from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
+from app.domain import rules
+from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, State, Wait
 from app.services.allocation.decide import LAST_CALL, Decision, decide
 from app.services.dispatch.belief import Belief, Durations
 from app.services.dispatch.ledger import Move
@@ -31,6 +32,7 @@ class Allocator:
         self._durations = Durations(shared)
         self._look_at = math.inf                              # on the monotonic clock: one that waits can go on then
         self.members: frozenset[int] = frozenset()            # robots that something waits for
+        self.hand_over: Callable[[int, Sequence[Execution]], None] = lambda plan_version, intents: None       # to their robots' workers
 
     def _later(self, row: Execution, seconds: float) -> None:
         self._look_at = min(self._look_at, self._clock.monotonic() + seconds)
@@ -83,7 +85,7 @@ class Allocator:
     def _decide(self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]) -> set[int]:
         """Returns the ids of those that were to be given to a robot and had changed meanwhile, or the robot had."""
         belief, by_id = Belief(self._s, self._durations, workers, self.members), {row.id: row for row in rows}
-        waits, bound, into_queue = list[Move](), list[Move](), set[int]()
+        waits, bound, into_queue, plan_version = list[Move](), list[Move](), set[int](), self._s.plan_version()
         for decision in decide(belief.situation(rows, groups)):
             row = by_id[decision.start.id]
             if decision.too_late and row.finish_by is not None:
@@ -91,12 +93,26 @@ class Allocator:
             elif decision.robot_id is None:
                 waits += self._awaits(row, decision, belief)
             elif mission := belief.mission(decision.robot_id, row.mission):
-                bound.append(self._ledger.bound(row, belief.robots[decision.robot_id], mission.guid, belief.choice(decision)))
+                bound.append(self._ledger.bound(row, belief.robots[decision.robot_id], mission.guid, belief.choice(decision),
+                                                self._intent_floor(row, workers[decision.robot_id])))
                 if decision.is_last_call or decision.start.at_once:
                     into_queue.add(row.id)
         self._ledger.make(waits, quietly=True)
-        taken = {row.id for some in batched(bound, BOUND_TOGETHER) for row in self._ledger.bind(some, into_queue)}
+        taken: set[int] = set()
+        for some in batched(bound, BOUND_TOGETHER):
+            given = self._ledger.bind(some, into_queue)
+            self.hand_over(plan_version, [row for row in given if row.state is State.SUBMITTING])
+            taken |= {row.id for row in given}
         return {move.execution.id for move in bound} - taken
+
+    @staticmethod
+    def _intent_floor(row: Execution, worker: RobotWorker) -> int | None:
+        """Where nothing of it was ever there and the robot is ready for it, its intent is written with the choice: the highest id known."""
+        ready = worker.readiness()
+        if ready is None or str(worker.robot.id) in row.tried or not rules.battery_allows(ready.battery, row.minimum_battery_percent):
+            return None
+        may_be_there = ready.uncertain_through is not None and row.planned_at <= ready.uncertain_through
+        return None if may_be_there else ready.queue_floor
 
     def _awaits(self, row: Execution, decision: Decision, belief: Belief) -> list[Move]:
         """What it waits for, where that is something new."""

@@ -75,6 +75,7 @@ class Engine:
         self._planner, self._guard, self._ledger, self._clock = planner, guard, ledger, clock
         self._alarms, self._robots, self._make_worker = alarms, robots, make_worker
         self._whereabouts, self._allocator = whereabouts, allocator
+        allocator.hand_over = self._hand_over
         self._poll_interval, self._probe = poll_interval, probe       # ``probe`` writes something; it raises while nothing can be written
         self._mailboxes: Mailboxes
         self._wake: Callable[[], None] = lambda: None

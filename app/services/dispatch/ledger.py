@@ -192,7 +192,8 @@ class Ledger:
 
     def unbound_again(self, execution: Execution) -> Move:
         """A start of a group that its robot could not begin is for any of them again; nothing is held against this one."""
-        return Move(execution, (State.WAITING,), {"robot_id": None, "robot": "", "bound_at": None, "choice": {}})
+        return Move(execution, (State.WAITING,), {"robot_id": None, "robot": "", "bound_at": None, "choice": {}, "queue_floor": None,
+                                                  "robot_address": None, "robot_serial": None})
 
     def give_back_bound(self, robot_id: int | None = None) -> None:
         """The same of all that waits for this robot, or for any."""
@@ -209,12 +210,17 @@ class Ledger:
         """A place that it uses at which there is no room; None: there is room everywhere."""
         return self._starts.full_place(self._db.read(), execution)
 
-    def bound(self, execution: Execution, robot: Robot, mission_guid: str, choice: Mapping[str, Any]) -> Move:
-        """A robot of its group is chosen. What was ever sent to it lies above the floor of the first time, on the machine of that time."""
+    def bound(self, execution: Execution, robot: Robot, mission_guid: str, choice: Mapping[str, Any],
+              intent_floor: int | None = None) -> Move:
+        """A robot of its group is chosen. What was ever sent to it lies above the floor of the first time, on the machine of that time.
+        ``intent_floor``: it was never there, and is about to be sent; the highest queue id known of that robot."""
         before = execution.tried.get(str(robot.id), {})
-        return Move(execution, (State.WAITING,), {
+        columns: dict[str, Any] = {
             "robot_id": robot.id, "robot": robot.name, "mission_guid": mission_guid, "bound_at": self._clock.now(), "choice": choice,
-            "wait": Wait.DUE, "wait_details": {}, "queue_floor": before.get("floor"), "robot_serial": before.get("serial")})
+            "wait": Wait.DUE, "wait_details": {}, "queue_floor": before.get("floor"), "robot_serial": before.get("serial")}
+        if intent_floor is not None:
+            columns |= {**self.begun(execution, robot, intent_floor).columns, "queue_floor": intent_floor}
+        return Move(execution, (State.WAITING,), columns)
 
     def bind(self, moves: Sequence[Move], into_queue: Collection[int] = ()) -> list[Execution]:
         """Those of these ``bound`` that could be made, in that order: unless anything has changed that the choice rested on.
