@@ -67,16 +67,14 @@ class Start:
 
 @dataclass(frozen=True)
 class Coming:
-    """A start that is planned within the next minutes. One member: it is fixed to that robot."""
+    """A start that is planned within the next minutes. ``is_fixed``: to one robot, by a schedule of its own; a group of one robot is a
+    group."""
     mission: str
     members: tuple[int, ...]
     planned_s: float
     lasts_s: float
     priority: int = NORMAL
-
-    @cached_property
-    def is_fixed(self) -> bool:
-        return len(self.members) == 1
+    is_fixed: bool = False
 
     @cached_property
     def weight(self) -> float:

@@ -14,7 +14,7 @@ from app.database.groups import GroupRepository
 from app.domain import rules
 from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, State, Wait
 from app.services.allocation.decide import LAST_CALL, Decision, decide
-from app.services.dispatch.belief import Belief, Durations
+from app.services.dispatch.belief import Belief, Experience
 from app.services.dispatch.ledger import Move
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import DECIDES_EVERY
@@ -29,7 +29,7 @@ class Allocator:
         self._s, self._ledger, self._clock = shared, shared.ledger, shared.clock
         self._starts, self._groups = GroupStartRepository(), GroupRepository()
         self._waiting = Waiting(shared, None, self._later)
-        self._durations = Durations(shared)
+        self._experience = Experience(shared)
         self._look_at = math.inf                              # on the monotonic clock: one that waits can go on then
         self.members: frozenset[int] = frozenset()            # robots that something waits for
         self.hand_over: Callable[[int, Sequence[Execution]], None] = lambda plan_version, intents: None       # to their robots' workers
@@ -84,7 +84,7 @@ class Allocator:
     # ------------------------------------------------------------------ decisions
     def _decide(self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]) -> set[int]:
         """Returns the ids of those that were to be given to a robot and had changed meanwhile, or the robot had."""
-        belief, by_id = Belief(self._s, self._durations, workers, self.members), {row.id: row for row in rows}
+        belief, by_id = Belief(self._s, self._experience, workers, self.members), {row.id: row for row in rows}
         waits, bound, into_queue, plan_version = list[Move](), list[Move](), set[int](), self._s.plan_version()
         for decision in decide(belief.situation(rows, groups)):
             row = by_id[decision.start.id]

@@ -1,14 +1,18 @@
 """What the allocator knows of the robots and starts of groups at one moment, as ``app.services.allocation`` wants it."""
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import Any
+from zoneinfo import ZoneInfo
 
 from app.database.executions import ExecutionRepository
 from app.database.group_starts import FullPlace, GroupStartRepository
+from app.database.usage import UsageRepository
 from app.database.values import to_instant
-from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot
+from app.domain.clock import midnight
+from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot, Schedule
 from app.domain.robot import QueueState
 from app.services.allocation import estimates
 from app.services.allocation.belief import Coming, Member, Out, Situation, Start
@@ -21,13 +25,17 @@ from app.services.planning.durations import expected, pooled
 MOST_TOLD = 5                # robots of which a choice tells
 ABOUT = 30.0                 # s: an instant is told to the nearest minute
 KEPT_FOR = 60.0              # s that an estimate holds
+HOUR = 3600.0                # s
 
 
-class Durations:
-    """How long missions take on robots, read from the history once a minute."""
+class Experience:
+    """How long missions take on robots, and how long these have run today, read from the history once a minute. It says which robot is the
+    better one, never whether a start is sent."""
 
     def __init__(self, shared: Shared) -> None:
         self._s, self._executions = shared, ExecutionRepository()
+        self._hours: Mapping[int, float] = {}
+        self._hours_hold_until = -math.inf
         self._known: dict[tuple[int, str], tuple[float, DurationEstimate | None]] = {}       # with the monotonic time until which it holds
 
     def usual(self, robot_id: int, guid: str) -> DurationEstimate | None:
@@ -36,11 +44,21 @@ class Durations:
             self._known[key] = mono + KEPT_FOR, self._executions.usual(self._s.db.read(), robot_id, guid) if guid else None
         return self._known[key][1]
 
+    def hours_today(self) -> Mapping[int, float]:
+        """By the robot's id; of the local day."""
+        mono = self._s.clock.monotonic()
+        if self._hours_hold_until < mono:
+            zone = ZoneInfo(self._s.settings().timezone)
+            today = midnight(self._s.clock.now().astimezone(zone).date(), zone)
+            seconds = UsageRepository().seconds_run(self._s.db.read(), today)
+            self._hours, self._hours_hold_until = {robot_id: each / HOUR for robot_id, each in seconds.items()}, mono + KEPT_FOR
+        return self._hours
+
 
 class Belief:
-    def __init__(self, shared: Shared, durations: Durations, workers: Mapping[int, RobotWorker], members: Collection[int]) -> None:
+    def __init__(self, shared: Shared, experience: Experience, workers: Mapping[int, RobotWorker], members: Collection[int]) -> None:
         self._s, self._executions, self._c, self._now = shared, ExecutionRepository(), shared.db.read(), shared.clock.now()
-        self._usual = durations.usual
+        self._usual, self._hours = experience.usual, experience.hours_today()
         self._missions: dict[tuple[int, str], Mission | None] = {}
         self._of_group: dict[str, DurationEstimate | None] = {}
         self._all = tuple(sorted(members))
@@ -60,7 +78,7 @@ class Belief:
             group = groups.get(schedule.group_id or 0)
             members = group.members if group is not None else () if schedule.robot_id is None else (schedule.robot_id,)
             if schedule.next_at is not None and schedule.next_at > self._now and not set(members).isdisjoint(self.robots):
-                found.append(self._planned(schedule.next_at, missions[schedule.mission_id], members, schedule.priority))
+                found.append(self._planned(schedule, schedule.next_at, missions[schedule.mission_id], members))
         return found
 
     def _seconds(self, instant: datetime) -> float:
@@ -72,7 +90,7 @@ class Belief:
         rows, out = self._executions.open_for(self._c, robot.id), self._out(worker)
         free = out is None and is_free(status, queue, rows)
         return Member(robot.id, robot.name, is_free=free, free_s=0.0 if free else self._free_s(robot, at_work(rows, status)),
-                      battery=None if status is None else status.battery_percentage, out=out)
+                      battery=None if status is None else status.battery_percentage, hours=self._hours.get(robot.id, 0.0), out=out)
 
     def _out(self, worker: RobotWorker) -> Out | None:
         robot, snapshot = worker.robot, self._s.snapshots.get(worker.robot.id)
@@ -111,9 +129,10 @@ class Belief:
                      group.keep_free, group.hand_over is HandOver.AT_ONCE,
                      [room.place for room in self._room if row.mission in room.missions])
 
-    def _planned(self, at: datetime, mission: str, members: Sequence[int], priority: int) -> Coming:
+    def _planned(self, schedule: Schedule, at: datetime, mission: str, members: Sequence[int]) -> Coming:
         lasts = [seconds for robot_id in members if (seconds := self.takes(robot_id, mission, slow=True)) is not None]
-        return Coming(mission, tuple(members), self._seconds(at), max(lasts, default=estimates.UNKNOWN_S), priority)
+        return Coming(mission, tuple(members), self._seconds(at), max(lasts, default=estimates.UNKNOWN_S), schedule.priority,
+                      is_fixed=schedule.robot_id is not None)
 
     def mission(self, robot_id: int, name: str) -> Mission | None:
         """That robot's own of that name, or the one for all robots."""

@@ -200,8 +200,8 @@ class _Course:
             each = self._wanted[self._places[number]]
             if each.at > now + AHEAD:
                 return
-            if (each.fixed or each.priority > least or len(each.members) == 1) and not set(each.members).isdisjoint(robots):
-                yield Coming(each.mission, each.members, each.at - now, self._slow(each), each.priority)
+            if (each.fixed or each.priority > least) and not set(each.members).isdisjoint(robots):
+                yield Coming(each.mission, each.members, each.at - now, self._slow(each), each.priority, each.fixed)
 
     def _slow(self, each: Wanted) -> float:
         key = each.mission, each.members

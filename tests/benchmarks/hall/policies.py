@@ -136,7 +136,8 @@ class ThisApp(Rule):
                         tried={number: Out.TRIED for number, until in run.barred.items() if until > day.now})
                   for run in runs]
         coming = [Coming(str(run.mission.number), (run.home,) if run.is_fixed and run.home is not None else everybody,
-                         run.planned - day.now, day.site.mean_s, run.priority) for run in day.coming(self._ahead)] if self._ahead else []
+                         run.planned - day.now, day.site.mean_s, run.priority, run.is_fixed and run.home is not None)
+                  for run in day.coming(self._ahead)] if self._ahead else []
         return Situation(robots, starts, takes, coming)
 
 

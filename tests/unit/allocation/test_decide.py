@@ -107,8 +107,17 @@ def test_robots_are_kept_free_for_what_matters_more():
 
 
 # ---------------------------------------------------------------------- looking ahead
-def coming(seconds: float, members=ALL, priority: int = CRITICAL) -> Coming:
-    return Coming("Shift bus", members, seconds, 300.0, priority)
+def coming(seconds: float, members=ALL, priority: int = CRITICAL, *, is_fixed: bool = False) -> Coming:
+    return Coming("Shift bus", members, seconds, 300.0, priority, is_fixed)
+
+
+def test_in_a_group_of_one_robot_an_equal_start_later_keeps_it_from_nothing():
+    def long_ones(_robot_id, _mission, *, slow=False):
+        return 600.0 if slow else 300.0
+    alone = replace(start(), members=(1,))
+    for is_fixed, robot_id in ((False, AINO.id), (True, None)):
+        later = coming(120.0, (1,), alone.priority, is_fixed=is_fixed)
+        assert given_to(alone, robots=(AINO,), takes=long_ones, coming=[later]) == {1: robot_id}
 
 
 def test_the_last_free_robot_is_kept_for_what_matters_more():
@@ -123,14 +132,14 @@ def test_the_last_free_robot_is_kept_for_what_matters_more():
 
 def test_a_fixed_start_is_protected_whatever_its_priority():
     two = replace(start(priority=HIGH), members=(1, 2))
-    assert given_to(two, robots=(AINO, SISU), coming=[coming(60.0, (AINO.id,), LOW)]) == {1: SISU.id}
+    assert given_to(two, robots=(AINO, SISU), coming=[coming(60.0, (AINO.id,), LOW, is_fixed=True)]) == {1: SISU.id}
 
 
 def test_delay_leaves_the_robot_that_is_free_last_in_time_to_what_comes():
     free = {1: 0.0, 2: 100.0, 3: 500.0}
     assert delay([coming(120.0), coming(120.0)], free) == 0.0
     assert delay([coming(120.0)] * 3, free) == weight(CRITICAL) * 300.0
-    assert delay([coming(120.0, (3,), NORMAL)], free) == 380.0
+    assert delay([coming(120.0, (3,), NORMAL, is_fixed=True)], free) == 380.0
 
 
 # ---------------------------------------------------------------------- estimates
