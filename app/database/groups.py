@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from app.database.robots import RobotRepository
@@ -101,6 +101,15 @@ class PlaceRepository:
         c.execute("UPDATE places SET name = ?, most = ? WHERE id = ?", (place.name, place.most, place.id))
         c.execute("DELETE FROM mission_places WHERE place_id = ?", (place.id,))
         self._put_missions(c, place)
+
+    def uses_of(self, c: sqlite3.Connection, mission_ids: Iterable[int]) -> list[tuple[int, int]]:
+        """The id of each of these missions with that of a place that it uses."""
+        wanted = set(mission_ids)
+        return [(mission_id, place.id) for place in self.all(c) for mission_id in place.missions if mission_id in wanted]
+
+    def use_again(self, c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> None:
+        """What ``uses_of`` returned, of places that there still are."""
+        c.executemany("INSERT OR IGNORE INTO mission_places (mission_id, place_id) SELECT ?, id FROM places WHERE id = ?", uses)
 
     def remove(self, c: sqlite3.Connection, place_id: int) -> None:
         c.execute("DELETE FROM places WHERE id = ?", (place_id,))

@@ -139,6 +139,16 @@ def test_a_file_that_is_wrong_about_groups_says_where_and_changes_nothing(site, 
     assert export_configuration(site.container.db.read()) == before
 
 
+@pytest.mark.parametrize("goes", ["mission", "robot"])
+def test_a_mission_that_comes_back_uses_its_places_again(catalogue, goes):
+    robot = catalogue.robots()[0]
+    mission = catalogue.save_mission(Mission("Fetch empties", "guid-of-its-own", robot_id=robot.id if goes == "robot" else None))
+    catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (mission.id,))))
+    before = catalogue.places()
+    catalogue.restore(catalogue.remove_robot(robot.id) if goes == "robot" else catalogue.remove_mission(mission.id))
+    assert catalogue.places() == before != []
+
+
 def test_a_group_keeps_fewer_free_when_a_robot_is_removed_and_again_as_many_when_that_is_undone(catalogue):
     group = hall(catalogue, keep_free=1)
     removed = catalogue.remove_robot(1)

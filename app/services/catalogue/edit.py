@@ -215,9 +215,10 @@ class Edit(GroupEdit):
         waiting = self.note_ended(self.executions.end_open_of_robot(self.c, robot_id, reason, self.now))
         schedules = self.schedules.for_robot(self.c, robot_id)
         self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
+        missions = [mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id]
         removed = Removed(robot, self.robots.last_accepted(self.c, robot_id), self.robots.idle_queue_id(self.c, robot_id),
                           schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
-                          missions=[mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id],
+                          missions=missions, uses=self.places.uses_of(self.c, [mission.id for mission in missions]),
                           holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting,
                           member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id))
         self._clear_alarms(robot_id)
@@ -287,7 +288,7 @@ class Edit(GroupEdit):
         waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(missions=[mission], schedules=schedules, made_names=self.with_made_names(schedules),
-                          skips=self.skips_of(schedules), idle=idle, waiting=waiting)
+                          skips=self.skips_of(schedules), idle=idle, waiting=waiting, uses=self.places.uses_of(self.c, [mission_id]))
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed

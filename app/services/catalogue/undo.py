@@ -36,6 +36,7 @@ class Removed:
     member_of: Sequence[Group] = ()                      # that the robot was in
     watches: Sequence[Watch] = ()                        # what may still come to the robot
     place: Place | None = None
+    uses: Sequence[tuple[int, int]] = ()                 # of places by those missions, ids of both
 
 
 def restore(edit: Edit, removed: Removed) -> None:
@@ -72,6 +73,7 @@ def restore(edit: Edit, removed: Removed) -> None:
         edit.missions.add(edit.c, mission)
         edit.notes.append(f"mission {mission.name!r} put back")
         edit.prefer_own(mission)
+    edit.places.use_again(edit.c, removed.uses)
     if removed.robot is not None and removed.robot.idle is not None:
         _restore_idle(edit, removed.robot.id, removed.robot.idle)
     for robot_id, rule in removed.idle:
