@@ -285,8 +285,9 @@ def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
             (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), *common), {None: max(1, minutes), 0: 1})
     if name == "finish_by_minutes":
         return Steps(_("When it has to be done"), label, _("1 to 1440 min after its start; one that can't be done by then is left out"),
-                     0, 1440, 5, _("min"), ((None, of_groups.finish_by_text(None)),
-                                            *((value, formats.duration(value * 60)) for value in of_groups.FINISH_BY)))
+                     1, 1440, 5, _("min"), ((None, of_groups.finish_by_text(None)),
+                                            *((value, formats.duration(value * 60)) for value in of_groups.FINISH_BY)),
+                     {None: of_groups.FINISH_BY[0]})
     return Steps(_("Day of the month"), label, _("1 to 31; not every month has a 29th, 30th and 31st"), 1, 31, 1, "", (
         (1, "1"), (15, "15"), (LAST, month_day_text(LAST))), {LAST: 31})
 

@@ -85,3 +85,8 @@ def test_priorities_in_words(number, word):
 def test_parallel_is_offered_to_groups_only():
     assert [option.key for option in form_view.overlap_options(DRAFT.aimed_at(1))] == ["skip", "queue"]
     assert [option.key for option in form_view.overlap_options(DRAFT.aimed_at(("group", 5)))] == ["skip", "queue", "parallel"]
+
+
+def test_the_time_by_which_it_has_to_be_done_is_stepped_from_the_shortest_that_is_offered():
+    steps = form_view.steps(FACTS, DRAFT.aimed_at(("group", 5)), "finish_by_minutes")
+    assert (steps.minimum, steps.number(None)) == (1, of_groups.FINISH_BY[0])
