@@ -33,6 +33,7 @@ WORKS = (StateId.READY, StateId.EXECUTING, StateId.ABORTED, StateId.COMPLETED, S
 class GroupJudge:
     def __init__(self, world: World, judge: Judge) -> None:
         self.world, self.judge, self.diary = world, judge, world.diary
+        self._last_called: set[str] = set()  # tokens
         self._posts: dict[str, list[Submission]] = defaultdict(list)  # by token
         self._stopped_since: dict[str, float] = {}  # robots by when they were first seen unable to work
         self._stopped_at: dict[str, list[float]] = defaultdict(list)
@@ -116,8 +117,10 @@ class GroupJudge:
             return
         plan = self.diary.now.plans[key[0]]
         left = self._closes(plan, key, post.at) - post.at
-        if left > LAST_CALL and not self._was_edited(plan, post.at):
-            others = [item.description for item in self._open_items(post.robot) if item.description != post.token]
+        if left <= LAST_CALL:
+            self._last_called.add(post.token)            # into a queue, also ahead of one that is to be sent a moment later
+        elif not self._was_edited(plan, post.at):
+            others = {item.description for item in self._open_items(post.robot)} - {post.token} - self._last_called
             if any(self._posts.get(token) and self._group_of(token) is not None and self._is_judged(token) for token in others):
                 self.judge.object(f"safety: a second start of a group on one robot: {name}")
             self._judge_priority(post, plan, group_id, name)

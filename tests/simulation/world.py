@@ -172,7 +172,7 @@ class World:
         deliver, other, _home = self.missions
         catalogue.edit(lambda edit: edit.save_place(Place("Dock", PLACE_FOR, (other,))))
         local = START.astimezone(ZoneInfo(nature.zone)).replace(tzinfo=None)
-        minutes, are_equal = self.rng.choice((2, 3, 5)), self.rng.random() < 0.5
+        minutes, are_equal = self.rng.choice((2, 3, 5)) * (10 if nature.every_minutes >= 60 else 1), self.rng.random() < 0.5
         kinds = (*("burst",) * (len(ids) + 3), "dock", "dock", "dock", "one by one", "one by one")
         for number, kind in enumerate(kinds):
             self.plan(
