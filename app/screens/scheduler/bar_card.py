@@ -3,12 +3,13 @@ from __future__ import annotations
 
 from datetime import datetime, timedelta
 
-from app.domain import choice
+from app.domain import choice, conflicts
 from app.domain.models import Execution, Reason, ReasonCode
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.options import Card, MenuItem
+from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import span_of
 from app.services.planning.overlaps import ASSUMED_S
@@ -47,7 +48,8 @@ def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
     items = (MenuItem("edit", _("Edit schedule"), "pencil-outline"), MenuItem("skip", _("Skip this one"), "skip-next"),
              MenuItem("run", _("Run now"), "play"))
     when = f"{foreseen.whose(run)} · {_from_to(facts, run.begins, ends)}"
-    return Card(run.mission.name, _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held), items)
+    contested = [conflicts.sentence(each.code, each.at, each.details, facts.zone, _) for each in Contested(facts.conflicts).of(run)]
+    return Card(run.mission.name, _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested), items)
 
 
 def _from_to(facts: SchedulerFacts, begins: datetime, ends: datetime) -> str:

@@ -18,7 +18,7 @@ from app.services.catalogue.preview import Forecasts
 from app.services.files.plan_export import PlanFiles
 from app.services.history.runs import History
 from app.services.live.holds import Hold, Holds
-from app.services.planning.plan import LONGEST_RUN, MOMENT, Plan, PlannedRun
+from app.services.planning.plan import LONGEST_RUN, MOMENT, Conflict, Plan, PlannedRun
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
@@ -91,6 +91,7 @@ class SchedulerFacts:
     schedules: tuple[Schedule, ...] = ()
     last: Mapping[int, Execution] = field(default_factory=dict)      # by schedule: its newest execution
     planned: tuple[PlannedRun, ...] = ()                             # within the window, or the next days for the list
+    conflicts: tuple[Conflict, ...] = ()                             # of them, in order of time
     more: Mapping[int, datetime] = field(default_factory=dict)       # by schedule: from when on it has starts that are not in ``planned``
     past: tuple[Execution, ...] = ()     # planned within the window and before now, open ones included; and skipped ones to come
     holds: tuple[Hold, ...] = ()                                     # set by persons and not over
@@ -176,7 +177,7 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         settings=settings, calendar=calendar, robots=robots, groups=tuple(catalogue.groups()), missions=tuple(catalogue.missions()),
         schedules=schedules,
         last={schedule.id: last for schedule in schedules if (last := _last(history, schedule, now)) is not None},
-        planned=planned.runs, more=planned.more, past=past, holds=tuple(services.holds.current()),
+        planned=planned.runs, conflicts=planned.conflicts, more=planned.more, past=past, holds=tuple(services.holds.current()),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
         typed=frozenset(key for key, one in usual.items() if one.typed), skips=skips)

@@ -15,6 +15,7 @@ from app.screens.common import foreseen, formats
 from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler import axis
 from app.screens.scheduler.axis import Band, Range, Tick
+from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
@@ -128,21 +129,25 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     read = Range(origin, low, high)
     step = next((hours for span, hours in STEPS.items() if window.hours <= span), 24) * (2 if narrow else 1)
     robots = [robot for robot in facts.robots if robot.id in window.robots]
-    planned = defaultdict[Hashable, list[PlannedRun]](list)
+    planned, contested = defaultdict[Hashable, list[PlannedRun]](list), defaultdict[Hashable, list[PlannedRun]](list)
+    conflicts = Contested(facts.conflicts)
     for run in facts.planned:
         planned[run.lane].append(run)
+        if conflicts.of(run):
+            contested[run.lane].append(run)
     shown = robots or facts.robots
     groups = [group for group in facts.groups if any(robot.id in group.members for robot in shown)]
     thin = window.hours * THIN
-    of_groups = (_group_lane(facts, group, planned["group", group.id], now, read, thin) for group in groups)
-    lanes = (*(_lane(facts, robot, planned[robot.id], now, read, thin) for robot in shown), *(lane for lane in of_groups if lane.bars))
+    of_groups = (_group_lane(facts, group, planned["group", group.id], contested["group", group.id], now, read, thin) for group in groups)
+    of_robots = (_lane(facts, robot, planned[robot.id], contested[robot.id], now, read, thin) for robot in shown)
+    lanes = (*of_robots, *(lane for lane in of_groups if lane.bars))
     closed = tuple(axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded))
     folds = [band for band in closed if band.kind == "folded"]
     if window.left is None:                              # what moves with the time doesn't begin amid a fold
         first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
     return TimelineView(
         origin, lanes=_with_idle_last(lanes, window.idle_too), bands=(*closed, *axis.held(facts, now, read)),
-        robots=_robots_word(facts, robots), is_filtered=bool(robots), legend=tuple(_legend(lanes, closed)),
+        robots=_robots_word(facts, robots), is_filtered=bool(robots), legend=tuple(_legend(lanes, closed, any(contested.values()))),
         ticks=tuple(tick for tick in axis.ticks(facts.zone, read, read.at(now), step, window.hours)
                     if not any(fold.start <= tick.hour < fold.end for fold in folds)),
         first=first, hours=window.hours, now=read.at(now), now_label=formats.wall_time(now.astimezone(facts.zone)),
@@ -166,7 +171,7 @@ def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
     return ngettext("{n} robot", "{n} robots", len(chosen)).format(n=len(chosen)) if chosen else _("All robots")
 
 
-def _legend(lanes: Sequence[Lane], closed: Sequence[Band]) -> Iterable[LegendEntry]:
+def _legend(lanes: Sequence[Lane], closed: Sequence[Band], is_contested: bool) -> Iterable[LegendEntry]:
     """Of what is drawn, and of nothing else."""
     bars = [bar for lane in lanes for bar in lane.bars]
     drawn = {"typed" if bar.typed else "assumed" if bar.assumed else bar.state for bar in bars}
@@ -174,13 +179,15 @@ def _legend(lanes: Sequence[Lane], closed: Sequence[Band]) -> Iterable[LegendEnt
     drawn |= {"closed"} if closed else set()
     words = {"planned": _("Planned"), "about": _("Robot is a forecast"), "typed": _("Length typed"),
              "assumed": _("Length not known yet"), "running": _("Running"),
-             "past": _("Ended"), "failed": pgettext("run", "Failed"), "skipped": _("Not run"), "held": _("Held"), "overlap": _("Overlap"),
+             "past": _("Ended"), "failed": pgettext("run", "Failed"), "skipped": _("Not run"), "held": _("Held"),
+             "overlap": _("Overlap or conflict") if is_contested else _("Overlap"),
              "closed": _("No work")}
     return (LegendEntry(kind, text) for kind, text in words.items() if kind in drawn)
 
 
 # ---------------------------------------------------------------------- bars
-def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], now: datetime, read: Range, thin: float) -> Lane:
+def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], contested: Iterable[PlannedRun], now: datetime, read: Range,
+          thin: float) -> Lane:
     bars = [_past_bar(facts, execution, now, read) for execution in facts.past if execution.robot_id == robot.id]
     bars += [_planned_bar(facts, run, read) for run in planned]
     bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
@@ -189,10 +196,11 @@ def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], no
     held = axis.held_until(hold, facts, now) if hold and hold.covers(robot.id, now) else ""
     return Lane(robot.name, held or robot.model or "" if robot.enabled else off_word(robot),
                 (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
-                tuple(_overlaps(bars)), robot.id)
+                _joined([*_overlaps(bars), *_conflicts(contested, read)]), robot.id)
 
 
-def _group_lane(facts: SchedulerFacts, group: Group, planned: Iterable[PlannedRun], now: datetime, read: Range, thin: float) -> Lane:
+def _group_lane(facts: SchedulerFacts, group: Group, planned: Iterable[PlannedRun], contested: Iterable[PlannedRun], now: datetime,
+                read: Range, thin: float) -> Lane:
     """What has no robot of the group yet, or none is foreseen for."""
     bars = [_past_bar(facts, execution, now, read) for execution in facts.past
             if execution.robot_id is None and execution.group_id == group.id]
@@ -201,7 +209,7 @@ def _group_lane(facts: SchedulerFacts, group: Group, planned: Iterable[PlannedRu
     more = [at for schedule in facts.schedules if schedule.group_id == group.id and (at := facts.more.get(schedule.id)) is not None]
     return Lane(_("Any of {group}").format(group=group.name), _("no robot foreseen"),
                 (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
-                key=("group", group.id))
+                _joined(_conflicts(contested, read)), ("group", group.id))
 
 
 def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
@@ -217,6 +225,22 @@ def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
                 spans.append(shared)
         taken = max(taken, end)
     return ((start / 3600, end / 3600) for start, end in spans)
+
+
+def _conflicts(contested: Iterable[PlannedRun], read: Range) -> list[tuple[float, float]]:
+    """From when to when runs are planned that want a robot or a place with too many others, or keep what matters more waiting."""
+    spans = [(read.at(run.begins), read.at(run.begins) + (run.usual_s or ASSUMED_S) / 3600) for run in contested]
+    return [(start, end) for start, end in spans if end > read.low and start < read.high]
+
+
+def _joined(spans: Iterable[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    joined: list[tuple[float, float]] = []
+    for start, end in sorted(spans):
+        if joined and start <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(joined[-1][1], end)
+        else:
+            joined.append((start, end))
+    return tuple(joined)
 
 
 def _merged(bars: list[Bar], thin: float, day: Callable[[float], date]) -> Iterable[Bar]:

@@ -63,7 +63,8 @@ def _places(runs: Sequence[PlannedRun], shared: Shared, since: datetime, last: d
     for place_id, (name, room, missions) in shared.places.items():
         spans = [_span(run) for run in runs if run.mission.name in missions]
         for at, details in _crowds(spans, room, last):
-            yield Conflict(ConflictCode.PLACE_FULL, at, {"place": name, "place_id": place_id, "most": room, **details})
+            yield Conflict(ConflictCode.PLACE_FULL, at, {"place": name, "place_id": place_id, "most": room, "missions": missions,
+                                                           **details})
         for hour, percent in _crowded_hours(spans, room):
             if hour >= since and hour + HOUR <= last:
                 yield Conflict(ConflictCode.PLACE_CROWDED, hour, {"place": name, "place_id": place_id, "percent": percent,

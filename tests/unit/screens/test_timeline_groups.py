@@ -4,12 +4,15 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
+import pytest
+
+from app.domain.conflicts import ConflictCode
 from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings, State, Trigger, Wait
 from app.screens.common import foreseen
 from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
-from app.services.planning.plan import PlannedRun
+from app.services.planning.plan import Conflict, PlannedRun
 from app.services.planning.planned import nobody
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
@@ -68,3 +71,31 @@ def test_the_card_at_the_bar_says_that_it_is_a_forecast():
 def test_the_list_of_days_names_the_group_and_the_robot_foreseen():
     assert sorted(row.robot for row in view.days(FACTS, NOW) if row.mission) == ["Aino", "any of Hall 1", "any of Hall 1 (≈ Sisu)"]
     assert foreseen.whose(FIXED) == "Aino"
+
+
+# ---------------------------------------------------------------------- conflicts
+UNTIL = AT + timedelta(minutes=10)
+TOO_FEW = Conflict(ConflictCode.TOO_FEW_ROBOTS, AT, {"group": "Hall 1", "group_id": 5, "robots": 2, "starts": 4, "until": UNTIL})
+FULL = Conflict(ConflictCode.PLACE_FULL, AT, {"place": "Dock 2", "place_id": 1, "most": 1, "missions": {"Kits"}, "starts": 2,
+                                              "until": None})
+BEHIND = Conflict(ConflictCode.CRITICAL_BEHIND, AT, {"mission": "Kits", "behind": "Bus", "robot": "Aino", "start": UNTIL, "schedule_id": 8})
+CROWDED = Conflict(ConflictCode.PLACE_CROWDED, AT, {"place": "Dock 2", "place_id": 1, "percent": 80, "until": UNTIL})
+
+
+@pytest.mark.parametrize(("conflict", "hatched", "words"), [
+    (TOO_FEW, [2], "At 13:00, 4 starts want the 2 robots of Hall 1, until about 13:10"),
+    (FULL, [1, 2, ("group", 5)], "At 13:00, 2 missions want Dock 2, where no more than 1 may be at a time"),
+    (BEHIND, [1], "Kits at 13:00 still runs on Aino nine times of ten when Bus, which matters more, starts at 13:10"), (CROWDED, [], "")])
+def test_what_wants_a_robot_or_a_place_with_too_many_others_is_hatched_and_its_card_says_so(conflict, hatched, words):
+    facts = replace(FACTS, conflicts=(conflict,))
+    found = lanes(facts)
+    assert [key for key, lane in found.items() if lane.overlaps] == hatched
+    for key in hatched:
+        assert [span for span in found[key].overlaps] == [(bar.start, bar.end) for bar in found[key].bars]
+    run = FIXED if conflict is BEHIND else FOUND
+    assert bar_card.start_card(facts, run).text.split("\n")[-1] == (words or "Usually 10 min")
+    assert (("overlap", "Overlap or conflict") in timeline(facts, NOW).legend) == bool(hatched)
+
+
+def test_a_start_after_a_crowd_is_over_has_no_part_in_it():
+    assert lanes(replace(FACTS, conflicts=(TOO_FEW,)))["group", 5].overlaps == ()
