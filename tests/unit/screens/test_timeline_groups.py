@@ -91,7 +91,7 @@ def test_what_wants_a_robot_or_a_place_with_too_many_others_is_hatched_and_its_c
     found = lanes(facts)
     assert [key for key, lane in found.items() if lane.overlaps] == hatched
     for key in hatched:
-        assert [span for span in found[key].overlaps] == [(bar.start, bar.end) for bar in found[key].bars]
+        assert list(found[key].overlaps) == [(bar.start, bar.end) for bar in found[key].bars]
     run = FIXED if conflict is BEHIND else FOUND
     assert bar_card.start_card(facts, run).text.split("\n")[-1] == (words or "Usually 10 min")
     assert (("overlap", "Overlap or conflict") in timeline(facts, NOW).legend) == bool(hatched)
