@@ -272,6 +272,7 @@ def test_a_robot_that_is_picked_in_the_bar_is_shown(container, robots, ui):
             if ui.find_all(HomeWide):
                 go_back(ui)
             ui.find(TopBar).dispatch("on_pick_robot")
+            ui.wait(lambda name=name: ui.find_all(OptionRow, text=name))
             ui.advance(.3)
             ui.tap(ui.find(OptionRow, text=name))
             ui.wait(lambda name=name: ui.find_all(HomeWide) and ui.find(TopBar).robot == name)
