@@ -275,5 +275,12 @@ ALTER TABLE missions ADD COLUMN charges INTEGER NOT NULL DEFAULT 0;          -- 
 ALTER TABLE executions ADD COLUMN held INTEGER NOT NULL DEFAULT 0;           -- a person keeps it back
 """
 
+_SKIPPED_AHEAD = """
+-- A start that a person skips ahead ends when it was planned, so that it counts on that day; when it was skipped is with its reason.
+UPDATE executions SET ended_at = planned_at,
+    reason_details = CASE reason_details WHEN '{}' THEN json_object('skipped_at', ended_at) ELSE reason_details END
+WHERE state = 'skipped' AND reason_code = 'hold' AND attempts = 0 AND planned_at > ended_at;
+"""
+
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
-                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS)
+                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _SKIPPED_AHEAD)

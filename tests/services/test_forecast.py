@@ -264,7 +264,8 @@ def test_skipping_writes_the_row_at_once_and_goes_on_with_the_start_after_it(con
     schedule = plan(container, recurrence="FREQ=DAILY")
     assert skipping(container).skip_next(schedule.id) == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)
     row = container.history.last_of_schedule(schedule.id)
-    assert (row.state, row.reason.code, row.planned_at, row.ended_at) == (State.SKIPPED, ReasonCode.HOLD, schedule.next_at, NOW)
+    assert (row.state, row.reason.code, row.planned_at, row.ended_at) == (
+        State.SKIPPED, ReasonCode.HOLD, schedule.next_at, schedule.next_at)
     assert row.reason.details == {"skipped_at": NOW.isoformat()}
     assert container.history.last_finished(5) == []           # nothing has run, and its time is still to come
     after = container.repositories.schedules.get(container.db.read(), schedule.id)
