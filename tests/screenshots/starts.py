@@ -53,3 +53,12 @@ def named_days(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=alike)
     stand.vm.choose_mode("days")
     return stand.settle()
+
+
+@picture("scheduler-skipped", sizes=EVERY_SIZE)
+def skipped(studio: Any) -> Any:
+    """The form of a schedule of which one start to come is skipped."""
+    stand = Stand(studio, "scheduler", prepare=alike)
+    stand.vm.part = "form"
+    stand.vm.edit(next(one.id for one in stand.vm._facts.schedules if one.name == "Morning round"))
+    return stand.settle()

@@ -290,6 +290,18 @@ def test_the_last_start_can_be_skipped_and_nothing_after_it(container):
             skipping(container).skip_next(number)
 
 
+def test_the_preview_names_the_skipped_starts_that_would_run_again(container):
+    schedule = plan(container, recurrence="FREQ=DAILY")
+    monday = skipping(container).skip_next(schedule.id)
+    thursday = skipping(container).skip(schedule.id, monday + timedelta(days=3))
+    found = forecasts(container).of(schedule)
+    assert (found.skipped, [start.nominal.day for start in found.starts]) == ((monday, thursday), [24, 25, 27, 30, 1])
+    assert forecasts(container).of(replace(schedule, start=datetime(2026, 11, 23, 7, 30))).skipped == ()     # its rule has them no more
+    assert forecasts(container).of(replace(schedule, paused_until=thursday - timedelta(hours=1))).skipped == (thursday,)
+    assert forecasts(container).of(replace(schedule, enabled=False)).skipped == ()
+    assert forecasts(container).of(draft(recurrence="FREQ=DAILY")).skipped == ()                             # another schedule
+
+
 # ---------------------------------------------------------------------- the export of what is filtered
 def test_the_export_has_what_the_filter_lets_through_and_says_where_it_went(container, tmp_path):
     usually(container, "guid-kits", 400.0)

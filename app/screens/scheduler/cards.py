@@ -7,7 +7,7 @@ from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.screens.scheduler.form_view import FormView
+from app.screens.scheduler.form_view import SKIPPED, FormView
 from app.screens.scheduler.timeline import TimelineView
 from app.screens.scheduler.view import Listing
 from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
@@ -111,8 +111,13 @@ class FormCard(SectionCard):
 
 
 class StartChip(StatusBadge):
-    """One of the next starts; ``kind`` is the icon of what is in its way."""
+    """One of the next starts; ``kind`` is the icon of what is in its way. The time of a skipped one is crossed out."""
     kind = StringProperty()
+
+    def on_kv_post(self, base_widget: object) -> None:
+        if self.kind == SKIPPED:
+            when, _dot, word = self.text.rpartition(" · ")
+            self.ids.badge_text.markup, self.ids.badge_text.text = True, f"[s]{when}[/s] {word}"
 
 
 class StartChips(LegendItems):

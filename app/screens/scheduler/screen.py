@@ -65,7 +65,7 @@ class SchedulerViewModel(ViewModel):
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
                                        done=self._refresher.request)
-        self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip)
+        self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.take_again)
         self.listed = ScheduleList(shell, services.clock.now)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows

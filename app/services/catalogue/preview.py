@@ -26,7 +26,7 @@ from app.services.catalogue import validation
 from app.services.planning.durations import expected
 from app.services.planning.overlaps import Other, RunConflict, conflicts, free_shift, nearby
 from app.services.planning.plan import MOMENT
-from app.services.planning.recurrence import Occurrence, occurrences
+from app.services.planning.recurrence import Occurrence, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 LOOKS_BACK = 30              # days, for low batteries
@@ -64,6 +64,7 @@ class Forecast:
     usual: DurationEstimate | None = None           # of that mission on that robot; None: not known
     concerns: tuple[Concern, ...] = ()
     free_at: datetime | None = None      # naive local time of the nearest first start at which no other run is in the way
+    skipped: tuple[datetime, ...] = ()   # starts to come that a person has left out (UTC)
 
     @property
     def usual_s(self) -> float | None:
@@ -94,6 +95,8 @@ class Forecasts:
         skips = self._schedules.skips_from(c, now)
         ahead = (start for start in occurrences(draft, begins, calendar) if (draft.id, start.instant) not in skips)
         starts = tuple(islice(ahead, count)) if draft.enabled else ()
+        skipped = tuple(sorted(at for number, at in skips if number == draft.id and draft.enabled and at > begins
+                               and next_occurrence(draft, at - MOMENT, calendar) == at))
         usual = expected(self._executions.usual(c, draft.robot_id, mission.guid), mission) if mission else None
         concerns: list[Concern] = []
         if robot is not None and not robot.enabled:
@@ -118,7 +121,7 @@ class Forecasts:
         concerns += [*(_overlap(conflict) for conflict in met), *self._low_battery(c, draft, settings)]
         can_shift = met and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
         shift = free_shift(starts, usual, near, self._clock.now()) if can_shift else None
-        return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift)
+        return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift, skipped)
 
     def _others(self, c: sqlite3.Connection, draft: Schedule, skips: Collection[Skip]) -> list[Other]:
         """The robot's other schedules that are on and still to come."""

@@ -60,7 +60,7 @@ def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothin
     settle(screen, ui)
     assert screen.shell.dialogs.top is None
     assert ui.find(Snackbar).text == "The start of Deliver kits to line 2 on Aino is skipped: 17:00"
-    assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 18:00"]
+    assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 17:00 · skipped"]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     assert [start.text for start in ui.find_all(StartChip)][2] == "Fri 20 · 17:00"
@@ -75,6 +75,43 @@ def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothin
     container.catalogue.set_schedule_enabled(schedule.id, False)
     settle(screen, ui)
     assert not ui.find_all(CommandButton, text="Skip a start")        # there is none
+
+
+def test_the_form_says_which_starts_are_skipped_and_takes_them_back(screen, container, ui):
+    def shown() -> list[str]:
+        settle(screen, ui)
+        return [start.text for start in ui.find_all(StartChip)][:4]
+
+    schedule = named(container, KITS, "Aino")
+    screen.plan.edit(schedule.id)
+    assert shown() == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 17:00", "Fri 20 · 18:00"]
+    container.pausing.skip(schedule.id, schedule.next_at + timedelta(hours=1))
+    assert shown() == ["Fri 20 · 15:00", "Fri 20 · 16:00 · skipped", "Fri 20 · 17:00", "Fri 20 · 18:00"]
+    chip = ui.find_all(StartChip)[1]
+    assert (chip.kind, chip.ids.badge_text.text) == ("skip-next", "[s]Fri 20 · 16:00[/s] skipped")
+    press(screen, ui, "Skip or take back a start")
+    assert screen.shell.dialogs.top.title == "Skip or take back which start of Deliver kits to line 2 on Aino?"
+    assert [(option.text, option.note) for option in ui.find_all(OptionRow)][:3] == [
+        ("Fri 20 · 15:00", ""), ("Fri 20 · 16:00", "skipped: start it after all"), ("Fri 20 · 17:00", "")]
+    ui.tap(ui.find(OptionRow, text="Fri 20 · 16:00"))
+    assert shown()[1] == "Fri 20 · 16:00"
+    assert ui.find(Snackbar).text == "The start of Deliver kits to line 2 on Aino is planned again: 16:00"
+    assert ui.find(CommandButton, text="Skip a start")
+
+
+def test_the_only_start_that_is_skipped_is_started_after_all_from_the_form(screen, container, ui):
+    robot = named(container, KITS, "Aino")
+    once = container.catalogue.save_schedule(Schedule(
+        "Morning round", robot.robot_id, robot.mission_id, datetime(2026, 11, 20, 14, 50), month.ZONE))
+    container.pausing.skip_next(once.id)
+    settle(screen, ui)
+    screen.plan.edit(once.id)
+    settle(screen, ui)
+    assert [start.text for start in ui.find_all(StartChip)] == ["Fri 20 · 14:50 · skipped"]
+    press(screen, ui, "Skip or take back a start")
+    ui.tap(ui.find(OptionRow, text="Fri 20 · 14:50"))
+    settle(screen, ui)
+    assert [start.text for start in ui.find_all(StartChip)] == ["Fri 20 · 14:50"]
 
 
 def test_a_skipped_start_that_its_rule_has_no_more_leaves_the_timeline(screen, container, ui):
