@@ -8,6 +8,7 @@ from zoneinfo import ZoneInfo
 from app.domain.models import Schedule
 from app.screens.scheduler.cards import FormCard, StartChip
 from app.widgets.buttons import CommandButton, IconButton, Toggle
+from app.widgets.dialogs import MenuRow
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
@@ -36,6 +37,27 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
             assert screen.shell.snackbars.texts[-1] == "The start of Deliver kits to line 2 on Aino is planned again: 16:00"
         settle(screen, ui)
         assert [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id][1] == second
+
+
+def test_skipping_and_taking_back_have_one_place_on_the_card(screen, container, ui):
+    """Each tap is made where the one before it was."""
+    schedule = named(container, KITS, "Aino")
+    second = [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id][1]
+    key, place, places, said = ("schedule", schedule.id, second), None, [], []
+    for _tap in range(4):
+        tap_bar(ui, key)
+        card = card_of(ui)
+        first, *others = ui.find_all(MenuRow, card)
+        place = place or first.to_window(*first.center)
+        said.append((first.text, *(row.text for row in others)))
+        places.append([row.to_window(*row.center) for row in (first, *others)])
+        ui.tap_at(*place)
+        settle(screen, ui)
+        skipped = next((bar.key for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Skipped: {KITS}"), None)
+        key = skipped or ("schedule", schedule.id, second)
+    assert said == 2 * [("Skip this one", "Edit schedule", "Run now"), ("Start it after all", "Edit schedule", "Open in Logs")]
+    heights = [[round(y) for _x, y in rows] for rows in places]
+    assert all(abs(y - before) < 24 for rows in heights for y, before in zip(rows, heights[0], strict=True))
 
 
 def test_a_start_that_was_planned_again_by_mistake_is_skipped_again_by_undo(screen, container, ui):

@@ -126,7 +126,11 @@ def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
     given = facts(past=(ahead,), skips=frozenset({(7, ahead.planned_at)}))
     bar, = timeline(given, NOW).lanes[0].bars
     assert (bar.label, bar.state, bar.end - bar.start) == ("Skipped: Deliver kits", "skipped", pytest.approx(ASSUMED_S / 3600))
-    assert [item.key for item in bar_card.run_card(given, ahead, NOW).items] == ["again", "log", "edit"]
+    assert [(item.key, item.disabled) for item in bar_card.run_card(given, ahead, NOW).items] == [
+        ("again", False), ("edit", False), ("log", False)]
+    paused = replace(given, schedules=(replace(HOURLY, paused_until=NOW + timedelta(days=1)),))
+    assert [(item.key, item.disabled) for item in bar_card.run_card(paused, ahead, NOW).items] == [
+        ("again", True), ("edit", False), ("log", False)]
     assert [item.key for item in bar_card.run_card(facts(past=(ahead,)), ahead, NOW).items] == ["log", "edit"]
 
 
