@@ -4,6 +4,7 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.clock import Clock
+from kivy.input.motionevent import MotionEvent
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -82,6 +83,12 @@ class SchedulesCard(SectionCard):
     tools = BooleanProperty(False)
     listing = ObjectProperty(Listing(), rebind=True)
     empty = StringProperty()
+
+    def on_touch_down(self, touch: MotionEvent) -> bool | None:
+        if self.collide_point(*touch.pos):
+            self.vm.listed.keep()
+        handled: bool | None = super().on_touch_down(touch)
+        return handled
 
 
 class FormCard(SectionCard):

@@ -89,6 +89,7 @@ class SchedulerViewModel(ViewModel):
         self.every(1, self._tick)
         self.every(NOW_LINE_SECONDS, self._move_now)
         self.every(REFRESH_SECONDS, self._refresher.request)
+        self.listed.renew()
         self._refresher.read()
 
     def closed(self) -> None:
@@ -162,6 +163,7 @@ class SchedulerViewModel(ViewModel):
                 self.choose_mode(part)
         else:
             self.part = part
+            self.listed.renew()
 
     def _saved(self) -> None:
         """A schedule was: where it is shown."""
@@ -294,6 +296,7 @@ class SchedulerViewModel(ViewModel):
 
     def row_action(self, schedule_id: int, action: str, *values: Any) -> None:
         """A row of the list was used."""
+        self.listed.keep()
         match action:
             case "edit":
                 self.edit(schedule_id)
@@ -313,7 +316,12 @@ class SchedulerViewModel(ViewModel):
         calls: dict[str, Callable[[Schedule], object]] = {
             "edit": self.form.edit, "run": self.actions.run_now, "skip": self.actions.skip_next, "pause": self.actions.pause,
             "resume": self.actions.resume, "duplicate": self.form.duplicate, "delete": self.delete}
-        self._shell.dialogs.menu(anchor, view.schedule_menu(schedule, self._services.clock.now()), lambda key: calls[key](schedule))
+
+        def chosen(key: str) -> None:
+            self.listed.keep()               # however long the menu was open
+            calls[key](schedule)
+
+        self._shell.dialogs.menu(anchor, view.schedule_menu(schedule, self._services.clock.now()), chosen)
 
     def hold(self) -> None:
         """Keep everything, or one robot, from being sent anything; while everything is held, release it."""

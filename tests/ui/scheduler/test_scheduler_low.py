@@ -51,8 +51,12 @@ def test_fields_and_lists_of_a_low_window_take_taps(low, screen, container, ui):
     ui.tap(ui.find(Toggle, line))
     settle(screen, ui)
     assert not container.repositories.schedules.get(container.db.read(), number).enabled
+    assert low.vm.listed.rows[0].key == number                # it stays under the finger
+    ui.tap(ui.find(Segment, text="Timeline"))
+    ui.tap(ui.find(Segment, text="Schedules"))
+    settle(screen, ui)
     first = low.vm.listed.rows[0].key
-    assert first != number                                    # what is off goes to the end
+    assert first != number                                    # looked at anew: what is off is at the end
     line = ui.find(ScheduleLine, key=first)
     ui.tap_at(*line.to_window(line.center_x - 40, line.center_y))
     settle(screen, ui)
