@@ -11,7 +11,7 @@ from app.domain import rules
 from app.domain.models import Execution, Mission, Robot, Schedule, Settings, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
-from app.screens.common.holding import held_note
+from app.screens.common.holding import held_next, held_note
 from app.screens.common.options import MenuItem, Option
 from app.screens.scheduler.facts import DAYS, SchedulerFacts
 from app.services.files.plan_export import PlanExport
@@ -144,9 +144,9 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
                                    own)
             continue
         for run in same:
-            held_note = _held(facts, run.schedule, run.at, now)
+            kept = held_note(facts.hold(run.robot.id, run.at), run.at, run.schedule.start_window_minutes, facts.settings, now)
             yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", formats.wall_time(run.at.astimezone(zone)), *names,
-                                 held_note or formats.ahead((run.at - now).total_seconds()), _until(run, zone), held_note or needs, own)
+                                 kept or formats.ahead((run.at - now).total_seconds()), _until(run, zone), kept or needs, own)
 
 
 def _until(run: PlannedRun, zone: ZoneInfo) -> str:
@@ -227,11 +227,8 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
         return _("the robot needs its password") if robot.needs_password else _("the robot is switched off")
     if schedule.paused_until is not None and schedule.paused_until > now:
         return _("paused until {time}").format(time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now))
-    return _held(facts, schedule, schedule.next_at, now) or formats.until(schedule.next_at, now, facts.settings.timezone)
-
-
-def _held(facts: SchedulerFacts, schedule: Schedule, at: datetime, now: datetime) -> str:
-    return held_note(facts.hold(schedule.robot_id, at), at, schedule.start_window_minutes, facts.settings, now)
+    return held_next(facts.hold(schedule.robot_id, schedule.next_at), schedule.next_at, schedule.start_window_minutes, facts.settings,
+                     now) or formats.until(schedule.next_at, now, facts.settings.timezone)
 
 
 def schedule_menu(schedule: Schedule, now: datetime) -> list[MenuItem]:
