@@ -210,6 +210,7 @@ class Navigator(EventDispatcher):
     Going to the screen that is already there shows it again with the new intent.
     """
     current = StringProperty()
+    all_robots = BooleanProperty(False)  # were looked at last, and not the selected one alone
     guard: Callable[[str, Callable[[], object]], object] | None = None     # asked before a screen is shown; calls what shows it, or not
 
     def __init__(self, manager: MDScreenManager, builders: Mapping[str, Callable[[], ScreenBase]], **kwargs: Any) -> None:

@@ -20,7 +20,7 @@ from app.screens.common.options import Card, Option
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
-from app.screens.scheduler import bar_card, timeline, view
+from app.screens.scheduler import bar_card, hold_view, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
 from app.screens.scheduler.cards import SchedulerEmpty
 from app.screens.scheduler.draft import Draft
@@ -329,7 +329,8 @@ class SchedulerViewModel(ViewModel):
             self._shell.background.run(self._services.holds.release, lambda _none: self._say(_("Released"), "play-circle-outline"),
                                        self._shell.say_problem)
         elif self._facts.robots:
-            self._shell.dialogs.open(HoldDialog(self._services, self._shell, self._facts))
+            robot_id = hold_view.looked_at(self._facts, self._window.robots, self._shell.navigator.all_robots)
+            self._shell.dialogs.open(HoldDialog(self._services, self._shell, self._facts, robot_id=robot_id))
 
     def export(self) -> None:
         """Write the starts of the next days as a calendar file and show its path."""
