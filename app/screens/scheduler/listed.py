@@ -68,7 +68,7 @@ class ScheduleList(EventDispatcher):
     def choose_order(self, anchor: Widget) -> None:
         items = [MenuItem(False, _("By next start"), "sort-clock-ascending-outline"),
                  MenuItem(True, _("By name"), "sort-alphabetical-ascending")]
-        self._shell.dialogs.menu(anchor, items, lambda by_name: self.set(by_name=by_name))
+        self._shell.dialogs.menu(anchor, _("Order of the schedules"), items, lambda by_name: self.set(by_name=by_name))
 
 
 def _in_order(rows: Sequence[view.ScheduleItem], before: Sequence[int]) -> list[view.ScheduleItem]:

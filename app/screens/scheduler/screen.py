@@ -321,7 +321,8 @@ class SchedulerViewModel(ViewModel):
             self.listed.keep()               # however long the menu was open
             calls[key](schedule)
 
-        self._shell.dialogs.menu(anchor, view.schedule_menu(schedule, self._services.clock.now()), chosen)
+        title, text = view.menu_title(self._facts, schedule)
+        self._shell.dialogs.menu(anchor, title, view.schedule_menu(schedule, self._services.clock.now()), chosen, text)
 
     def hold(self) -> None:
         """Keep everything, or one robot, from being sent anything; while everything is held, release it."""

@@ -231,6 +231,13 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
                      now) or formats.until(schedule.next_at, now, facts.settings.timezone)
 
 
+def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
+    """Which schedule a menu is about: its name or mission, and below that what else is needed to know it."""
+    robot, mission, name = facts.robot(schedule.robot_id), facts.mission(schedule.mission_id), facts.name(schedule)
+    what, where = mission.name if mission else schedule.name, robot.name if robot else ""
+    return (name, " · ".join(filter(None, (what, where)))) if name else (what, where)
+
+
 def schedule_menu(schedule: Schedule, now: datetime) -> list[MenuItem]:
     """What can be done with it."""
     return [

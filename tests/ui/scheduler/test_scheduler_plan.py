@@ -133,6 +133,18 @@ def test_a_list_that_is_looked_at_anew_has_its_order_by_next_start(screen, conta
     assert schedule.id in after
 
 
+def test_a_menu_says_what_it_is_about(screen, container, ui):
+    own = container.catalogue.save_schedule(replace(named(container, WASTE, "Veikko"), name="Morning round"))
+    settle(screen, ui)
+    for about, words in ((named(container, KITS, "Aino"), [KITS, "Aino"]), (own, ["Morning round", f"{WASTE} · Veikko"])):
+        screen.plan.row_action(about.id, "menu", ui.find(SchedulesCard))
+        assert ui.texts(card_of(ui))[:2] == words
+        screen.shell.dialogs.close_all()
+        ui.advance(.3)
+    ui.tap(ui.find(IconButton, ui.find(SchedulesCard), icon="sort-clock-ascending-outline"))
+    assert ui.texts(card_of(ui))[0] == "Order of the schedules"
+
+
 def test_the_menu_opens_a_schedule_for_editing(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     menu(screen, ui, schedule, "Edit")
