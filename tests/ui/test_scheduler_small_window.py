@@ -17,6 +17,7 @@ from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment, Segments
 from app.widgets.fields import PickField
 from app.widgets.plan_rows import DayLine
+from app.widgets.text import BodyStrong
 from tests.screenshots.planning import Stand
 from tests.ui import checks
 from tests.ui.planner import KITS
@@ -28,9 +29,14 @@ EVERY_KIND = ({"kind": Kind.ONCE}, {"kind": Kind.DAILY}, {"kind": Kind.WEEKLY}, 
 
 
 WINDOWS = [((1024, 600), scale, language) for scale in (1.0, 1.3) for language in ("en", "fi")] + [((800, 800), 1.3, "en")]
+USUAL = [((1280, 800), scale, language) for scale in (1.0, 1.3) for language in ("en", "fi")]
 
 
-@pytest.fixture(params=WINDOWS, ids=lambda way: f"{way[0][0]}×{way[0][1]}-{way[1]}-{way[2]}")
+def name_of_window(way: tuple[tuple[int, int], float, str]) -> str:
+    return f"{way[0][0]}×{way[0][1]}-{way[1]}-{way[2]}"
+
+
+@pytest.fixture(params=WINDOWS, ids=name_of_window)
 def small(ui, request) -> Iterator[Stand]:
     """The Scheduler in its frame, in a small window."""
     before = Window.size
@@ -95,3 +101,16 @@ def test_the_list_uses_the_width_of_a_window_that_was_turned(ui, small):
         starts = [line for line in ui.find_all(DayLine) if line.mission]
         assert starts
         assert all(line.columns or line.ids.line_words.width > .75 * line.width for line in starts), size
+
+
+@pytest.mark.parametrize("small", [*WINDOWS, *USUAL], ids=name_of_window, indirect=True)
+def test_a_battery_without_a_minimum_and_the_ends_of_starts_are_on_one_line(ui, small):
+    small.vm.choose_part("form")
+    small.vm.form.set(minimum_battery_percent=0.0)
+    small.settle()
+    assert ui.find(BodyStrong, ui.find(PickField, label=_("Battery ≥"))).lines == 1
+    small.vm.choose_part("days")
+    small.settle()
+    ends = [line.ids[part] for line in ui.find_all(DayLine) if line.columns for part in ("line_until", "line_needs")]
+    assert ends or Window.width == 800
+    assert [label.text for label in ends if label.lines > 1] == []

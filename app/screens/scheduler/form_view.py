@@ -132,6 +132,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     field_name, problem = _problem(facts, draft, preview, now)
     forecast = None if problem else preview.forecast
     waits = draft.mission_id is None or draft.robot_id is None       # not begun rather than wrong
+    minimum = rules.minimum_battery(_schedule_so_far(draft), mission, facts.settings)
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
     skipped = forecast.skipped if forecast else ()
     is_stored = draft.is_stored(facts.name(draft.base))              # what is shown are its starts
@@ -146,7 +147,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
         repeats=repeats, last_day=formats.wall_day(draft.last_day, year=True) if repeats and draft.last_day else _("No last day"),
         ends=repeats and draft.last_day is not None, can_also=repeats and draft.kind is not Kind.EVERY, also=_also(draft),
-        battery=battery_text(rules.minimum_battery(_schedule_so_far(draft), mission, facts.settings)),
+        battery=formats.percent(minimum) if minimum else _("Any"),
         window=window_text(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
         overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
         priority=draft.priority, name=draft.name, name_hint=_name_hint(mission, robot),

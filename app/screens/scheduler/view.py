@@ -34,7 +34,7 @@ class DayRow:
     mission: str = ""
     robot: str = ""
     note: str = ""
-    until: str = ""                      # about, as far as is known
+    until: str = ""                      # when it is over, as far as is known; of many, when the last one starts
     condition: str = ""                  # what keeps it, else what it needs
     name: str = ""                       # of its schedule, where a person has given one
 
@@ -135,13 +135,14 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
         own = facts.name(first.schedule)
         if len(same) >= GROUPED_FROM:
             begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
-            note = ngettext("{n} start until {time}", "{n} starts until {time}", len(same)).format(n=len(same), time=ends)
+            number, last = ngettext("{n} start", "{n} starts", len(same)).format(n=len(same)), _("last at {time}").format(time=ends)
             if (more := facts.more.get(first.schedule.id)) and more.astimezone(zone).date() == first.at.astimezone(zone).date():
-                note = _("{starts} and more").format(starts=note)
-            if held := sum(facts.hold(run.robot.id, run.at) is not None for run in same):
-                note = f"{note} · " + _("{n} held").format(n=held)
-            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, _until(same[-1], zone), note,
-                                   own)
+                number, last = _("{starts} and more").format(starts=number), ""
+            held = sum(facts.hold(run.robot.id, run.at) is not None for run in same)
+            kept = _("{n} held").format(n=held) if held else ""
+            note = _joined(f"{number}, {last}" if last else number, kept)
+            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, last or formats.NOTHING,
+                                   _joined(number, kept), own)
             continue
         for run in same:
             kept = held_note(facts.hold(run.robot.id, run.at), run.at, run.schedule.start_window_minutes, facts.settings, now)
@@ -149,11 +150,15 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
                                  kept or formats.ahead((run.at - now).total_seconds()), _until(run, zone), kept or needs, own)
 
 
+def _joined(*parts: str) -> str:
+    return " · ".join(filter(None, parts))
+
+
 def _until(run: PlannedRun, zone: ZoneInfo) -> str:
-    """When it is over as a rule."""
+    """About when it is over, as a rule."""
     if run.usual_s is None:
         return formats.NOTHING
-    return _("until about {time}").format(time=formats.wall_time((run.at + timedelta(seconds=run.usual_s)).astimezone(zone)))
+    return _("ends ~{time}").format(time=formats.wall_time((run.at + timedelta(seconds=run.usual_s)).astimezone(zone)))
 
 
 # ---------------------------------------------------------------------- the schedules

@@ -211,7 +211,7 @@ def test_seven_days_are_a_list_that_opens_schedules(screen, ui):
     assert lines[0].heading == "Today, Fri 20 Nov"
     count = next(line for line in lines if line.mission == "Night stock count")
     condition = "if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
-    assert ui.texts(count) == ["19:00", "Night stock count", "Aino", "until about 21:54", condition]
+    assert ui.texts(count) == ["19:00", "Night stock count", "Aino", "ends ~21:54", condition]
     ui.tap(count)
     settle(screen, ui)
     assert ui.find(FormCard).view.mission == "Night stock count"

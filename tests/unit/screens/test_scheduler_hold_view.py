@@ -107,7 +107,7 @@ def test_lists_say_until_when_it_is_held():
     rows = view.days(facts(planned=(planned(22), planned(82))), NOW)
     assert [row.note for row in rows if not row.heading] == ["skipped: held until 15:38", "in 1 h 22 min"]
     many = view.days(facts(planned=tuple(planned(22 + 10 * n) for n in range(6))), NOW)
-    assert [row.note for row in many if not row.heading] == ["6 starts until 15:50 · 4 held"]
+    assert [row.note for row in many if not row.heading] == ["6 starts, last at 15:50 · 4 held"]
 
 
 # ---------------------------------------------------------------------- pausing
