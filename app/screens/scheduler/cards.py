@@ -60,6 +60,7 @@ class UpcomingHead(BoxLayout):
 class TimeControls(BoxLayout):
     """Back, now, forward, zoom in, zoom out: what fingers do, as buttons."""
     card = ObjectProperty(None, rebind=True)
+    roomy = BooleanProperty(True)
 
 
 class HoursPart(LowPage):
