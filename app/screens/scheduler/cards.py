@@ -47,9 +47,8 @@ class UpcomingCard(SectionCard):
     follows = BooleanProperty(True)      # what is shown moves with the time
     bars_height = NumericProperty(0)     # of all robots' lanes
     around = NumericProperty(0)          # height of all but the lanes
-    wanted = NumericProperty(0)          # height at which all robots up to four are seen
-    least = NumericProperty(0)           # up to three
-    fewest = NumericProperty(0)          # one of them: enough where that leaves the form its room
+    room = NumericProperty(0)            # height that the form and the schedules leave
+    lanes = NumericProperty(2)           # that are seen, each of them whole
 
 
 class UpcomingHead(BoxLayout):

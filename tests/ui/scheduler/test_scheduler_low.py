@@ -2,13 +2,16 @@
 from __future__ import annotations
 
 import pytest
+from kivy.metrics import dp
 
 from app.screens.common.shell import pick
 from app.screens.scheduler.cards import FormCard, SchedulesCard, UpcomingCard
 from app.screens.scheduler.screen import SchedulerScreen
 from app.widgets.buttons import CommandButton, Segment, Toggle
+from app.widgets.long_list import LongList
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.timeline import Timeline
+from app.widgets.timeline_painting import AXIS
 from tests.support import month
 from tests.ui import checks
 from tests.ui.planner import KITS, choose, kind, named, save, schedules, settle
@@ -96,7 +99,21 @@ def test_what_saves_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, con
     assert y + saves.height <= bottom + low.height
     assert not low.ids.page.do_scroll_y
     assert checks.problems(low) == []
-    assert not ui.find_all(Timeline) or ui.find(Timeline).parent.height >= 60       # a lane of it
+
+
+@pytest.mark.parametrize("height", [552, 576, 608, 640])
+def test_lanes_of_the_plan_are_seen_whole_and_so_are_the_rows_below(low, screen, ui, height):
+    """1280×800 with and without the banner of an alarm, and between."""
+    low.size = 1232, height
+    settle(screen, ui)
+    plan = ui.find(Timeline)
+    lanes = (plan.parent.height - dp(AXIS)) / plan.lane_height
+    assert lanes == pytest.approx(round(lanes), abs=.05)
+    assert lanes >= 2
+    rows = ui.find(LongList, root=ui.find(SchedulesCard))
+    assert len(rows.views) >= 2
+    assert min(view.y for view in rows.views) >= -1
+    assert not low.ids.page.do_scroll_y
 
 
 def test_an_alarm_that_makes_the_window_low_takes_no_form_away_that_somebody_fills_in(low, screen, container, ui):
