@@ -3,7 +3,8 @@
     uv run python -m tests.ui.walk [picture …]
 
 walks the full product by hand (sizes × languages × themes × sizes of text, with and without an alarm), about two minutes a picture, and
-prints what ``checks.problems`` finds; ``--part 1/2`` and ``--part 2/2`` share the pictures between two cores. CI walks the covering subset of ``test_every_screen``.
+prints what ``checks.problems`` finds; ``--part 1/2`` and ``--part 2/2`` share the pictures between two cores. CI walks the covering
+subset of ``test_every_screen``.
 Each picture of tests/screenshots is built once per language and size of texts and then resized and recoloured live.
 """
 from __future__ import annotations
