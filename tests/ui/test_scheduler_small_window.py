@@ -103,3 +103,12 @@ def test_a_battery_without_a_minimum_and_the_ends_of_starts_are_on_one_line(ui, 
     ends = [line.ids[part] for line in ui.find_all(DayLine) if line.columns for part in ("line_until", "line_needs")]
     assert ends or Window.width == 800
     assert [label.text for label in ends if label.lines > 1] == []
+
+
+def test_what_saves_and_what_skips_a_start_is_seen_while_a_schedule_is_edited(ui, small):
+    small.vm.edit(small.schedule(KITS).id)
+    small.settle()
+    for word in (small.vm.form.view.save, _("Skip a start")):
+        button = ui.find(CommandButton, text=word)
+        assert checks.visible_area(button, checks.parents(button)) == pytest.approx(checks.area(button), abs=1)
+    assert "\n".join(checks.problems(small.screen)) == ""

@@ -87,16 +87,19 @@ def test_a_mission_brought_from_elsewhere_is_in_the_form(low, screen, container,
     assert ui.find(FormCard).view.mission == mission.name
 
 
-@pytest.mark.parametrize("size", [(1232, 552), (976, 440), (976, 352)], ids=["1280×800 with a banner", "1024×600", "and with a banner"])
-def test_what_saves_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, container, ui, size):
+@pytest.mark.parametrize("size", [(1232, 552), (1080, 552), (976, 440), (976, 352)],
+                         ids=["1280×800 with a banner", "narrower", "1024×600", "and with a banner"])
+def test_what_saves_and_what_skips_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, container, ui, size):
     low.size = size
     settle(screen, ui)
     low.vm.edit(named(container, KITS, "Aino").id)
     settle(screen, ui)
-    saves, = (button for button in ui.find_all(CommandButton) if button.text == "Save changes")
-    bottom, y = low.to_window(*low.pos)[1], saves.to_window(*saves.pos)[1]
-    assert bottom <= y
-    assert y + saves.height <= bottom + low.height
+    for word in ("Save changes", "Skip a start"):
+        button = ui.find(CommandButton, text=word)
+        assert checks.visible_area(button, checks.parents(button)) == pytest.approx(checks.area(button), abs=1)
+        bottom, y = low.to_window(*low.pos)[1], button.to_window(*button.pos)[1]
+        assert bottom <= y
+        assert y + button.height <= bottom + low.height
     assert not low.ids.page.do_scroll_y
     assert checks.problems(low) == []
 
