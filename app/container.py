@@ -110,7 +110,7 @@ class Container:
         self.history = History(db, repositories.executions, repositories.missions)
         self.catalogue = Catalogue(db, clock, self.changes)
         self.kpis = Kpis(db, clock)
-        self.group_figures, self.promises = GroupFigures(db), PromiseFigures(db)
+        self.group_figures, self.promises = GroupFigures(db, clock), PromiseFigures(db, clock)
         self.plan = Plan(db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
                          executions=repositories.executions, settings=repositories.settings, clock=clock, is_out=self._is_out)
         planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,

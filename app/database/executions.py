@@ -314,8 +314,8 @@ class ExecutionRepository:
         return found
 
     def last_ended(self, c: sqlite3.Connection, count: int) -> list[Execution]:
-        """The newest that ended, of all robots, newest first; not those that were skipped before their time."""
-        return self._list(c, """WHERE ended_at IS NOT NULL AND NOT (state = 'skipped' AND ended_at < planned_at)
+        """The newest that ended, of all robots, newest first; not those that a person skipped."""
+        return self._list(c, """WHERE ended_at IS NOT NULL AND NOT (state = 'skipped' AND reason_details ->> 'skipped_at' IS NOT NULL)
                                 ORDER BY ended_at DESC, id DESC LIMIT ?""", count)
 
     def stream(self, c: sqlite3.Connection, wanted: ExecutionFilter | None = None) -> Iterator[Execution]:

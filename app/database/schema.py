@@ -387,6 +387,13 @@ CREATE INDEX executions_of_groups ON executions (group_id, ended_at, planned_at,
     reason_code) WHERE group_id IS NOT NULL AND ended_at IS NOT NULL AND trigger = 'scheduled';
 """
 
+_SKIPPED_AHEAD = """
+-- A start that a person skips ahead ends when it was planned, so that it counts on that day; when it was skipped is with its reason.
+UPDATE executions SET ended_at = planned_at,
+    reason_details = CASE reason_details WHEN '{}' THEN json_object('skipped_at', ended_at) ELSE reason_details END
+WHERE state = 'skipped' AND reason_code = 'hold' AND attempts = 0 AND planned_at > ended_at;
+"""
+
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
-                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _GROUPS,
+                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _SKIPPED_AHEAD, _GROUPS,
                                _SUGGESTIONS_AND_GROUP_FIGURES)

@@ -1,10 +1,12 @@
 """Widgets that only show something: cards, badges, tiles, facts, empty states. Their texts come from the view models."""
+from kivy.metrics import sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets.surfaces import OnlySeen, Passive, Surface, Tap, Toned, TonedSurface
+from app.widgets.text import line_width
 
 
 class SectionCard(OnlySeen, Passive, MDCard):
@@ -79,10 +81,14 @@ class EmptyState(BoxLayout):
 
 
 class Fact(Toned, BoxLayout):
-    """Label above value, as in a robot's data sheet."""
+    """Label above value, as in a robot's data sheet. A value of which a word (an address, say) would be broken is smaller."""
     label = StringProperty()
     value = StringProperty("–")
     icon = StringProperty()
+
+    def is_wide(self, value, font_name, room) -> bool:
+        """Whether one of its words has no room on a line of ``room`` px in the larger size."""
+        return room > 0 and any(line_width(word, font_name, sp(20)) > room for word in value.split())
 
 
 class Notice(TonedSurface):

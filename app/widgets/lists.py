@@ -4,12 +4,16 @@ Each row of ``data`` is a frozen dataclass whose fields are properties of the ro
 identifies the row. A row never becomes another one under a finger because the list has moved: each view belongs to a key, and a view that
 is reused for another row ignores an earlier press.
 """
+from functools import lru_cache
+
 from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.effects.scroll import ScrollEffect
 from kivy.factory import Factory
+from kivy.graphics.texture import Texture
 from kivy.metrics import dp
 from kivy.properties import (
+    AliasProperty,
     BooleanProperty,
     ListProperty,
     NumericProperty,
@@ -168,13 +172,33 @@ class Rows(MDBoxLayout):
                 self.canvas.remove(view.canvas)
 
 
+@lru_cache(maxsize=1)
+def shade() -> Texture:
+    """From black at its lower edge to nothing at its upper one."""
+    texture = Texture.create(size=(1, 16), colorfmt="rgba")
+
+    def fill(texture: Texture) -> None:
+        texture.blit_buffer(bytes(part for row in range(16) for part in (0, 0, 0, 255 * (15 - row) // 15)), colorfmt="rgba",
+                            bufferfmt="ubyte")
+
+    fill(texture)
+    texture.add_reload_observer(fill)        # a tablet may lose its graphics while it sleeps
+    return texture
+
+
 class CalmScroll(ScrollView):
-    """A scroll view that doesn't overshoot, with a thin bar that shows that there is more.
+    """A scroll view that doesn't overshoot, with a thin bar, and a shade at its lower edge while there is ``more_below``.
 
     ``wheel_way``: where a mouse's wheel is turning it, 1 down, -1 up; 0: a finger, or nothing, has moved it. A list that comes to rest on
     whole rows goes on that way: a notch is less than half a row, so the nearest one would take it back.
     """
     wheel_way = 0
+    shade = staticmethod(shade)
+
+    def _has_more_below(self) -> bool:
+        return bool(self.do_scroll_y) and (self.viewport_size[1] - self.height) * self.scroll_y > dp(2)
+
+    more_below = AliasProperty(_has_more_below, bind=("do_scroll_y", "viewport_size", "height", "scroll_y"), cache=True)
 
     def __init__(self, **kwargs):
         kwargs.setdefault("effect_cls", ScrollEffect)

@@ -8,7 +8,7 @@ from app.widgets.surfaces import Tap
 
 class DayLine(RecycledRow, Tap):
     """A heading of a day (``heading``), or a start on it: time, mission, the name that a person gave its schedule, robot, how soon; where
-    there is room for ``columns`` until about when instead, and what it needs. A start tapped fires "open"."""
+    there is room for ``columns`` when it ends instead, and what it needs. A start tapped fires "open"."""
     columns = BooleanProperty(False)
     until = StringProperty()
     condition = StringProperty()

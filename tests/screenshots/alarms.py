@@ -105,7 +105,7 @@ def menu(studio: Any) -> Any:
     dialog = Desk(studio).dialog
     studio.driver.advance(.2)
     row = next(widget for widget in dialog.walk() if isinstance(widget, AlarmRow))
-    return studio.dialogs.menu(row.children[0], menu_of(STANDING[0], ROBOTS), lambda _key: None)
+    return studio.dialogs.menu(row.children[0], row.text, menu_of(STANDING[0], ROBOTS), lambda _key: None)
 
 
 @picture("alarms-note", sizes=SIZES)

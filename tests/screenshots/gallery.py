@@ -90,7 +90,7 @@ def confirm(studio):
 @picture("gallery-menu", sizes=BOTH)
 def menu(studio):
     page(studio, "GalleryLists")
-    return studio.dialogs.open(Menu(anchor=studio.driver.find(icon="dots-vertical"), items=[
+    return studio.dialogs.open(Menu(anchor=studio.driver.find(icon="dots-vertical"), title="Deliver kits to line 2", text="Aino", items=[
         MenuItem("run", "Run now", "play"), MenuItem("skip", "Skip next", "skip-next"),
         MenuItem("copy", "Duplicate", "content-copy", disabled=True), MenuItem("delete", "Delete", "delete-outline", "fault")]))
 

@@ -17,6 +17,7 @@ from app.screens.common.alarms_view import Here
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import group_of
 from app.screens.common.threads import UiBus
+from app.screens.common.view_model import Navigator
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarm_list import LateStartsDialog
 from app.screens.frame.facts import OpenIssues
@@ -68,7 +69,7 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenI
     services: Any = SimpleNamespace(
         maps=SimpleNamespace(is_due=lambda _robot_id, _map_id: False), clock=SimpleNamespace(now=lambda: sample.NOW),
         snapshots=SimpleNamespace(get=lambda robot_id: facts.snapshots.get(robot_id) or RobotSnapshot(robot_id)), **(more or {}))
-    shell: Any = SimpleNamespace(background=background, dialogs=studio.dialogs, bus=UiBus())
+    shell: Any = SimpleNamespace(background=background, dialogs=studio.dialogs, navigator=Navigator(None, {}), bus=UiBus())
     frame = Factory.Frame()
     frame.items = [(name, frame_controller.screen_word(name), icon, selected) for name, icon, selected in frame_controller.NAVIGATION]
     frame.current, frame.title = "home", frame_controller.screen_word("home")

@@ -192,6 +192,7 @@ def monthly(studio: Any) -> Any:
 def more(studio: Any) -> Any:
     stand = planning(studio, kind=Kind.DAILY, more_hours=(14, 22), last_day=date(2027, 1, 31))
     stand.vm.form.more = True
+    stand.vm.choose_part("form")
     stand.settle()
     page = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "LowColumn")
     page.scroll_y = 0
@@ -221,6 +222,8 @@ def edit(studio: Any) -> Any:
 @picture("scheduler-menu", sizes=(LANDSCAPE,))
 def menu(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")
+    stand.vm.choose_part("schedules")
+    stand.settle()
     row = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "ScheduleLine")
     stand.vm._menu(row.key, row.children[0])
     return studio.dialogs.top

@@ -11,6 +11,8 @@ from tests.screenshots.planning import EVERY_SIZE, Stand
 from tests.screenshots.registry import BOTH, LARGE_TEXT, SMALL, picture
 from tests.support import month
 
+MONDAY = datetime(2026, 11, 23, 4, 0, tzinfo=UTC)        # 06:00 there
+
 
 def alike(container: Container) -> None:
     """Two starts at the same time, one that a person has named, one that is skipped, and a one-time schedule that is over."""
@@ -52,4 +54,27 @@ def over(studio: Any) -> Any:
 def named_days(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=alike)
     stand.vm.choose_mode("days")
+    return stand.settle()
+
+
+@picture("scheduler-skipped", sizes=EVERY_SIZE)
+def skipped(studio: Any) -> Any:
+    """The form of a schedule of which one start to come is skipped."""
+    stand = Stand(studio, "scheduler", prepare=alike)
+    stand.vm.part = "form"
+    stand.vm.edit(next(one.id for one in stand.vm._facts.schedules if one.name == "Morning round"))
+    return stand.settle()
+
+
+@picture("logs-skipped", sizes=EVERY_SIZE)
+def skipped_ahead(studio: Any) -> Any:
+    """The story of a start of another day that is skipped today."""
+    def skip(container: Container) -> None:
+        kits = next(one.id for one in container.catalogue.schedules() if one.name == "Deliver kits to line 2 on Aino")
+        container.pausing.skip(kits, MONDAY)
+
+    stand = Stand(studio, "logs", prepare=skip)
+    stand.vm.choose_period("all")
+    stand.settle()
+    stand.vm.toggle(stand.vm.rows[0].key)
     return stand.settle()

@@ -264,7 +264,8 @@ def test_skipping_writes_the_row_at_once_and_goes_on_with_the_start_after_it(con
     schedule = plan(container, recurrence="FREQ=DAILY")
     assert skipping(container).skip_next(schedule.id) == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)
     row = container.history.last_of_schedule(schedule.id)
-    assert (row.state, row.reason.code, row.planned_at, row.ended_at) == (State.SKIPPED, ReasonCode.HOLD, schedule.next_at, NOW)
+    assert (row.state, row.reason.code, row.planned_at, row.ended_at) == (
+        State.SKIPPED, ReasonCode.HOLD, schedule.next_at, schedule.next_at)
     assert row.reason.details == {"skipped_at": NOW.isoformat()}
     assert container.history.last_finished(5) == []           # nothing has run, and its time is still to come
     after = container.repositories.schedules.get(container.db.read(), schedule.id)
@@ -287,6 +288,18 @@ def test_the_last_start_can_be_skipped_and_nothing_after_it(container):
     for number in (schedule.id, 999):
         with pytest.raises(InvalidInput):
             skipping(container).skip_next(number)
+
+
+def test_the_preview_names_the_skipped_starts_that_would_run_again(container):
+    schedule = plan(container, recurrence="FREQ=DAILY")
+    monday = skipping(container).skip_next(schedule.id)
+    thursday = skipping(container).skip(schedule.id, monday + timedelta(days=3))
+    found = forecasts(container).of(schedule)
+    assert (found.skipped, [start.nominal.day for start in found.starts]) == ((monday, thursday), [24, 25, 27, 30, 1])
+    assert forecasts(container).of(replace(schedule, start=datetime(2026, 11, 23, 7, 30))).skipped == ()     # its rule has them no more
+    assert forecasts(container).of(replace(schedule, paused_until=thursday - timedelta(hours=1))).skipped == (thursday,)
+    assert forecasts(container).of(replace(schedule, enabled=False)).skipped == ()
+    assert forecasts(container).of(draft(recurrence="FREQ=DAILY")).skipped == ()                             # another schedule
 
 
 # ---------------------------------------------------------------------- the export of what is filtered

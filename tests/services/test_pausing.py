@@ -13,6 +13,8 @@ from app.database.connection import Database
 from app.domain import reasons
 from app.domain.models import InvalidInput, Mission, Overlap, ReasonCode, Robot, Schedule, State
 from app.services.catalogue.pausing import Pausing
+from app.services.history.kpi import KpiFilter
+from app.services.history.shift_report import ReportPeriod
 from app.services.live.gaps import Gap
 from tests.support.clock import VirtualClock
 from tests.support.planner import insert_due
@@ -335,3 +337,35 @@ def test_a_skipped_start_of_a_pause_is_not_planned_again_before_the_pause_is_end
     plant.skipping.resume(plant.daily.id)
     plant.skipping.take_again(plant.daily.id, at, must_run=True)
     assert plant.container.plan.next(2)[1].at == at
+
+
+# ---------------------------------------------------------------------- in the history
+def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_before(plant):
+    plant.go_to(datetime(2026, 11, 23, 6, 30, 1, tzinfo=UTC))
+    [today] = plant.rows()
+    plant.container.db.write(lambda c: plant.container.repositories.executions.change(
+        c, today.id, [State.WAITING], state=State.COMPLETED, ended_at=plant.clock.now()))
+    tomorrow, kpis, now = plant.skipping.skip_next(plant.daily.id), plant.container.kpis, plant.clock.now()
+    assert [(row.planned_at, row.ended_at) for row in plant.rows() if row.state is State.SKIPPED] == [(tomorrow, tomorrow)]
+    day_of_skip, day_of_start = KpiFilter(end=datetime(2026, 11, 24, tzinfo=UTC)), KpiFilter(datetime(2026, 11, 24, tzinfo=UTC))
+    for period in (None, day_of_skip, KpiFilter(now - timedelta(days=1))):
+        assert (kpis.adherence(period).planned, kpis.adherence(period).rate) == (1, 1.0)
+        assert [(day.day, day.total) for day in kpis.per_day(period)] == [(date(2026, 11, 23), 1)]
+        assert kpis.not_completed(period) == []
+    assert (kpis.adherence(day_of_start).rate, kpis.thesis().recorded_days) == (None, 1)
+    report = plant.container.shift_reports.make(ReportPeriod.TODAY)
+    assert (report.skipped, report.runs, report.adherence.planned) == (0, [], 1)
+
+    plant.go_to(tomorrow + timedelta(seconds=1))
+    assert kpis.adherence(day_of_skip).rate == 1.0                     # that day's figure never moves
+    assert kpis.adherence(day_of_start).not_run == {ReasonCode.HOLD: 1}
+    report = plant.container.shift_reports.make(ReportPeriod.TODAY)
+    assert (report.skipped, [row.planned_at for row in report.runs], report.more_runs) == (1, [tomorrow], 0)
+    assert [row.id for row in plant.container.history.last_finished(5)] == [today.id]      # what is skipped has not run
+
+
+def test_a_skip_taken_back_leaves_no_figure_behind(plant):
+    at = plant.skipping.skip_next(plant.daily.id)
+    plant.skipping.take_again(plant.daily.id, at)
+    plant.clock.step(timedelta(days=1).total_seconds())
+    assert (plant.container.kpis.adherence().planned, plant.container.kpis.per_day()) == (0, [])

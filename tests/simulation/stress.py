@@ -42,6 +42,7 @@ LATEST = 1.0             # s, after which the network delivers at the latest
 SLOWEST = 3.0            # s that a good answer takes at most
 GRACE = 1.0 + LATEST + SLOWEST + 0.5     # s after which nothing that was taken back arrives any more; the last for seeing it
 LIFE = (0.5, 12.0)       # s
+REBOOT = 1.0             # s that one takes: were robots away for as long as all tries last, starts would fail rightly
 OPERATORS = 3
 FAULTS = ("drop_request", "drop_response", "late", "status_503", "html", "truncate", "garbage")
 TAKES_BACK = ("off", "remove", "cancel", "clear", "robot off")
@@ -88,7 +89,7 @@ class Robots(threading.Thread):
         robot.control({"battery": 90, "fault": None})
         match rng.randrange(8):
             case 0:
-                robot.control({"reboot_seconds": 20})                      # simulated ones
+                robot.control({"reboot_seconds": REBOOT})
             case 1:
                 robot.control({"fault": {"kind": "drop_request", "count": None}})
             case 2 | 3:

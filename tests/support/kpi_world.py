@@ -53,5 +53,9 @@ class World:
     def watch(self, robot_id: int, *spans: ActivitySpan) -> None:
         self.db.write(lambda c: ActivityRepository().save(c, robot_id, spans))
 
+    def afterwards(self) -> None:
+        """Days later: all that was put in has ended."""
+        self.clock.advance(3 * 86400)
+
     def empty(self) -> None:
         self.db.write(lambda c: c.execute("DELETE FROM executions"))

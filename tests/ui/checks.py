@@ -1,8 +1,8 @@
 """What the eye might miss in a picture, found by walking its widgets.
 
-Clipped text, text under 14 sp, text and widgets that leave their place or overlap in their box, touch targets under 48 dp (64 with gloves),
-gaps between targets under 8 dp, hidden widgets that swallow touches, and the contrast of every pair of colours that the widgets use. What a
-canvas draws it does not see.
+Clipped text, broken words, text under 14 sp, text and widgets that leave their place or overlap in their box, touch targets under 48 dp
+(64 with gloves), gaps between targets under 8 dp, hidden widgets that swallow touches, and the contrast of every pair of colours that the
+widgets use. What a canvas draws it does not see.
 """
 from __future__ import annotations
 
@@ -19,10 +19,12 @@ from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
 from app.widgets.surfaces import Passive
+from app.widgets.text import SEAM, line_width
 from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
 SLACK = 1.5                              # px: rounding is no fault
 GAP = 8                                  # dp
+LONGEST_WORD = 30                        # characters, also in Finnish
 
 
 def name_of(widget: Widget) -> str:
@@ -169,6 +171,8 @@ def _text_problems(label: Label, above: tuple[Widget, ...]) -> Iterator[str]:
     wide, high = label.texture_size
     if wide > label.width + SLACK or high > label.height + SLACK:
         yield f"clipped {name_of(label)}: {wide}×{high} in {label.width:.0f}×{label.height:.0f}"
+    if words := broken_words(label):
+        yield f"broken {words} of {name_of(label)} in {label.text_size[0]:.0f} px"
     x, y, right, top = area(label)
     for box in reversed(above):
         if isinstance(box, ScrollView):
@@ -178,6 +182,16 @@ def _text_problems(label: Label, above: tuple[Widget, ...]) -> Iterator[str]:
             yield (f"{name_of(label)} leaves {name_of(box)}: {x:.0f}–{right:.0f}, {y:.0f}–{top:.0f} "
                    f"/ {bx:.0f}–{bright:.0f}, {by:.0f}–{btop:.0f}")
             return
+
+
+def broken_words(label: Label) -> list[str]:
+    """Words of it that are wider than its line; of an address or a path only the parts between which it may go on in the next line.
+    What is longer than any word breaks somewhere."""
+    room = label.text_size[0]
+    if label.markup or not room:
+        return []
+    return [word for word in label.text.split() if len(word) <= LONGEST_WORD and len(word) * label.font_size > room
+            and max(line_width(part, label.font_name, label.font_size) for part in SEAM.split(word)) > room + 1]
 
 
 def _box_problems(box: BoxLayout) -> Iterator[str]:

@@ -130,6 +130,7 @@ def reveal(ui: Driver, widget) -> None:
 def enter_path(ui: Driver, row: FileRow, path: str) -> None:
     """Type a path where places are offered."""
     if not row.model.typed:
+        ui.wait(lambda: ui.find_all(ChoiceChip, row, text="Another place"))
         ui.tap(ui.find(ChoiceChip, row, text="Another place"))
         ui.advance(.2)
     enter(ui, ui.find(FormField, root=row), path)

@@ -13,7 +13,7 @@ from app.screens.frame.alarm_list import AlarmRow, AlarmsDialog, NoteDialog
 from app.screens.settings.page import SwitchRow
 from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
-from app.widgets.dialogs import MenuRow
+from app.widgets.dialogs import Menu, MenuRow
 from app.widgets.fields import FormField
 from app.widgets.frame import AlarmBanner, NavItem, TopBar
 from app.widgets.surfaces import Tap
@@ -355,6 +355,16 @@ def test_the_banner_leads_to_where_it_is_solved(container, app, alarms, ui, code
     ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text=ui.find(AlarmBanner).action))
     ui.wait(lambda: app.shell.navigator.current == screen)
     assert alarms.open()                                      # going there acknowledges nothing
+
+
+def test_the_menu_says_which_alarm_it_is_about(app, alarms, ui):
+    alarms.raise_("executions_missed", "plan", count=4)
+    ui.wait(lambda: ui.find(TopBar).bell_count == "1")
+    open_list(ui)
+    about = row(ui, "missed")
+    ui.tap(ui.find(IconButton, about, icon="dots-vertical"))
+    ui.advance(.3)
+    assert ui.texts(ui.find(Menu))[0] == about.text
 
 
 def test_the_menu_leads_there_too_and_closes_the_list(app, alarms, ui):

@@ -12,6 +12,7 @@ from app.domain.robot import QueueItem, QueueState, RobotStatus
 from app.screens.home.cards import HomeWide
 from app.screens.home.fleet_page import CountChip, FleetPage, FleetTile, LargeTile, NameLine, SmallTile
 from app.screens.home.waiting_model import WaitingDialog, WaitingRow
+from app.screens.scheduler.hold import HoldDialog
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import TopBar
@@ -274,10 +275,41 @@ def test_a_robot_that_is_picked_in_the_bar_is_shown(container, robots, ui):
             if ui.find_all(HomeWide):
                 go_back(ui)
             ui.find(TopBar).dispatch("on_pick_robot")
+            ui.wait(lambda name=name: ui.find_all(OptionRow, text=name))
             ui.advance(.3)
             ui.tap(ui.find(OptionRow, text=name))
             ui.wait(lambda name=name: ui.find_all(HomeWide) and ui.find(TopBar).robot == name)
             settle(app, ui)
+
+
+def test_what_is_held_from_all_robots_is_all_and_from_one_this_one(container, robots, ui):
+    def asked_to_hold(app) -> str:
+        app.shell.go("scheduler")
+        settle(app, ui)
+        ui.tap(ui.find(CommandButton, text="Hold"))
+        ui.advance(.3)
+        robot: str = ui.find(HoldDialog).robot
+        app.shell.dialogs.close_all()
+        ui.advance(.3)
+        return robot
+
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetPage))
+        assert asked_to_hold(app) == "All robots"
+        ui.find(TopBar).dispatch("on_pick_robot")
+        ui.advance(.3)
+        ui.tap(ui.find(OptionRow, text="Veikko"))
+        settle(app, ui)
+        assert asked_to_hold(app) == "Veikko"
+        app.shell.go("home")
+        ui.wait(lambda: ui.find_all(FleetPage))
+        assert asked_to_hold(app) == "All robots"
+        app.shell.go("home")
+        ui.wait(lambda: ui.find_all(FleetPage))
+        open_tile(ui, "Aino")
+        ui.wait(lambda: ui.find_all(HomeWide))
+        settle(app, ui)
+        assert asked_to_hold(app) == "Aino"
 
 
 def test_a_robot_can_be_asked_for_before_any_is_known(container, robots, ui):

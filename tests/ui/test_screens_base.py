@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import pytest
 from kivy.base import EventLoop
+from kivy.core.window import Window
 from kivy.properties import NumericProperty
 from kivy.uix.label import Label
 
@@ -225,11 +226,14 @@ def test_opening_twice_subscribes_once(ui, bus):
     assert model.heard == [9]
 
 
-def test_a_screen_knows_how_it_is_held(ui):
-    screen = ui.show(ScreenBase(), (800, 600))
+def test_a_screen_knows_how_the_window_is_held_whatever_an_alarm_leaves_of_it(ui):
+    before = Window.size
+    screen = ui.show(ScreenBase(), (1280, 600))
     assert not screen.portrait
-    screen.size = 600, 800
+    Window.size = 600, 800
+    screen.size = 552, 520
     assert screen.portrait
+    Window.size = before
 
 
 class Page(ScreenBase):

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 
 import pytest
 from kivy.core.window import Window
@@ -18,11 +18,12 @@ from app.domain.robot import RobotProblem, UserPrompt
 from app.i18n import _, translator
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.facts import OpenIssues
-from app.screens.home.cards import Answers, HomeColumn, HomeTall, PlaceMap, PromptOption, QueueCard
+from app.screens.home.cards import Answers, HomeColumn, HomeTall, MissionTile, PlaceMap, PromptOption, QueueCard, RobotControls
 from app.screens.home.fleet_page import Counts
 from app.screens.home.screen import HomeScreen
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
+from app.widgets.display import ValueTile
 from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.number_pad import PadKey
 from app.widgets.panel_grid import PanelGrid
@@ -30,7 +31,7 @@ from app.widgets.rows import RobotChip
 from app.widgets.text import Title
 from app.widgets.tokens import tk
 from tests.screenshots.fleet import fleet
-from tests.screenshots.home import home
+from tests.screenshots.home import ERROR, home
 from tests.screenshots.planning import Stand
 from tests.support import home_facts as sample
 from tests.ui import checks
@@ -143,6 +144,25 @@ def test_the_heading_of_the_schedules_is_on_one_line(ui, small):
     stand.settle()
     heading = next(label for label in ui.find_all(Title) if label.text == _("Schedules"))
     assert heading.lines == 1
+
+
+def test_of_a_robot_that_failed_all_that_is_needed_is_seen_at_once(ui):
+    """1280×800 with an alarm: what it says, its battery, where it is, and its controls."""
+    screen = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR]))
+    ui.advance(.5)
+    told = ui.find(MissionTile), ui.find(ValueTile, icon=screen.vm.card.battery.icon), ui.find(PlaceMap), ui.find(RobotControls)
+    for part in told:
+        assert checks.visible_area(part, checks.parents(part)) == pytest.approx(checks.area(part), abs=1), part
+    assert ui.find(PlaceMap).height >= 100
+    bands = sorted(checks.area(part)[1::2] for part in told)
+    assert all(above - below <= 24 for (_bottom, below), (above, _top) in pairwise(bands))      # no gap
+    sentence = screen.vm.card.mission.name
+    assert [label.text for label in ui.find_all(Label) if sentence in label.text] == [sentence]
+    assert "\n".join(checks.problems(ui.find(Frame))) == ""
+    screen.vm.take(sample.FACTS)
+    ui.advance(.5)
+    assert ui.find(ValueTile, label=_("Done about"))
+    assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
 def test_a_map_is_not_cut_where_the_page_ends(ui, small):

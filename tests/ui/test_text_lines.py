@@ -31,6 +31,16 @@ def test_an_address_or_a_path_breaks_at_its_seams(ui, text, width, lines):
     assert shown_lines(ui, text, width) == lines
 
 
+@pytest.mark.parametrize(("text", "width", "lines"), [
+    ("asks robots every 30 s", 155, ["asks robots every", "30 s"]),
+    ("under 30 % until it is charged", 70, ["under", "30 % until", "it is", "charged"]),
+    ("12 slow trucks", 60, ["12 slow", "trucks"]),
+])
+def test_a_number_stays_with_its_unit(ui, text, width, lines):
+    assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width)] == lines
+    assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width, most_lines=4)] == lines
+
+
 def test_a_word_without_seams_breaks_anywhere(ui):
     lines = shown_lines(ui, "x" * 60, 160)
     assert "".join(lines) == "x" * 60

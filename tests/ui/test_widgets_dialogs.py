@@ -204,7 +204,7 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
     for x, y in ((0, 736), (1080, 0), (600, 400)):
         button.pos = x, y
         ui.advance()
-        menu = dialogs.menu(button, [MenuItem("run", "Run now"), MenuItem("delete", "Delete")], lambda key: None)
+        menu = dialogs.menu(button, "Deliver kits", [MenuItem("run", "Run now"), MenuItem("delete", "Delete")], lambda key: None)
         ui.advance()
         assert menu.x >= 0
         assert menu.right <= Window.width
@@ -218,7 +218,7 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
 def test_a_menu_hands_over_its_key(ui, dialogs):
     button = ui.show(CommandButton(text="More"), (200, 64))
     chosen: list[str] = []
-    dialogs.menu(button, [MenuItem("run", "Run now"), MenuItem("delete", "Delete", disabled=True)], chosen.append)
+    dialogs.menu(button, "Deliver kits", [MenuItem("run", "Run now"), MenuItem("delete", "Delete", disabled=True)], chosen.append)
     ui.advance()
     ui.tap(ui.find(Txt, text="Delete"))
     assert chosen == []

@@ -2,8 +2,9 @@
 
     uv run python -m tests.ui.walk [picture …]
 
-walks the full product by hand (sizes × languages × themes × sizes of text), about a minute a picture, and prints what ``checks.problems``
-finds; ``--part 1/2`` and ``--part 2/2`` share the pictures between two cores. CI walks the covering subset of ``test_every_screen``.
+walks the full product by hand (sizes × languages × themes × sizes of text, with and without an alarm), about two minutes a picture, and
+prints what ``checks.problems`` finds; ``--part 1/2`` and ``--part 2/2`` share the pictures between two cores. CI walks the covering
+subset of ``test_every_screen``.
 Each picture of tests/screenshots is built once per language and size of texts and then resized and recoloured live.
 """
 from __future__ import annotations
@@ -25,14 +26,17 @@ from kivy.logger import Logger  # noqa: E402
 from kivy.metrics import Metrics  # noqa: E402
 from kivy.uix.label import Label  # noqa: E402
 
-from app.i18n import languages, translator  # noqa: E402
+from app.i18n import _, languages, translator  # noqa: E402
+from app.widgets.frame import Frame  # noqa: E402
 from tests.screenshots.registry import LANDSCAPE, PICTURES, THEMES, Picture, find_pictures  # noqa: E402
 from tests.screenshots.studio import Studio  # noqa: E402
 from tests.ui import checks  # noqa: E402
 
-SIZES = ((1280, 800), (1920, 1200), (800, 1280), (1024, 600))
+SIZES = ((1280, 800), (1920, 1200), (800, 1280), (1024, 600), (600, 800))
+NARROW = SIZES[-1]
 FONT_SCALES = (1.0, 1.3)
 SCREENS = ("home", "scheduler", "logs", "settings-robots")
+ALARM, ALARM_NOTE = "Aino: Failed to reach goal position 'Line 2'", "14:37"
 SAME_LETTERS = {"Yes", "No", "To"}       # a robot's own answers, and Thursday in Finnish
 SAMPLES = "gallery-"                     # pictures of components with words of their own
 
@@ -44,22 +48,25 @@ class Way:
     size: tuple[int, int]
     theme: str
     font_scale: float
+    alarm: bool = False                      # a banner above the screen
 
     def __str__(self) -> str:
-        return f"{self.size[0]}×{self.size[1]} {self.language} {self.theme} ×{self.font_scale:g}"
+        return f"{self.size[0]}×{self.size[1]} {self.language} {self.theme} ×{self.font_scale:g}{' alarm' if self.alarm else ''}"
 
 
 def every_way() -> list[Way]:
     """The full product."""
-    return [Way(*way) for way in itertools.product(languages(), SIZES, THEMES, FONT_SCALES)]
+    return [Way(*way) for way in itertools.product(languages(), SIZES, THEMES, FONT_SCALES, (False, True))]
 
 
 def covering_ways(number: int, name: str) -> list[Way]:
-    """Of the picture with this number: a screen in all sizes, all else in one; languages, themes and texts in turn.
-    Over all pictures each size meets each language, each theme and both sizes of text."""
+    """Of the picture with this number: a screen in all sizes, and in a narrow window with large texts below an alarm; all else in one size.
+    Languages, themes, texts and alarms in turn. Over all pictures each size meets each language, each theme and both sizes of text."""
     known = languages()
     numbers = range(number, number + len(SIZES)) if name in SCREENS else (number,)
-    return [Way(known[n // 4 % len(known)], SIZES[n % len(SIZES)], THEMES[n % len(THEMES)], FONT_SCALES[n // 8 % 2]) for n in numbers]
+    ways = [Way(known[n // 4 % len(known)], SIZES[n % len(SIZES)], THEMES[n % len(THEMES)], FONT_SCALES[n // 8 % 2], bool(n // 16 % 2))
+            for n in numbers]
+    return ways + [Way(language, NARROW, "light", FONT_SCALES[-1], True) for language in known if name in SCREENS]
 
 
 class Walk:
@@ -131,6 +138,14 @@ class Walk:
             Metrics.fontscale = way.font_scale
         if self._studio.theme != way.theme:
             self._studio.use(way.theme)
+        self._show_alarm(way.alarm)
+
+    def _show_alarm(self, is_shown: bool) -> None:
+        """A banner in the picture's frame, if it has none of its own."""
+        frame = self._studio.shown
+        if isinstance(frame, Frame) and (not frame.alarm or frame.alarm_note == ALARM_NOTE):
+            frame.alarm, frame.alarm_note = (ALARM, ALARM_NOTE) if is_shown else ("", "")
+            frame.alarm_action = _("Acknowledge") if is_shown else ""
 
     def close(self) -> None:
         Logger.removeHandler(self._unsettled)

@@ -147,8 +147,8 @@ def _readable(value: Any, settings: Settings, now: datetime) -> Any:
         return value
 
 
-def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = False) -> str:
-    """Since when or when, whether it is over, how often, and what to do. ``whole``: also since when of what is over."""
+def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = False, advises: bool = True) -> str:
+    """Since when or when, whether it is over, how often, and, if it ``advises``, what to do. ``whole``: also since when of what is over."""
     zone = settings.timezone
     raised = formats.day_and_time(alarm.raised_at, zone, now)
     parts = []
@@ -162,7 +162,7 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = Fa
         times = ngettext("{n} time, last {time}", "{n} times, last {time}", alarm.count) if alarm.last_at else \
             ngettext("{n} time", "{n} times", alarm.count)
         parts.append(times.format(n=alarm.count, time=formats.day_and_time(alarm.last_at, zone, now)))
-    if not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
+    if advises and not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
         parts.append(_advice(alarm))
     return " · ".join(parts)
 

@@ -29,6 +29,18 @@ def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, setti
     return text.format(time=formats.day_or_time(hold.until, settings.timezone, now))
 
 
+def held_next(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:
+    """``held_note`` where nothing else says for when the start is planned."""
+    if hold is None:
+        return ""
+    planned = formats.day_and_time(at, settings.timezone, now)
+    if hold.until is None:
+        return _("held · next {time} once released").format(time=planned)
+    text = _("{time} is skipped: held until {until}") if _is_too_late(hold, at, window_minutes, settings) else \
+        _("held until {until} · planned {time}")
+    return text.format(time=planned, until=formats.day_or_time(hold.until, settings.timezone, now))
+
+
 def held_word(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings) -> str:
     """``held_note`` as one word."""
     if hold is None:

@@ -87,8 +87,8 @@ class Dialogs:
         dialog.bind(on_pick=lambda _dialog, value: done(value))
         return self.open(dialog)
 
-    def menu(self, anchor: Widget, items: Sequence[MenuItem], done: Callable[[Any], object], title: str = "", text: str = "") -> Overlay:
-        """Hang a menu on ``anchor``; ``done(key)``. With a title it is a card about the anchor."""
+    def menu(self, anchor: Widget, title: str, items: Sequence[MenuItem], done: Callable[[Any], object], text: str = "") -> Overlay:
+        """Hang a menu on ``anchor``; ``done(key)``. ``title``, and ``text`` below it, say what it is about."""
         menu = Menu(items=list(items), anchor=anchor, title=title, text=text)
         menu.bind(on_choose=lambda _menu, key: done(key))
         return self.open(menu)

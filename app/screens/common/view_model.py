@@ -70,6 +70,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from kivy.clock import Clock
+from kivy.core.window import Window
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivymd.uix.screen import MDScreen
@@ -180,7 +181,8 @@ class Refresher(Generic[T]):
 
 
 class ScreenBase(MDScreen):
-    """A screen: a view model, and a widget that fills it. The navigator says when it is shown."""
+    """A screen: a view model, and a widget that fills it. The navigator says when it is shown. ``portrait`` is the window's, whatever an
+    alarm above the screen leaves of its height."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
     portrait = BooleanProperty(False)
 
@@ -201,7 +203,7 @@ class ScreenBase(MDScreen):
         return {}
 
     def _turned(self, *_: Any) -> None:
-        self.portrait = self.height > self.width
+        self.portrait = Window.height > Window.width
 
 
 class Navigator(EventDispatcher):
@@ -210,6 +212,7 @@ class Navigator(EventDispatcher):
     Going to the screen that is already there shows it again with the new intent.
     """
     current = StringProperty()
+    all_robots = BooleanProperty(False)  # were looked at last, and not the selected one alone
     guard: Callable[[str, Callable[[], object]], object] | None = None     # asked before a screen is shown; calls what shows it, or not
 
     def __init__(self, manager: MDScreenManager, builders: Mapping[str, Callable[[], ScreenBase]], **kwargs: Any) -> None:

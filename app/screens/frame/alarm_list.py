@@ -275,7 +275,8 @@ class AlarmList:
         elif kind == "group":
             self._group_used(next(group for group in together(all_alarms, now) if alarm in group), action, *values)
         elif action == "menu":
-            self._shell.dialogs.menu(values[0], menu_of(alarm, self._robots), lambda chosen: self._menu_used((alarm,), chosen))
+            self._shell.dialogs.menu(values[0], self._text_of((alarm,)), menu_of(alarm, self._robots),
+                                     lambda chosen: self._menu_used((alarm,), chosen))
         elif is_shelved(alarm, now):
             self._work(lambda: self._services.alarms.unshelve(alarm.id))
         elif not can_be_handled(alarm):
@@ -295,7 +296,7 @@ class AlarmList:
             self._unfolded = self._unfolded - ids if self._unfolded & ids else self._unfolded | ids
             self._show()
         elif action == "menu":
-            self._shell.dialogs.menu(values[0], group_menu(group[0]), lambda chosen: self._menu_used(group, chosen))
+            self._shell.dialogs.menu(values[0], self._text_of(group), group_menu(group[0]), lambda chosen: self._menu_used(group, chosen))
         elif is_shelved(group[0], self._services.clock.now()):
             self._for_each(group, lambda alarm: alarms.unshelve(alarm.id))
         else:
@@ -303,16 +304,19 @@ class AlarmList:
 
     def _menu_used(self, group: Together, chosen: str | int) -> None:
         """Of one alarm, or of a group."""
-        alarms, settings, now = self._services.alarms, self._settings, self._services.clock.now()
+        alarms = self._services.alarms
         if chosen == "way":
             self._go(group[0])
         elif chosen == "note":
-            text = alarm_text(group[0], settings, now) if len(group) == 1 else group_text(group, settings, now)
-            self._shell.dialogs.open(NoteDialog(text, lambda note: self._for_each(
+            self._shell.dialogs.open(NoteDialog(self._text_of(group), lambda note: self._for_each(
                 group, lambda alarm: alarms.acknowledge(alarm.id, note))))
         else:
             hours = int(chosen)
             self._for_each(group, lambda alarm: alarms.shelve(alarm.id, hours))
+
+    def _text_of(self, group: Together) -> str:
+        settings, now = self._settings, self._services.clock.now()
+        return alarm_text(group[0], settings, now) if len(group) == 1 else group_text(group, settings, now)
 
     def _go(self, alarm: Alarm) -> None:
         way = way_to(alarm, self._robots)

@@ -162,6 +162,7 @@ class FrameController:
         if self._shell.navigator.current == "home":
             self._shell.go("home", robot_id=robot_id)
             return
+        self._shell.navigator.all_robots = False
         self._work(lambda: self._services.catalogue.change_settings(selected_robot_id=robot_id))
 
     # ------------------------------------------------------------------ the banner

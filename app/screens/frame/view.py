@@ -140,13 +140,14 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
         return BannerView(group_text(group, settings, now), note, alarm_tone(alarm), alarm_icon(alarm), "",
                           _("Show all"), Act.SHOW_ALARMS, alarm.id, calm=calm)
     way = way_to(alarm, robots)
+    is_told = way is not None and here.is_at(way) and alarm.code == "robot_error"       # in full, by the robot's card below
     if way is None or here.is_at(way):
         way = acknowledging(alarm)
-    note, urgent = " · ".join(filter(None, (seen, alarm_note(alarm, settings, now)))), is_overdue(alarm, now)
+    note, urgent = " · ".join(filter(None, (seen, alarm_note(alarm, settings, now, advises=not is_told)))), is_overdue(alarm, now)
     if urgent:
         since = formats.rough_duration((now - (alarm.last_at or alarm.raised_at)).total_seconds())
         note = _("Nobody has acknowledged it for {time} · {note}").format(time=since, note=note)
-    text = alarm_text(alarm, settings, now)
+    text = _("{robot} reports an error").format(robot=alarm.details["robot"]) if is_told else alarm_text(alarm, settings, now)
     return BannerView(text, note, alarm_tone(alarm), alarm_icon(alarm), "", way.word, way.act, way.about, urgent, calm)
 
 

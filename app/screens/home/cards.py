@@ -95,7 +95,9 @@ class RobotHead(Part):
 
 
 class RobotTiles(Part):
-    """Battery and address."""
+    """Battery and address, or the battery ``alone``, which is ``high``."""
+    alone = BooleanProperty(False)
+    high = NumericProperty(0)
 
 
 class RobotControls(Part):
@@ -103,7 +105,9 @@ class RobotControls(Part):
 
 
 class MissionTile(OfHome, TonedSurface):
-    """What runs, or what is wrong and what to do."""
+    """What runs, or what is wrong and what to do; ``spare`` px higher than ``needed``."""
+    needed = NumericProperty(0)
+    spare = NumericProperty(0)
 
 
 class RobotMessage(OfHome, Tile):
@@ -244,9 +248,20 @@ class BelowTiles(Slot):
 
 
 class RobotCard(Card):
-    """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls, ``above`` of what is above the map."""
+    """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls, ``above`` of what is above the map,
+    ``seen`` of what is beside the controls. Where a card that ``fills`` what room there is leaves the map none, the map of a robot that has
+    ``failed`` takes the place of its address."""
     needed = NumericProperty(0)
     above = NumericProperty(0)
+    seen = NumericProperty(0)
+    fills = BooleanProperty(False)
+    failed = BooleanProperty(False)      # and it is known where it is
+    has_map_beside = BooleanProperty(False)
+
+    def on_has_map_beside(self, *_: Any) -> None:
+        place, words, beside = self.ids.place, self.ids.words, self.ids.beside
+        place.parent.remove_widget(place)
+        (beside if self.has_map_beside else words).add_widget(place)
 
 
 class RobotCardWide(Card):

@@ -93,6 +93,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._is_behind = True                                # what is shown is not what is known
         self._is_first = True
         self._soon = Clock.create_trigger(self._look_at_some, 0)
+        self.fbind("is_shown", shell.navigator.setter("all_robots"))
 
     def opened(self, *_args: Any, **_intent: Any) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
@@ -100,6 +101,7 @@ class FleetViewModel(FleetState, ViewModel):
         Window.bind(on_keyboard=self._key)
         self.keep(lambda: Window.unbind(on_keyboard=self._key))
         self.every(1, self._tick)
+        self._shell.navigator.all_robots = self.is_shown
         self._tick()
 
     def retranslated(self) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import datetime
 
+from app.domain.message import render
+from app.domain.problems import in_words
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _
 from app.screens.common import formats
@@ -71,9 +73,17 @@ def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:
         seen = formats.day_and_time(snapshot.read_at, facts.settings.timezone, now) if snapshot.read_at else "–"
         message, tone = words_of(snapshot.problem) or _("Seen here {time}").format(time=seen), "offline"
     else:
-        message, tone = status.mission_text, "accent" if tone == "neutral" else tone
+        message, tone = own_words(status), "accent" if tone == "neutral" else tone
     return MapView(picture, picture.name, at, picture.heading(status.position.orientation), tone, picture.places,
                    () if old else _goal(picture, status), message)
+
+
+def own_words(status: RobotStatus | None) -> str:
+    """What the robot says, unless its error says the same."""
+    if status is None:
+        return ""
+    said, error = status.mission_text, render(in_words(status.errors), _)
+    return "" if error and said and (said in error or error in said) else said
 
 
 def _goal(picture: MapPicture, status: RobotStatus) -> tuple[tuple[float, float], ...]:

@@ -40,7 +40,7 @@ from app.screens.home.lists import (
     queue_note,
     robot_summaries,
 )
-from app.screens.home.map import NO_MAP, MapView, map_view
+from app.screens.home.map import NO_MAP, MapView, map_view, own_words
 from app.screens.home.run_now import RunView, run_now
 from app.screens.home.waiting import kept_for
 from app.services.dispatch import idle
@@ -163,7 +163,7 @@ def card(facts: HomeFacts, robot: Robot, now: datetime) -> CardView:
         battery_minimum=_("min {minimum} %").format(minimum=formats.plain(minimum)) if minimum else "",
         beside=_done_about(facts, now, old or not robot.enabled) or _reached(robot, snapshot, settings, now),
         message_label=_("What is wrong") if old else _("At the moment"),
-        message=words_of(snapshot.problem) if old else snapshot.status.mission_text if snapshot.status else "",
+        message=words_of(snapshot.problem) if old else own_words(snapshot.status),
         facts=() if old or snapshot.status is None else _figures(snapshot.status))
 
 

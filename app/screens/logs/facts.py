@@ -11,7 +11,7 @@ from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Robot, Settings
 from app.domain.reasons import codes_with
 from app.i18n import _
-from app.screens.logs.view import Filters, Period, UsualSeconds, period_start
+from app.screens.logs.view import Filters, Period, UsualSeconds, period_end, period_start
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.ledger import Ledger
 from app.services.files.log_export import LogExport
@@ -68,8 +68,8 @@ def execution_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> Executi
     return ExecutionFilter(
         robot_ids=None if filters.group else filters.robot_ids, group=filters.group.name if filters.group else None,
         mission=filters.mission, states=filters.states or None,
-        triggers=filters.triggers or None, start=period_start(filters.period, now, zone), text=filters.text.strip(),
-        reasons=codes_with(filters.text.strip(), _) if filters.text.strip() else ())
+        triggers=filters.triggers or None, start=period_start(filters.period, now, zone), end=period_end(filters.period, now, zone),
+        text=filters.text.strip(), reasons=codes_with(filters.text.strip(), _) if filters.text.strip() else ())
 
 
 def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> LogsFacts:
@@ -101,4 +101,8 @@ def usual_durations(history: History, rows: Sequence[Execution], known: UsualSec
 
 def period_with(instant: datetime, now: datetime, zone: ZoneInfo) -> Period:
     """The shortest period that contains that instant."""
-    return next(period for period in Period if (start := period_start(period, now, zone)) is None or instant >= start)
+    def has(period: Period) -> bool:
+        start, end = period_start(period, now, zone), period_end(period, now, zone)
+        return (start is None or start <= instant) and (end is None or instant < end)
+
+    return next(period for period in Period if has(period))

@@ -26,7 +26,7 @@ UNDER_WAY = "under_way"      # the outcome filter's key of what has not ended
 
 
 class Period(StrEnum):
-    """Whole days up to now, in the zone of the settings; the shortest first."""
+    """Whole days up to today, in the zone of the settings; the shortest first. ALL has days to come, too: starts that are skipped ahead."""
     TODAY = "today"
     WEEK = "week"
     MONTH = "month"
@@ -71,6 +71,11 @@ def period_start(period: Period, now: datetime, zone: ZoneInfo) -> datetime | No
     if period.days is None:
         return None
     return midnight(now.astimezone(zone).date() - timedelta(days=period.days - 1), zone)
+
+
+def period_end(period: Period, now: datetime, zone: ZoneInfo) -> datetime | None:
+    """Local midnight after today, in UTC; None: there is no end."""
+    return None if period.days is None else midnight(now.astimezone(zone).date() + timedelta(days=1), zone)
 
 
 # ---------------------------------------------------------------------- the filters
@@ -262,25 +267,35 @@ def _length(execution: Execution, usual: UsualSeconds) -> str:
 
 # ---------------------------------------------------------------------- its story
 def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: DurationEstimate | None = None) -> tuple[StepView, ...]:
-    """planned → submitted → started → ended, as far as it came."""
+    """planned → submitted → started → ended, as far as it came; with days where there are several."""
+    ended_at = skipped_at(execution) or execution.ended_at
+    instants = (execution.planned_at, execution.submitted_at, execution.started_at, ended_at)
+    with_day = len({at.astimezone(zone).date() for at in instants if at is not None}) > 1
+
+    def time(at: datetime | None) -> str:
+        there = None if at is None else at.astimezone(zone)
+        return " ".join([*([formats.wall_day(there.date())] if there and with_day else []), formats.wall_time(there, seconds=True)])
+
     attempts = ngettext("{n} attempt", "{n} attempts", execution.attempts).format(n=execution.attempts)
-    steps = [(_("Planned"), _time(execution.planned_at, zone), _planned_note(execution))]
+    steps = [(_("Planned"), time(execution.planned_at), _planned_note(execution))]
     steps += of_groups.steps(execution, zone)
     if execution.submitted_at is not None:
-        steps.append((_("Submitted"), _time(execution.submitted_at, zone), attempts))
+        steps.append((_("Submitted"), time(execution.submitted_at), attempts))
     elif execution.attempts:
         steps.append((_("Tried"), attempts, _("none accepted")))
     if execution.started_at is not None:
-        steps.append((_("Started"), _time(execution.started_at, zone), _queue_note(execution)))
+        steps.append((_("Started"), time(execution.started_at), _queue_note(execution)))
     state = execution_appearance.word(execution.state)
     steps.append((state, "–", _open_note(expected)) if execution.state.is_open else
-                 (state, _time(execution.ended_at, zone), _end_note(execution, usual)))
+                 (state, time(ended_at), _end_note(execution, usual)))
     last = len(steps) - 1
     return tuple(StepView(*step, _last_tone(execution.state) if n == last else "neutral", n == last) for n, step in enumerate(steps))
 
 
-def _time(at: datetime | None, zone: ZoneInfo) -> str:
-    return formats.wall_time(None if at is None else at.astimezone(zone), seconds=True)
+def skipped_at(execution: Execution) -> datetime | None:
+    """When a person skipped it, where one did."""
+    at = execution.reason.details.get("skipped_at") if execution.reason else None
+    return datetime.fromisoformat(at) if isinstance(at, str) else None
 
 
 def _last_tone(state: State) -> str:

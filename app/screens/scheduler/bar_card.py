@@ -21,10 +21,11 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     begins, ends = span_of(facts, execution, now)
     why = waiting_sentence(execution, facts.zone, _) if execution.state.is_open else \
         sentence(execution.reason, facts.zone, _) if execution.reason else execution_appearance.word(execution.state)
-    items = [MenuItem("again", _("Start it after all"), "undo")] if facts.may_start_after_all(execution, now) else []
-    items.append(MenuItem("log", _("Open in Logs"), "text-box-outline"))
-    if facts.schedule(execution.schedule_id) is not None:
-        items.append(MenuItem("edit", _("Edit schedule"), "pencil-outline"))
+    log, edit = MenuItem("log", _("Open in Logs"), "text-box-outline"), MenuItem("edit", _("Edit schedule"), "pencil-outline")
+    if facts.is_skipped(execution, now):                 # each in the place that it, or its opposite, has on the card of a planned start
+        items = [MenuItem("again", _("Start it after all"), "undo", disabled=not facts.may_start_after_all(execution, now)), edit, log]
+    else:
+        items = [log, edit] if facts.schedule(execution.schedule_id) is not None else [log]
     name = facts.name(facts.schedule(execution.schedule_id))
     whose = execution.robot or _("any of {group}").format(group=execution.robot_group)
     chosen = choice.chosen(execution.choice, facts.zone, _)
@@ -45,7 +46,7 @@ def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
     if hold is not None:
         held = _("Held until it is released") if hold.until is None else sentence(
             Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _)
-    items = (MenuItem("edit", _("Edit schedule"), "pencil-outline"), MenuItem("skip", _("Skip this one"), "skip-next"),
+    items = (MenuItem("skip", _("Skip this one"), "skip-next"), MenuItem("edit", _("Edit schedule"), "pencil-outline"),
              MenuItem("run", _("Run now"), "play"))
     when = f"{foreseen.whose(run)} · {_from_to(facts, run.begins, ends)}"
     contested = [conflicts.sentence(each.code, each.at, each.details, facts.zone, _) for each in Contested(facts.conflicts).of(run)]

@@ -4,10 +4,11 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.clock import Clock
+from kivy.input.motionevent import MotionEvent
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.screens.scheduler.form_view import FormView
+from app.screens.scheduler.form_view import SKIPPED, FormView
 from app.screens.scheduler.timeline import TimelineView
 from app.screens.scheduler.view import Listing
 from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
@@ -46,9 +47,8 @@ class UpcomingCard(SectionCard):
     follows = BooleanProperty(True)      # what is shown moves with the time
     bars_height = NumericProperty(0)     # of all robots' lanes
     around = NumericProperty(0)          # height of all but the lanes
-    wanted = NumericProperty(0)          # height at which all robots up to four are seen
-    least = NumericProperty(0)           # up to three
-    fewest = NumericProperty(0)          # one of them: enough where that leaves the form its room
+    room = NumericProperty(0)            # height that the form and the schedules leave
+    lanes = NumericProperty(2)           # that are seen, each of them whole
 
 
 class UpcomingHead(BoxLayout):
@@ -59,6 +59,7 @@ class UpcomingHead(BoxLayout):
 class TimeControls(BoxLayout):
     """Back, now, forward, zoom in, zoom out: what fingers do, as buttons."""
     card = ObjectProperty(None, rebind=True)
+    roomy = BooleanProperty(True)
 
 
 class HoursPart(LowPage):
@@ -82,6 +83,12 @@ class SchedulesCard(SectionCard):
     tools = BooleanProperty(False)
     listing = ObjectProperty(Listing(), rebind=True)
     empty = StringProperty()
+
+    def on_touch_down(self, touch: MotionEvent) -> bool | None:
+        if self.collide_point(*touch.pos):
+            self.vm.listed.keep()
+        handled: bool | None = super().on_touch_down(touch)
+        return handled
 
 
 class FormCard(SectionCard):
@@ -111,8 +118,13 @@ class FormCard(SectionCard):
 
 
 class StartChip(StatusBadge):
-    """One of the next starts; ``kind`` is the icon of what is in its way."""
+    """One of the next starts; ``kind`` is the icon of what is in its way. The time of a skipped one is crossed out."""
     kind = StringProperty()
+
+    def on_kv_post(self, base_widget: object) -> None:
+        if self.kind == SKIPPED:
+            when, _dot, word = self.text.rpartition(" · ")
+            self.ids.badge_text.markup, self.ids.badge_text.text = True, f"[s]{when}[/s] {word}"
 
 
 class StartChips(LegendItems):

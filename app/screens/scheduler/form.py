@@ -30,7 +30,7 @@ ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the
 
 class FormModel(EventDispatcher):
     """``view`` is what is shown; ``saved(schedule, is_left)`` is called when one has been stored, ``is_left`` unless somebody has begun
-    another one meanwhile; ``skip(schedule, start)`` to leave out a start."""
+    another one meanwhile; ``skip(schedule, start)`` to leave out a start, ``again(schedule, start)`` to start it after all."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)        # the less common fields are shown
     saving = BooleanProperty(False)
@@ -40,9 +40,9 @@ class FormModel(EventDispatcher):
     __events__ = ("on_draft",)
 
     def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[Schedule, bool], object],
-                 skip: Callable[[Schedule, datetime], object]) -> None:
+                 skip: Callable[[Schedule, datetime], object], again: Callable[[Schedule, datetime], object]) -> None:
         super().__init__()
-        self._services, self._shell, self._saved, self._skip = services, shell, saved, skip
+        self._services, self._shell, self._saved, self._skip, self._again = services, shell, saved, skip, again
         self._facts = SchedulerFacts()
         self._preview = Preview()
         self._refused: InvalidInput | None = None             # by the last attempt to save this draft
@@ -144,12 +144,14 @@ class FormModel(EventDispatcher):
             self.set(at=free.time())
 
     def choose_skip(self) -> None:
-        """Of the starts that are shown."""
+        """Of the starts that are shown: one to be skipped, or one that is skipped, to be started after all."""
         schedule, forecast = self._draft.base, self._preview.forecast
-        if schedule is not None and forecast is not None:
-            title = _("Skip which start of {name}?").format(name=self._facts.called(schedule))
-            self._shell.dialogs.choose(title, form_view.skip_options(forecast, self._draft, self._services.clock.now()),
-                                       lambda at: self._skip(schedule, at))
+        if schedule is None or forecast is None:
+            return
+        title = _("Skip or take back which start of {name}?") if forecast.skipped else _("Skip which start of {name}?")
+        self._shell.dialogs.choose(
+            title.format(name=self._facts.called(schedule)), form_view.skip_options(forecast, self._draft, self._services.clock.now()),
+            lambda at: self._again(schedule, at) if at in forecast.skipped else self._skip(schedule, at))
 
     def pick_time(self) -> None:
         self._shell.dialogs.pick_time(self.view.time_label, self._draft.at, lambda at: self.set(at=at))

@@ -32,6 +32,7 @@ SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", 
 SOON = timedelta(days=28)    # in which a weekday and its number say which day is meant
 WINDOWS = (5, 15, 30, 60, 120)           # min
 BATTERIES = (10, 20, 30, 50)             # %
+SKIPPED = "skip-next"                    # icon of a start that a person skips
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Preview:
 
 @dataclass(frozen=True)
 class StartRow:
-    """One of the next starts; ``kind`` is the icon of one with a warning or one that is held."""
+    """One of the next starts; ``kind`` is the icon of one with a warning, one that is held or one that is skipped."""
     text: str
     kind: str = ""
 
@@ -105,7 +106,8 @@ class FormView:
     name_hint: str = ""
     sentence: str = ""
     starts: tuple[StartRow, ...] = ()
-    has_skip: bool = False               # there are starts of which one can be skipped
+    has_skip: bool = False               # there are starts of which one can be skipped, or is
+    skip: str = ""                       # offers that, and to start after all what is skipped
     can_skip: bool = False               # one of those shown
     skip_why: str = ""                   # it can't be skipped
     lasts: str = ""                      # how long it takes, and how that is known
@@ -134,7 +136,9 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     field_name, problem = _problem(facts, draft, preview, now)
     forecast = None if problem else preview.forecast
     waits = draft.mission_id is None or draft.target is None       # not begun rather than wrong
+    minimum = rules.minimum_battery(_schedule_so_far(draft), mission, facts.settings)
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
+    skipped = forecast.skipped if forecast else ()
     is_stored = draft.is_stored(facts.name(draft.base))              # what is shown are its starts
     return FormView(
         title=_("New schedule") if draft.is_new else _("Edit schedule"), is_new=draft.is_new,
@@ -147,15 +151,16 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
         repeats=repeats, last_day=formats.wall_day(draft.last_day, year=True) if repeats and draft.last_day else _("No last day"),
         ends=repeats and draft.last_day is not None, can_also=repeats and draft.kind is not Kind.EVERY, also=_also(draft),
-        battery=battery_text(rules.minimum_battery(_schedule_so_far(draft), mission, facts.settings)),
+        battery=formats.percent(minimum) if minimum else _("Any"),
         window=window_text(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
         overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
         priorities=of_groups.priority_chips(draft.priority), of_group=draft.group_id is not None,
         finish_by=of_groups.finish_by_text(draft.finish_by_minutes), name=draft.name, name_hint=_name_hint(mission, target),
         sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
         starts=_starts(facts, forecast, draft, now),
-        has_skip=draft.base is not None and draft.base.enabled and draft.base.next_at is not None,
-        can_skip=bool(forecast and forecast.starts) and is_stored,
+        has_skip=draft.base is not None and draft.base.enabled and (draft.base.next_at is not None or bool(skipped)),
+        skip=_("Skip or take back a start") if skipped else _("Skip a start"),
+        can_skip=bool(forecast and (forecast.starts or skipped)) and is_stored,
         skip_why="" if is_stored else _("Save the changes first, then skip a start"),
         lasts=_lasts(forecast, target), warnings=warnings(facts, draft, forecast, now),
         free=_free(forecast),
@@ -314,7 +319,10 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
         return ()
     marked = {concern.at for concern in forecast.concerns if concern.at is not None}
     rows = []
-    for at in (start.instant for start in forecast.starts):
+    for at in _shown(forecast):
+        if at in forecast.skipped:
+            rows.append(StartRow(f"{_day_and_time(at, draft, now)} · {_('skipped')}", SKIPPED))
+            continue
         held = held_word(facts.hold(draft.robot_id, at), at, draft.start_window_minutes, facts.settings)
         kind = HAND if held else "alert" if at in marked else ""
         rows.append(StartRow(" · ".join(filter(None, (_day_and_time(at, draft, now), held))), kind))
@@ -322,8 +330,15 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
 
 
 def skip_options(forecast: Forecast, draft: Draft, now: datetime) -> list[Option]:
-    """Its next starts, by their instants."""
-    return [Option(start.instant, _day_and_time(start.instant, draft, now), "skip-next") for start in forecast.starts]
+    """Its next starts by their instants, in their order; what is skipped says so."""
+    icon, note = {True: "undo", False: SKIPPED}, {True: _("skipped: start it after all"), False: ""}
+    return [Option(at, _day_and_time(at, draft, now), icon[skipped], note[skipped])
+            for at in _shown(forecast) for skipped in [at in forecast.skipped]]
+
+
+def _shown(forecast: Forecast) -> list[datetime]:
+    """The next starts, and all that are skipped."""
+    return sorted([*(start.instant for start in forecast.starts), *forecast.skipped])
 
 
 def _day_and_time(at: datetime, draft: Draft, now: datetime) -> str:

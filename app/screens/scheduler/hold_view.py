@@ -1,6 +1,7 @@
 """Texts of holding everything, or one robot: why, until when, and what is held already. Pure."""
 from __future__ import annotations
 
+from collections.abc import Collection
 from datetime import datetime, time, timedelta
 from zoneinfo import ZoneInfo
 
@@ -51,6 +52,17 @@ def end_of(choice: str, chosen: datetime | None, zone: str, now: datetime) -> da
 def robot_name(facts: SchedulerFacts, robot_id: int) -> str:
     robot = facts.robot(robot_id)
     return robot.name if robot else _("All robots")
+
+
+def looked_at(facts: SchedulerFacts, shown: Collection[int], all_robots: bool) -> int:
+    """What the dialog begins with: the only robot that is ``shown`` on the timeline, else the selected one, unless ``all_robots`` were
+    looked at. Where there is only one, all of them."""
+    if len(facts.robots) == 1:
+        return ALL
+    if len(shown) == 1 and (only := facts.robot(next(iter(shown)))) is not None:
+        return only.id
+    selected = facts.robot(facts.settings.selected_robot_id) or next(iter(facts.robots), None)
+    return ALL if all_robots or selected is None else selected.id
 
 
 def robot_options(facts: SchedulerFacts) -> list[Option]:

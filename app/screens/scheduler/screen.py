@@ -20,7 +20,7 @@ from app.screens.common.options import Card, Option
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
-from app.screens.scheduler import bar_card, timeline, view
+from app.screens.scheduler import bar_card, hold_view, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
 from app.screens.scheduler.advice import NO_ADVICE, AdviceModel
 from app.screens.scheduler.cards import SchedulerEmpty
@@ -67,7 +67,7 @@ class SchedulerViewModel(ViewModel):
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
                                        done=self._refresher.request)
-        self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip)
+        self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.take_again)
         self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
         self._facts = SchedulerFacts()
@@ -93,6 +93,7 @@ class SchedulerViewModel(ViewModel):
         self.every(1, self._tick)
         self.every(NOW_LINE_SECONDS, self._move_now)
         self.every(REFRESH_SECONDS, self._refresher.request)
+        self.listed.renew()
         self._refresher.read()
 
     def closed(self) -> None:
@@ -167,6 +168,7 @@ class SchedulerViewModel(ViewModel):
                 self.choose_mode(part)
         else:
             self.part = part
+            self.listed.renew()
 
     def _saved(self, schedule: Schedule, is_left: bool) -> None:
         """By the form: where it is shown, unless somebody is on with another one there."""
@@ -301,6 +303,7 @@ class SchedulerViewModel(ViewModel):
 
     def row_action(self, schedule_id: int, action: str, *values: Any) -> None:
         """A row of the list was used."""
+        self.listed.keep()
         match action:
             case "edit":
                 self.edit(schedule_id)
@@ -320,7 +323,13 @@ class SchedulerViewModel(ViewModel):
         calls: dict[str, Callable[[Schedule], object]] = {
             "edit": self.form.edit, "run": self.actions.run_now, "skip": self.actions.skip_next, "pause": self.actions.pause,
             "resume": self.actions.resume, "duplicate": self.form.duplicate, "delete": self.delete}
-        self._shell.dialogs.menu(anchor, view.schedule_menu(schedule, self._services.clock.now()), lambda key: calls[key](schedule))
+
+        def chosen(key: str) -> None:
+            self.listed.keep()               # however long the menu was open
+            calls[key](schedule)
+
+        title, text = view.menu_title(self._facts, schedule)
+        self._shell.dialogs.menu(anchor, title, view.schedule_menu(schedule, self._services.clock.now()), chosen, text)
 
     def hold(self) -> None:
         """Keep everything, or one robot, from being sent anything; while everything is held, release it."""
@@ -328,7 +337,8 @@ class SchedulerViewModel(ViewModel):
             self._shell.background.run(self._services.holds.release, lambda _none: self._say(_("Released"), "play-circle-outline"),
                                        self._shell.say_problem)
         elif self._facts.robots:
-            self._shell.dialogs.open(HoldDialog(self._services, self._shell, self._facts))
+            robot_id = hold_view.looked_at(self._facts, self._window.robots, self._shell.navigator.all_robots)
+            self._shell.dialogs.open(HoldDialog(self._services, self._shell, self._facts, robot_id=robot_id))
 
     def export(self) -> None:
         """Write the starts of the next days as a calendar file and show its path."""

@@ -11,7 +11,7 @@ from app.domain import rules
 from app.domain.models import Execution, Mission, Robot, Schedule, Settings, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
-from app.screens.common.holding import held_note
+from app.screens.common.holding import held_next, held_note
 from app.screens.common.options import MenuItem, Option
 from app.screens.scheduler import of_groups
 from app.screens.scheduler.draft import Target
@@ -36,7 +36,7 @@ class DayRow:
     mission: str = ""
     robot: str = ""
     note: str = ""
-    until: str = ""                      # about, as far as is known
+    until: str = ""                      # when it is over, as far as is known; of many, when the last one starts
     condition: str = ""                  # what keeps it, else what it needs
     name: str = ""                       # of its schedule, where a person has given one
 
@@ -138,26 +138,31 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
         own = facts.name(first.schedule)
         if len(same) >= GROUPED_FROM:
             begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
-            note = ngettext("{n} start until {time}", "{n} starts until {time}", len(same)).format(n=len(same), time=ends)
+            number, last = ngettext("{n} start", "{n} starts", len(same)).format(n=len(same)), _("last at {time}").format(time=ends)
             if (more := facts.more.get(first.schedule.id)) and more.astimezone(zone).date() == first.at.astimezone(zone).date():
-                note = _("{starts} and more").format(starts=note)
-            if held := sum(facts.hold(run.robot.id, run.at) is not None for run in same):
-                note = f"{note} · " + _("{n} held").format(n=held)
-            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, _until(same[-1], zone), note,
-                                   own)
+                number, last = _("{starts} and more").format(starts=number), ""
+            held = sum(facts.hold(run.robot.id, run.at) is not None for run in same)
+            kept = _("{n} held").format(n=held) if held else ""
+            note = _joined(f"{number}, {last}" if last else number, kept)
+            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, last or formats.NOTHING,
+                                   _joined(number, kept), own)
             continue
         for run in same:
-            held_note = _held(facts, run.schedule, run.at, now)
+            kept = held_note(facts.hold(run.robot.id, run.at), run.at, run.schedule.start_window_minutes, facts.settings, now)
             begins = formats.wall_time(run.at.astimezone(zone))
             yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, run.mission.name, foreseen.whose(run),
-                                 held_note or formats.ahead((run.at - now).total_seconds()), _until(run, zone), held_note or needs, own)
+                                 kept or formats.ahead((run.at - now).total_seconds()), _until(run, zone), kept or needs, own)
+
+
+def _joined(*parts: str) -> str:
+    return " · ".join(filter(None, parts))
 
 
 def _until(run: PlannedRun, zone: ZoneInfo) -> str:
-    """When it is over as a rule."""
+    """About when it is over, as a rule."""
     if run.usual_s is None:
         return formats.NOTHING
-    return _("until about {time}").format(time=formats.wall_time((run.begins + timedelta(seconds=run.usual_s)).astimezone(zone)))
+    return _("ends ~{time}").format(time=formats.wall_time((run.begins + timedelta(seconds=run.usual_s)).astimezone(zone)))
 
 
 # ---------------------------------------------------------------------- the schedules
@@ -234,11 +239,15 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
         return _("no robot of the group is switched on")
     if schedule.paused_until is not None and schedule.paused_until > now:
         return _("paused until {time}").format(time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now))
-    return _held(facts, schedule, schedule.next_at, now) or formats.until(schedule.next_at, now, facts.settings.timezone)
+    return held_next(facts.hold(schedule.robot_id, schedule.next_at), schedule.next_at, schedule.start_window_minutes, facts.settings,
+                     now) or formats.until(schedule.next_at, now, facts.settings.timezone)
 
 
-def _held(facts: SchedulerFacts, schedule: Schedule, at: datetime, now: datetime) -> str:
-    return held_note(facts.hold(schedule.robot_id, at), at, schedule.start_window_minutes, facts.settings, now)
+def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
+    """Which schedule a menu is about: its name or mission, and below that what else is needed to know it."""
+    target, mission, name = facts.target(schedule), facts.mission(schedule.mission_id), facts.name(schedule)
+    what, where = mission.name if mission else schedule.name, target.name if target else ""
+    return (name, " · ".join(filter(None, (what, where)))) if name else (what, where)
 
 
 def schedule_menu(schedule: Schedule, now: datetime) -> list[MenuItem]:

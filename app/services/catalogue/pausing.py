@@ -1,6 +1,7 @@
 """Skip a start and pause until: a person leaves out starts of a schedule.
 
-A skipped start gets its row in the ledger at once; those in a pause get theirs when they fall due, so that it can be ended at any time.
+A skipped start gets its row in the ledger at once, which ends at the instant that it was planned for: that day's figures have it, and no
+earlier ones. Those in a pause get theirs when they fall due, so that it can be ended at any time.
 """
 from __future__ import annotations
 
@@ -135,7 +136,7 @@ class Pausing:
         if target is None or mission is None:             # foreign keys prevent that
             raise InvalidInput("schedule", "there is no such schedule any more")
         row = rules.scheduled(schedule, target, mission, settings, self._settings.install_id(c), at, now)
-        self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}), now))
+        self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}), max(at, now)))
         self._schedules.skip(c, schedule.id, at)
         self._schedules.advance(c, schedule.id, self._next_to_run(c, schedule))
         return schedule, at

@@ -29,7 +29,7 @@ from app.services.planning.contention import Contention
 from app.services.planning.known import Known
 from app.services.planning.overlaps import RunConflict, conflicts, free_shift
 from app.services.planning.plan import MOMENT
-from app.services.planning.recurrence import Occurrence, occurrences
+from app.services.planning.recurrence import Occurrence, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 LOOKS_BACK = 30              # days, for low batteries
@@ -73,6 +73,7 @@ class Forecast:
     usual: DurationEstimate | None = None           # of that mission on that robot; None: not known
     concerns: tuple[Concern, ...] = ()
     free_at: datetime | None = None      # naive local time of the nearest first start at which no other run is in the way
+    skipped: tuple[datetime, ...] = ()   # starts to come that a person has left out (UTC)
 
     @property
     def usual_s(self) -> float | None:
@@ -104,6 +105,8 @@ class Forecasts:
         skips = self._schedules.skips_from(c, now)
         ahead = (start for start in occurrences(draft, begins, calendar) if (draft.id, start.instant) not in skips)
         starts = tuple(islice(ahead, count)) if draft.enabled else ()
+        skipped = tuple(sorted(at for number, at in skips if number == draft.id and draft.enabled and at > begins
+                               and next_occurrence(draft, at - MOMENT, calendar) == at))
         known = Known(c, GroupRepository().all(c))
         usual = known.of(target, mission) if mission and target else None
         concerns: list[Concern] = []
@@ -134,7 +137,7 @@ class Forecasts:
         concerns += [*_finish_by(draft, mission, usual), *self._low_battery(c, draft, settings)]
         can_shift = (met or rooms) and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
         shift = free_shift(starts, usual, near, self._clock.now(), contention.has_room) if can_shift else None
-        return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift)
+        return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift, skipped)
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
         """The robot's battery was too low lately around the same time of day."""

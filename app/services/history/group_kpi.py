@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from app.database.connection import Database
 from app.database.group_kpi import GroupKpiRepository
 from app.database.groups import GroupRepository
+from app.domain.clock import Clock
 from app.domain.writing import Translate
 from app.services.history.kpi import DELAYS_OF, LATE_S, KpiFilter, RobotKpis, span_of
 from app.services.planning.durations import percentile
@@ -41,12 +42,12 @@ class GroupKpis:
 
 
 class GroupFigures:
-    def __init__(self, db: Database) -> None:
-        self._db, self._repository = db, GroupKpiRepository()
+    def __init__(self, db: Database, clock: Clock) -> None:
+        self._db, self._clock, self._repository = db, clock, GroupKpiRepository()
 
     def of(self, wanted: KpiFilter | None = None, robots: Sequence[RobotKpis] = ()) -> list[GroupKpis]:
         """In order of name; groups without a start in the period are left out. ``robots``: as ``Kpis.thesis`` has them of the period."""
-        c, span = self._db.read(), span_of(wanted)
+        c, span = self._db.read(), span_of(wanted, self._clock.now())
         sums = self._repository.sums(c, span, LATE_S)
         if not sums:
             return []

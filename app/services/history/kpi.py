@@ -1,7 +1,8 @@
 """Key performance indicators, computed when shown and never stored, each with the number of executions that it rests on.
 
 Success rate, mean duration, total duration per robot, missions per day and utilisation, plus adherence and start delays. A period is
-[start, end) of the instant at which an execution ended; days are local days of settings.timezone, of 23, 24 or 25 hours.
+[start, end) of the instant at which an execution ended, and never goes beyond now: a start that a person skips ahead ends when it was
+planned. Days are local days of settings.timezone, of 23, 24 or 25 hours.
 """
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.activities import ActivityRepository
 from app.database.connection import Database
-from app.database.kpi import EARLIEST, LATEST, KpiRepository, Outcome, RobotSum, Span
+from app.database.kpi import EARLIEST, KpiRepository, Outcome, RobotSum, Span
 from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
 from app.database.values import to_instant, to_text
@@ -22,6 +23,7 @@ from app.domain.clock import Clock, midnight
 from app.domain.models import ENDED_STATES, STATE_OF_REASON, Execution, ReasonCode, Settings, State
 from app.services.history.pareto import Cause, causes
 from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, percentile, trend
+from app.services.planning.plan import MOMENT
 from app.services.planning.working_days import working_calendar
 
 DAY = timedelta(days=1)
@@ -38,7 +40,7 @@ _OUTCOMES: Sequence[Outcome] = ((State.COMPLETED, None, False), *((state, code, 
 
 @dataclass(frozen=True)
 class KpiFilter:
-    """Which ended executions count; None: from the first, to the last, of all robots."""
+    """Which ended executions count; None: from the first, until now, of all robots."""
     start: datetime | None = None
     end: datetime | None = None
     robot_ids: Sequence[int] | None = None
@@ -168,7 +170,7 @@ class Kpis:
 
     def thesis(self, wanted: KpiFilter | None = None) -> ThesisKpis:
         """Success rate, mean duration, total duration per robot, completed per recorded day, utilisation."""
-        c, span = self._db.read(), span_of(wanted)
+        c, span = self._db.read(), span_of(wanted, self._clock.now())
         settings = self._settings.load(c)
         days = self._days(span, settings)
         sums = self._repository.by_robot(c, span)
@@ -235,7 +237,7 @@ class Kpis:
 
     def per_day(self, wanted: KpiFilter | None = None) -> list[DayKpis]:
         """Every local day from the first to the last with something recorded in the period; days without anything are zero."""
-        c, span = self._db.read(), span_of(wanted)
+        c, span = self._db.read(), span_of(wanted, self._clock.now())
         found = []
         robots = span.robot_ids if span.robot_ids is not None else self._repository.robots(c)
         for day in self._days(span, self._settings.load(c)):
@@ -249,7 +251,7 @@ class Kpis:
 
     def adherence(self, wanted: KpiFilter | None = None) -> Adherence:
         """Of scheduled executions only."""
-        found = self._repository.outcomes(self._db.read(), span_of(wanted), _OUTCOMES)
+        found = self._repository.outcomes(self._db.read(), span_of(wanted, self._clock.now()), _OUTCOMES)
         ran = planned = found[State.COMPLETED, None, False]
         not_run: dict[ReasonCode, int] = {}
         for code, state in STATE_OF_REASON.items():
@@ -262,7 +264,7 @@ class Kpis:
 
     def delays(self, wanted: KpiFilter | None = None) -> Delays:
         """Of scheduled executions that started on the robot."""
-        found = self._repository.timings(self._db.read(), span_of(wanted), DELAYS_OF)
+        found = self._repository.timings(self._db.read(), span_of(wanted, self._clock.now()), DELAYS_OF)
         both = sorted(one.app_s + one.queue_s for one in found)
         run = sorted(one.run_s for one in found if one.run_s is not None)
         return Delays(
@@ -272,15 +274,15 @@ class Kpis:
 
     def failures(self, wanted: KpiFilter | None = None) -> Sequence[Cause]:
         """Why runs failed, whatever had triggered them, the most frequent cause first."""
-        return causes(self._repository.failures(self._db.read(), span_of(wanted)))
+        return causes(self._repository.failures(self._db.read(), span_of(wanted, self._clock.now())))
 
     def not_completed(self, wanted: KpiFilter | None = None, most: int = 50) -> Sequence[Execution]:
         """What ended in any state but completed, newest first."""
-        return self._repository.not_completed(self._db.read(), span_of(wanted), most)
+        return self._repository.not_completed(self._db.read(), span_of(wanted, self._clock.now()), most)
 
     def trends(self, wanted: KpiFilter | None = None, most: int = MOST_MISSIONS) -> Sequence[Trend]:
         """How long completed runs took, of the missions that took the most time in all, against the runs before the period."""
-        c, span = self._db.read(), span_of(wanted)
+        c, span = self._db.read(), span_of(wanted, self._clock.now())
         settings = self._settings.load(c)
         found = self._repository.missions(c, span)
         guids = sorted(found, key=lambda guid: (-found[guid][1], guid))[:most]
@@ -320,8 +322,8 @@ def _dates(first: date, last: date) -> Iterator[date]:
     return (first + number * DAY for number in range((last - first).days + 1))
 
 
-def span_of(wanted: KpiFilter | None) -> Span:
-    """The period and robots of a filter as the columns have them."""
-    wanted = wanted or KpiFilter()
-    return Span(to_text(wanted.start) if wanted.start else EARLIEST, to_text(wanted.end) if wanted.end else LATEST,
+def span_of(wanted: KpiFilter | None, now: datetime) -> Span:
+    """The period and robots of a filter as the columns have them; of what has ended by now."""
+    wanted, until = wanted or KpiFilter(), now + MOMENT
+    return Span(to_text(wanted.start) if wanted.start else EARLIEST, to_text(min(wanted.end or until, until)),
                 None if wanted.robot_ids is None else tuple(wanted.robot_ids))

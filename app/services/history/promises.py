@@ -13,6 +13,7 @@ from app.database.connection import Database
 from app.database.group_kpi import timed_runs
 from app.database.kpi import EARLIEST
 from app.database.values import to_instant, to_text
+from app.domain.clock import Clock
 from app.services.history.kpi import KpiFilter, span_of
 from app.services.planning.durations import percentile
 
@@ -55,12 +56,12 @@ def kept(histories: Iterable[Sequence[Timed]], since: str) -> Kept:
 
 
 class PromiseFigures:
-    def __init__(self, db: Database) -> None:
-        self._db = db
+    def __init__(self, db: Database, clock: Clock) -> None:
+        self._db, self._clock = db, clock
 
     def of(self, wanted: KpiFilter | None = None) -> Kept:
         """Of the runs that completed in the period."""
-        span = span_of(wanted)
+        span = span_of(wanted, self._clock.now())
         begin = EARLIEST if span.start == EARLIEST else to_text(to_instant(span.start) - BEFORE)
         rows = timed_runs(self._db.read(), begin, span.end, span.robot_ids)
         histories = ([(ended_at, seconds) for *_, ended_at, seconds in those] for _, those in groupby(rows, lambda row: row[:2]))

@@ -37,7 +37,7 @@ class History:
         return self._executions.get(self._db.read(), execution_id)
 
     def last_finished(self, count: int) -> Sequence[Execution]:
-        """The newest ended executions of all robots, but for starts that a person skipped before their time: they never ran."""
+        """The newest ended executions of all robots, but for starts that a person skipped: they never ran."""
         return self._executions.last_ended(self._db.read(), count)
 
     def open(self) -> Sequence[Execution]:

@@ -97,7 +97,8 @@ class ShiftReports:
         return ShiftReport(
             start, end, now, settings, next((one.robot for one in thesis.robots if one.robot_id == robot_id), ""), thesis,
             adherence, self._kpis.delays(wanted), sum(day.skipped for day in days), sum(day.missed for day in days), causes, timelines,
-            runs[:most_runs], alarms[:most_alarms], len(alarms) - most_alarms, GroupFigures(self._db).of(wanted, thesis.robots))
+            runs[:most_runs], alarms[:most_alarms], len(alarms) - most_alarms,
+            GroupFigures(self._db, self._clock).of(wanted, thesis.robots))
 
     def _alarms(self, start: datetime, end: datetime, robot_id: int | None) -> list[Alarm]:
         """That were raised in the period, or whose cause lasted into it; newest first. Those of other robots are left out."""

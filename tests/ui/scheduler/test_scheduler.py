@@ -219,7 +219,7 @@ def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container,
     steps(screen, ui, "Late up to", presses="plus minus minus")
     assert field(ui, "Late up to").value == "30 min"
     battery(screen, ui, chip="No minimum")
-    assert field(ui, "Battery ≥").value == "No minimum"
+    assert field(ui, "Battery ≥").value == "Any"
     battery(screen, ui, chip="20 %")
     assert field(ui, "Battery ≥").value == "20 %"
     battery(screen, ui, chip="As in Settings: 30 %")
@@ -236,7 +236,7 @@ def test_a_mission_that_may_start_on_a_low_battery_inherits_no_minimum(screen, c
     settle(screen, ui)
     choose(screen, ui, "Mission", KITS)
     battery(screen, ui, chip="As in Settings: none")
-    assert field(ui, "Battery ≥").value == "No minimum"
+    assert field(ui, "Battery ≥").value == "Any"
 
 
 # ---------------------------------------------------------------------- what can't be, and what is only odd

@@ -29,6 +29,14 @@ def chip(app, ui, word: str) -> None:
     settle(app, ui)
 
 
+def hold_all(app, ui) -> None:
+    """The dialog, about all robots."""
+    press(app, ui, "Hold")
+    ui.tap(ui.find(PickField, root=ui.find(HoldDialog), label="What is held"))
+    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="All robots"))
+    settle(app, ui)
+
+
 def line(app, schedule) -> str:
     """When it starts next, as its row says."""
     return next(row.next for row in app.shell.navigator.screen("scheduler").vm.listed.rows if row.key == schedule.id)
@@ -47,7 +55,7 @@ def reveal(ui, schedule) -> None:
 
 # ---------------------------------------------------------------------- holding
 def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, container, ui):
-    press(screen, ui, "Hold")
+    hold_all(screen, ui)
     chip(screen, ui, "Cleaning")
     ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
     settle(screen, ui)
@@ -59,7 +67,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     assert frame.alarm_note.endswith("since 14:38 · Cleaning")
     assert frame.alarm_note.startswith("Held until 15:38")
     schedule = named(container, KITS, "Aino")
-    assert line(screen, schedule) == "Aino · skipped: held until 15:38"
+    assert line(screen, schedule) == "Aino · 15:00 is skipped: held until 15:38"
     again = Holds(container.db, container.repositories.holds, container.clock, container.changes)      # as after a restart
     assert again.current() == [hold]
     ui.tap(ui.find(CommandButton, root=frame, text="Release"))
@@ -120,7 +128,7 @@ def test_the_timeline_says_until_when_everything_is_held_and_its_button_releases
 
 
 def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, container, ui):
-    press(screen, ui, "Hold")
+    hold_all(screen, ui)
     chip(screen, ui, "Audit")
     chip(screen, ui, "Audit")
     chip(screen, ui, "Until released")
@@ -128,6 +136,34 @@ def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, cont
     settle(screen, ui)
     [hold] = container.holds.current()
     assert (hold.reason, hold.until) == ("", None)
+
+
+def test_the_dialog_begins_with_the_robot_that_is_looked_at(screen, container, ui):
+    def begins_with() -> str:
+        press(screen, ui, "Hold")
+        robot: str = ui.find(HoldDialog).robot
+        screen.shell.dialogs.close_all()
+        ui.advance(.3)
+        return robot
+
+    aino, veikko = (named(container, mission, name).robot_id for mission, name in ((KITS, "Aino"), ("Collect empties", "Veikko")))
+    assert begins_with() == "Aino"                                    # that of the top bar
+    container.catalogue.change_settings(selected_robot_id=veikko)
+    settle(screen, ui)
+    assert begins_with() == "Veikko"
+    screen.plan._robots_chosen([aino])                                # the timeline shows only this one
+    settle(screen, ui)
+    assert begins_with() == "Aino"
+    screen.plan._robots_chosen([])
+    settle(screen, ui)
+    screen.shell.navigator.all_robots = True
+    assert begins_with() == "All robots"
+    screen.shell.navigator.all_robots = False
+    for robot in container.catalogue.robots():
+        if robot.id != aino:
+            container.catalogue.remove_robot(robot.id)
+    settle(screen, ui)
+    assert begins_with() == "All robots"                              # which is the only one
 
 
 # ---------------------------------------------------------------------- pausing

@@ -2,13 +2,16 @@
 from __future__ import annotations
 
 import pytest
+from kivy.metrics import dp
 
 from app.screens.common.shell import pick
 from app.screens.scheduler.cards import FormCard, SchedulesCard, UpcomingCard
 from app.screens.scheduler.screen import SchedulerScreen
 from app.widgets.buttons import CommandButton, Segment, Toggle
+from app.widgets.long_list import LongList
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.timeline import Timeline
+from app.widgets.timeline_painting import AXIS
 from tests.support import month
 from tests.ui import checks
 from tests.ui.planner import KITS, choose, kind, named, save, schedules, settle
@@ -51,8 +54,12 @@ def test_fields_and_lists_of_a_low_window_take_taps(low, screen, container, ui):
     ui.tap(ui.find(Toggle, line))
     settle(screen, ui)
     assert not container.repositories.schedules.get(container.db.read(), number).enabled
+    assert low.vm.listed.rows[0].key == number                # it stays under the finger
+    ui.tap(ui.find(Segment, text="Timeline"))
+    ui.tap(ui.find(Segment, text="Schedules"))
+    settle(screen, ui)
     first = low.vm.listed.rows[0].key
-    assert first != number                                    # what is off goes to the end
+    assert first != number                                    # looked at anew: what is off is at the end
     line = ui.find(ScheduleLine, key=first)
     ui.tap_at(*line.to_window(line.center_x - 40, line.center_y))
     settle(screen, ui)
@@ -80,19 +87,36 @@ def test_a_mission_brought_from_elsewhere_is_in_the_form(low, screen, container,
     assert ui.find(FormCard).view.mission == mission.name
 
 
-@pytest.mark.parametrize("size", [(1232, 552), (976, 440), (976, 352)], ids=["1280×800 with a banner", "1024×600", "and with a banner"])
-def test_what_saves_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, container, ui, size):
+@pytest.mark.parametrize("size", [(1232, 552), (1080, 552), (976, 440), (976, 352)],
+                         ids=["1280×800 with a banner", "narrower", "1024×600", "and with a banner"])
+def test_what_saves_and_what_skips_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, container, ui, size):
     low.size = size
     settle(screen, ui)
     low.vm.edit(named(container, KITS, "Aino").id)
     settle(screen, ui)
-    saves, = (button for button in ui.find_all(CommandButton) if button.text == "Save changes")
-    bottom, y = low.to_window(*low.pos)[1], saves.to_window(*saves.pos)[1]
-    assert bottom <= y
-    assert y + saves.height <= bottom + low.height
+    for word in ("Save changes", "Skip a start"):
+        button = ui.find(CommandButton, text=word)
+        assert checks.visible_area(button, checks.parents(button)) == pytest.approx(checks.area(button), abs=1)
+        bottom, y = low.to_window(*low.pos)[1], button.to_window(*button.pos)[1]
+        assert bottom <= y
+        assert y + button.height <= bottom + low.height
     assert not low.ids.page.do_scroll_y
     assert checks.problems(low) == []
-    assert not ui.find_all(Timeline) or ui.find(Timeline).parent.height >= 60       # a lane of it
+
+
+@pytest.mark.parametrize("height", [552, 576, 608, 640])
+def test_lanes_of_the_plan_are_seen_whole_and_so_are_the_rows_below(low, screen, ui, height):
+    """1280×800 with and without the banner of an alarm, and between."""
+    low.size = 1232, height
+    settle(screen, ui)
+    plan = ui.find(Timeline)
+    lanes = (plan.parent.height - dp(AXIS)) / plan.lane_height
+    assert lanes == pytest.approx(round(lanes), abs=.05)
+    assert lanes >= 2
+    rows = ui.find(LongList, root=ui.find(SchedulesCard))
+    assert len(rows.views) >= 2
+    assert min(view.y for view in rows.views) >= -1
+    assert not low.ids.page.do_scroll_y
 
 
 def test_an_alarm_that_makes_the_window_low_takes_no_form_away_that_somebody_fills_in(low, screen, container, ui):

@@ -1,6 +1,7 @@
 """What is planned, as an operator uses it: the schedules that are there, the timeline and its list."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date, time, timedelta
 
 import pytest
@@ -10,9 +11,11 @@ from kivy.tests.common import UnitTestTouch
 from app.domain.models import ReasonCode, Robot, State
 from app.screens.scheduler.cards import FormCard, HoursPart, SchedulesCard, TimeControls
 from app.screens.scheduler.form_warnings import WarningRow
+from app.screens.scheduler.listed import QUIET_S
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.fields import SearchField
+from app.widgets.long_list import LongList
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
@@ -34,6 +37,7 @@ from tests.ui.planner import (
     save_button,
     schedules,
     settle,
+    show_anew,
     take,
     tap_bar,
 )
@@ -88,6 +92,57 @@ def test_skip_next_leaves_one_start_out_with_its_row(screen, container, ui):
     settle(screen, ui)
     assert container.history.last_of_schedule(schedule.id).planned_at < schedule.next_at
     assert container.repositories.schedules.get(container.db.read(), schedule.id).next_at == schedule.next_at
+
+
+def test_the_list_keeps_its_order_while_somebody_works_in_it(screen, container, ui):
+    def order() -> list[int]:
+        settle(screen, ui)
+        return [data.key for data in screen.plan.listed.rows]
+
+    schedule, before = named(container, KITS, "Aino"), order()
+    assert before[0] == schedule.id
+    menu(screen, ui, schedule, "Skip next")
+    assert order() == before
+    assert next(data for data in screen.plan.listed.rows if data.key == schedule.id).next == "Aino · in 1 h 21 min"
+    screen.plan.row_action(before[1], "switch", False)                # a switch that is pressed again is the same one
+    assert order() == before
+    other = container.catalogue.save_schedule(replace(schedule, id=0, name="New"))
+    assert [key for key in order() if key != other.id] == before
+    ui.skip(QUIET_S - 5)
+    ui.wheel(ui.find(LongList, ui.find(SchedulesCard)), 1)            # still at it
+    ui.skip(QUIET_S - 5)
+    assert [key for key in order() if key != other.id] == before
+    ui.skip(QUIET_S)
+    assert order().index(before[1]) > len(before) - 2                 # those that are off come last
+    assert order().index(schedule.id) > 0
+
+
+@pytest.mark.parametrize("way", ["filtered", "shown again"])
+def test_a_list_that_is_looked_at_anew_has_its_order_by_next_start(screen, container, ui, way):
+    schedule, before = named(container, KITS, "Aino"), [data.key for data in screen.plan.listed.rows]
+    menu(screen, ui, schedule, "Skip next")
+    settle(screen, ui)
+    assert [data.key for data in screen.plan.listed.rows] == before
+    if way == "filtered":
+        screen.plan.listed.set(query="a")
+    else:
+        show_anew(screen, ui)
+    settle(screen, ui)
+    after = [data.key for data in screen.plan.listed.rows]
+    assert after[0] != schedule.id
+    assert schedule.id in after
+
+
+def test_a_menu_says_what_it_is_about(screen, container, ui):
+    own = container.catalogue.save_schedule(replace(named(container, WASTE, "Veikko"), name="Morning round"))
+    settle(screen, ui)
+    for about, words in ((named(container, KITS, "Aino"), [KITS, "Aino"]), (own, ["Morning round", f"{WASTE} · Veikko"])):
+        screen.plan.row_action(about.id, "menu", ui.find(SchedulesCard))
+        assert ui.texts(card_of(ui))[:2] == words
+        screen.shell.dialogs.close_all()
+        ui.advance(.3)
+    ui.tap(ui.find(IconButton, ui.find(SchedulesCard), icon="sort-clock-ascending-outline"))
+    assert ui.texts(card_of(ui))[0] == "Order of the schedules"
 
 
 def test_the_menu_opens_a_schedule_for_editing(screen, container, ui):
@@ -156,7 +211,7 @@ def test_seven_days_are_a_list_that_opens_schedules(screen, ui):
     assert lines[0].heading == "Today, Fri 20 Nov"
     count = next(line for line in lines if line.mission == "Night stock count")
     condition = "if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
-    assert ui.texts(count) == ["19:00", "Night stock count", "Aino", "until about 21:54", condition]
+    assert ui.texts(count) == ["19:00", "Night stock count", "Aino", "ends ~21:54", condition]
     ui.tap(count)
     settle(screen, ui)
     assert ui.find(FormCard).view.mission == "Night stock count"

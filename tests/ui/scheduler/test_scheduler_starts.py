@@ -8,6 +8,7 @@ from zoneinfo import ZoneInfo
 from app.domain.models import Schedule
 from app.screens.scheduler.cards import FormCard, StartChip
 from app.widgets.buttons import CommandButton, IconButton, Toggle
+from app.widgets.dialogs import MenuRow
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
@@ -38,6 +39,27 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
         assert [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id][1] == second
 
 
+def test_skipping_and_taking_back_have_one_place_on_the_card(screen, container, ui):
+    """Each tap is made where the one before it was."""
+    schedule = named(container, KITS, "Aino")
+    second = [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id][1]
+    key, place, places, said = ("schedule", schedule.id, second), None, [], []
+    for _tap in range(4):
+        tap_bar(ui, key)
+        card = card_of(ui)
+        first, *others = ui.find_all(MenuRow, card)
+        place = place or first.to_window(*first.center)
+        said.append((first.text, *(row.text for row in others)))
+        places.append([row.to_window(*row.center) for row in (first, *others)])
+        ui.tap_at(*place)
+        settle(screen, ui)
+        skipped = next((bar.key for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Skipped: {KITS}"), None)
+        key = skipped or ("schedule", schedule.id, second)
+    assert said == 2 * [("Skip this one", "Edit schedule", "Run now"), ("Start it after all", "Edit schedule", "Open in Logs")]
+    heights = [[round(y) for _x, y in rows] for rows in places]
+    assert all(abs(y - before) < 24 for rows in heights for y, before in zip(rows, heights[0], strict=True))
+
+
 def test_a_start_that_was_planned_again_by_mistake_is_skipped_again_by_undo(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     at = container.pausing.skip_next(schedule.id)
@@ -60,7 +82,7 @@ def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothin
     settle(screen, ui)
     assert screen.shell.dialogs.top is None
     assert ui.find(Snackbar).text == "The start of Deliver kits to line 2 on Aino is skipped: 17:00"
-    assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 18:00"]
+    assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 17:00 · skipped"]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     assert [start.text for start in ui.find_all(StartChip)][2] == "Fri 20 · 17:00"
@@ -75,6 +97,43 @@ def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothin
     container.catalogue.set_schedule_enabled(schedule.id, False)
     settle(screen, ui)
     assert not ui.find_all(CommandButton, text="Skip a start")        # there is none
+
+
+def test_the_form_says_which_starts_are_skipped_and_takes_them_back(screen, container, ui):
+    def shown() -> list[str]:
+        settle(screen, ui)
+        return [start.text for start in ui.find_all(StartChip)][:4]
+
+    schedule = named(container, KITS, "Aino")
+    screen.plan.edit(schedule.id)
+    assert shown() == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 17:00", "Fri 20 · 18:00"]
+    container.pausing.skip(schedule.id, schedule.next_at + timedelta(hours=1))
+    assert shown() == ["Fri 20 · 15:00", "Fri 20 · 16:00 · skipped", "Fri 20 · 17:00", "Fri 20 · 18:00"]
+    chip = ui.find_all(StartChip)[1]
+    assert (chip.kind, chip.ids.badge_text.text) == ("skip-next", "[s]Fri 20 · 16:00[/s] skipped")
+    press(screen, ui, "Skip or take back a start")
+    assert screen.shell.dialogs.top.title == "Skip or take back which start of Deliver kits to line 2 on Aino?"
+    assert [(option.text, option.note) for option in ui.find_all(OptionRow)][:3] == [
+        ("Fri 20 · 15:00", ""), ("Fri 20 · 16:00", "skipped: start it after all"), ("Fri 20 · 17:00", "")]
+    ui.tap(ui.find(OptionRow, text="Fri 20 · 16:00"))
+    assert shown()[1] == "Fri 20 · 16:00"
+    assert ui.find(Snackbar).text == "The start of Deliver kits to line 2 on Aino is planned again: 16:00"
+    assert ui.find(CommandButton, text="Skip a start")
+
+
+def test_the_only_start_that_is_skipped_is_started_after_all_from_the_form(screen, container, ui):
+    robot = named(container, KITS, "Aino")
+    once = container.catalogue.save_schedule(Schedule(
+        "Morning round", robot.robot_id, robot.mission_id, datetime(2026, 11, 20, 14, 50), month.ZONE))
+    container.pausing.skip_next(once.id)
+    settle(screen, ui)
+    screen.plan.edit(once.id)
+    settle(screen, ui)
+    assert [start.text for start in ui.find_all(StartChip)] == ["Fri 20 · 14:50 · skipped"]
+    press(screen, ui, "Skip or take back a start")
+    ui.tap(ui.find(OptionRow, text="Fri 20 · 14:50"))
+    settle(screen, ui)
+    assert [start.text for start in ui.find_all(StartChip)] == ["Fri 20 · 14:50"]
 
 
 def test_a_skipped_start_that_its_rule_has_no_more_leaves_the_timeline(screen, container, ui):

@@ -86,7 +86,7 @@ def test_a_robot_of_the_plan_is_not_added_a_second_time(site, app, ui):
     url = site.fleet.robots[1].url
     dialog = fill_in(ui, name="Third", address=url, username=USER, password=PASSWORD)
     press(ui, "Save robot", dialog)
-    assert dialog.ids.address_field.problem == "This is the address of Veikko, which is configured already"
+    ui.wait(lambda: dialog.ids.address_field.problem == "This is the address of Veikko, which is configured already")
     enter(ui, dialog.ids.address_field, url.replace("127.0.0.1", "localhost"))            # the same machine by another address
     for _press in range(2):
         press(ui, "Save robot", dialog)

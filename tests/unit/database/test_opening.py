@@ -11,7 +11,7 @@ from app.database import connection, migrations
 from app.database.backups import BACKUPS, problem_of
 from app.database.connection import Database, DatabaseRefused, DatabaseUnavailable
 from app.database.missions import MissionRepository
-from app.database.schema import _NO_DECISION_READS_HISTORY, _TYPED_DURATIONS, APPLICATION_ID, MIGRATIONS
+from app.database.schema import _NO_DECISION_READS_HISTORY, _SKIPPED_AHEAD, _TYPED_DURATIONS, APPLICATION_ID, MIGRATIONS
 from app.database.settings import SettingsRepository
 
 ADD_A_TABLE = "CREATE TABLE extra (id INTEGER PRIMARY KEY) STRICT;"
@@ -204,4 +204,20 @@ def test_what_decisions_read_from_the_history_before_is_kept_beside_what_they_ar
     robots = c.execute("SELECT last_queue_id, last_token, idle_queue_id FROM robots ORDER BY id").fetchall()
     assert [tuple(row) for row in robots] == [(12, "2026-11-23T06", 14), (None, None, None)]
     assert [row[0] for row in c.execute("SELECT DISTINCT revoked FROM executions")] == [None]
+    db.close()
+
+
+def test_a_start_skipped_ahead_before_counts_on_its_day_and_says_when_it_was_skipped(tmp_path, clock):
+    path = tmp_path / "a.db"
+    old = Database.open(path, clock=clock, migrations=MIGRATIONS[:MIGRATIONS.index(_SKIPPED_AHEAD)])
+    old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))
+    old.close()
+    db = Database.open(path, clock=clock)
+    rows = db.read().execute("""SELECT planned_at, ended_at, json_extract(reason_details, '$.skipped_at') FROM executions
+                                WHERE state = 'skipped' ORDER BY id""").fetchall()
+    assert [tuple(row) for row in rows] == [
+        ("2026-11-23T03", "2026-11-23T03", None), ("2026-11-25T03", "2026-11-25T03", "2026-11-23T04"),
+        ("2026-11-25T04", "2026-11-25T04", "2026-11-23T05")]
+    days = db.read().execute("SELECT day, number FROM ended_days WHERE state = 'skipped' ORDER BY 1").fetchall()
+    assert [tuple(row) for row in days] == [("2026-11-23", 1), ("2026-11-25", 2)]
     db.close()

@@ -45,7 +45,7 @@ def test_starts_within_a_minute_and_waits_for_a_robot(world):
     for number, bound in enumerate((0, 0, 0, 20, 50, 58.9, 60, 200, 400, 1000)):
         start(world, -number - 1, bound=bound)
     start(world, -11, bound=0, queued=60)                          # chosen at once, but stood in its queue
-    [found] = GroupFigures(world.db).of()
+    [found] = GroupFigures(world.db, world.clock).of()
     assert (found.group, found.starts, found.in_time, found.waited) == ("Hall 1", 11, 6, 11)
     assert (found.wait_p50_s, found.wait_p90_s) == (pytest.approx(50), pytest.approx(400))
     assert found.in_time_share == pytest.approx(6 / 11)
@@ -58,7 +58,7 @@ def test_what_never_ran_counts_unless_a_person_or_the_tablet_is_the_reason(world
     for code in (ReasonCode.HOLD, ReasonCode.USER_CANCELLED, ReasonCode.SCHEDULE_CHANGED, ReasonCode.APP_DOWN, ReasonCode.ROBOT_REMOVED):
         lost(world, -3, code)
     start(world, -4, state=State.CANCELLED, reason=Reason(ReasonCode.USER_CANCELLED))      # while it ran
-    [found] = GroupFigures(world.db).of()
+    [found] = GroupFigures(world.db, world.clock).of()
     assert (found.starts, found.in_time, found.waited) == (7, 2, 2)
 
 
@@ -67,7 +67,7 @@ def test_only_planned_starts_of_groups_in_the_period_and_on_the_robots_count(wor
     start(world, -30, robot_id=2)
     start(world, -1, trigger=Trigger.MANUAL)
     world.row(State.COMPLETED, -1, submitted_at=NOON)
-    figures = GroupFigures(world.db)
+    figures = GroupFigures(world.db, world.clock)
     assert [one.starts for one in figures.of(KpiFilter(start=NOON - timedelta(days=1)))] == [1]
     assert [one.starts for one in figures.of(KpiFilter(robot_ids=(2,)))] == [1]
     assert figures.of(KpiFilter(robot_ids=())) == figures.of(KpiFilter(start=NOON + timedelta(days=1))) == []
@@ -78,7 +78,7 @@ def test_the_use_of_its_robots_and_how_far_apart_they_are(world):
     start(world, -2, robot_id=2, robot="Aino", duration_s=1800.0)
     for robot_id in (1, 2):
         world.observe(robot_id, "2026-11-23", idle=7200.0)
-    [found] = GroupFigures(world.db).of(robots=world.kpis.thesis().robots)
+    [found] = GroupFigures(world.db, world.clock).of(robots=world.kpis.thesis().robots)
     assert (dict(found.used), found.spread) == ({"Bella": .5, "Aino": .25}, .25)
     assert line(found) == (
         "Hall 1: 2 of 2 within 1 min of plan · waited for a robot: half 0 s, nine of ten 0 s · use of its robots 25–50 %")
@@ -89,7 +89,7 @@ def test_the_use_of_its_robots_and_how_far_apart_they_are(world):
 def test_a_group_that_was_removed_keeps_its_name_and_figures(world):
     start(world, -1)
     world.db.write(lambda c: GroupRepository().remove(c, 7))
-    [found] = GroupFigures(world.db).of()
+    [found] = GroupFigures(world.db, world.clock).of()
     assert (found.group, found.starts) == ("Hall 1", 1)
 
 
@@ -106,9 +106,9 @@ def test_runs_that_stay_under_what_nine_of_ten_did_keep_the_promise(world):
         world.row(State.COMPLETED, number - 40, duration_s=seconds, mission_guid="g")
     world.row(State.COMPLETED, -1, duration_s=999.0, mission_guid="another")
     world.row(State.FAILED, -1, duration_s=999.0, mission_guid="g")
-    assert PromiseFigures(world.db).of() == Kept(3, 2, 10.0, 30.0)
-    assert PromiseFigures(world.db).of(KpiFilter(start=NOON - timedelta(hours=33))) == Kept(1, 0, 30.0, 30.0)
-    assert PromiseFigures(world.db).of(KpiFilter(robot_ids=(2,))) == Kept()
+    assert PromiseFigures(world.db, world.clock).of() == Kept(3, 2, 10.0, 30.0)
+    assert PromiseFigures(world.db, world.clock).of(KpiFilter(start=NOON - timedelta(hours=33))) == Kept(1, 0, 30.0, 30.0)
+    assert PromiseFigures(world.db, world.clock).of(KpiFilter(robot_ids=(2,))) == Kept()
     assert Kept().share is None
 
 

@@ -60,6 +60,7 @@ def test_a_removed_robot_keeps_its_share_and_name(world):
 def test_days_are_local_days(world):
     world.row(State.COMPLETED, 9.9)                                   # 23:54 in Helsinki
     world.row(State.COMPLETED, 10.1)                                  # 00:06
+    world.afterwards()
     assert world.kpis.thesis().recorded_days == 2
     assert [(day.day, day.completed) for day in world.kpis.per_day()] == [(date(2026, 11, 23), 1), (date(2026, 11, 24), 1)]
 
@@ -74,6 +75,8 @@ def test_a_day_of_25_hours_is_one_day(world):
 def test_days_without_anything_are_zero_between_recorded_ones(world):
     world.row(State.COMPLETED, 0, duration_s=5.0)
     world.row(State.SKIPPED, 48)
+    assert [day.day.day for day in world.kpis.per_day()] == [23]      # no days to come
+    world.afterwards()
     assert [(day.day.day, day.total, day.completed_s) for day in world.kpis.per_day()] == [(23, 1, 5.0), (24, 0, 0.0), (25, 1, 0.0)]
 
 
@@ -114,6 +117,7 @@ def test_delays_add_what_the_app_and_what_the_robots_queue_took(world):
         world.row(State.COMPLETED, number, submitted_at=NOON + timedelta(hours=number, seconds=number), robot_delay_s=10.0 * number)
     world.row(State.COMPLETED, submitted_at=NOON)                     # never seen to start
     world.row(State.COMPLETED, trigger=Trigger.MANUAL, submitted_at=NOON, robot_delay_s=1.0)
+    world.afterwards()
     delays = world.kpis.delays()
     assert delays.count == 10
     assert (delays.p50_s, delays.p90_s) == (pytest.approx(55, abs=0.01), pytest.approx(99, abs=0.01))
@@ -140,7 +144,8 @@ def test_sql_says_what_a_recount_says(world, rows, start, end, robots):
               for state, robot, hours, seconds, trigger in rows]
     bounds = [None if hours is None else NOON + timedelta(hours=hours) for hours in (start, end)]
     wanted = KpiFilter(*bounds, robots)
-    counted = [row for row in stored if row.ended_at is not None and (bounds[0] is None or row.ended_at >= bounds[0])
+    counted = [row for row in stored if row.ended_at is not None and row.ended_at <= NOON
+               and (bounds[0] is None or row.ended_at >= bounds[0])
                and (bounds[1] is None or row.ended_at < bounds[1]) and (robots is None or row.robot_id in robots)]
 
     def of(state: State) -> list[Execution]:

@@ -90,6 +90,7 @@ def test_history_of_before_is_counted_when_the_database_is_brought_up_to_date(tm
     db = Database.open(path, clock=clock, threaded=False, durable=False)
     assert is_true(db.read())
     assert db.read().execute("SELECT sum(number) FROM ended_days").fetchone()[0] == 180
+    clock.step(timedelta(hours=60).total_seconds())
     assert Kpis(db, clock).thesis().completed == 60
     db.close()
 

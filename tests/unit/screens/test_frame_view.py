@@ -70,6 +70,12 @@ def test_where_the_robot_is_on_screen_already_it_can_be_acknowledged():
     assert show(alarm("emergency_stop", acknowledged_at=NOW), here=HOME).act is Act.NOTHING
 
 
+def test_an_error_is_told_in_full_by_the_banner_or_by_the_card_below_it():
+    assert show(alarm("robot_error")).text == "Aino: it broke"
+    view = show(alarm("robot_error"), here=HOME)
+    assert (view.text, view.note) == ("Aino reports an error", "Since 14:36")
+
+
 def test_one_that_was_acknowledged_is_calm_and_says_when_first():
     view = show(alarm("emergency_stop", acknowledged_at=NOW, note="Pallet fell over"))
     assert view.note == "Acknowledged 14:38: Pallet fell over · Since 14:36 · release the red button, then press Reset on the robot"

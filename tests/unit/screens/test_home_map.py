@@ -9,7 +9,7 @@ from app.domain.models import Connection
 from app.domain.robot import Pose
 from app.screens.home.map import NO_MAP, robots_on_map
 from app.screens.home.view import present
-from tests.support.home_facts import EXECUTING, FACTS, HALL, NOW, READY, STOPPED, snapshot, with_aino
+from tests.support.home_facts import EXECUTING, FACTS, FAILED, HALL, NOW, READY, STOPPED, snapshot, with_aino
 
 
 def test_the_robot_its_goal_and_the_places_are_on_the_map() -> None:
@@ -36,6 +36,14 @@ def test_two_places_that_could_be_meant_are_no_goal() -> None:
 def test_a_stopped_robot_is_as_red_on_the_map_as_elsewhere() -> None:
     assert present(with_aino(STOPPED), NOW).map.tone == "fault"
     assert present(with_aino(READY), NOW).map.tone == "accent"
+
+
+@pytest.mark.parametrize(("words", "shown"), [("Failed to reach goal position 'Line 2'", ""), ("Failed to reach goal", ""),
+                                              ("Waiting", "Waiting")])
+def test_words_that_are_those_of_the_error_are_not_repeated(words: str, shown: str) -> None:
+    view = present(with_aino(replace(FAILED, mission_text=words)), NOW)
+    assert view.card.mission.name == "Failed to reach goal position 'Line 2'"
+    assert (view.map.message, view.card.message) == (shown, shown)
 
 
 @pytest.mark.parametrize("problem", ["", "10.40.12.21 doesn't answer"])

@@ -134,6 +134,19 @@ def test_a_story_goes_only_as_far_as_the_run_came():
     assert view.message(SKIPPED) == ""
 
 
+def test_a_story_over_several_days_has_their_dates():
+    midnight = replace(DONE, planned_at=PLANNED + timedelta(hours=10, minutes=29), submitted_at=PLANNED + timedelta(hours=10, minutes=29),
+                       started_at=None, ended_at=PLANNED + timedelta(hours=10, minutes=31))
+    assert [step.time for step in view.story(midnight, ZONE, USUAL)] == [
+        "Fri 20 Nov 23:59:00", "Fri 20 Nov 23:59:00", "Sat 21 Nov 00:01:00"]
+    tomorrow = PLANNED + timedelta(days=1)
+    ahead = replace(SKIPPED, planned_at=tomorrow, ended_at=tomorrow, reason=Reason(ReasonCode.HOLD, {"skipped_at": NOW.isoformat()}))
+    assert [(step.label, step.time) for step in view.story(ahead, ZONE, USUAL)] == [
+        ("Planned", "Sat 21 Nov 13:30:00"), ("Skipped", "Fri 20 Nov 14:38:00")]
+    later_today = replace(ahead, planned_at=PLANNED + timedelta(hours=5), ended_at=PLANNED + timedelta(hours=5))
+    assert [step.time for step in view.story(later_today, ZONE, USUAL)] == ["18:30:00", "14:38:00"]
+
+
 @pytest.mark.parametrize(("expected", "note"), [
     (DurationEstimate(360.0, 400.0, (360.0,)), "not ended yet, usually 6 min"),
     (DurationEstimate(1500.0, 1500.0, typed=True), "not ended yet, 25 min as typed in Settings")])
@@ -152,7 +165,8 @@ def test_periods_are_whole_local_days():
 
 
 @pytest.mark.parametrize(("ago", "period"), [(timedelta(hours=1), Period.TODAY), (timedelta(days=2), Period.WEEK),
-                                             (timedelta(days=20), Period.MONTH), (timedelta(days=300), Period.ALL)])
+                                             (timedelta(days=20), Period.MONTH), (timedelta(days=300), Period.ALL),
+                                             (timedelta(hours=-3), Period.TODAY), (timedelta(hours=-10), Period.ALL)])
 def test_the_shortest_period_with_an_instant(ago, period):
     assert period_with(NOW - ago, NOW, ZONE) is period
 
@@ -162,8 +176,9 @@ def test_the_filters_become_those_of_the_history():
     wanted = execution_filter(filters, NOW, ZONE)
     assert (wanted.robot_ids, wanted.mission, wanted.triggers, wanted.text) == ((2,), "Deliver kits", (Trigger.IDLE,), "dock")
     assert set(wanted.states) == {State.FAILED, State.WAITING, State.SUBMITTING, State.QUEUED, State.EXECUTING}
+    assert (wanted.start, wanted.end) == (datetime(2026, 11, 19, 22, 0, tzinfo=UTC), datetime(2026, 11, 20, 22, 0, tzinfo=UTC))
     everything = execution_filter(Filters(Period.ALL), NOW, ZONE)
-    assert (everything.robot_ids, everything.states, everything.start) == (None, None, None)
+    assert (everything.robot_ids, everything.states, everything.start, everything.end) == (None, None, None, None)
 
 
 def test_chips_say_what_is_filters():

@@ -39,7 +39,7 @@ def test_the_form_shows_what_is_chosen():
     assert [chip.key for chip in chosen.day_chips if chip.selected] == ["MO", "WE"]
     assert (chosen.battery, chosen.window, chosen.overlap, chosen.save_off) == ("40 %", "15 min", "Queue", False)
     assert shown(draft()).battery == "30 %"                             # inherited
-    assert shown(draft(minimum_battery_percent=0.0)).battery == "No minimum"
+    assert shown(draft(minimum_battery_percent=0.0)).battery == "Any"
 
 
 def test_saving_waits_for_the_answer_of_the_services():

@@ -97,14 +97,17 @@ def test_what_waits_because_of_a_hold_looks_held():
 
 
 def test_lists_say_until_when_it_is_held():
-    assert view.schedule_rows(facts(), NOW)[0].next == "Aino · skipped: held until 15:38"   # at 15:00, 15 min late at most
+    assert view.schedule_rows(facts(), NOW)[0].next == "Aino · 15:00 is skipped: held until 15:38"   # at 15:00, 15 min late at most
     in_time = replace(HOURLY, start_window_minutes=39)
-    assert view.schedule_rows(facts(schedules=(in_time,)), NOW)[0].next == "Aino · held until 15:38"
-    assert view.schedule_rows(facts(holds=(replace(HOLD, until=None),)), NOW)[0].next == "Aino · held until released"
+    assert view.schedule_rows(facts(schedules=(in_time,)), NOW)[0].next == "Aino · held until 15:38 · planned 15:00"
+    open_end = facts(holds=(replace(HOLD, until=None),))
+    assert view.schedule_rows(open_end, NOW)[0].next == "Aino · held · next 15:00 once released"
+    monday = replace(open_end.schedules[0], next_at=open_end.schedules[0].next_at + timedelta(days=3))
+    assert view.schedule_rows(replace(open_end, schedules=(monday,)), NOW)[0].next == "Aino · held · next Mon 23 Nov 15:00 once released"
     rows = view.days(facts(planned=(planned(22), planned(82))), NOW)
     assert [row.note for row in rows if not row.heading] == ["skipped: held until 15:38", "in 1 h 22 min"]
     many = view.days(facts(planned=tuple(planned(22 + 10 * n) for n in range(6))), NOW)
-    assert [row.note for row in many if not row.heading] == ["6 starts until 15:50 · 4 held"]
+    assert [row.note for row in many if not row.heading] == ["6 starts, last at 15:50 · 4 held"]
 
 
 # ---------------------------------------------------------------------- pausing

@@ -23,18 +23,17 @@ def test_many_starts_of_one_schedule_are_one_line():
     runs = (*(planned(22 + 60 * n) for n in range(5)), planned(50, schedule=replace(HOURLY, id=8), mission=EMPTIES))
     rows = [row for row in view.days(facts(planned=runs), NOW) if not row.heading]
     assert [(row.time, row.mission, row.note) for row in rows] == [
-        ("15:00", "Deliver kits", "5 starts until 19:00"), ("15:28", "Collect empties", "in 50 min")]
+        ("15:00", "Deliver kits", "5 starts, last at 19:00"), ("15:28", "Collect empties", "in 50 min")]
 
 
-def test_a_start_says_until_about_when_and_what_it_needs():
+def test_a_start_says_when_it_ends_and_what_it_needs():
     own = replace(HOURLY, id=8, minimum_battery_percent=0.0)
     runs = (planned(22), planned(50, None, own), *(planned(60 + 60 * n, schedule=replace(HOURLY, id=9)) for n in range(4)))
     held = facts(planned=runs, holds=(Hold("Maintenance", NOW + timedelta(minutes=40), NOW),))
     rows = [row for row in view.days(held, NOW) if not row.heading]
     condition = "if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
     assert [(row.time, row.until, row.condition) for row in rows] == [
-        ("15:00", "until about 15:07", "skipped: held until 15:18"), ("15:28", "–", ""),
-        ("15:38", "until about 18:45", "4 starts until 18:38")]
+        ("15:00", "ends ~15:07", "skipped: held until 15:18"), ("15:28", "–", ""), ("15:38", "last at 18:38", "4 starts")]
     assert next(row for row in view.days(facts(planned=runs), NOW) if row.time == "15:00").condition == condition
 
 
@@ -126,7 +125,11 @@ def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
     given = facts(past=(ahead,), skips=frozenset({(7, ahead.planned_at)}))
     bar, = timeline(given, NOW).lanes[0].bars
     assert (bar.label, bar.state, bar.end - bar.start) == ("Skipped: Deliver kits", "skipped", pytest.approx(ASSUMED_S / 3600))
-    assert [item.key for item in bar_card.run_card(given, ahead, NOW).items] == ["again", "log", "edit"]
+    assert [(item.key, item.disabled) for item in bar_card.run_card(given, ahead, NOW).items] == [
+        ("again", False), ("edit", False), ("log", False)]
+    paused = replace(given, schedules=(replace(HOURLY, paused_until=NOW + timedelta(days=1)),))
+    assert [(item.key, item.disabled) for item in bar_card.run_card(paused, ahead, NOW).items] == [
+        ("again", True), ("edit", False), ("log", False)]
     assert [item.key for item in bar_card.run_card(facts(past=(ahead,)), ahead, NOW).items] == ["log", "edit"]
 
 

@@ -1,0 +1,25 @@
+"""Where a page or a list goes on below its edge, that can be seen."""
+from __future__ import annotations
+
+import pytest
+from kivy.uix.widget import Widget
+
+from app.widgets.lists import CalmScroll, ScrollPage
+
+
+def shade_of(view: CalmScroll) -> float:
+    """How dark its lower edge is drawn."""
+    drawn = view.canvas.after.children
+    at = next(n for n, one in enumerate(drawn) if getattr(one, "texture", None) is view.shade())
+    return next(one.a for one in reversed(drawn[:at]) if hasattr(one, "a"))
+
+
+@pytest.mark.parametrize(("height", "scroll_y", "more"), [(500, 1, True), (500, .5, True), (500, 0, False), (200, 1, False)])
+def test_a_page_is_shaded_where_more_follows(ui, height, scroll_y, more):
+    page = ui.show(ScrollPage(), (300, 240))
+    page.add_widget(Widget(size_hint_y=None, height=height))
+    ui.advance(.1)
+    page.scroll_y = scroll_y
+    ui.advance(.1)
+    assert page.more_below is more
+    assert (shade_of(page) > 0) is more
