@@ -13,7 +13,7 @@ from app.services.robots.map_picture import Place
 from app.widgets.robot_map import RobotMap, WholeMap
 from app.widgets.rows import RobotChip
 from mir_sim import world
-from tests.ui.test_home import run
+from tests.ui.home.operator import run
 from tests.ui.whole_app import api, plant, shown
 
 MAP = f"/maps/{world.MAP_GUID}"

@@ -1,20 +1,14 @@
 """Lists keep the identity of their rows, scroll, rest on whole rows, and tell who was used."""
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import wraps
-
 import pytest
-from kivy.uix.boxlayout import BoxLayout
 
-from app.screens.common.options import Option
 from app.screens.home.lists import QueueEntry, RobotSummary
-from app.screens.logs.view import RunRow, StepView
 from app.screens.scheduler.view import ScheduleItem
 from app.widgets.buttons import IconButton, Toggle
 from app.widgets.lists import Rows, ScrollRows
 from app.widgets.long_list import LongList
-from app.widgets.rows import LogRow, OptionRow, QueueRow, RobotChip, ScheduleRow
+from app.widgets.rows import QueueRow, RobotChip, ScheduleRow
 from app.widgets.text import Txt
 
 
@@ -236,169 +230,6 @@ def test_a_schedule_row_asks_and_shows_what_is_true(ui):
     dots = ui.find(IconButton, root=ui.find(ScheduleRow))
     ui.tap(dots)
     assert calls[1:] == [(5, "edit"), (5, "menu", dots)]
-
-
-def place(widget) -> float:
-    """Its lower edge in the window, px."""
-    return widget.to_window(*widget.pos)[1]
-
-
-PLANNED = StepView("Planned", "13:30", "", "neutral", False)
-
-
-def run(key: object, mission: str = "") -> RunRow:
-    return RunRow(key, "", "neutral", "", mission or f"Mission {key}", "as usual", "", "", "", "", False, False)
-
-
-def runs(n: int) -> list[RunRow]:
-    return [run(key) for key in range(n)]
-
-
-def test_thousands_of_runs_need_a_dozen_rows(ui):
-    rows = LongList(viewclass="LogRow", data=runs(5000))
-    ui.show(rows, (800, 600))
-    assert 5 < len(rows.views) < 20
-    assert "Mission 0" in ui.texts()
-    rows.scroll_y = 0
-    ui.advance(.5)
-    assert "Mission 4999" in ui.texts()
-    assert len(rows.views) < 20
-
-
-def calls_of(monkeypatch, kind: type, name: str) -> list:
-    """The widgets whose method is called from now on."""
-    called, method = [], getattr(kind, name)
-
-    @wraps(method)                           # kivy's clock finds methods by their names
-    def noted(widget, *args):
-        called.append(widget)
-        return method(widget, *args)
-
-    monkeypatch.setattr(kind, name, noted)
-    return called
-
-
-def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatch):
-    laid_out, written = calls_of(monkeypatch, BoxLayout, "do_layout"), calls_of(monkeypatch, Txt, "texture_update")
-    rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 250))
-    rows.show(100)
-    ui.advance(.5)
-    assert laid_out
-    before = {view.key for view in rows.views}
-    laid_out.clear()
-    written.clear()
-    rows.scroll_y -= rows.views[0].height / (rows._content.height - rows.height)
-    ui.advance()
-    new = [view for view in rows.views if view.key not in before]
-    assert 1 <= len(new) <= 2
-    assert {text.text for text in written} == {view.mission for view in new}        # all else reads as in the rows whose views they were
-    assert laid_out == []
-
-
-def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
-    data = runs(200)
-    data[1] = replace(data[1], reason="The robot stood still for four minutes before a pallet that nobody had announced. " * 3)
-    data[3] = replace(data[3], opened=True, steps=(PLANNED,), message="Robot: blocked")
-    rows = LongList(viewclass="LogRow", data=data)
-    ui.show(rows, (700, 450))
-    views = {view.key: view for view in rows.views}
-    bottoms = {key: place(view) for key, view in views.items()}
-    assert views[1].height > views[0].height
-    assert views[3].height > views[1].height
-    for n in range(4):
-        assert bottoms[n] - (bottoms[n + 1] + views[n + 1].height) == pytest.approx(8, abs=1)
-    lowest = place(rows) - 1
-    assert all(bottoms[view.key] >= lowest for view in rows.views if view.to_window(0, 0)[0] < rows.right)      # no row cut in two
-
-
-def test_a_row_opens_and_the_others_make_room(ui):
-    data = runs(50)
-    rows = LongList(viewclass="LogRow", data=data)
-    ui.show(rows, (700, 250))
-    calls = actions_of(rows)
-    ui.tap(ui.find(Txt, text="Mission 1"))
-    assert calls == [(1, "open")]
-    before = place(ui.find(LogRow, key=2))
-    rows.data = [replace(row, opened=row.key == 1, steps=(PLANNED,)) for row in data]
-    ui.advance(.1)
-    assert place(ui.find(LogRow, key=2)) < before - 40
-    assert "13:30" in ui.texts()
-
-
-def test_new_rows_at_the_top_leave_what_is_read_where_it_is(ui):
-    rows = LongList(viewclass="LogRow", data=runs(300))
-    ui.show(rows, (700, 250))
-    rows.show(100)
-    ui.advance(.5)
-    top = ui.find(LogRow, key=100)
-    place = top.to_window(*top.pos)
-    rows.data = [run(f"new {n}", "New") for n in range(5)] + runs(300)
-    ui.advance(.1)
-    top = ui.find(LogRow, key=100)
-    assert top.to_window(*top.pos) == pytest.approx(place, abs=1.5)
-
-
-def test_at_the_top_the_newest_is_seen(ui):
-    rows = LongList(viewclass="LogRow", data=runs(300))
-    ui.show(rows, (700, 250))
-    rows.data = [run("new", "Brand new"), *runs(300)]
-    ui.advance(.1)
-    assert "Brand new" in ui.texts()
-
-
-def test_the_end_of_a_long_list_asks_for_more(ui):
-    rows = LongList(viewclass="LogRow", data=runs(60))
-    asked: list[int] = []
-    rows.bind(on_end=lambda _rows: asked.append(1))
-    ui.show(rows, (700, 250))
-    assert not asked
-    rows.scroll_y = 0
-    ui.advance(.5)
-    assert asked
-
-
-def test_a_row_that_became_another_while_pressed_does_nothing(ui):
-    row = OptionRow(key=1, text="One")
-    calls: list[tuple] = []
-
-    class Host:
-        def dispatch(self, _event, *values):
-            calls.append(values)
-
-    row.host = Host()
-    ui.show(row, (400, 64))
-    lift = ui.press(row)
-    row.take(Option(2, "Two"))
-    lift()
-    assert calls == []
-    ui.tap(row)
-    assert calls == [(2, "choose")]
-
-
-def test_a_long_list_says_when_it_is_empty(ui):
-    rows = LongList(viewclass="LogRow", empty_text="No run matches")
-    ui.show(rows, (500, 400))
-    assert ui.texts() == ["No run matches"]
-    rows.data = runs(2)
-    ui.advance(.1)
-    assert "No run matches" not in ui.texts()
-
-
-def test_an_empty_list_shows_all_lines_of_a_long_text(ui):
-    rows = LongList(viewclass="LogRow", empty_text="Nothing")
-    ui.show(rows, (300, 400))
-    rows.empty_text = "Missions from a schedule, from Run now or from the robot's own screen appear here. " * 3
-    ui.advance(.5)
-    label = ui.find(Txt)
-    assert label.lines > 3
-    assert label.to_window(label.x, label.top)[1] <= rows.top
-    assert rows.content_height >= label.height
-
-
-def test_the_text_of_an_empty_list_ends_where_rows_do(ui):
-    rows = ui.show(LongList(viewclass="LogRow", empty_text="Nothing is waiting " * 9), (300, 400))
-    ui.advance(.5)
-    assert ui.find(Txt).right <= rows.right - 12
 
 
 @pytest.mark.parametrize("width", [300, 352, 480, 600])

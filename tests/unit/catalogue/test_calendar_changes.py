@@ -16,7 +16,7 @@ from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic
 from tests.support.clock import VirtualClock
 from tests.support.site import Site
-from tests.unit.catalogue.test_catalogue import World, refuses
+from tests.unit.catalogue.world import World, refuses
 
 CALENDAR = CalendarRepository()
 TUESDAY = date(2026, 11, 24)

@@ -96,7 +96,8 @@ def _draw_schedule(draw: st.DrawFn, world: World, robot: Robot, mission: Mission
     between = Between(time(6, 30), time(17)) if recurrence and "MINUTELY" in recurrence and draw(st.booleans()) else None
     schedule = Schedule("", robot.id, mission.id, datetime.combine(draw(DAYS), time(6, 30)), draw(SETTINGS["timezone"]), recurrence,
                         enabled=draw(st.booleans()), between=between, minimum_battery_percent=draw(PERCENT),
-                        respect_working_days=draw(st.booleans()), start_window_minutes=draw(WINDOW), overlap=draw(st.sampled_from(Overlap)),
+                        respect_working_days=draw(st.booleans()), start_window_minutes=draw(WINDOW),
+                        overlap=draw(st.sampled_from((Overlap.SKIP, Overlap.QUEUE))),
                         priority=draw(st.integers(-9, 9)), parameters=draw(PARAMETERS))
     try:
         world.catalogue.save_schedule(schedule)

@@ -14,7 +14,7 @@ from app.domain.models import DayException, InvalidInput
 from app.domain.names import cleaned
 from app.services.files import calendar_import, ics
 from app.services.files.calendar_import import CalendarFiles, read_days
-from tests.unit.catalogue.test_catalogue import World
+from tests.unit.catalogue.world import World
 
 HELSINKI, TODAY = ZoneInfo("Europe/Helsinki"), date(2026, 11, 20)
 

@@ -1,0 +1,59 @@
+"""A new tablet without any alarm, and a loudspeaker that counts."""
+from __future__ import annotations
+
+import pytest
+
+from app.widgets.frame import AlarmBanner, TopBar
+from tests.support import month
+from tests.support.stored import Stored
+from tests.ui.whole_app import begin_anew, shown
+
+
+class Recorder:
+    """A loudspeaker that counts."""
+    exists = True
+
+    def __init__(self) -> None:
+        self.played = 0
+
+    def play(self) -> None:
+        self.played += 1
+
+
+@pytest.fixture(scope="module")
+def ui(shared_ui):
+    return shared_ui
+
+
+@pytest.fixture(scope="module")
+def container(tmp_path_factory):
+    """Of a new tablet; nothing runs there."""
+    container = month.plant(tmp_path_factory.mktemp("data"), furnished=False)
+    yield container
+    container.close()
+
+
+@pytest.fixture(scope="module")
+def shared_app(container, ui):
+    with shown(container, ui, loudspeaker=Recorder()) as app:
+        app.stored = Stored(container)
+        yield app
+
+
+@pytest.fixture
+def app(shared_app, container, ui):
+    """Without any alarm, now or in the past."""
+    def put_back() -> None:
+        container.alarms.database_works()
+        container.clock.step((month.NOW - container.clock.now()).total_seconds())
+        shared_app.stored.put_back()
+
+    begin_anew(shared_app, ui, put_back)
+    assert not ui.find_all(AlarmBanner)
+    assert ui.find(TopBar).bell_count == ""
+    return shared_app
+
+
+@pytest.fixture
+def alarms(app, container):
+    return container.alarms

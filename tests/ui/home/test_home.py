@@ -1,0 +1,85 @@
+"""Home as an operator uses it: what is seen, which robot it is about, and where its lists lead."""
+from __future__ import annotations
+
+from datetime import timedelta
+from zoneinfo import ZoneInfo
+
+from app.domain.models import Schedule
+from app.screens.home.cards import FinishedRow, PlannedRow, RobotHead
+from app.widgets.buttons import CommandButton
+from app.widgets.frame import AlarmBanner, TopBar
+from app.widgets.rows import LogRow, OptionRow, RobotChip, ScheduleRow
+from tests.ui.home.operator import press, run
+
+
+# ---------------------------------------------------------------------- what is seen
+def test_both_robots_and_the_selected_one_are_shown(home, ui):
+    assert {chip.name for chip in ui.find_all(RobotChip)} == {"Aino", "Veikko"}
+    texts = ui.texts()
+    assert "90 %" in texts
+    assert any(text.startswith("127.0.0.1:") for text in texts)
+    assert ui.find(TopBar).robot == "Aino"
+    assert ui.find(TopBar).link.startswith("Connected")
+
+
+def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
+    home.aino.control({"emergency_stop": True})
+    ui.wait(lambda: "Emergency stop" in ui.texts())
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    assert ui.find(AlarmBanner).text == "Aino is stopped: emergency stop pressed"
+    assert ui.find(CommandButton, text="Resume").disabled
+    assert ui.find(CommandButton, text="Aino is stopped").disabled
+    home.aino.control({"emergency_stop": False})
+    ui.wait(lambda: "Paused" in ui.texts())
+    ui.advance(1)
+    press(ui, "Resume")
+    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)))
+
+
+# ---------------------------------------------------------------------- which robot
+def test_a_chip_selects_the_robot_for_the_whole_app(home, ui):
+    ui.tap(ui.find(RobotChip, name="Veikko"))
+    assert home.root_vm.facts.robot.name == "Veikko"        # at once, before the database knows
+    ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
+    ui.wait(lambda: home.site.container.settings().selected_robot_id == home.root_vm.facts.robot.id)
+
+
+def test_the_top_bar_switches_robots_from_anywhere(home, ui):
+    home.shell.go("scheduler")
+    ui.advance(.3)
+    ui.tap(ui.find(root=ui.find(TopBar), text="Aino"))
+    ui.tap(ui.find(OptionRow, home.shell.dialogs.top, text="Veikko"))
+    ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
+    ui.tap_text("Home")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Run on Veikko") or ui.find_all(RobotChip, name="Veikko", selected=True))
+
+
+# ---------------------------------------------------------------------- where lists lead
+def test_an_ended_run_opens_its_story_in_logs(home, ui):
+    run(ui, "Home")
+    ui.wait(lambda: ui.find_all(FinishedRow))
+    execution, = home.site.container.history.last_finished(1)
+    ui.tap(ui.find(FinishedRow))
+    assert home.shell.navigator.current == "logs"
+    ui.wait(lambda: ui.find_all(LogRow, opened=True))
+    assert ui.find(LogRow, opened=True).key == execution.id
+
+
+def test_a_planned_start_opens_its_schedule(home, ui):
+    robots, missions = home.root_vm.facts.robots, home.root_vm.facts.missions
+    tomorrow = home.site.container.clock.now() + timedelta(days=1)
+    zone = home.site.container.settings().timezone
+    for hour, mission in ((6, missions[0]), (7, missions[1])):
+        start = tomorrow.astimezone(ZoneInfo(zone)).replace(hour=hour, minute=0, second=0, microsecond=0, tzinfo=None)
+        home.site.container.catalogue.save_schedule(
+            Schedule(mission.name, robots[0].id, mission.id, start, zone, "FREQ=DAILY", respect_working_days=False))
+    ui.wait(lambda: len({row.mission for row in ui.find_all(PlannedRow)}) == 2)
+    row = ui.find(PlannedRow, mission=missions[1].name)
+    schedule_id = row.key[0]
+    ui.tap(row)
+    assert home.shell.navigator.current == "scheduler"
+    form = home.shell.navigator.screen("scheduler").vm.form
+    ui.wait(lambda: form.editing == schedule_id)
+    assert ui.find(ScheduleRow, selected=True).key == schedule_id
+    ui.advance(.2)                                            # the form asks for its forecast a moment later: not of an app that has ended
+    ui.wait(lambda: home.shell.background.idle)

@@ -1,0 +1,221 @@
+"""Pause, Resume, Reset errors, Clear queue, cancelling, and the answer to a question: on real services and a simulated robot."""
+from __future__ import annotations
+
+from contextlib import contextmanager
+
+from app.domain.models import ReasonCode, State
+from app.screens.home.cards import RobotHead
+from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.frame import AlarmBanner
+from app.widgets.rows import OptionRow, QueueRow
+from tests.ui.home.operator import choose, is_shown_running, loud, pend, press, rows, run
+from tests.ui.whole_app import GUIDS, api
+
+
+# ---------------------------------------------------------------------- the controls
+def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
+    press(ui, "Pause")
+    ui.wait(lambda: "Paused" in ui.texts())
+    assert home.aino.state()["state_id"] == 4
+    ui.advance(1)
+    press(ui, "Resume")
+    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)))
+    assert home.aino.state()["state_id"] == 3
+
+
+def test_two_taps_on_pause_pause(home, ui):
+    press(ui, "Pause")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Resume") and not home.root_vm.busy)
+    press(ui, "Resume")                                       # a glove that trembles: the button has changed under it
+    ui.wait(lambda: home.shell.background.idle)
+    assert home.aino.state()["state_id"] == 4
+    assert home.shell.snackbars.texts == ["Aino pauses"]
+
+
+def test_pause_does_not_turn_into_resume_under_a_finger(home, ui):
+    api(home.aino, "PUT", "/status", state_id=4)              # somebody else is a moment faster
+    ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
+    press(ui, "Resume")
+    ui.wait(lambda: home.shell.background.idle)
+    assert home.aino.state()["state_id"] == 4
+    ui.advance(1)
+    press(ui, "Resume")
+    ui.wait(lambda: home.aino.state()["state_id"] == 3)
+
+
+def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, ui):
+    home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
+    ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
+    assert ui.find(CommandButton, text="Resume").disabled
+    assert loud(ui) == ["Reset errors"]
+    home.aino.control({"error": None})
+    press(ui, "Reset errors")
+    ui.wait(lambda: "Paused" in ui.texts())
+    assert ui.find(CommandButton, text="Reset errors").disabled
+    assert not ui.find(CommandButton, text="Resume").disabled
+    choose(ui, "Deliver")
+    assert loud(ui) == ["Resume"]
+
+
+def test_reset_errors_says_that_they_are_gone_only_when_they_are(home, ui):
+    home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
+    ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
+    press(ui, "Reset errors")                                 # its cause is still there
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands"]
+    home.aino.control({"error": None})
+    home.shell.snackbars.clear()
+    press(ui, "Reset errors")
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == ["The errors of Aino are reset; press Resume to continue"]
+
+
+def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: len(rows(ui)) == 1)
+    api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"])
+    ui.wait(lambda: len(rows(ui)) == 2)
+    press(ui, "Clear queue")
+    dialog = ui.find(ConfirmDialog)
+    assert dialog.title == "Clear 2 missions from the queue of Aino?"
+    ui.tap(ui.find(CommandButton, dialog, text="Clear queue"))
+    ui.wait(lambda: not rows(ui))
+    ui.wait(lambda: not home.site.container.history.open())
+    execution, = home.site.container.history.last_finished(5)
+    assert execution.reason.code is ReasonCode.QUEUE_CLEARED
+
+
+def test_one_of_ours_can_be_cancelled(home, ui):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: any(run.queue_id for run in home.site.container.history.open()) and rows(ui))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: home.site.container.history.last_finished(1))
+    execution, = home.site.container.history.last_finished(1)
+    assert execution.reason.code is ReasonCode.USER_CANCELLED
+    ui.wait(lambda: not rows(ui))
+
+
+def test_what_runs_is_stopped_only_after_a_question(home, ui):
+    run(ui, "Deliver")
+    ui.wait(lambda: is_shown_running(ui))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    assert "Stop Deliver?" in ui.texts()
+    press(ui, "Let it run")
+    ui.wait(lambda: home.shell.dialogs.top is None)
+    assert home.aino.state()["queue"][-1]["state"] == "Executing"
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    press(ui, "Stop it")
+    ui.wait(lambda: home.site.container.history.last_finished(1))
+    execution, = home.site.container.history.last_finished(1)
+    assert execution.reason.code is ReasonCode.USER_CANCELLED
+
+
+def test_what_the_robot_could_not_be_told_is_not_cancelled_yet(home, ui):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: any(run.queue_id for run in home.site.container.history.open()) and rows(ui))
+    number = home.site.container.history.open()[0].queue_id
+    home.aino.control({"fault": {"kind": "drop_request", "method": "DELETE", "path": f"/mission_queue/{number}", "count": None}})
+    ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is sent to Aino"])
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: len(home.shell.snackbars.texts) == 2)
+    assert home.shell.snackbars.texts[-1] == "Deliver is being cancelled"
+    home.aino.control({"fault": None})
+    ui.wait(lambda: not rows(ui))
+
+
+def test_somebody_elses_item_shows_its_creator_and_can_be_cancelled(home, ui):
+    pend(home)
+    number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
+    ui.wait(lambda: rows(ui))
+    mission, origin = rows(ui)[0]
+    assert mission == "Home"
+    assert origin.startswith(api(home.aino, "GET", f"/mission_queue/{number}").json()["created_by_name"])
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: not rows(ui))
+    assert api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Aborted"
+
+
+@contextmanager
+def screen_behind(home):
+    """The robot goes on, but nothing it says of its queue reaches the tablet: the screen shows what is over."""
+    number = home.root_vm.facts.snapshot.queue[0].id
+    for method, path in (("GET", "/mission_queue"), ("POST", "/mission_queue/search"), ("GET", f"/mission_queue/{number}")):
+        home.aino.control({"fault": {"kind": "status_503", "method": method, "path": path, "count": None}})
+    yield
+    home.aino.control({"fault": None})
+
+
+def test_cancelling_what_somebody_else_has_just_cancelled_is_no_error(home, ui):
+    pend(home)
+    number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
+    ui.wait(lambda: rows(ui))
+    with screen_behind(home):
+        api(home.aino, "DELETE", f"/mission_queue/{number}")
+        ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+        ui.wait(lambda: home.root_vm.busy == [])
+        assert "Home is cancelled" in home.shell.snackbars.texts
+    ui.wait(lambda: not rows(ui))
+
+
+def test_cancelling_one_of_ours_that_has_just_ended_keeps_how_it_ended(home, ui):
+    run(ui, "Home")
+    ui.wait(lambda: is_shown_running(ui))
+    with screen_behind(home):
+        ui.wait(lambda: home.aino.state()["queue"][-1]["state"] == "Done")
+        ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+        press(ui, "Stop it")
+        ui.wait(lambda: home.root_vm.busy == [])
+    ui.wait(lambda: home.site.container.history.last_finished(1))
+    execution, = home.site.container.history.last_finished(1)
+    assert execution.state is State.COMPLETED
+    ui.wait(lambda: not rows(ui))
+
+
+def test_an_item_that_the_robot_does_not_know_any_more_had_ended(home, ui):
+    home.root_vm.cancel(("item", 999999))
+    ui.wait(lambda: any("had already ended" in text for text in ui.texts()))
+
+
+def test_a_robot_that_is_gone_while_pausing_is_reported_in_one_sentence(home, ui):
+    """It was there when the finger came down; the press itself meets a dead line."""
+    home.aino.control({"fault": {"kind": "drop_request", "method": "PUT", "path": "/status", "count": None}})
+    press(ui, "Pause")
+    ui.wait(lambda: "pause" not in home.root_vm.busy)
+    told, = home.shell.snackbars.texts
+    assert "127.0.0.1" in told
+    assert not ui.find(CommandButton, text="Pause").disabled  # it can be tried again at once
+    home.aino.control({"fault": None})
+    press(ui, "Pause")
+    ui.wait(lambda: "Paused" in ui.texts())
+
+
+def test_pause_can_be_pressed_although_the_robot_is_known_to_be_gone(home, ui):
+    home.aino.control({"reboot_seconds": 60})
+    ui.wait(lambda: "No connection" in ui.texts())
+    press(ui, "Pause")
+    ui.wait(lambda: any("127.0.0.1" in text for text in home.shell.snackbars.texts), seconds=20)
+    assert "pause" not in home.root_vm.busy
+
+
+def test_a_question_of_the_robot_is_answered_from_the_tablet(home, ui):
+    home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 60}})
+    ui.wait(lambda: "Is the load secured?" in ui.texts())
+    press(ui, "Yes")
+    ui.wait(lambda: "Is the load secured?" not in ui.texts())
+    assert any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts)
+
+
+def test_a_question_is_an_alarm_that_is_answered_where_it_is_shown(home, ui):
+    home.shell.go("scheduler")
+    home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 600}})
+    ui.wait(lambda: ui.find_all(AlarmBanner, text="Aino asks: Is the load secured?"))
+    assert "answers: Yes / No" in ui.find(AlarmBanner).note
+    press(ui, "Answer")
+    assert ui.find(ChoiceDialog).title == "Aino asks: Is the load secured?"
+    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Yes"))
+    ui.wait(lambda: any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts))
+    ui.wait(lambda: all(alarm.cleared_at for alarm in home.site.container.alarms.open() if alarm.code == "question"))

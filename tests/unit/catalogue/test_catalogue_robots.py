@@ -1,0 +1,186 @@
+"""Every change of robots: checked first, whole, with all that follows from it."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import date
+
+import pytest
+
+from app.database.holds import HoldRepository, StoredHold
+from app.domain.models import (
+    DayException,
+    InvalidInput,
+    Mission,
+    ReasonCode,
+    Robot,
+    State,
+)
+from app.domain.robot import IdentifiedBy
+from tests.unit.catalogue.world import MISSIONS, ROBOTS, SCHEDULES, refuses
+
+
+def test_a_password_becomes_the_token_and_is_kept_nowhere(world):
+    assert world.robot.token.startswith("Basic ")
+    assert (world.robot.enabled, world.robot.needs_password, world.robot.address) == (True, False, "http://10.0.0.1")
+    assert b"secret" not in world.db.path.read_bytes()
+    assert world.robot.token not in repr(world.robot)
+
+
+def test_without_a_password_a_new_robot_is_off_until_it_has_one(world):
+    new = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"))
+    assert (new.enabled, new.needs_password, new.token) == (False, True, None)
+    assert world.catalogue.set_robot_enabled(new.id, True) == new
+    given = world.catalogue.save_robot(new, password="secret")
+    assert (given.enabled, given.needs_password, given.token) == (True, False, world.robot.token)
+
+
+@pytest.mark.parametrize("change", [{"username": "other"}, {"address": "10.0.0.9"}, {"certificate_sha256": "ab" * 32}])
+def test_another_user_address_or_certificate_needs_the_password_again(world, change):
+    assert world.catalogue.save_robot(replace(world.robot, name="Bella")).token == world.robot.token
+    changed = world.catalogue.save_robot(replace(world.robot, **change))
+    assert (changed.enabled, changed.needs_password, changed.token) == (False, True, None)
+
+
+def test_a_known_serial_number_changes_with_the_password_only_and_is_never_forgotten(world):
+    known = world.catalogue.save_robot(replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER), is_tested=True)
+    assert known.token == world.robot.token          # now it is known: nothing has changed
+    assert world.catalogue.save_robot(replace(known, serial_number=None)) == known
+    new = world.catalogue.save_robot(replace(known, serial_number="2"), "secret")
+    assert (new.serial_number, new.needs_password) == ("2", False)
+    assert world.catalogue.save_robot(replace(new, serial_number="3")).needs_password
+
+
+@pytest.mark.parametrize("change", [{"username": "other"}, {"address": "10.0.0.9"}, {"certificate_sha256": "ab" * 32},
+                                    {"serial_number": "2"}])
+def test_a_robot_that_showed_its_serial_number_is_expected_to_after_any_change(world, change):
+    known = world.catalogue.save_robot(replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER), is_tested=True)
+    assert world.catalogue.save_robot(replace(known, **change), "secret").identified_by is IdentifiedBy.SERIAL_NUMBER
+
+
+def test_a_robot_that_was_switched_off_stays_off_with_a_new_password(world):
+    off = world.catalogue.set_robot_enabled(world.robot.id, False)
+    assert world.catalogue.save_robot(off, password="new").enabled is False
+
+
+def test_switching_a_robot_off_cancels_what_waits_for_it_and_leaves_what_runs(world):
+    schedule = world.schedule()
+    waiting, running = world.row(schedule), world.row(schedule, State.EXECUTING)
+    world.catalogue.set_robot_enabled(world.robot.id, False)
+    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.ROBOT_REMOVED)
+    assert world.outcome(running) == (State.EXECUTING, None)
+
+
+@pytest.mark.parametrize(("values", "field"), [
+    ({"name": ""}, "name"), ({"name": " \t"}, "name"), ({"name": "x" * 81}, "name"), ({"name": "a\nb"}, "name"),
+    ({"name": "\ud800"}, "name"),
+    ({"address": ""}, "address"), ({"address": "ftp://x"}, "address"), ({"address": "http://u:p@x"}, "address"),
+    ({"username": "a:b"}, "username"), ({"username": "a\x00b"}, "username"), ({"certificate_sha256": "12"}, "certificate_sha256")])
+def test_what_a_robot_cannot_be_is_reported_at_its_field_and_nothing_changes(world, values, field):
+    with pytest.raises(InvalidInput) as caught:
+        world.catalogue.save_robot(replace(world.robot, **values))
+    assert caught.value.field == field
+    assert ROBOTS.all(world.db.read()) == [world.robot]
+    assert world.told == []
+
+
+def test_names_are_taken_once(world):
+    with refuses("name", "a robot Aino already"):
+        world.catalogue.save_robot(Robot(" Aino ", "10.0.0.3"))
+    with refuses("name", "a mission Deliver already"):
+        world.catalogue.save_mission(Mission("Deliver", "guid-9"))
+    world.schedule()
+    with refuses("name", "a schedule Morning already"):
+        world.schedule()
+
+
+@pytest.mark.parametrize("address", ["http://10.0.0.1", "10.0.0.1:80", "https://10.0.0.1"])
+def test_the_same_machine_is_refused_at_its_address_and_named(world, address):
+    with refuses("address", "this is the address of Aino, which is configured already"):
+        world.catalogue.save_robot(Robot("Bella", address, "user"), password="x")
+    other = world.catalogue.save_robot(Robot("Bella", "10.0.0.1:8080", "user"), password="x")
+    with refuses("address", "this is the address of Aino"):
+        world.catalogue.save_robot(replace(other, address=address), password="x")
+
+
+def test_the_same_serial_number_is_refused_and_named(world):
+    world.catalogue.save_robot(replace(world.robot, serial_number="A-1"), password="secret")
+    with refuses("address", "this is Aino, which is configured already: serial number A-1"):
+        world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user", serial_number="A-1"), password="x")
+
+
+def test_a_robot_does_not_come_back_to_an_address_that_is_taken(world):
+    removed = world.catalogue.remove_robot(world.robot.id)
+    world.catalogue.save_robot(Robot("Bella", "10.0.0.1", "user"), password="x")
+    with refuses("address", "this is the address of Bella"):
+        world.catalogue.restore(removed)
+
+
+def test_a_removed_robot_comes_back_with_everything_under_its_old_ids(world):
+    own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
+    world.catalogue.save_idle_rule(world.robot.id, own.id, after_minutes=7)
+    schedule = world.schedule()
+    world.db.write(lambda c: HoldRepository().add(c, StoredHold(world.clock.now(), robot_id=world.robot.id)))
+    before = ROBOTS.all(world.db.read()), MISSIONS.all(world.db.read())
+    waiting, running = world.row(schedule), world.row(schedule, State.QUEUED)
+    removed = world.catalogue.remove_robot(world.robot.id)
+    assert (ROBOTS.all(world.db.read()), SCHEDULES.all(world.db.read())) == ([], [])
+    assert world.outcome(waiting) == world.outcome(running) == (State.CANCELLED, ReasonCode.ROBOT_REMOVED)
+    world.catalogue.restore(removed)
+    assert (ROBOTS.all(world.db.read()), MISSIONS.all(world.db.read())) == before
+    assert SCHEDULES.all(world.db.read()) == [replace(schedule, changed_at=world.clock.now())]
+    assert len(HoldRepository().all(world.db.read())) == 1
+
+
+def test_undo_says_when_the_name_has_been_taken_meanwhile(world):
+    removed = world.catalogue.remove_robot(world.robot.id)
+    world.catalogue.save_robot(Robot("Aino", "10.0.0.5"))
+    with refuses("name", "there is another robot Aino by now: give that one another name, then undo again"):
+        world.catalogue.restore(removed)
+    assert len(ROBOTS.all(world.db.read())) == 1
+    world.catalogue.save_robot(replace(ROBOTS.by_name(world.db.read(), "Aino"), name="Alma"))
+    world.catalogue.restore(removed)
+    assert {robot.name: robot.address for robot in ROBOTS.all(world.db.read())} == {"Aino": "http://10.0.0.1", "Alma": "http://10.0.0.5"}
+
+
+def test_undo_brings_no_second_robot_to_an_address_that_is_taken_by_now(world):
+    removed = world.catalogue.remove_robot(world.robot.id)
+    world.catalogue.save_robot(Robot("Alma", "10.0.0.1"))
+    with refuses("address", "not put back: this is the address of Alma, .* already; change or delete that one, then undo again"):
+        world.catalogue.restore(removed)
+    assert [robot.name for robot in ROBOTS.all(world.db.read())] == ["Alma"]
+
+
+def test_undo_says_what_else_was_taken_or_went_meanwhile_and_changes_nothing(world):
+    own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
+    home, morning = world.schedule(name="Home", mission_id=own.id), world.schedule()
+    gone = {
+        "another schedule Morning by now": (world.catalogue.remove_schedule(morning.id), lambda: world.schedule()),
+        "another mission Home by now": (world.catalogue.remove_mission(own.id), lambda: world.catalogue.save_mission(
+            Mission("Home", "guid-3", robot_id=world.robot.id))),
+    }
+    for told, (removed, take) in gone.items():
+        take()
+        with refuses("name", told):
+            world.catalogue.restore(removed)
+    removed = world.catalogue.remove_schedule(SCHEDULES.by_name(world.db.read(), "Morning").id)
+    world.catalogue.remove_mission(world.mission.id)
+    with refuses("mission", "no such mission any more"):
+        world.catalogue.restore(removed)
+    world.catalogue.remove_robot(world.robot.id)
+    with refuses("robot", "no such robot any more"):
+        world.catalogue.restore(gone["another mission Home by now"][0])
+    assert (MISSIONS.all(world.db.read()), SCHEDULES.all(world.db.read()), world.stored(home)) == ([], [], None)
+
+
+def test_what_is_put_back_twice_is_there_once(world):
+    days = world.catalogue.save_days(DayException("Audit", date(2026, 12, 1), date(2026, 12, 2)))
+    schedule = world.schedule()
+    for remove in (lambda: world.catalogue.remove_days(days.id), lambda: world.catalogue.remove_schedule(schedule.id),
+                   lambda: world.catalogue.remove_mission(world.mission.id), lambda: world.catalogue.remove_robot(world.robot.id)):
+        removed = remove()
+        world.catalogue.restore(removed)
+        with refuses("name", "this has been put back already"):
+            world.catalogue.restore(removed)
+    world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    with refuses("name", "this has been put back already"):
+        world.catalogue.restore(removed)

@@ -1,0 +1,162 @@
+"""Every change of schedules: checked first, whole, with all that follows from it."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import datetime, time
+
+import pytest
+
+from app.domain.models import (
+    Between,
+    InvalidInput,
+    Mission,
+    ReasonCode,
+    Robot,
+    State,
+)
+from app.services.live.changes import Topic
+from tests.unit.catalogue.world import EXECUTIONS, SCHEDULES, refuses
+
+
+def test_a_new_schedule_knows_when_it_runs_first(world):
+    schedule = world.schedule()
+    assert schedule.next_at.isoformat() == "2026-11-24T06:30:00+00:00"
+    assert schedule.changed_at == world.clock.now()
+    assert world.stored(schedule) == schedule
+    assert world.told == [Topic.SCHEDULES]
+
+
+def test_a_blank_name_is_made_of_mission_and_robot(world):
+    assert [world.schedule(name="").name for _ in range(3)] == ["Deliver on Aino", "Deliver on Aino 2", "Deliver on Aino 3"]
+
+
+def test_schedules_that_the_app_named_carry_the_new_name_of_their_robot(world):
+    made = [world.schedule(name=""), world.schedule(name=""), world.schedule(name="Deliver on Aino tonight")]
+    world.told.clear()
+    world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    assert [world.stored(schedule).name for schedule in made] == ["Deliver on Alma", "Deliver on Alma 2", "Deliver on Aino tonight"]
+    assert set(world.told) == {Topic.ROBOTS, Topic.SCHEDULES}
+
+
+def test_renaming_keeps_the_order_of_numbers_and_leaves_what_a_person_typed(world):
+    made = [world.schedule(name="").id for _ in range(12)]
+    typed = world.schedule(name="Deliver on Aino 2026")
+    world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    names = [SCHEDULES.get(world.db.read(), number).name for number in made]
+    assert names == ["Deliver on Alma", *(f"Deliver on Alma {number}" for number in range(2, 13))]
+    assert world.stored(typed).name == "Deliver on Aino 2026"
+
+
+def test_every_change_of_the_plan_is_a_line_of_the_log(world, caplog):
+    caplog.set_level("INFO", "app.services.catalogue")
+    schedule = world.schedule()
+    world.catalogue.set_schedule_enabled(schedule.id, False)
+    world.catalogue.save_robot(replace(world.robot, name="Alma"), password="secret")
+    world.catalogue.remove_schedule(schedule.id)
+    world.catalogue.remove_robot(world.robot.id)
+    with pytest.raises(InvalidInput):
+        world.catalogue.edit(lambda edit: [edit.save_robot(Robot("Ville", "10.0.0.9", "u"), "p"), edit.the_robot(99)])
+    assert [record.message for record in caplog.records] == [
+        "schedule 'Morning' added", "schedule 'Morning' changed: enabled yes → no", "robot 'Aino' changed: name 'Aino' → 'Alma'",
+        "schedule 'Morning' removed", "robot 'Alma' removed, and 0 schedules with it"]
+
+
+def test_a_renamed_mission_takes_the_made_names_of_its_schedules_along_and_leaves_typed_ones(world):
+    made = [world.schedule(name="").id for _ in range(12)]
+    typed, other = world.schedule(name="Deliver on Aino 2026"), world.schedule(name="Carry on Aino 3")
+    world.catalogue.save_mission(replace(world.mission, name="Carry"))
+    names = [SCHEDULES.get(world.db.read(), number).name for number in made]
+    assert names == ["Carry on Aino", "Carry on Aino 2", *(f"Carry on Aino {number}" for number in range(4, 14))]
+    assert (world.stored(typed).name, world.stored(other).name) == ("Deliver on Aino 2026", "Carry on Aino 3")
+
+
+def test_a_made_name_that_is_cut_before_the_part_that_changed_stays(world):
+    long = world.catalogue.save_mission(Mission("M" * 80, "guid-2"))
+    schedule = world.schedule(name="", mission_id=long.id)
+    world.catalogue.save_robot(replace(world.robot, name="Alma"))
+    assert world.stored(schedule).name == "M" * 80
+
+
+def test_a_made_name_is_never_longer_than_a_name_may_be(world):
+    long = world.catalogue.save_mission(Mission("M" * 80, "guid-2"))
+    names = [world.schedule(name="", mission_id=long.id).name for _ in range(2)]
+    assert [len(name) for name in names] == [80, 80]
+    assert names[1].endswith(" 2")
+
+
+def test_changing_how_a_schedule_runs_changes_what_waits_in_place(world):
+    schedule = world.schedule(start=datetime(2026, 11, 23, 5, 0))
+    waiting, running = world.row(schedule), world.row(schedule, State.EXECUTING)
+    world.clock.advance(3600)
+    changed = world.catalogue.save_schedule(replace(schedule, priority=5, minimum_battery_percent=30))
+    row = EXECUTIONS.get(world.db.read(), waiting.id)
+    assert (row.state, row.priority, row.minimum_battery_percent, row.planned_at) == (State.WAITING, 5, 30.0, waiting.planned_at)
+    assert EXECUTIONS.get(world.db.read(), running.id) == running
+    assert changed.changed_at == world.clock.now()
+    assert changed.next_at == schedule.next_at
+
+
+def test_moving_a_schedule_cancels_what_waits_and_starts_again_from_now(world):
+    schedule = world.schedule(start=datetime(2026, 11, 23, 5, 0))
+    waiting, running = world.row(schedule), world.row(schedule, State.EXECUTING)
+    world.clock.advance(3600)
+    changed = world.catalogue.save_schedule(replace(schedule, start=datetime(2026, 11, 23, 5, 10)))
+    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
+    assert world.outcome(running) == (State.EXECUTING, None)
+    assert changed.changed_at == world.clock.now()
+    assert changed.next_at.isoformat() == "2026-11-24T05:10:00+00:00"
+
+
+def test_saving_what_was_not_changed_touches_nothing(world):
+    schedule = world.schedule()
+    waiting = world.row(schedule)
+    world.db.write(lambda c: SCHEDULES.advance(c, schedule.id, None))
+    world.told.clear()
+    world.clock.advance(3600)
+    world.catalogue.save_schedule(schedule)
+    assert world.stored(schedule) == replace(schedule, next_at=None)
+    assert world.outcome(waiting) == (State.WAITING, None)
+    assert world.told == []
+
+
+def test_switching_off_and_on(world):
+    schedule = world.schedule()
+    waiting = world.row(schedule)
+    assert world.catalogue.set_schedule_enabled(schedule.id, False).next_at is None
+    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
+    assert world.catalogue.set_schedule_enabled(schedule.id, True).next_at == schedule.next_at
+
+
+def test_a_deleted_schedule_is_off_at_once_and_undo_brings_it_back_from_then_on(world):
+    schedule = world.schedule(start=datetime(2026, 11, 23, 5, 0), recurrence="FREQ=HOURLY")
+    waiting = world.row(schedule)
+    removed = world.catalogue.remove_schedule(schedule.id)
+    assert world.stored(schedule) is None
+    assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
+    world.clock.advance(3 * 3600 + 60)
+    world.catalogue.restore(removed)
+    assert world.stored(schedule).next_at.isoformat() == "2026-11-23T10:00:00+00:00"
+
+
+@pytest.mark.parametrize(("values", "field"), [
+    ({"start": datetime(2026, 11, 24, 6, 30, 1)}, "start"), ({"start": datetime(1969, 1, 1)}, "start"),
+    ({"start": datetime(2200, 1, 1)}, "start"), ({"timezone": "Mars/Base"}, "timezone"), ({"timezone": "../etc/passwd"}, "timezone"),
+    ({"recurrence": ""}, "recurrence"), ({"recurrence": "FREQ=DAILY;BYMONTH=2;BYMONTHDAY=30"}, "recurrence"),
+    ({"minimum_battery_percent": 101}, "minimum_battery_percent"), ({"minimum_battery_percent": float("nan")}, "minimum_battery_percent"),
+    ({"start_window_minutes": 1441}, "start_window_minutes"), ({"start_window_minutes": -1}, "start_window_minutes"),
+    ({"between": Between(time(8), time(9))}, "between"),
+    ({"between": Between(time(9), time(8)), "recurrence": "FREQ=HOURLY"}, "between"), ({"overlap": "both"}, "overlap"),
+    ({"priority": 1.5}, "priority"), ({"parameters": {"a": [1]}}, "parameters"), ({"parameters": {"": 1}}, "parameters"),
+    ({"robot_id": 99}, "robot"), ({"mission_id": 99}, "mission"), ({"name": "x" * 81}, "name"), ({"id": 99}, "schedule")])
+def test_what_a_schedule_cannot_be_is_reported_at_its_field_and_nothing_changes(world, values, field):
+    with pytest.raises(InvalidInput) as caught:
+        world.schedule(**values)
+    assert caught.value.field == field
+    assert SCHEDULES.all(world.db.read()) == []
+
+
+def test_a_one_time_schedule_on_a_day_off_is_refused(world):
+    sunday = datetime(2026, 11, 29, 6, 30)
+    with refuses("start", "2026-11-29 is a Sunday, which is not a working day"):
+        world.schedule(start=sunday, recurrence=None)
+    assert world.schedule(start=sunday, recurrence=None, respect_working_days=False).next_at is not None

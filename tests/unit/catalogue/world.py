@@ -1,0 +1,68 @@
+"""A catalogue over a database, and what it refuses."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import datetime, timedelta
+
+import pytest
+
+from app.database.connection import Database
+from app.database.executions import ExecutionRepository
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.database.schedules import ScheduleRepository
+from app.domain.models import (
+    Execution,
+    InvalidInput,
+    Mission,
+    ReasonCode,
+    Robot,
+    Schedule,
+    State,
+    Trigger,
+)
+from app.services.catalogue.catalogue import Catalogue
+from app.services.live.changes import Changes
+from tests.support.clock import VirtualClock
+
+ROBOTS, MISSIONS, SCHEDULES, EXECUTIONS = RobotRepository(), MissionRepository(), ScheduleRepository(), ExecutionRepository()
+
+
+class World:
+    """A catalogue over a database, on Monday 2026-11-23 06:00 UTC, and what it published."""
+
+    def __init__(self, path) -> None:
+        self.clock, self.changes, self.told = VirtualClock(), Changes(), []
+        self.changes.subscribe(lambda topic, about: self.told.append(topic))
+        self.db = Database.open(path / "data" / "a.db", clock=self.clock, threaded=False, durable=False)
+        self.catalogue = Catalogue(self.db, self.clock, self.changes)
+        self.robot = self.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), password="secret")
+        self.mission = self.catalogue.save_mission(Mission("Deliver", "guid-1"))
+        self.told.clear()
+
+    def schedule(self, **values) -> Schedule:
+        given = Schedule("Morning", self.robot.id, self.mission.id, datetime(2026, 11, 24, 6, 30), "UTC", "FREQ=DAILY")
+        return self.catalogue.save_schedule(replace(given, **values))
+
+    def stored(self, schedule: Schedule) -> Schedule | None:
+        return SCHEDULES.get(self.db.read(), schedule.id)
+
+    def row(self, schedule: Schedule, state: State = State.WAITING) -> Execution:
+        now = self.clock.now()
+        number = EXECUTIONS.count(self.db.read(), self.every) + 1
+        execution = Execution(Trigger.SCHEDULED, schedule.robot_id, "Aino", "Deliver", "guid-1", now + timedelta(minutes=number),
+                              now + timedelta(hours=1), now, f"token-{number}", "UTC", state=state, schedule_id=schedule.id)
+        return self.db.write(lambda c: EXECUTIONS.add(c, execution))
+
+    def outcome(self, row: Execution) -> tuple[State, ReasonCode | None]:
+        found = EXECUTIONS.get(self.db.read(), row.id)
+        return found.state, found.reason.code if found.reason else None
+
+    @property
+    def every(self):
+        from app.database.executions import ExecutionFilter
+        return ExecutionFilter()
+
+
+def refuses(field: str, told: str):
+    return pytest.raises(InvalidInput, match=told, check=lambda error: error.field == field)
