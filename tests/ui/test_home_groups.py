@@ -150,18 +150,17 @@ def test_of_many_the_first_are_on_home_and_all_in_a_dialog(home, hall, ui):
 
 
 def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only(home, hall, ui):
-    """Aino loses the answer, then falls silent; nobody else gets it until a person has agreed that it may run twice."""
+    """Aino does not answer in time, then falls silent; nobody else gets it until a person has agreed that it may run twice."""
     aino, veikko = home.site.fleet.robots
     veikko.control({"emergency_stop": True})
     veikko.control({"emergency_stop": False})
-    aino.control({"fault": {"kind": "drop_response", "method": "POST", "path": "/mission_queue", "count": 1}})
-    aino.control({"fault": {"kind": "drop_request", "method": "GET", "path": "/mission_queue", "count": None}})
+    aino.control({"fault": {"kind": "delay", "method": "POST", "path": "/mission_queue", "seconds": 30}})
     container = home.site.container
     ui.wait(lambda: next(container.snapshots.get(robot.id) for robot in container.catalogue.robots()
                          if robot.name == "Veikko").status.state_id == 4)
     run_on_any(ui, "Home")
     ui.wait(lambda: [row for row in container.history.open() if row.state is State.SUBMITTING and row.robot == "Aino"])
-    ui.wait(lambda: list(aino.model.queue))          # it has arrived
+    ui.wait(lambda: not aino.model.faults.full())                 # it is on its way
     aino.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
     ui.wait(lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it: silent since ")])
     veikko.model.resume()
