@@ -17,7 +17,8 @@ from app.domain.models import OPEN_STATES, DurationEstimate, Execution, Mission,
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
-_UNBOUND = "robot_id = NULL, robot = '', bound_at = NULL"
+UNBOUND: dict[str, Any] = {"robot_id": None, "robot": "", "bound_at": None, "choice": {}, "queue_floor": None, "robot_address": None,
+                           "robot_serial": None}
 _USUAL_OF = 20               # newest completed runs that the usual duration is computed from
 _LONGEST_USUAL_S = 86_400.0  # of these; as much as can be typed. A robot whose clock was set meanwhile says decades
 _ADDED_AT_ONCE = 100         # rows in one statement
@@ -136,14 +137,22 @@ class ExecutionRepository:
         c.execute(f"UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'", (_reason_to_text(reason), *values))
         return self._end(c, f"{where} AND state = 'waiting'", values, reason, now)
 
-    def give_back(self, c: sqlite3.Connection, robot_id: int, group_id: int | None = None) -> int:
-        """What waits to be sent to this robot as one of a group (of any, or of one) waits for any robot again; how many that were."""
-        return c.execute(f"""UPDATE executions SET {_UNBOUND} WHERE robot_id = ? AND {OPEN} AND state = 'waiting'
-                             AND group_id IS NOT NULL AND group_id = coalesce(?, group_id)""", (robot_id, group_id)).rowcount
+    def give_back(self, c: sqlite3.Connection, robot_id: int, group_id: int | None = None, *, but_persons: bool = False) -> int:
+        """What waits to be sent to this robot as one of a group (of any, or of one) waits for any robot again; how many that were.
+        ``but_persons``: not where a person chose it."""
+        return self._unbind(c, f"""robot_id = ? AND {OPEN} AND state = 'waiting' AND group_id IS NOT NULL
+                                   AND group_id = coalesce(?, group_id) AND NOT (? AND json_extract(choice, '$.by') IS 'person')""",
+                            robot_id, group_id, but_persons)
 
     def unbind(self, c: sqlite3.Connection, execution_id: int) -> None:
         """The same of one."""
-        c.execute(f"UPDATE executions SET {_UNBOUND} WHERE id = ? AND state = 'waiting' AND group_id IS NOT NULL", (execution_id,))
+        self._unbind(c, "id = ? AND state = 'waiting' AND group_id IS NOT NULL", execution_id)
+
+    @staticmethod
+    def _unbind(c: sqlite3.Connection, where: str, *values: object) -> int:
+        columns = stored_values(UNBOUND)
+        assignments = ", ".join(f"{name} = ?" for name in columns)
+        return c.execute(f"UPDATE executions SET {assignments} WHERE {where}", (*columns.values(), *values)).rowcount
 
     def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> list[int]:
         """End everything open of a robot that is being removed; returns the ids of what was still waiting."""
@@ -170,9 +179,9 @@ class ExecutionRepository:
 
     def wait_again(self, c: sqlite3.Connection, ids: Sequence[int], now: datetime) -> None:
         """An edit that ended these has been undone: what was never sent and is not too late waits again."""
-        c.execute(f"""UPDATE executions SET state = 'waiting', reason_code = NULL, reason_details = '{{}}', ended_at = NULL,
-                          robot_id = iif(group_id IS NULL, robot_id, NULL), robot = iif(group_id IS NULL, robot, ''), bound_at = NULL
+        c.execute(f"""UPDATE executions SET state = 'waiting', reason_code = NULL, reason_details = '{{}}', ended_at = NULL
                       WHERE id IN ({placeholders(ids)}) AND state = 'cancelled' AND attempts = 0 AND closes_at > ?""", (*ids, to_text(now)))
+        self._unbind(c, f"id IN ({placeholders(ids)}) AND state = 'waiting' AND group_id IS NOT NULL", *ids)
 
     def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
         """An instant that an edit had taken back, with nothing sent, is planned again: its old row makes room."""
@@ -246,10 +255,6 @@ class ExecutionRepository:
         """Whether anything open of a robot is with it, or may be."""
         found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {OPEN} AND state <> 'waiting' LIMIT 1", (robot_id,)).fetchone()
         return found is not None
-
-    def newest_id(self, c: sqlite3.Connection) -> int:
-        """0 when there is none."""
-        return int(c.execute("SELECT coalesce(max(id), 0) FROM executions").fetchone()[0])
 
     def waited_for(self, c: sqlite3.Connection, robot_ids: Collection[int]) -> set[int]:
         """Those of these robots for which something waits."""

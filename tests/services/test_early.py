@@ -242,7 +242,7 @@ def test_an_unexpected_error_with_one_leaves_the_others_in_hand(site, plan):
     worker = only_worker(site)
     with pytest.raises(RuntimeError):
         worker.advance()
-    worker.handle(messages.Recover())                # as the runner does
+    worker.handle(worker.expect_recovery())          # as the runner does
     worker.advance()
     first, second = sorted(site.executions(), key=lambda run: run.schedule)
     assert sent(site) == [second.token]

@@ -1,6 +1,8 @@
 """What a person does about a start of a group: give it to a robot, or run its mission on another one."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.domain.choice import chosen, moved_on, stuck, stuck_since
@@ -148,3 +150,54 @@ def test_a_start_that_moved_on_says_from_where(hall):
     assert run.robot == "R2"
     assert moved_on(run.tried, run.robot).endswith("; given to R2")
     assert moved_on(run.tried, run.robot).startswith("R1: r1 refused the connection")
+
+
+def given(hall, operator):
+    """To R3, whose battery is too low, by a person."""
+    row = waiting(hall, minimum_battery_percent=30)
+    hall.machines["R3"].set_battery(10.0)
+    hall.run(10)
+    operator.give_to(row.id, hall.robot("R3").id)
+    hall.run(10)
+    return hall.run_of()
+
+
+def comes_and_goes(hall):
+    hall.hold("R3")
+    hall.run(5)
+    hall.container.holds.release(hall.robot("R3").id)
+
+
+def power_cut(hall):
+    hall.power_cut(5.0)
+
+
+def edited(hall):
+    hall.container.catalogue.save_robot(replace(hall.robot("R3"), username="admin"), password="admin")
+
+
+@pytest.mark.parametrize("happens", [comes_and_goes, power_cut, edited])
+def test_the_robot_that_a_person_chose_stays_the_one(hall, operator, happens):
+    assert given(hall, operator).robot == "R3"
+    happens(hall)
+    hall.run(20)
+    run = hall.run_of()
+    assert (run.robot, run.wait, run.choice["by"]) == ("R3", Wait.BATTERY, "person")
+
+
+def switched_off(hall):
+    hall.switch("R3", on=False)
+
+
+def removed_from_the_group(hall):
+    group = hall.container.catalogue.edit(lambda edit: edit.the_group(hall.group.id))
+    members = tuple(each for each in group.members if each != hall.robot("R3").id)
+    hall.container.catalogue.edit(lambda edit: edit.save_group(replace(group, members=members)))
+
+
+@pytest.mark.parametrize("happens", [switched_off, removed_from_the_group])
+def test_unless_it_can_have_none_any_more(hall, operator, happens):
+    given(hall, operator)
+    happens(hall)
+    hall.run(20)
+    assert (hall.run_of().robot, hall.run_of().choice) == ("", {})

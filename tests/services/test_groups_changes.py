@@ -250,3 +250,17 @@ def test_a_start_in_doubt_is_not_told_as_one_that_waits(hall):
         hall.network.next("POST", QUEUE, Fate.LOST, robot=name)
     hall.run(320)
     assert (hall.run_of().state, hall.run_of().robot != "") == (State.SUBMITTING, True)
+
+
+# ---------------------------------------------------------------------- what is paused
+@pytest.mark.parametrize("is_paused", [True, False])
+def test_no_robot_is_kept_for_a_planned_start_that_is_paused(tmp_path, is_paused):
+    hall = Hall(tmp_path, robots=1)
+    own = hall.plan("own", at="2026-11-23T06:06", robot_id=hall.robot("R1").id, group_id=None, priority=2)
+    if is_paused:
+        hall.container.pausing.pause(own.id, hall.clock.now() + timedelta(hours=1))
+    hall.plan("A")
+    hall.run(320)
+    assert hall.run_of().state is (State.EXECUTING if is_paused else State.WAITING)
+    assert hall.run_of().wait_details.get("kept_for") == (None if is_paused else "Deliver")
+    hall.switch_off()

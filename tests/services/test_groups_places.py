@@ -1,6 +1,7 @@
 """Places where only so many missions of this app may be at a time."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime
 
 import pytest
@@ -103,3 +104,14 @@ def test_a_site_with_another_group_shares_the_place(hall):
     hall.run(303)
     assert at_the_dock(hall) == 1
     assert datetime.fromisoformat(next(row for row in hall.executions() if row.wait is Wait.PLACE).wait_details["until"]).second == 0
+
+
+def test_a_place_stays_taken_when_the_mission_that_is_there_is_renamed(hall):
+    full_dock(hall)
+    hall.plan("A")
+    hall.plan("B", at="2026-11-23T06:06")
+    hall.run(320)
+    catalogue = hall.container.catalogue
+    catalogue.save_mission(replace(catalogue.edit(lambda edit: edit.the_mission(1)), name="Deliver kits"))
+    hall.run(45)
+    assert (hall.run_of("A").state, hall.run_of("B").wait) == (State.EXECUTING, Wait.PLACE)

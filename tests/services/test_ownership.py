@@ -64,20 +64,23 @@ def test_however_late_it_comes_it_is_sent_once(site, on_its_way, late):
     assert run.attempts == 1
 
 
-def test_what_was_written_since_the_database_works_again_is_not_looked_for(site, on_its_way):
-    """It is on its way to its worker, which is still to look for what was written before."""
-    [run] = site.executions()
-    site.post(R1, messages.Recover(run.id - 1))
-    site.run(0.5)
-    site.post(R1, on_its_way)
-    site.run(0.1)
-    assert [(run.state, run.attempts) for run in site.executions()] == [(State.QUEUED, 1)]
+def test_nothing_is_written_ahead_for_a_worker_that_is_still_to_look_for_what_it_may_have_lost(site, plan):
+    """What it finds is then certainly not on its way to it."""
+    plan("2026-11-23T06:05")
+    site.run(DUE - 0.2)
+    worker = site._workers[R1]
+    assert worker.readiness() is not None
+    first, second = worker.expect_recovery(), worker.expect_recovery()
+    for number, message in enumerate((first, second)):
+        assert worker.readiness() is None, number
+        site.post(R1, message)
+        site.run(0.02)
+    assert worker.readiness() is not None
 
 
 def test_what_was_written_while_the_database_failed_is_looked_for(site, on_its_way):
     """Its write was committed, and the scheduler was told that it failed: nobody has it in hand."""
-    [run] = site.executions()
-    site.post(R1, messages.Recover(run.id))
+    site.post(R1, site._workers[R1].expect_recovery())
     site.run(QUIET / 2)
     assert [(run.state, run.attempts) for run in site.executions()] == [(State.SUBMITTING, 1)]
     site.run(QUIET)
@@ -86,7 +89,7 @@ def test_what_was_written_while_the_database_failed_is_looked_for(site, on_its_w
 
 def test_what_is_looked_for_already_is_not_sent_beside_that(site, on_its_way, asked):
     """The worker has met an error and looks for all that the ledger has as submitted, before this one reaches it."""
-    site.post(R1, messages.Recover())
+    site.post(R1, site._workers[R1].expect_recovery())
     site.run(1.0)
     site.post(R1, on_its_way)
     site.run(QUIET - 5.0)
@@ -99,7 +102,7 @@ def test_what_is_looked_for_already_is_not_sent_beside_that(site, on_its_way, as
 
 def test_what_was_looked_for_and_sent_meanwhile_is_not_sent_again(site, on_its_way, asked):
     """However long the scheduler's thread stood still."""
-    site.post(R1, messages.Recover())
+    site.post(R1, site._workers[R1].expect_recovery())
     site.run(2 * QUIET)
     assert asked.count("POST /mission_queue") == 1
     site.post(R1, messages.Prefetch())                    # something else is due: the robot has just been read
@@ -112,7 +115,7 @@ def test_what_was_looked_for_and_sent_meanwhile_is_not_sent_again(site, on_its_w
 def test_after_an_error_what_the_worker_has_in_hand_stays_its_own(site, plan, asked):
     plan("2026-11-23T06:05")
     site.run(DUE - 0.05)
-    site.post(R1, messages.Recover())
+    site.post(R1, site._workers[R1].expect_recovery())
     site.run(0.06)
     [run] = site.executions()
     assert (run.state, run.attempts) == (State.QUEUED, 1)

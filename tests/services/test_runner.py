@@ -4,6 +4,7 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -43,6 +44,9 @@ class CountingWorker:
         return 60.0
 
     def readiness(self) -> None: ...
+
+    def expect_recovery(self) -> messages.Recover:
+        return messages.Recover(1)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
         self.untaken = untaken
@@ -207,6 +211,32 @@ def test_what_is_posted_arrives_in_its_order(start, polls):
         return [kind for kind in app.workers[0].told if kind is not messages.Poll]       # which the engine may ask for meanwhile
     wait_for(lambda: len(told()) == len(posted))
     assert told() == [type(message) for message in posted]
+
+
+def test_a_robots_new_worker_begins_when_the_one_before_has_ended(start, polls):
+    """Which may wait for an answer for long, and then still send what it has in hand."""
+    free, hangs = threading.Event(), threading.Event()
+    app = start(2, every=60.0)
+    wait_for(lambda: len(polls) == 2)
+    before = app.workers[1]
+
+    def hang() -> None:
+        hangs.set()
+        free.wait()
+    before.acts = hang
+    app.engine.poll(1)
+    hangs.wait()
+    app.robots[1] = replace(app.robots[1], address="http://other")
+    app.changes.publish(Topic.ROBOTS)
+    wait_for(lambda: app.workers[1] is not before)
+    app.engine.poll(1)
+    app.engine.poll(0)
+    told = len(app.workers[0].told)
+    wait_for(lambda: len(app.workers[0].told) >= told)
+    assert (app.workers[1].told, before.untaken) == ([], None)
+    free.set()
+    wait_for(lambda: messages.Poll in app.workers[1].told)
+    assert before.untaken is not None
 
 
 def test_an_intent_that_reaches_no_worker_any_more_is_handed_back(start, polls):

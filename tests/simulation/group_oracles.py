@@ -130,7 +130,8 @@ class GroupJudge:
         if not all(self.diary.is_clear(robot, post.at - 60.0, post.at, but=()) for robot in robots):
             return
         for other, key in self._waiting(group_id, post.at - BINDING):
-            if other.priority > plan.priority and other.minimum_battery_percent is None:
+            is_longer = self._is_kept(post.robot, other, post.at)           # and does not fit before what is planned
+            if other.priority > plan.priority and other.minimum_battery_percent is None and not is_longer:
                 self._passed_by.append((post.at, self.diary.token(key), f"safety: {key[0]} of higher priority waited when {name} was sent"))
 
     def _was_edited(self, plan: Schedule, at: float) -> bool:

@@ -136,7 +136,7 @@ class Site:
         """Let time pass."""
         end = self.clock.monotonic() + seconds
         while True:
-            due = (at for key, at in self._due.items() if self._workers[key] not in self._blocked)
+            due = (at for key, at in self._due.items() if self._may_go_on(key))
             instant = min(self._next_round, min(due, default=math.inf), self._later[0][0] if self._later else math.inf)
             if instant > end:
                 break
@@ -166,8 +166,12 @@ class Site:
                 wait = self._database_failed(error)
             self._next_round = min(self._next_round, self.clock.monotonic() + wait)
         for key in sorted(self._due, key=self._due.__getitem__):
-            if key in self._due and self._workers[key] not in self._blocked and self._due[key] <= self.clock.monotonic():
+            if key in self._due and self._may_go_on(key) and self._due[key] <= self.clock.monotonic():
                 self._go_on(key)
+
+    def _may_go_on(self, key: int) -> bool:
+        """Nor does one before the worker that it follows has closed."""
+        return self._workers[key] not in self._blocked and not any(worker.robot.id == key for worker in self._closing)
 
     def _until_next_round(self, wanted: float) -> float:
         """The engine's second is left out as long as nothing is due, polled or doubted."""
@@ -198,7 +202,7 @@ class Site:
                 worker.handle(message)
             wait = worker.advance()
         except DatabaseUnavailable as error:
-            worker.handle(messages.Recover())
+            worker.handle(worker.expect_recovery())
             wait = self._database_failed(error)
         finally:
             self._acting = None

@@ -2,8 +2,9 @@
 
 All that waits is laid on the robots, the most important first, each where its score is least:
 
-    seconds until it would be done there + PATIENCE where the robot is busy + EVEN for each hour that it ran today
-    + the delay that this brings to planned starts that matter more, in seconds of its own weight
+    seconds until it would be done there + PATIENCE where the robot is busy
+    + EVEN for each hour that it ran today more than the one of them that ran least, but no more than PATIENCE
+    + the delay that this brings to planned starts that are its own or matter more, in seconds of this one's weight
 
 What comes to lie on a free robot is given to it; what comes to lie on a busy one keeps its place there and waits. One at a time to the best
 robot is within a factor of three of whatever could be known (Gerkey and Matarić 2004 on single-task robots and online assignment); the
@@ -94,9 +95,10 @@ class _Board:
         may_go = not self._idle.isdisjoint(start.members) or start.at_once       # else it waits whatever is planned
         protected = [] if is_last_call or not may_go else [
             each for each in self._situation.coming if each.is_fixed or each.priority > start.priority]
-        best = self._looking_ahead(start, in_time, protected) if protected else in_time[0]
+        first = next((each for each in protected if not set(each.members).isdisjoint(start.members)), None)
+        best = self._looking_ahead(start, in_time, protected, first) if first is not None else in_time[0]
         if best is None:
-            return Decision(start, None, options, out, kept_for=protected[0])
+            return Decision(start, None, options, out, kept_for=first)
         is_given = is_last_call or start.at_once or (best.is_free and self._may_use_one_more(start))
         self._idle.discard(best.robot_id)
         self._free_s[best.robot_id] = best.done_s
@@ -109,6 +111,7 @@ class _Board:
 
     def _options(self, start: Start) -> tuple[list[Option], list[tuple[int, Out]]]:
         options, out = [], []
+        fewest = min((self._situation.robots[robot_id].hours for robot_id in start.members if robot_id in self._free_s), default=0.0)
         for robot_id in start.members:
             robot = self._situation.robots.get(robot_id)
             if robot is None:
@@ -123,12 +126,14 @@ class _Board:
                 out.append((robot_id, Out.TOO_LITTLE_BATTERY))
             else:
                 done, is_free = self._free_s[robot_id] + lasts, robot_id in self._idle
-                options.append(Option(done + (0.0 if is_free else PATIENCE) + EVEN * robot.hours, robot_id, done, lasts, is_free))
+                even = min(EVEN * (robot.hours - fewest), PATIENCE)              # never a reason to wait for another robot
+                options.append(Option(done + (0.0 if is_free else PATIENCE) + even, robot_id, done, lasts, is_free))
         options.sort(key=lambda option: (option.score, self._situation.robots[option.robot_id].name))
         return options, out
 
-    def _looking_ahead(self, start: Start, options: Sequence[Option], protected: Sequence[Coming]) -> Option | None:
-        """The option that is best with what it delays; None: going after the first of what is protected is better than every one."""
+    def _looking_ahead(self, start: Start, options: Sequence[Option], protected: Sequence[Coming], first: Coming) -> Option | None:
+        """The option that is best with what it delays; None: going after ``first``, which comes for the same robots, is better than every
+        one."""
         before = delay(protected, self._free_s)
         best, least = None, float("inf")
         for option in options:
@@ -141,7 +146,7 @@ class _Board:
             self._free_s[option.robot_id] = kept
             if total < least:
                 best, least = option, total
-        behind = max(0.0, protected[0].planned_s) + options[0].score + options[0].lasts_s
+        behind = max(0.0, first.planned_s) + options[0].score + options[0].lasts_s
         return best if least <= behind else None
 
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from app.database.group_starts import GroupStartRepository
 from app.database.groups import GroupRepository
 from app.domain import rules
-from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, State, Wait
+from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
 from app.services.allocation.decide import LAST_CALL, Decision, decide
 from app.services.dispatch.belief import Belief, Experience
 from app.services.dispatch.ledger import Move
@@ -49,8 +50,9 @@ class Allocator:
         robots = {key: worker.robot for key, worker in workers.items()}
         to_give = [row for row in rows if self._is_to_be_given(row, groups.get(row.group_id or 0), robots)]
         self.members = frozenset(robot_id for row in to_give for robot_id in groups[row.group_id or 0].members)
-        while to_give and (moved := self._decide(to_give, groups, workers)):
-            to_give = [row for row in to_give if row.id not in moved]            # what they were to get is for the others
+        while to_give:
+            given, moved = self._decide(to_give, groups, workers)
+            to_give = [row for row in to_give if moved and row.id not in given | moved]          # what they were to get is for the others
         now = self._clock.now()
         last_calls = [(row.closes_at - now).total_seconds() - LAST_CALL for row in rows]
         return max(0.0, min([DECIDES_EVERY, self._look_at - self._clock.monotonic(), *(left for left in last_calls if left > 0)]))
@@ -82,8 +84,9 @@ class Allocator:
         return bool(before)
 
     # ------------------------------------------------------------------ decisions
-    def _decide(self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]) -> set[int]:
-        """Returns the ids of those that were to be given to a robot and had changed meanwhile, or the robot had."""
+    def _decide(self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]
+                ) -> tuple[set[int], set[int]]:
+        """Returns the ids of those that were given to a robot, and of those that were to be and had changed meanwhile, or the robot had."""
         belief, by_id = Belief(self._s, self._experience, workers, self.members), {row.id: row for row in rows}
         waits, bound, into_queue, plan_version = list[Move](), list[Move](), set[int](), self._s.plan_version()
         for decision in decide(belief.situation(rows, groups)):
@@ -98,12 +101,10 @@ class Allocator:
                 if decision.is_last_call or decision.start.at_once:
                     into_queue.add(row.id)
         self._ledger.make(waits, quietly=True)
-        taken: set[int] = set()
+        given: set[int] = set()
         for some in batched(bound, BOUND_TOGETHER):
-            given = self._ledger.bind(some, into_queue)
-            self.hand_over(plan_version, [row for row in given if row.state is State.SUBMITTING])
-            taken |= {row.id for row in given}
-        return {move.execution.id for move in bound} - taken
+            given |= {row.id for row in self._ledger.bind(some, into_queue, partial(self.hand_over, plan_version))}
+        return given, {move.execution.id for move in bound} - given
 
     @staticmethod
     def _intent_floor(row: Execution, worker: RobotWorker) -> int | None:

@@ -77,7 +77,8 @@ class Belief:
         for schedule in self._s.schedules.due(self._c, self._now + timedelta(seconds=AHEAD)):
             group = groups.get(schedule.group_id or 0)
             members = group.members if group is not None else () if schedule.robot_id is None else (schedule.robot_id,)
-            if schedule.next_at is not None and schedule.next_at > self._now and not set(members).isdisjoint(self.robots):
+            is_to_come = schedule.next_at is not None and schedule.next_at > self._now and not schedule.is_paused(schedule.next_at)
+            if schedule.next_at is not None and is_to_come and not set(members).isdisjoint(self.robots):
                 found.append(self._planned(schedule, schedule.next_at, missions[schedule.mission_id], members))
         return found
 

@@ -209,7 +209,7 @@ class Engine:
             return 0.02
         if self._alarms.is_database_failing:
             self._probe()                     # raises as long as it does
-            self._post_to_all(messages.Recover(self._ledger.newest_id()))
+            self._recover()
             if (alarm := self._alarms.database_works()) is not None:
                 self._planner.note_unwritable(alarm)
         judgement = self._judge_clock()
@@ -222,6 +222,13 @@ class Engine:
         if judgement.is_trusted:
             self._tidy()
         return 0.0 if is_behind else min(self._seconds_to_next(TURN_EVERY if self._to_poll else LONGEST_WAIT), self.seconds_to_decision)
+
+    def _recover(self) -> None:
+        """What was written last while the database failed is not known: each worker looks for it before anything more is written for it."""
+        with self._lock:
+            workers = dict(self._workers)
+        for robot_id, worker in workers.items():
+            self._mailboxes.post(robot_id, worker.expect_recovery())
 
     def _judge_clock(self) -> Judgement:
         was_in_doubt = self._guard.is_in_doubt

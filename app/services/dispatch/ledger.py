@@ -12,7 +12,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from app.database.connection import Database
-from app.database.executions import ExecutionFilter, ExecutionRepository, Surplus, Unsent
+from app.database.executions import UNBOUND, ExecutionFilter, ExecutionRepository, Surplus, Unsent
 from app.database.group_starts import FullPlace, GroupStartRepository, Watch, Watched
 from app.database.robots import Accepted, RobotRepository
 from app.database.settings import SettingsRepository
@@ -70,9 +70,6 @@ class Ledger:
     def has_sent(self, robot_id: int) -> bool:
         """Whether anything of ours is with this robot, or may be."""
         return self._executions.has_sent(self._db.read(), robot_id)
-
-    def newest_id(self) -> int:
-        return self._executions.newest_id(self._db.read())
 
     def by_token(self, token: str) -> Execution | None:
         return self._executions.by_token(self._db.read(), token)
@@ -186,20 +183,18 @@ class Ledger:
         watch = Watch(execution.id, robot_id, execution.queue_floor or 0, self._clock.now() + watch_for) if watch_for else None
         attempts = execution.attempts + (execution.state is State.WAITING and is_attempt)
         return Move(execution, NOT_WITH_THE_ROBOT, {
-            "state": State.WAITING, "wait": Wait.ROBOT, "wait_details": {}, "robot_id": None, "robot": "", "bound_at": None, "choice": {},
-            "queue_floor": None, "robot_address": None, "robot_serial": None, "tried": {**execution.tried, str(robot_id): tried},
-            "attempts": attempts}, watch)
+            **UNBOUND, "state": State.WAITING, "wait": Wait.ROBOT, "wait_details": {}, "attempts": attempts,
+            "tried": {**execution.tried, str(robot_id): tried}}, watch)
 
     def unbound_again(self, execution: Execution) -> Move:
         """A start of a group that its robot could not begin is for any of them again; nothing is held against this one."""
-        return Move(execution, (State.WAITING,), {"robot_id": None, "robot": "", "bound_at": None, "choice": {}, "queue_floor": None,
-                                                  "robot_address": None, "robot_serial": None})
+        return Move(execution, (State.WAITING,), UNBOUND)
 
     def give_back_bound(self, robot_id: int | None = None) -> None:
-        """The same of all that waits for this robot, or for any."""
+        """The same of all that waits for this robot, or for any, but where a person chose it."""
         robots = [robot for robot in self._starts.bound(self._db.read()) if robot_id in (None, robot)]
         if robots:
-            self._db.write(lambda c: [self._executions.give_back(c, robot) for robot in robots])
+            self._db.write(lambda c: [self._executions.give_back(c, robot, but_persons=True) for robot in robots])
             self._changes.publish(Topic.EXECUTIONS, NO_ROBOT)
 
     def may_get(self, execution: Execution) -> bool:
@@ -222,9 +217,11 @@ class Ledger:
             columns |= {**self.begun(execution, robot, intent_floor).columns, "queue_floor": intent_floor}
         return Move(execution, (State.WAITING,), columns)
 
-    def bind(self, moves: Sequence[Move], into_queue: Collection[int] = ()) -> list[Execution]:
+    def bind(self, moves: Sequence[Move], into_queue: Collection[int] = (),
+             hand_over: Callable[[Sequence[Execution]], None] = lambda intents: None) -> list[Execution]:
         """Those of these ``bound`` that could be made, in that order: unless anything has changed that the choice rested on.
-        ``into_queue``: ids of those that go to their robot also where it has something of ours already."""
+        ``into_queue``: ids of those that go to their robot also where it has something of ours already. ``hand_over``: gives its worker
+        what is to be sent at once."""
         def work(c: Any) -> list[Execution]:
             made = []
             for move in moves:
@@ -233,6 +230,7 @@ class Ledger:
                     made.append(self._executions.change(c, row_id, move.expected, **move.columns))
             return [row for row in made if row is not None]
         rows = self._db.write(work) if moves else []
+        hand_over([row for row in rows if row.state is State.SUBMITTING])          # before listeners are notified and read
         for row in rows:
             log.info("%s", describe(row))
             self._changes.publish(Topic.EXECUTIONS, row.robot_id)

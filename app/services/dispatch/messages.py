@@ -1,7 +1,6 @@
 """What passes between the engine and a robot's worker. Messages reach a worker in the order in which they were sent."""
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -60,8 +59,9 @@ class Sought:
 
 @dataclass(frozen=True)
 class Recover:
-    """The database failed and works again: what was written last is not known. Executions with ids above ``up_to`` were written since."""
-    up_to: float = math.inf
+    """What was written last is not known: the database failed and works again, or a round ended in an error. ``number``: which call of
+    ``RobotWorker.expect_recovery`` this is of."""
+    number: int
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,11 @@ SCHEDULER = "scheduler"      # name of the engine's thread
 
 
 class _WorkerThread:
-    def __init__(self, worker: RobotWorker, works: Callable[[str], None], failed: Callable[[Exception, str], None]) -> None:
-        self.worker, self._works, self._failed = worker, works, failed
+    """``before``: of the robot's worker until now, which may wait for an answer and then still send or give back what it has in hand."""
+
+    def __init__(self, worker: RobotWorker, works: Callable[[str], None], failed: Callable[[Exception, str], None],
+                 before: threading.Thread | None) -> None:
+        self.worker, self._works, self._failed, self._before = worker, works, failed, before
         self._wake = threading.Condition()
         self._inbox: list[messages.Message] = []
         self._is_stopping = False
@@ -41,6 +44,9 @@ class _WorkerThread:
             self._wake.notify()
 
     def _run(self) -> None:
+        if self._before is not None:
+            self._before.join()
+            self._before = None
         while True:
             with self._wake:
                 if self._is_stopping:
@@ -54,7 +60,7 @@ class _WorkerThread:
             except Exception as error:       # of the database: no durable intent, no POST; with one robot: it affects no other
                 if not self._is_stopping:
                     self._failed(error, self.thread.name)
-                self.worker.handle(messages.Recover())       # the next round finds in the ledger what this one left undone
+                self.worker.handle(self.worker.expect_recovery())       # the next round finds in the ledger what this one left undone
                 wait = AFTER_A_FAILURE
             with self._wake:
                 if not (self._is_stopping or self._inbox):
@@ -71,6 +77,7 @@ class Runner:
     def __init__(self, db: Database, engine: Engine, clock: Clock, alarms: Alarms) -> None:
         self._db, self._engine, self._clock, self._alarms = db, engine, clock, alarms
         self._threads: dict[int, _WorkerThread] = {}
+        self._closing: dict[int, threading.Thread] = {}        # of robots whose worker is not needed any more
         self._failing: set[str] = set()           # names of threads whose last round met an unexpected error
         self._lock = threading.Lock()
         self._wake = threading.Condition()
@@ -107,11 +114,13 @@ class Runner:
     # ------------------------------------------------------------------ mailboxes
     def open(self, worker: RobotWorker) -> None:
         with self._lock:
-            self._threads[worker.robot.id] = _WorkerThread(worker, self._works, self._failed)
+            before = self._closing.pop(worker.robot.id, None)
+            self._threads[worker.robot.id] = _WorkerThread(worker, self._works, self._failed, before)
 
     def close(self, robot_id: int) -> None:
         with self._lock:
             closed = self._threads.pop(robot_id)
+            self._closing = {key: thread for key, thread in self._closing.items() if thread.is_alive()} | {robot_id: closed.thread}
         closed.stop()
 
     def post(self, robot_id: int, message: messages.Message) -> None:

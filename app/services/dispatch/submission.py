@@ -48,18 +48,18 @@ class Submission:
         self._client, self._s, self._ledger, self._clock = client, shared, shared.ledger, shared.clock
         self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
         self.attempts = Attempts()
-        self._recovered: set[int] = set()         # executions that were looked for as those of a process that is gone
+        self._recovered: set[tuple[object, ...]] = set()          # intents that were looked for as those of nobody
         self._waiting = Waiting(shared, observation.robot.id, self._later)
         self.seeks = False                        # something waits until the robot is free
 
     # ------------------------------------------------------------------ what the worker asks for
-    def recover(self, up_to: float) -> None:
+    def recover(self) -> None:
         """Rows that say submitting and are in nobody's hands: the process that had them is gone, or the database failed in between. Each is
-        looked for on the robot as if its request had just left. Those above ``up_to`` are on their way to ``hold``."""
+        looked for on the robot as if its request had just left."""
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
             attempt = self.attempts.get(row.id)
-            if row.id <= up_to and (attempt is None or attempt.phase is Phase.BACKOFF):      # it does not know that its intent was written
-                self._recovered.add(row.id)
+            if attempt is None or attempt.phase is Phase.BACKOFF:              # it does not know that its intent was written
+                self._recovered.add(_intent(row))
                 self._doubt(row, ANSWERS_WITHIN)          # it may have left this moment
         self._copies.watch_again()
 
@@ -74,7 +74,7 @@ class Submission:
             self.attempts[intent.id] = Attempt(Phase.HELD, mono + ahead, intent, plan_version)
 
     def _own(self, intents: Iterable[Execution]) -> list[Execution]:
-        return [intent for intent in intents if intent.id not in self._recovered]
+        return [intent for intent in intents if _intent(intent) not in self._recovered]
 
     def send_due(self) -> None:
         """Those held whose instant has come, in dispatch order. What can't be sent now is judged like any that waits."""
@@ -83,7 +83,7 @@ class Submission:
         for intent in rules.in_dispatch_order(due):
             is_changed = self.attempts[intent.id].plan_version != self._s.plan_version()
             is_wanted = not intent.held and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent))
-            if is_wanted and self._can_send():
+            if is_wanted and self._can_send(intent):
                 self._post(intent)
             else:
                 self._release([intent])
@@ -137,8 +137,12 @@ class Submission:
     def _robot_id(self) -> int:
         return self._seen.robot.id
 
-    def _can_send(self) -> bool:
-        return self._seen.robot.enabled and self._seen.fresh_status is not None and self._s.holds.active(self._robot_id) is None
+    def _can_send(self, intent: Execution) -> bool:
+        status = self._seen.fresh_status
+        if status is None or not self._seen.robot.enabled or self._s.holds.active(self._robot_id) is not None:
+            return False
+        is_fit = can_work(status) and rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
+        return is_fit or not _is_for_any(intent)
 
     def _taken_back(self, row: Execution) -> Reason | None:
         """Why it must not be sent (again). ``row`` was read a moment ago."""
@@ -151,6 +155,10 @@ class Submission:
         return row is None or row.held or row.state is not State.SUBMITTING or self._taken_back(row) is not None or (
             row.group_id is not None and not self._ledger.may_get(row))
 
+    def _is_own(self, row: Execution) -> bool:
+        """Whether it waits for this robot, and for no other."""
+        return row.group_id is None or (not _is_for_any(row) and self._ledger.may_get(row))
+
     def _release(self, intents: Sequence[Execution]) -> None:
         """Intents of which nothing was sent wait again, or end where they were taken back."""
         for intent in intents:
@@ -158,10 +166,10 @@ class Submission:
         for waiting in self._ledger.make([self._ledger.not_tried(intent) for intent in intents]):
             if reason := self._taken_back(waiting):
                 self._ledger.end(waiting, reason)
-            elif waiting.group_id is not None:
-                self._unbind(waiting)
-            else:
+            elif self._is_own(waiting):
                 self._later(waiting, 0.0)
+            else:
+                self._unbind(waiting)
 
     def _unbind(self, row: Execution) -> None:
         """One of a group, with nothing sent, that can't go here now, though nothing went wrong."""
@@ -190,7 +198,7 @@ class Submission:
 
     def _is_to_be_tried(self, row: Execution) -> bool:
         """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting, or given back to its group."""
-        if row.group_id is None:
+        if self._is_own(row):
             return self._waiting.may_be_tried(row, self._taken_back(row)) and self._waiting.has_room(row)
         if self._seen.robot.enabled and self._waiting.may_be_tried(row, self._taken_back(row)):
             return True
@@ -202,7 +210,7 @@ class Submission:
         """Whether it can be sent once those ``before`` it are; else it waits, or the robot has it, or it has ended."""
         try:
             status, minimum = self._seen.recent_status(), row.minimum_battery_percent
-            is_for_any = row.group_id is not None and not is_persons(row.choice)
+            is_for_any = _is_for_any(row)
             if is_for_any and not can_work(status):
                 self._unbind(row)
                 return False
@@ -400,3 +408,13 @@ class Submission:
     def _end(self, row: Execution, reason: Reason) -> None:
         self._ledger.end(row, reason)
         self.attempts.pop(row.id, None)
+
+
+def _intent(row: Execution) -> tuple[object, ...]:
+    """What tells one intent of a row from the next: a start of a group may come to the same robot again."""
+    return row.id, row.attempts, row.bound_at
+
+
+def _is_for_any(row: Execution) -> bool:
+    """Whether another robot may get it instead: one of a group, of which no person has chosen this robot."""
+    return row.group_id is not None and not is_persons(row.choice)

@@ -9,6 +9,7 @@ unknown, then ``queued``. After ``submitting`` it is sent again only when the ro
 from __future__ import annotations
 
 import contextlib
+import itertools
 import logging
 import math
 import uuid
@@ -50,7 +51,8 @@ class RobotWorker:
         client.give_way = self._give_way
         self._idle = IdleWatch()
         self._watched = self._sought = False
-        self._recover_up_to: float | None = math.inf         # executions up to this id may be in nobody's hands; None: none is
+        self._recoveries = itertools.count(1)
+        self._to_recover, self._expected = {0}, {0}         # rows may be in nobody's hands: the messages that came, and all that will
         self._poll_wanted = True
         self._ledger_changed = True
         self._unanswered = 0                    # attempts in a row to read what runs on it while it is switched off
@@ -84,16 +86,24 @@ class RobotWorker:
                 self._sought = is_sought
                 if is_sought:
                     self._next_live = -math.inf
-            case messages.Recover(up_to):
-                self._recover_up_to, self._ledger_changed = up_to, True
+            case messages.Recover(number):
+                self._to_recover.add(number)
+                self._ledger_changed = True
             case messages.TimeLost():
                 self._idle.not_seen()
                 self._ledger_changed = True
 
+    def expect_recovery(self) -> messages.Recover:
+        """What to tell it when rows may be in nobody's hands. From now on until it has looked for them it is ready for nothing, so that
+        what it then finds is not on its way to it. Any thread may call."""
+        number = next(self._recoveries)
+        self._expected.add(number)
+        return messages.Recover(number)
+
     def readiness(self) -> messages.Readiness | None:
         """What the planner has to know to write a start together with its intent; None: nothing can be sent at once. Any thread may ask."""
         status, floor = self.seen.fresh_status, self.seen.highest
-        if not self.polled or status is None or floor is None or not self.robot.enabled or self._recover_up_to is not None:
+        if not self.polled or status is None or floor is None or not self.robot.enabled or self._expected:
             return None
         if self._s.holds.active(self.robot.id) or self.robot.hand_over is HandOver.WHEN_FREE:        # seen at the instant
             return None
@@ -152,9 +162,10 @@ class RobotWorker:
             self._note_sent(self._submission.attempts.may_be_with_the_robot() or self._s.ledger.has_sent(self.robot.id))
 
     def _recover(self) -> None:
-        if self._recover_up_to is not None:
-            self._submission.recover(self._recover_up_to)
-            self._recover_up_to = None
+        if self._to_recover:
+            self._submission.recover()
+            self._expected -= self._to_recover
+            self._to_recover = set()
 
     def start_only(self, execution_id: int) -> float:
         """A one-shot command sends nothing but this execution. Returns the seconds until the next call is wanted."""

@@ -30,7 +30,7 @@ def situation(*starts: Start, robots=(AINO, SISU, VEIKKO), takes=lasts, coming=(
 
 
 def start(number: int = 1, **values) -> Start:
-    return Start(number, "Deliver", ALL, **values)
+    return Start(number, "Deliver", **{"members": ALL} | values)
 
 
 def given_to(*args, **values) -> dict[int, int | None]:
@@ -50,6 +50,12 @@ def test_a_busy_robot_is_waited_for_only_if_it_is_done_much_sooner():
         return 100.0 if robot_id == AINO.id else 100.0 + PATIENCE + 60.0
     assert given_to(start(), robots=(busy(AINO, 59.0), SISU), takes=fast_aino) == {1: None}
     assert given_to(start(), robots=(busy(AINO, 61.0), SISU), takes=fast_aino) == {1: SISU.id}
+
+
+def test_hours_run_never_have_a_start_wait_for_another_robot():
+    tired = replace(AINO, hours=12.0)
+    assert given_to(start(), robots=(tired, busy(SISU, 1.0), replace(busy(VEIKKO, 1.0), hours=3.0))) == {1: AINO.id}
+    assert given_to(start(), robots=(tired, replace(SISU, hours=9.0), replace(VEIKKO, hours=10.0))) == {1: SISU.id}
 
 
 def test_what_is_laid_on_a_robot_is_there_for_the_next_start():
@@ -184,3 +190,11 @@ def test_only_who_can_gets_a_start_and_a_free_robot_at_most_one(robots, waiting,
     usual = [decision.robot_id for decision in given_now if not decision.is_last_call]
     assert len(usual) == len(set(usual))
     assert found == decide(situation(*waiting, robots=robots, coming=sorted(later, key=lambda each: each.planned_s)))
+
+
+@pytest.mark.parametrize("elsewhere", [(), (Coming("Elsewhere", (9,), 1.0, 300.0, CRITICAL, is_fixed=True),)])
+def test_what_is_planned_for_other_robots_keeps_none_of_these(elsewhere):
+    """And it is told for which start a robot is kept."""
+    own = Coming("Own", (AINO.id,), 20.0, 300.0, NORMAL, is_fixed=True)
+    [decision] = decide(situation(start(members=(AINO.id,)), robots=(AINO, Member(9, "Zed")), coming=(*elsewhere, own)))
+    assert (decision.robot_id, decision.kept_for) == (None, own)
