@@ -58,7 +58,7 @@ def test_an_intent_that_is_not_committed_is_found(monkeypatch):
 
 def test_what_an_earlier_run_sent_and_nobody_looks_for_is_found(monkeypatch):
     """After a crash what was on its way is taken for not sent."""
-    def recover(self, up_to):
+    def recover(self):
         self._release(self._ledger.open_for(self._robot_id, (State.SUBMITTING,)))
     monkeypatch.setattr(Submission, "recover", recover)
     assert is_found("2 items")
