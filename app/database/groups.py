@@ -87,6 +87,9 @@ class PlaceRepository:
         found: int = c.execute("SELECT count(*) FROM places").fetchone()[0]
         return found
 
+    def get(self, c: sqlite3.Connection, place_id: int) -> Place | None:
+        return next((place for place in self.all(c) if place.id == place_id), None)
+
     def by_name(self, c: sqlite3.Connection, name: str) -> Place | None:
         return next((place for place in self.all(c) if place.name == name), None)
 

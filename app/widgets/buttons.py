@@ -162,10 +162,13 @@ class IconButton(OnlySeen, Styled, MDIconButton):
 
 
 class ChoiceChip(OnlySeen, MDChip):
-    """A text that can be chosen, with an ``icon`` before it; ``active`` says that it is. It wraps beyond ``limit`` px (0: never)."""
+    """A text that can be chosen, with an ``icon`` before it; ``active`` says that it is. Beyond ``limit`` px (0: never) it wraps, and ends
+    with "…" after ``most_lines`` (0: any number)."""
     text = StringProperty()
     icon = StringProperty()
     limit = NumericProperty(0)
+    most_lines = NumericProperty(0)
+    after = NumericProperty(0)           # px, of what follows the text
 
     def add_widget(self, *args, **kwargs):
         """KivyMD adds parts a frame later, and its icons keep the touch from the chip."""
@@ -181,6 +184,7 @@ class ChoiceChip(OnlySeen, MDChip):
 class MenuChip(ChoiceChip):
     """A chip that opens something: ``trailing`` icon after its text."""
     trailing = StringProperty("chevron-down")
+    after = NumericProperty("24dp")
 
 
 class Segment(Tap):

@@ -147,7 +147,7 @@ ROW_MAKER, GUARD, COPIES = (
 )
 FOLLOWING, ENGINE, HOLDS = "services.dispatch.following:Following", "services.dispatch.engine:Engine", "services.live.holds:Holds"
 SCHEDULES, EXECUTIONS = "database.schedules:ScheduleRepository", "database.executions:ExecutionRepository"
-EDIT, RULES = "services.catalogue.edit:Edit", "domain.rules"
+EDIT, RULES = "services.catalogue.schedule_edit:ScheduleEdit", "domain.rules"
 
 MUTANTS = (
     # ------------------------------------------------------------------ never twice

@@ -91,6 +91,12 @@ def test_a_chip_wraps_within_its_limit(ui):
     assert chip.height > tk.h_touch
 
 
+def test_the_text_of_a_chip_of_one_line_ends_where_there_is_no_room_for_more(ui):
+    chip = ui.show(MenuChip(text="Deliver full pallets to dispatch and return to the charger", icon="star", limit=200, most_lines=1))
+    assert (ui.find(Txt, chip).lines, chip.height) == (1, tk.h_touch)
+    assert 170 < chip.width <= 200
+
+
 # ------------------------------------------------------------------ switch
 def test_the_switch_of_a_toggle_is_there_in_the_frame_of_the_tap(ui):
     toggle = ui.show(Toggle(), (56, 48))

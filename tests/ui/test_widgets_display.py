@@ -101,6 +101,14 @@ def test_an_empty_state_without_a_way_has_no_button(ui):
     assert calls == []
 
 
+def test_an_empty_state_shows_its_icon_where_there_is_room_for_more_than_words(ui):
+    words = {"title": "No missions yet", "text": "Fetch the list of missions from a robot.", "action": "Fetch from robot"}
+    seen = [[type(widget) for widget in ui.show(EmptyState(icon="flag-outline", **words), (700, height)).walk()
+             if isinstance(widget, Ico) and widget.height and widget.icon == "flag-outline"] for height in (210, 400)]
+    assert seen == [[], [Ico]]
+    assert checks.problems(ui.show(EmptyState(icon="flag-outline", **words), (700, 210))) == []
+
+
 def test_a_kpi_card_shows_value_unit_and_count(ui):
     ui.show(KpiCard(label="Success rate", value="98.1[size=18sp] %[/size]", note="405 of 413", history=[97, None, 98]), (260, 104))
     assert {"Success rate", "405 of 413"} <= set(ui.texts())

@@ -6,40 +6,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import datetime, timedelta
 from typing import Any
 
-from app.domain import names, rules
 from app.domain.models import (
     DayException,
-    Group,
     IdleRule,
     InvalidInput,
     Mission,
     Reason,
     ReasonCode,
     Robot,
-    Schedule,
     Settings,
-    State,
 )
 from app.mir.credentials import token_for
 from app.services.catalogue import made_names, told, validation
 from app.services.catalogue.group_edit import GroupEdit
+from app.services.catalogue.schedule_edit import ScheduleEdit
 from app.services.catalogue.undo import Removed
 from app.services.live.alarms import alarm_of
 from app.services.live.changes import Topic
 from app.services.planning import public_holidays
-from app.services.planning.first_due import first_due
-from app.services.planning.working_days import WorkingCalendar
 
-NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None, "planned_through": None,
-                "started_through": None}                 # of a schedule
 _NO_NEWS = frozenset({"selected_robot_id"})              # settings that change whenever somebody looks at another robot
-_MOMENT = timedelta(microseconds=1)
 
 
-class Edit(GroupEdit):
+class Edit(GroupEdit, ScheduleEdit):
     """Changes inside one transaction at one moment. Every method raises InvalidInput before it has written anything."""
 
     # ------------------------------------------------------------------ settings
@@ -90,10 +81,6 @@ class Edit(GroupEdit):
                     self.schedules.advance(self.c, schedule.id, next_at)
         self.schedules.days_changed(self.c, self.now)
         self.topics.add(Topic.SCHEDULES)
-
-    def first_due(self, schedule: Schedule, calendar: WorkingCalendar) -> datetime | None:
-        """The next occurrence, one that was planned before or skipped in advance left out."""
-        return first_due(schedule, self.settings, self.now, calendar, self.schedules.skipped(self.c, schedule.id))
 
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exceptions: Sequence[DayException]) -> list[DayException]:
@@ -292,102 +279,6 @@ class Edit(GroupEdit):
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed
-
-    # ------------------------------------------------------------------ schedules
-    def save_schedule(self, schedule: Schedule) -> Schedule:
-        """Add (id 0) or change. A blank name becomes "<mission> on <robot>". What waits of a changed one goes on as changed where its robot
-        or group and its instant stay, else it is cancelled; instants before now write no row; one that is as it was stays untouched."""
-        stored = self.the_schedule(schedule.id) if schedule.id else None
-        target = self.target_of(schedule)
-        mission = self.mission_for(target, schedule.mission_id)
-        schedule = replace(schedule, mission_id=mission.id, name=self._schedule_name(schedule, stored, target, mission))
-        if stored is not None and self.definition(schedule) == self.definition(stored):
-            return stored
-        schedule = validation.schedule(schedule)
-        if stored is not None and self.definition(schedule) == self.definition(stored):
-            return stored
-        calendar = self.calendar
-        validation.one_time_on_working_day(schedule, calendar)
-        schedule = replace(schedule, changed_at=self.now)
-        if stored is None:
-            self.notes.append(f"schedule {schedule.name!r} added")
-            schedule = self.schedules.add(self.c, replace(schedule, next_at=self.first_due(schedule, calendar)))
-        else:
-            was_on, ran = self.target_of(stored), self.the_mission(stored.mission_id)
-            changed = told.differences(told.of_schedule(stored, was_on, ran), told.of_schedule(schedule, target, mission))
-            self.notes.append(f"schedule {stored.name!r} changed: {changed}")
-            schedule = self._replan(stored, schedule, calendar)
-            self.schedules.update(self.c, schedule)
-            self._change_waiting(schedule, target, mission)
-        self.topics.add(Topic.SCHEDULES)
-        return schedule
-
-    def _replan(self, stored: Schedule, schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
-        """When it comes next, and what waits of instants that it no longer has is taken back; nothing of that when only how it runs was
-        changed."""
-        noted = {name: getattr(stored, name) for name in NOT_THE_RULE if name not in ("id", "changed_at")}
-        schedule = replace(schedule, **noted)
-        if _when(schedule) == _when(stored):
-            return schedule
-        kept = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id)
-                if schedule.enabled and (schedule.robot_id, schedule.group_id) == (stored.robot_id, stored.group_id)
-                and first_due(replace(schedule, planned_through=None), self.settings, row.planned_at, calendar) == row.planned_at]
-        gone = [row for row in self.take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0 and not row.held]
-        if gone:                               # never sent: as if they had never been planned
-            last = max((row.planned_at for row in kept), default=min(row.planned_at for row in gone) - _MOMENT)
-            schedule = replace(schedule, planned_through=last)
-        schedule = replace(schedule, next_at=self.first_due(schedule, calendar))
-        if schedule.next_at is not None:
-            self.executions.drop_taken_back(self.c, schedule.id, schedule.next_at)
-        return schedule
-
-    def _change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
-        """What waits runs as it is defined now. One for which a robot of a group had been chosen is decided anew."""
-        for row in self.executions.unsent_of_schedule(self.c, schedule.id):
-            install_id = self._settings.install_id(self.c)
-            made = rules.scheduled(schedule, target, mission, self.settings, install_id, row.planned_at, row.created_at)
-            tried = row.tried if row.mission == made.mission else rules.may_try_again(row.tried)
-            self.executions.change(self.c, row.id, (State.WAITING,), schedule=made.schedule, mission=made.mission,
-                                    mission_guid=made.mission_guid, parameters=made.parameters, priority=made.priority,
-                                    minimum_battery_percent=made.minimum_battery_percent, closes_at=made.closes_at,
-                                    finish_by=made.finish_by, tried=tried)
-            if isinstance(target, Group):
-                self.executions.unbind(self.c, row.id)
-            self.topics.add(Topic.EXECUTIONS)
-
-    @staticmethod
-    def definition(schedule: Schedule) -> Schedule:
-        """The schedule without what the app itself notes on it."""
-        return replace(schedule, **NOT_THE_RULE)  # type: ignore[arg-type]
-
-    def _schedule_name(self, schedule: Schedule, stored: Schedule | None, target: Robot | Group, mission: Mission) -> str:
-        if not schedule.name.strip():
-            is_made = stored is not None and names.is_of_schedule(stored.name, mission.name, target.name)
-            return stored.name if stored is not None and is_made else self.free_schedule_name(mission.name, target.name)
-        name = validation.name(schedule.name)
-        other = self.schedules.by_name(self.c, name)
-        if other is not None and other.id != schedule.id:
-            raise InvalidInput("name", "there is a schedule {name} already", name=name)
-        return name
-
-    def free_schedule_name(self, mission: str, robot: str) -> str:
-        return next(name for name in names.of_schedule(mission, robot) if self.schedules.by_name(self.c, name) is None)
-
-    def remove_schedule(self, schedule_id: int) -> Removed:
-        """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
-        schedule = self.the_schedule(schedule_id)
-        removed = Removed(schedules=[schedule], made_names=self.with_made_names([schedule]), skips=self.skips_of([schedule]),
-                          waiting=[row.id for row in self.take_back(schedule)])
-        self.schedules.remove(self.c, schedule_id)
-        self.notes.append(f"schedule {schedule.name!r} removed")
-        self.topics.add(Topic.SCHEDULES)
-        return removed
-
-
-def _when(schedule: Schedule) -> tuple[object, ...]:
-    """What decides at which instants it starts, and where."""
-    return (schedule.start, schedule.timezone, schedule.recurrence, schedule.between, schedule.respect_working_days, schedule.enabled,
-            schedule.robot_id, schedule.group_id)
 
 
 def _days_off(settings: Settings) -> tuple[object, ...]:

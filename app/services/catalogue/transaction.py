@@ -64,10 +64,9 @@ class Transaction:
         raise InvalidInput("robot", "choose a robot, or a group of robots")
 
     def the_place(self, place_id: int) -> Place:
-        found = next((place for place in self.places.all(self.c) if place.id == place_id), None)
-        if found is None:
-            raise InvalidInput("place", "there is no such place any more")
-        return found
+        if place := self.places.get(self.c, place_id):
+            return place
+        raise InvalidInput("place", "there is no such place any more")
 
     def the_mission(self, mission_id: int) -> Mission:
         if mission := self.missions.get(self.c, mission_id):

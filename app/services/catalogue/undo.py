@@ -62,8 +62,7 @@ def restore(edit: Edit, removed: Removed) -> None:
     if removed.group is not None:
         _restore_group(edit, removed.group)
     if removed.place is not None:
-        edit.save_place(replace(removed.place, id=0, missions=tuple(
-            mission for mission in removed.place.missions if edit.missions.get(edit.c, mission))))
+        _restore_place(edit, removed.place)
     for mission in removed.missions:
         if mission.robot_id is not None:
             edit.the_robot(mission.robot_id)
@@ -106,8 +105,10 @@ def restore(edit: Edit, removed: Removed) -> None:
 
 def _check_is_gone(edit: Edit, removed: Removed) -> None:
     """Undo may be pressed twice, at two places."""
-    robots = [removed.robot] if removed.robot is not None else []
-    if (any(edit.robots.get(edit.c, robot.id) for robot in robots) or any(edit.missions.get(edit.c, one.id) for one in removed.missions)
+    if ((removed.robot is not None and edit.robots.get(edit.c, removed.robot.id))
+            or (removed.group is not None and edit.groups.get(edit.c, removed.group.id))
+            or (removed.place is not None and edit.places.get(edit.c, removed.place.id))
+            or any(edit.missions.get(edit.c, one.id) for one in removed.missions)
             or any(edit.schedules.get(edit.c, one.id) for one in removed.schedules)
             or any(edit.days.get(edit.c, one.id) for one in removed.days)):
         raise InvalidInput("name", "this has been put back already")
@@ -120,6 +121,14 @@ def _restore_group(edit: Edit, group: Group) -> None:
     if edit.robots.by_name(edit.c, group.name):
         raise InvalidInput("name", "there is another robot {name} by now: give that one another name, then undo again", name=group.name)
     edit.groups.add(edit.c, replace(group, members=tuple(id_ for id_ in group.members if edit.robots.get(edit.c, id_))))
+
+
+def _restore_place(edit: Edit, place: Place) -> None:
+    """With those of its missions that there still are; those that come back later find it under its id."""
+    if edit.places.by_name(edit.c, place.name):
+        raise InvalidInput("name", "there is a place {name} already", name=place.name)
+    edit.places.add(edit.c, replace(place, missions=tuple(id_ for id_ in place.missions if edit.missions.get(edit.c, id_))))
+    edit.notes.append(f"place {place.name!r} put back")
 
 
 def _restore_idle(edit: Edit, robot_id: int, rule: IdleRule) -> None:

@@ -6,9 +6,11 @@ from dataclasses import replace
 import pytest
 
 from app.domain.models import (
+    Group,
     IdleRule,
     InvalidInput,
     Mission,
+    Place,
     ReasonCode,
     Robot,
     Settings,
@@ -134,3 +136,47 @@ def test_several_changes_are_made_all_or_not_at_all(world):
     assert world.catalogue.change_settings().retry_limit == 10
     assert MISSIONS.all(world.db.read()) == [world.mission]
     assert world.told == []
+
+
+# ---------------------------------------------------------------------- places
+def test_a_mission_that_is_put_back_uses_the_place_that_was_put_back_before_it(world):
+    place = world.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (world.mission.id,))))
+    mission = world.catalogue.remove_mission(world.mission.id)
+    dock = world.catalogue.remove_place(place.id)
+    world.catalogue.restore(dock)
+    world.catalogue.restore(mission)
+    assert world.catalogue.places() == [place]
+
+
+def test_a_place_that_is_put_back_keeps_those_of_its_missions_that_there_still_are(world):
+    other = world.catalogue.save_mission(Mission("Home", "guid-2"))
+    place = world.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (world.mission.id, other.id))))
+    removed = world.catalogue.remove_place(place.id)
+    world.catalogue.remove_mission(other.id)
+    world.catalogue.restore(removed)
+    assert world.catalogue.places() == [replace(place, missions=(world.mission.id,))]
+
+
+def test_a_place_is_not_put_back_twice_nor_beside_another_of_its_name(world):
+    place = world.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (world.mission.id,))))
+    removed = world.catalogue.remove_place(place.id)
+    world.catalogue.restore(removed)
+    renamed = world.catalogue.save_place(replace(place, name="Dock 3"))
+    with refuses("name", "this has been put back already"):
+        world.catalogue.restore(removed)
+    assert world.catalogue.places() == [renamed]
+    removed = world.catalogue.remove_place(place.id)
+    other = world.catalogue.save_place(Place("Dock 3", 2))
+    with refuses("name", "there is a place Dock 3 already"):
+        world.catalogue.restore(removed)
+    assert world.catalogue.places() == [other]
+
+
+def test_a_group_that_was_renamed_since_it_was_put_back_is_not_put_back_again(world):
+    group = world.catalogue.save_group(Group("Hall", (world.robot.id,)))
+    removed = world.catalogue.remove_group(group.id)
+    world.catalogue.restore(removed)
+    renamed = world.catalogue.save_group(replace(group, name="Yard"))
+    with refuses("name", "this has been put back already"):
+        world.catalogue.restore(removed)
+    assert world.catalogue.groups() == [renamed]

@@ -10,6 +10,7 @@ from app.domain.conflicts import ConflictCode
 from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings, State, Trigger, Wait
 from app.screens.common import foreseen
 from app.screens.scheduler import bar_card, view
+from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
 from app.services.planning.plan import Conflict, PlannedRun
@@ -99,3 +100,27 @@ def test_what_wants_a_robot_or_a_place_with_too_many_others_is_hatched_and_its_c
 
 def test_a_start_after_a_crowd_is_over_has_no_part_in_it():
     assert lanes(replace(FACTS, conflicts=(TOO_FEW,)))["group", 5].overlaps == ()
+
+
+def place_full(place_id, begins, until, missions=("Kits",)):
+    """From so many minutes after FIXED begins to so many, or with no end that is known."""
+    return Conflict(ConflictCode.PLACE_FULL, AT + timedelta(minutes=begins), {
+        "place": f"Dock {place_id}", "place_id": place_id, "most": 1, "missions": set(missions), "starts": 2,
+        "until": None if until is None else AT + timedelta(minutes=until)})
+
+
+@pytest.mark.parametrize(("conflicts", "parts"), [
+    ([(1, -20, 3), (2, -5, -2)], [0]),                                  # a later one of another place has ended: the older goes on
+    ([(1, -20, None), (2, -5, -2)], [0]),
+    ([(1, 1, 3), (1, 5, 7), (2, 5, 8)], [0, 1, 2]),                     # all of those that are in its time
+    ([(2, -9, 1), (1, -8, -3), (1, 9, 12), (2, 10, 12)], [0, 2]),       # it takes 10 minutes
+    ([(1, 1, 3, ("Bus",)), (2, 2, 3, ("Bus", "Kits"))], [1])])
+def test_a_start_has_a_part_in_every_conflict_of_its_places_in_its_time(conflicts, parts):
+    conflicts = [place_full(*each) for each in conflicts]
+    assert Contested(conflicts).of(FIXED) == [conflicts[number] for number in parts]
+
+
+def test_missions_of_one_name_share_the_places_of_that_name_on_every_robot():
+    """As when they are sent: a place counts starts by the name of their mission."""
+    own = replace(FIXED, mission=Mission("Kits", "k2", 9, robot_id=1))
+    assert Contested([FULL]).of(own) == Contested([FULL]).of(FIXED) == [FULL]
