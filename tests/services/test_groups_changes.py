@@ -228,6 +228,21 @@ def test_a_robot_that_joins_is_read_as_often_as_the_others(hall):
     assert hall.run_of().state is not State.WAITING
 
 
+def test_a_robot_whose_clock_was_set_during_a_run_is_no_worse_than_the_others_that_day(hall):
+    """It says that it ran for years. The other one is busy for a while."""
+    hall.only("R1", "R2")
+    hall.plan("A")
+    hall.run_until(lambda: bool(hall.executions(State.COMPLETED)))
+    hall.container.db.write(lambda c: c.execute("UPDATE executions SET duration_s = 315360000"))
+    hall.run(120)
+    ran = hall.run_of().robot
+    for _n in range(5):
+        hall.stranger_queues(robot={"R1": "R2", "R2": "R1"}[ran])
+    hall.plan("B", at="2026-11-23T06:12")
+    hall.run_until(lambda: f"{hall.clock.now():%H:%M:%S}" >= "06:12:20")
+    assert (hall.run_of("B").state, hall.run_of("B").robot) == (State.EXECUTING, ran)
+
+
 def test_what_waits_does_not_wake_everybody(hall):
     """No robot's worker is told, and nothing that was taken back is asked for, because a sentence changes."""
     seen = []
