@@ -157,6 +157,17 @@ def test_a_group_keeps_fewer_free_when_a_robot_is_removed_and_again_as_many_when
     assert catalogue.groups() == [group]
 
 
+@pytest.mark.parametrize("goes", ["robot", "group"])
+def test_a_group_that_comes_back_smaller_keeps_none_free(site, catalogue, goes):
+    """Else no form, and no import of its own export, would take it."""
+    group = hall(catalogue, keep_free=1)
+    removed = catalogue.remove_robot(1) if goes == "robot" else catalogue.remove_group(group.id)
+    catalogue.remove_robot(2)
+    catalogue.restore(removed)
+    assert (len(catalogue.groups()[0].members), catalogue.groups()[0].keep_free) == (3, 0)
+    assert import_configuration(catalogue, export_configuration(site.container.db.read()).encode()) == []
+
+
 def test_a_group_whose_last_robot_was_removed_can_be_written_and_read(site, catalogue, tmp_path):
     catalogue.save_group(Group("Yard", (5,)))
     catalogue.remove_robot(5)

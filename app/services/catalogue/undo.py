@@ -11,7 +11,7 @@ from app.database.robots import Accepted
 from app.database.schedules import Skip
 from app.domain import names
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
-from app.services.catalogue import told
+from app.services.catalogue import told, validation
 from app.services.live.changes import Topic
 
 if TYPE_CHECKING:
@@ -61,6 +61,7 @@ def restore(edit: Edit, removed: Removed) -> None:
             edit.group_starts.watch(edit.c, watch)
     if removed.group is not None:
         _restore_group(edit, removed.group)
+    edit.groups.keep_fewer_free(edit.c, validation.FEWEST_TO_KEEP_FREE)      # others of its robots may be gone
     if removed.place is not None:
         _restore_place(edit, removed.place)
     for mission in removed.missions:
