@@ -167,7 +167,7 @@ def _submit(container: Container, robot_name: str, mission_name: str, parameters
     wanted = group.members if group is not None else (execution.robot_id,)
     workers = {robot.id: container.make_worker(robot) for robot in container.catalogue.robots() if robot.id in wanted}
     try:
-        while workers and execution.state in (State.WAITING, State.SUBMITTING):
+        while (workers or execution.robot_id is None) and execution.state in (State.WAITING, State.SUBMITTING):
             wait = _go_on(container, workers, execution)
             execution = container.ledger.get(execution.id) or execution
             if execution.state in (State.WAITING, State.SUBMITTING):

@@ -147,6 +147,14 @@ def test_run_now_says_why_it_did_not_run(site, robot):
     assert queue_of(robot) == []
 
 
+def test_run_now_on_a_group_without_robots_leaves_nothing_behind_that_may_start_later(site):
+    import_configuration(site, {"format": "amr-scheduler/1", "groups": [{"name": "Hall", "robots": []}]})
+    done = run(site, "--run-now", "Hall", "Home")
+    assert (done.returncode, done.stdout, is_one_line(done.stderr)) == (1, "", True)
+    row, = csv.DictReader(io.StringIO(run(site, "--export-log", "-").stdout))
+    assert (row["state"], row["reason_code"]) == ("cancelled", "robot_removed")
+
+
 def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
     import_configuration(data, configuration_of(fleet, retry_limit=0))
     fleet.stop()
