@@ -122,7 +122,8 @@ class Container:
                              repositories.missions, repositories.schedules, self.settings, self.calendar, self.tablet, self.whereabouts,
                              lambda: self.engine.plan_version)
         guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
-        self.allocator = Allocator(self.shared)
+        self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)
+        self.allocator = Allocator(self.shared, self.robot_missions.lacks)
         self.engine = Engine(planner=planner, guard=guard, ledger=self.ledger, clock=clock, alarms=self.alarms, changes=self.changes,
                              robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
                              poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe,
@@ -131,7 +132,6 @@ class Container:
         self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
-        self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)
         self.charging_missions = ChargingMissions(db, self.catalogue, self.snapshots, self.make_client, clock)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
                                  engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client,

@@ -6,7 +6,8 @@ from datetime import datetime
 from typing import NamedTuple
 
 from app.database.executions import OPEN, execution_of, stored_values
-from app.database.values import to_instant, to_optional_instant, to_text
+from app.database.values import placeholders, to_instant, to_optional_instant, to_text
+from app.domain.choice import KEEPS_NO_ROBOT
 from app.domain.models import Execution
 
 # What a choice rests on.
@@ -66,15 +67,16 @@ class GroupStartRepository:
 
     def may_be_bound(self, c: sqlite3.Connection, execution: Execution, robot_id: int, into_queue: bool) -> bool:
         """Whether a start of a group is still as it was read and to be given to a robot, and to this one: it is switched on, of the group,
-        has nothing else of ours (but ``into_queue``; an idle mission gives way), and there is room at every place that the mission uses.
-        """
+        has nothing else of ours (but ``into_queue``; an idle mission gives way, as does what waits for something else than the robot), and
+        there is room at every place that the mission uses."""
         read = stored_values({name: getattr(execution, name) for name in _BOUND_BY})
         found = c.execute(f"""
             SELECT 1 FROM executions AS e JOIN group_members USING (group_id) JOIN robots AS r ON r.id = group_members.robot_id
             WHERE e.id = ? AND e.state = 'waiting' AND e.robot_id IS NULL AND e.cancel_code IS NULL AND e.revoked IS NULL AND NOT e.held
                 AND {" AND ".join(f"e.{name} IS ?" for name in read)} AND r.id = ? AND r.enabled AND NOT r.needs_password
-                AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {OPEN} AND trigger <> 'idle'))""",
-                          (execution.id, *read.values(), robot_id, into_queue)).fetchone()
+                AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {OPEN} AND trigger <> 'idle'
+                                      AND NOT (state = 'waiting' AND wait IN ({placeholders(KEEPS_NO_ROBOT)}))))""",
+                          (execution.id, *read.values(), robot_id, into_queue, *KEEPS_NO_ROBOT)).fetchone()
         return found is not None and self.full_place(c, execution) is None
 
     def may_get(self, c: sqlite3.Connection, execution: Execution) -> bool:

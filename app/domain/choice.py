@@ -11,11 +11,12 @@ from typing import Any
 
 from app.domain import writing
 from app.domain.message import is_message, render
-from app.domain.models import Connection, Execution, RobotSnapshot, State
+from app.domain.models import Connection, Execution, RobotSnapshot, State, Wait
 from app.domain.reasons import known_zone
 from app.domain.writing import Translate
 
 MOST_SHOWN = 4               # robots of a sentence; of more, how many
+KEEPS_NO_ROBOT = (Wait.HOLD, Wait.BATTERY, Wait.LATE_START, Wait.PLACE, Wait.ELSEWHERE)       # what waits so may wait for hours
 
 _OUT: Mapping[str, str] = MappingProxyType({
     "off": "{robot} switched off", "silent": "{robot} silent", "wrong_robot": "{robot} is another machine", "held": "{robot} held back",
@@ -72,6 +73,11 @@ def awaited(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate 
     if kept_for := choice.get("kept_for"):
         told.insert(0, translate("kept for {mission}").format(mission=kept_for))
     return "; ".join([*told, *_more(choice, robots, translate)])
+
+
+def may_any(choice: Mapping[str, Any]) -> bool:
+    """Whether any of the robots could take it, though it is busy."""
+    return bool(choice.get("more")) or any("out" not in robot for robot in _robots(choice))
 
 
 def _robots(choice: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:

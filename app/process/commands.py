@@ -12,6 +12,7 @@ import os
 import shlex
 import sqlite3
 import sys
+import threading
 import time
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -39,6 +40,7 @@ from app.services.files.reading import read_file
 from app.services.files.shared_places import draft_of, open_in_place, without_links
 
 CHANGED_WITHIN = 120.0      # s for the running app to carry out a change: several times what the largest import takes
+HEARD_WITHIN = 1.0          # s for the robots of a group to answer before one of them is chosen
 WAIT_FOR_COMMAND = 0.1      # s between looks whether another command has ended
 
 
@@ -166,31 +168,61 @@ def _submit(container: Container, robot_name: str, mission_name: str, parameters
     group = next((group for group in container.catalogue.groups() if group.id == execution.group_id), None)
     wanted = group.members if group is not None else (execution.robot_id,)
     workers = {robot.id: container.make_worker(robot) for robot in container.catalogue.robots() if robot.id in wanted}
+    readers = {key: _Reader(worker) for key, worker in workers.items()}
     try:
         while (workers or execution.robot_id is None) and execution.state in (State.WAITING, State.SUBMITTING):
-            wait = _go_on(container, workers, execution)
+            wait = _go_on(container, readers, execution)
             execution = container.ledger.get(execution.id) or execution
             if execution.state in (State.WAITING, State.SUBMITTING):
                 container.clock.sleep(min(wait, 1.0))
     finally:
-        for worker in workers.values():
-            worker.close()
+        for reader in readers.values():
+            reader.join()
+            reader.worker.close()
     return outcome(execution)
 
 
-def _go_on(container: Container, workers: Mapping[int, RobotWorker], execution: Execution) -> float:
+def _go_on(container: Container, readers: Mapping[int, _Reader], execution: Execution) -> float:
     """One round for it; returns the seconds until the next."""
     if execution.robot_id is None:
-        for worker in workers.values():
-            with contextlib.suppress(RobotError):
-                worker.seen.read_status()
-        container.allocator.advance(workers, only=execution.id)
+        for reader in readers.values():
+            reader.read()
+        end = time.monotonic() + HEARD_WITHIN
+        for reader in readers.values():
+            reader.join(max(0.0, end - time.monotonic()))
+        heard = {key: reader.worker for key, reader in readers.items() if not reader.is_reading}
+        container.allocator.advance(heard, only=execution.id)
         bound = container.ledger.get(execution.id)
         if bound is None or bound.robot_id is None:
             return 1.0
         execution = bound
-    worker_of_it = workers.get(execution.robot_id or 0)
-    return worker_of_it.start_only(execution.id) if worker_of_it else 1.0
+    reader_of_it = readers.get(execution.robot_id or 0)
+    return reader_of_it.worker.start_only(execution.id) if reader_of_it else 1.0
+
+
+class _Reader:
+    """Reads one robot of a group on a thread of its own: one that hangs holds up none of the others."""
+
+    def __init__(self, worker: RobotWorker) -> None:
+        self.worker = worker
+        self._thread: threading.Thread | None = None
+
+    @property
+    def is_reading(self) -> bool:
+        return self._thread is not None and self._thread.is_alive()
+
+    def read(self) -> None:
+        if not self.is_reading:
+            self._thread = threading.Thread(target=self._run, name=f"read-{self.worker.robot.name}", daemon=True)
+            self._thread.start()
+
+    def join(self, seconds: float | None = None) -> None:
+        if self._thread is not None:
+            self._thread.join(seconds)
+
+    def _run(self) -> None:
+        with contextlib.suppress(RobotError):
+            self.worker.seen.read_status()
 
 
 # ------------------------------------------------------------------ a forgotten PIN

@@ -70,8 +70,9 @@ def waits_for(row: Execution, settings: Settings) -> str:
     parts = [waiting_sentence(row, zone, _)]
     if row.wait is Wait.ROBOT and (told := choice.awaited(row.wait_details, zone, _)):
         last_call = row.closes_at - timedelta(seconds=LAST_CALL)
-        parts = [_("{group}: {robots}").format(group=row.robot_group, robots=told),
-                 _("Goes into a queue at {time} at the latest").format(time=formats.clock_time(last_call, zone))]
+        parts = [_("{group}: {robots}").format(group=row.robot_group, robots=told)]
+        if choice.may_any(row.wait_details):
+            parts.append(_("Goes into a queue at {time} at the latest").format(time=formats.clock_time(last_call, zone)))
     if passed := choice.moved_on(row.tried, row.robot, _):
         parts.insert(0, passed)
     return ". ".join(parts)

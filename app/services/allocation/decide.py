@@ -40,8 +40,8 @@ class Option(NamedTuple):
 @dataclass(frozen=True)
 class Decision:
     """``robot_id``: who gets it now; None: nobody yet. ``options`` best first; ``out`` says why the other robots are none. ``kept_for``: it
-    waits so that this planned start is on time. ``too_late``: it can't be done by when it has to be. ``full``: a place without room for
-    it, for which it waits without keeping a robot from others."""
+    waits so that this planned start is on time. ``too_late``: no robot can have it done any more by when it has to be. ``full``: a place
+    without room for it, for which it waits without keeping a robot from others."""
     start: Start
     robot_id: int | None = None
     options: Sequence[Option] = ()
@@ -75,11 +75,16 @@ class _Board:
         return -start.priority, not self._is_in_a_hurry(start), start.planned_s, start.id
 
     def _is_in_a_hurry(self, start: Start) -> bool:
-        if start.finish_s is None:
-            return False
-        shortest = min((lasts for robot_id in start.members if (lasts := self._situation.takes(robot_id, start.mission)) is not None),
-                       default=0.0)
-        return start.finish_s - shortest < IN_A_HURRY
+        return start.finish_s is not None and start.finish_s - self._shortest(start) < IN_A_HURRY
+
+    def _can_none(self, start: Start) -> bool:
+        """Whether it could not be done in time even by the fastest of all its robots that began now."""
+        return start.finish_s is not None and start.finish_s < self._shortest(start)
+
+    def _shortest(self, start: Start) -> float:
+        """Seconds that it takes at least, whatever its robots are doing."""
+        lasts = [self._situation.takes(robot_id, start.mission) for robot_id in start.members if robot_id in self._situation.robots]
+        return min((seconds for seconds in lasts if seconds is not None), default=0.0)
 
     # ------------------------------------------------------------------ one start
     def _decide(self, start: Start) -> Decision:
@@ -91,7 +96,7 @@ class _Board:
         is_last_call = start.closes_s <= LAST_CALL
         in_time = [option for option in options if start.finish_s is None or option.done_s <= start.finish_s]
         if not in_time:
-            return Decision(start, None, options, out, too_late=True)
+            return Decision(start, None, options, out, too_late=is_last_call or self._can_none(start))
         may_go = not self._idle.isdisjoint(start.members) or start.at_once       # else it waits whatever is planned
         protected = [] if is_last_call or not may_go else [
             each for each in self._situation.coming if each.is_fixed or each.priority > start.priority]

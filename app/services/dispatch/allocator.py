@@ -18,7 +18,7 @@ from app.services.allocation.decide import LAST_CALL, Decision, decide
 from app.services.dispatch.belief import Belief, Experience
 from app.services.dispatch.ledger import Move
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import DECIDES_EVERY
+from app.services.dispatch.timing import DECIDES_EVERY, LOOKS_FOR
 from app.services.dispatch.waiting import Waiting, taken_back
 from app.services.dispatch.worker import RobotWorker
 
@@ -26,12 +26,15 @@ BOUND_TOGETHER = 50          # with one write: more would hold up what else is t
 
 
 class Allocator:
-    def __init__(self, shared: Shared) -> None:
-        self._s, self._ledger, self._clock = shared, shared.ledger, shared.clock
+    """``lacks``: whether a robot is known not to have a mission, by their id and guid."""
+
+    def __init__(self, shared: Shared, lacks: Callable[[int, str], bool] = lambda robot_id, guid: False) -> None:
+        self._s, self._ledger, self._clock, self._lacks = shared, shared.ledger, shared.clock, lacks
         self._starts, self._groups = GroupStartRepository(), GroupRepository()
         self._waiting = Waiting(shared, None, self._later)
         self._experience = Experience(shared)
         self._look_at = math.inf                              # on the monotonic clock: one that waits can go on then
+        self._met_at: dict[int, float] = {}                   # starts by id: when they were first seen, on the same clock
         self.members: frozenset[int] = frozenset()            # robots that something waits for
         self.hand_over: Callable[[int, Sequence[Execution]], None] = lambda plan_version, intents: None       # to their robots' workers
 
@@ -46,16 +49,22 @@ class Allocator:
             return math.inf
         self._look_at = math.inf
         self._waiting.forget_all_but({row.id for row in rows})
+        self._met_at = {row.id: self._met_at.get(row.id, self._clock.monotonic()) for row in rows}
         groups = {group.id: group for group in self._groups.all(self._s.db.read())}
         robots = {key: worker.robot for key, worker in workers.items()}
         to_give = [row for row in rows if self._is_to_be_given(row, groups.get(row.group_id or 0), robots)]
         self.members = frozenset(robot_id for row in to_give for robot_id in groups[row.group_id or 0].members)
+        to_give = [row for row in to_give if not self._looks_first(row, [workers[key] for key in self.members if key in workers])]
         while to_give:
             given, moved = self._decide(to_give, groups, workers)
             to_give = [row for row in to_give if moved and row.id not in given | moved]          # what they were to get is for the others
         now = self._clock.now()
         last_calls = [(row.closes_at - now).total_seconds() - LAST_CALL for row in rows]
         return max(0.0, min([DECIDES_EVERY, self._look_at - self._clock.monotonic(), *(left for left in last_calls if left > 0)]))
+
+    def wait_for_the_clock(self) -> None:
+        """Nothing is decided until it can be right."""
+        self._ledger.make([move for row in self._ledger.unbound() if not row.held for move in self._ledger.waiting(row, Wait.CLOCK)])
 
     # ------------------------------------------------------------------ what waits
     def _is_to_be_given(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> bool:
@@ -65,6 +74,14 @@ class Allocator:
             reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": row.robot_group})
         reason = reason or self._refused_by_all(row, members)
         return self._waiting.may_be_tried(row, reason) and not self._waits_for_the_one_before(row)
+
+    def _looks_first(self, row: Execution, workers: Sequence[RobotWorker]) -> bool:
+        """Whether robots that answer and were not read a moment ago are to be heard before one is chosen: they have just been asked."""
+        left = self._met_at[row.id] + LOOKS_FOR - self._clock.monotonic()
+        if left <= 0 or not any(worker.seen.is_to_be_heard for worker in workers):
+            return False
+        self._later(row, left)
+        return True
 
     def _refused_by_all(self, row: Execution, members: Sequence[Robot]) -> Reason | None:
         """The last refusal, where every robot of the group that is switched on has refused it for good."""
@@ -87,7 +104,7 @@ class Allocator:
     def _decide(self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]
                 ) -> tuple[set[int], set[int]]:
         """Returns the ids of those that were given to a robot, and of those that were to be and had changed meanwhile, or the robot had."""
-        belief, by_id = Belief(self._s, self._experience, workers, self.members), {row.id: row for row in rows}
+        belief, by_id = Belief(self._s, self._experience, workers, self.members, self._lacks), {row.id: row for row in rows}
         waits, bound, into_queue, plan_version = list[Move](), list[Move](), set[int](), self._s.plan_version()
         for decision in decide(belief.situation(rows, groups)):
             row = by_id[decision.start.id]

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
@@ -13,13 +13,14 @@ from app.database.usage import UsageRepository
 from app.database.values import to_instant
 from app.domain.clock import midnight
 from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot, Schedule
-from app.domain.robot import QueueState
+from app.domain.robot import QueueState, RobotStatus
 from app.services.allocation import estimates
 from app.services.allocation.belief import Coming, Member, Out, Situation, Start
 from app.services.allocation.decide import AHEAD, Decision
 from app.services.dispatch.freedom import at_work, can_work, is_free
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.worker import RobotWorker
+from app.services.live.snapshots import STALE_POLLS
 from app.services.planning.durations import expected, pooled
 
 MOST_TOLD = 5                # robots of which a choice tells
@@ -56,12 +57,17 @@ class Experience:
 
 
 class Belief:
-    def __init__(self, shared: Shared, experience: Experience, workers: Mapping[int, RobotWorker], members: Collection[int]) -> None:
+    """``lacks``: whether a robot certainly does not have a mission, by their id and guid."""
+
+    def __init__(self, shared: Shared, experience: Experience, workers: Mapping[int, RobotWorker], members: Collection[int],
+                 lacks: Callable[[int, str], bool]) -> None:
         self._s, self._executions, self._c, self._now = shared, ExecutionRepository(), shared.db.read(), shared.clock.now()
-        self._usual, self._hours = experience.usual, experience.hours_today()
+        self._usual, self._hours, self._lacks = experience.usual, experience.hours_today(), lacks
         self._missions: dict[tuple[int, str], Mission | None] = {}
         self._of_group: dict[str, DurationEstimate | None] = {}
-        self._all = tuple(sorted(members))
+        self._configured = self._s.missions.all(self._c)
+        self._by_guid = {mission.guid: mission for mission in self._configured}
+        self._all, self._seem_free = tuple(sorted(members)), set[int]()
         self._room = GroupStartRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
         self.members = {key: self._member(workers[key]) for key in self.robots}
@@ -72,7 +78,7 @@ class Belief:
 
     def _coming(self, groups: Mapping[int, Group]) -> list[Coming]:
         """The next start of each schedule, where these robots may get it."""
-        missions = {mission.id: mission.name for mission in self._s.missions.all(self._c)}
+        missions = {mission.id: mission.name for mission in self._configured}
         found = []
         for schedule in self._s.schedules.due(self._c, self._now + timedelta(seconds=AHEAD)):
             group = groups.get(schedule.group_id or 0)
@@ -87,11 +93,20 @@ class Belief:
 
     # ------------------------------------------------------------------ robots
     def _member(self, worker: RobotWorker) -> Member:
-        robot, status, queue = worker.robot, worker.seen.fresh_status, self._s.snapshots.get(worker.robot.id).queue
+        robot, status, queue = worker.robot, self._status(worker), self._s.snapshots.get(worker.robot.id).queue
         rows, out = self._executions.open_for(self._c, robot.id), self._out(worker)
-        free = out is None and is_free(status, queue, rows)
-        return Member(robot.id, robot.name, is_free=free, free_s=0.0 if free else self._free_s(robot, at_work(rows, status)),
+        seems_free = out is None and is_free(status, queue, rows)
+        if seems_free:
+            self._seem_free.add(robot.id)
+        return Member(robot.id, robot.name, is_free=seems_free and worker.seen.fresh_status is not None,
+                      free_s=0.0 if seems_free else self._free_s(robot, at_work(rows, status)),
                       battery=None if status is None else status.battery_percentage, hours=self._hours.get(robot.id, 0.0), out=out)
+
+    def _status(self, worker: RobotWorker) -> RobotStatus | None:
+        """As read last, of a robot that answers: one that waits for its next read is not silent."""
+        snapshot, trusted_for = self._s.snapshots.get(worker.robot.id), STALE_POLLS * self._s.settings().poll_interval_seconds
+        is_known = snapshot.connection in (Connection.CONNECTED, Connection.SLOW) and worker.seen.age <= trusted_for
+        return worker.seen.fresh_status or (snapshot.status if is_known else None)
 
     def _out(self, worker: RobotWorker) -> Out | None:
         robot, snapshot = worker.robot, self._s.snapshots.get(worker.robot.id)
@@ -101,7 +116,7 @@ class Belief:
             return Out.HELD
         if snapshot.connection is Connection.WRONG_ROBOT:
             return Out.WRONG_ROBOT
-        status = worker.seen.fresh_status
+        status = self._status(worker)
         if status is None:
             return Out.SILENT
         return None if can_work(status) else Out.STOPPED
@@ -112,23 +127,37 @@ class Belief:
         by_item = {row.queue_id: row for row in open_ones if row.queue_id is not None}
         left = 0.0
         for item in queue:
-            estimate = self._usual(robot.id, item.mission_id or "")
+            estimate = self._lasts(robot.id, item.mission_id or "")
             if item.state is QueueState.EXECUTING:
                 row = by_item.get(item.id)
                 left += estimates.remaining(estimate, -self._seconds(row.started_at) if row and row.started_at else 0.0)
             else:
                 left += estimates.takes(estimate, None)
         seen = {item.id for item in queue}
-        return left + sum(estimates.takes(self._usual(robot.id, row.mission_guid), None) for row in open_ones if row.queue_id not in seen)
+        return left + sum(estimates.takes(self._lasts(robot.id, row.mission_guid), None) for row in open_ones if row.queue_id not in seen)
+
+    def _lasts(self, robot_id: int, guid: str) -> DurationEstimate | None:
+        """Of whatever is in a robot's queue: by its own runs, by those of its group where it had few, or as typed."""
+        own, mission = self._usual(robot_id, guid), self._by_guid.get(guid)
+        if mission is None or (own is not None and own.runs >= estimates.FEW_RUNS):
+            return own
+        return self._pooled(mission.name) or expected(own, mission)
 
     # ------------------------------------------------------------------ starts
     def _start(self, row: Execution, group: Group) -> Start:
         is_barred = {int(key): Out.TRIED for key, each in row.tried.items()
-                     if each.get("is_for_good") or to_instant(each["until"]) > self._now}
+                     if each.get("is_for_good") or to_instant(each["at"]) <= self._now < to_instant(each["until"])}      # unless set back
+        is_barred |= self._lacking(row.mission, group.members)
         return Start(row.id, row.mission, group.members, row.priority, self._seconds(row.planned_at), self._seconds(row.closes_at),
                      None if row.finish_by is None else self._seconds(row.finish_by), row.minimum_battery_percent, is_barred,
                      group.keep_free, group.hand_over is HandOver.AT_ONCE,
                      [room.place for room in self._room if row.mission in room.missions])
+
+    def _lacking(self, mission: str, members: Sequence[int]) -> dict[int, Out]:
+        """Robots whose list of missions, as read a while ago, does not have it; where none would be left, they are asked all the same."""
+        own = {robot_id: found for robot_id in members if robot_id in self.robots and (found := self.mission(robot_id, mission))}
+        lacking = {robot_id for robot_id, found in own.items() if self._lacks(robot_id, found.guid)}
+        return dict.fromkeys(lacking, Out.LACKS_MISSION) if lacking != own.keys() else {}
 
     def _planned(self, schedule: Schedule, at: datetime, mission: str, members: Sequence[int]) -> Coming:
         lasts = [seconds for robot_id in members if (seconds := self.takes(robot_id, mission, slow=True)) is not None]
@@ -147,10 +176,13 @@ class Belief:
         meant = self.mission(robot_id, mission)
         if meant is None:
             return None
+        return estimates.takes(expected(self._usual(robot_id, meant.guid), meant), self._pooled(mission), slow=slow)
+
+    def _pooled(self, mission: str) -> DurationEstimate | None:
         if mission not in self._of_group:
             own = [self._usual(each, found.guid) for each in self._all if (found := self.mission(each, mission))]
             self._of_group[mission] = pooled([each for each in own if each is not None])
-        return estimates.takes(expected(self._usual(robot_id, meant.guid), meant), self._of_group[mission], slow=slow)
+        return self._of_group[mission]
 
     # ------------------------------------------------------------------ why
     def choice(self, decision: Decision) -> dict[str, Any]:
@@ -159,7 +191,7 @@ class Belief:
         best_first = sorted(decision.options, key=lambda option: option.robot_id != decision.robot_id)       # the chosen one before all
         for option in best_first[:MOST_TOLD]:
             member = self.members[option.robot_id]
-            robots.append({"robot": member.name} | ({} if member.is_free else {"until": self._in(member.free_s)}))
+            robots.append({"robot": member.name} | ({} if member.id in self._seem_free else {"until": self._in(member.free_s)}))
         for robot_id, out in decision.out[:MOST_TOLD - len(robots)]:
             member = self.members[robot_id]
             tells_battery = out in (Out.LOW_BATTERY, Out.TOO_LITTLE_BATTERY) and member.battery is not None

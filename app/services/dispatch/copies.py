@@ -47,14 +47,14 @@ class Copies:
         if found or not newer:
             return found
         candidates = [item for item in newer if self._may_be_of(row, item)][:1]
-        do_tokens_come_back = self._do_tokens_come_back() if candidates else None
+        do_tokens_come_back = self.do_tokens_come_back() if candidates else None
         if do_tokens_come_back:
             return []
         if candidates and do_tokens_come_back is None:
             self._alarm_once("adopted_unproven", row, candidates[0])
         return candidates
 
-    def _do_tokens_come_back(self) -> bool | None:
+    def do_tokens_come_back(self) -> bool | None:
         """Whether this robot, as it is now, returns a description as it was sent: judged by the newest item that is certainly ours. None:
         it has none."""
         last = self._s.robots.last_accepted(self._s.db.read(), self._seen.robot.id)

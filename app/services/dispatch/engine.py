@@ -234,6 +234,8 @@ class Engine:
         was_in_doubt = self._guard.is_in_doubt
         can_ask = any(worker.robot.enabled and worker.seen.gives_time for worker in self._workers.values())
         judgement = self._guard.judge(self._readings(), can_ask)
+        if self._may_send and not judgement.is_trusted:
+            self._allocator.wait_for_the_clock()
         if self._guard.is_in_doubt and not was_in_doubt:
             self.request_cycle(self._window_drives)          # the robots' clocks decide
             self._post_to_all(messages.TimeLost())

@@ -4,7 +4,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from app.domain.activity import activity_of
-from app.domain.models import Execution, Trigger
+from app.domain.choice import KEEPS_NO_ROBOT
+from app.domain.models import Execution, State, Trigger
 from app.domain.robot import QueueItem, RobotState, RobotStatus
 
 _WORKS = frozenset({RobotState.READY, RobotState.EXECUTING})
@@ -22,8 +23,10 @@ def is_charging(status: RobotStatus | None) -> bool:
 
 
 def at_work(rows: Iterable[Execution], status: RobotStatus | None) -> list[Execution]:
-    """Of the open ones of a robot those that keep it from something else: not its own idle mission, while that has it charge."""
-    return [row for row in rows if not (row.trigger is Trigger.IDLE and is_charging(status))]
+    """Of the open ones of a robot those that keep it from something else: not its own idle mission, while that has it charge, nor what
+    waits for something else than the robot."""
+    return [row for row in rows if not (row.trigger is Trigger.IDLE and is_charging(status))
+            and not (row.state is State.WAITING and row.wait in KEEPS_NO_ROBOT)]
 
 
 def is_free(status: RobotStatus | None, queue: Sequence[QueueItem], rows: Iterable[Execution]) -> bool:

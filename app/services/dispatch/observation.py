@@ -126,6 +126,11 @@ class Observation:
         return self._status if self.age <= STATUS_IS_FRESH else None
 
     @property
+    def is_to_be_heard(self) -> bool:
+        """Whether it answered when it was last asked, which is not a moment ago. Any thread may ask."""
+        return self._status is not None and self.robot.enabled and STATUS_IS_FRESH < self.age < math.inf and self.failures == 0
+
+    @property
     def seems_free(self) -> bool:
         """Whether it may take a start of a group at once, by what was read a moment ago. Any thread may ask."""
         status = self.fresh_status

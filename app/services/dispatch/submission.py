@@ -380,6 +380,9 @@ class Submission:
             if quiet_left <= 0 and row.queue_floor and (self._client.highest_queue_id() or 0) < row.queue_floor:
                 self._give_up(row, message("its queue was reset"))
                 return
+            if quiet_left <= 0 and _is_for_any(row) and self._copies.do_tokens_come_back() is False:
+                self._give_up(row, message("its queue does not show whether it came"))       # so no other robot may get it
+                return
         except RobotError as error:
             if quiet_left <= 0 and is_closed:
                 self._give_up(row, error.message)

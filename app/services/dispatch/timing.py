@@ -20,6 +20,7 @@ TIDIES_WITHIN = 60.0         # that housekeeping gives way to what falls due
 MIN_IDLE = 0.02              # until the next start; with less, housekeeping waits
 DECIDES_EVERY = 5.0          # at which robot a start of a group goes to, whatever happens
 DECIDES_AGAIN = 0.15         # at least between two such decisions
+LOOKS_FOR = 0.5              # that the first one waits for robots that are being read
 PRUNE_EVERY = 600.0          # after which a lowered limit shows at the latest
 AFTER_A_FAILURE = 5.0        # before a worker that met an error, or could not be made, goes on
 STOP_WITHIN = 3.0            # a stop has to end within 5 s, the database included; a request under way is left to its time-out

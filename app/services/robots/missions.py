@@ -4,6 +4,7 @@ Everything but ``names`` talks to the robot and belongs on a background thread. 
 """
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,6 +19,7 @@ from app.mir.errors import RobotError
 from app.services.robots.map_picture import ENTRIES
 
 ASK_AGAIN_AFTER = 60.0       # s between two questions for names that the robot may not have either
+NAMES_HOLD = 3600.0          # s for which a robot that lacks a mission by its list is not asked to start it where another one may
 PARAMETERS_HOLD = 300.0      # s for which a mission's parameters are kept; an integrator may edit the mission meanwhile
 
 
@@ -29,12 +31,19 @@ class RobotMissions:
         self._lock = threading.Lock()
         self._names: dict[int, dict[str, str]] = {}
         self._asked_at: dict[int, float] = {}
+        self._learnt_at: dict[int, float] = {}
         self._parameters: dict[tuple[int, str], tuple[float, Sequence[MissionParameter]]] = {}
 
     def names(self, robot_id: int) -> Mapping[str, str]:
         """Guid -> name, as far as known."""
         with self._lock:
             return self._names.get(robot_id, {})           # replaced as a whole, never changed
+
+    def lacks(self, robot_id: int, guid: str) -> bool:
+        """Whether the robot's list, read within the hour, does not have it."""
+        with self._lock:
+            names, learnt_at = self._names.get(robot_id), self._learnt_at.get(robot_id, -math.inf)
+        return bool(names) and guid not in (names or ()) and self._clock.monotonic() - learnt_at < NAMES_HOLD
 
     def learn_names(self, robot_id: int) -> bool:
         """Ask the robot; whether that brought something new. One asked within the last minute, or that doesn't answer, brings nothing."""
@@ -50,6 +59,7 @@ class RobotMissions:
             return False
         with self._lock:
             before, self._names[robot_id] = self._names.get(robot_id), found
+            self._learnt_at[robot_id] = self._clock.monotonic()
         return found != before
 
     def parameters(self, robot_id: int, guid: str) -> Sequence[MissionParameter]:
