@@ -12,6 +12,7 @@ from app.database.group_starts import FullPlace, GroupStartRepository
 from app.database.usage import UsageRepository
 from app.database.values import to_instant
 from app.domain.clock import midnight
+from app.domain.drain import Drain
 from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot, Schedule
 from app.domain.robot import QueueState
 from app.services.allocation import estimates
@@ -64,7 +65,8 @@ class Belief:
         self._all = tuple(sorted(members))
         self._room = GroupStartRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
-        self.members = {key: self._member(workers[key]) for key in self.robots}
+        drains = shared.robots.drains(self._c, self._all)
+        self.members = {key: self._member(workers[key], drains.get(key, Drain())) for key in self.robots}
 
     def situation(self, rows: Iterable[Execution], groups: Mapping[int, Group]) -> Situation:
         starts = [self._start(row, groups[row.group_id or 0]) for row in rows]
@@ -86,12 +88,13 @@ class Belief:
         return (instant - self._now).total_seconds()
 
     # ------------------------------------------------------------------ robots
-    def _member(self, worker: RobotWorker) -> Member:
+    def _member(self, worker: RobotWorker, drain: Drain) -> Member:
         robot, status, queue = worker.robot, worker.seen.fresh_status, self._s.snapshots.get(worker.robot.id).queue
         rows, out = self._executions.open_for(self._c, robot.id), self._out(worker)
         free = out is None and is_free(status, queue, rows)
         return Member(robot.id, robot.name, is_free=free, free_s=0.0 if free else self._free_s(robot, at_work(rows, status)),
-                      battery=None if status is None else status.battery_percentage, hours=self._hours.get(robot.id, 0.0), out=out)
+                      battery=None if status is None else status.battery_percentage, drain=drain.per_hour,
+                      hours=self._hours.get(robot.id, 0.0), out=out)
 
     def _out(self, worker: RobotWorker) -> Out | None:
         robot, snapshot = worker.robot, self._s.snapshots.get(worker.robot.id)
