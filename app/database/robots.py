@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from app.database.values import placeholders
+from app.domain.drain import Drain, Used
 from app.domain.models import HandOver, IdleRule, Robot
 from app.domain.robot import IdentifiedBy
 
@@ -54,7 +55,9 @@ class RobotRepository:
         return added
 
     def update(self, c: sqlite3.Connection, robot: Robot) -> None:
-        """All of it, its idle rule included."""
+        """All of it, its idle rule included. What was learned of another machine (another serial number) is forgotten."""
+        c.execute("UPDATE robots SET drain_runs = 0, drain_percent = 0, drain_hours = 0 WHERE id = ? AND serial_number <> coalesce(?, '')",
+                  (robot.id, robot.serial_number))
         c.execute(f"UPDATE robots SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?", (*_values(robot), robot.id))
         self._put_idle(c, robot)
 
@@ -85,6 +88,20 @@ class RobotRepository:
 
     def note_idle(self, c: sqlite3.Connection, robot_id: int, queue_id: int | None) -> None:
         c.execute("UPDATE robots SET idle_queue_id = ? WHERE id = ?", (queue_id, robot_id))
+
+    def drains(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Drain]:
+        """What these use of their batteries, by id."""
+        rows = c.execute(f"SELECT id, drain_runs, drain_percent, drain_hours FROM robots WHERE id IN ({placeholders(ids)})", (*ids,))
+        return {row[0]: Drain(*row[1:]) for row in rows}
+
+    def note_used(self, c: sqlite3.Connection, robot_id: int, serial_number: str | None, run: Used) -> None:
+        """By one more run, of the machine with this serial number; of another one nothing is noted."""
+        if (drain := self.drains(c, [robot_id]).get(robot_id)) is not None:
+            self.put_drain(c, robot_id, serial_number, drain.after(run))
+
+    def put_drain(self, c: sqlite3.Connection, robot_id: int, serial_number: str | None, drain: Drain) -> None:
+        c.execute("UPDATE robots SET drain_runs = ?, drain_percent = ?, drain_hours = ? WHERE id = ? AND serial_number IS ?",
+                  (drain.runs, drain.percent, drain.hours, robot_id, serial_number))
 
     def remove(self, c: sqlite3.Connection, robot_id: int) -> None:
         """Its schedules, idle rule, holds and own missions go with it; history stays."""

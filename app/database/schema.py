@@ -394,6 +394,12 @@ UPDATE executions SET ended_at = planned_at,
 WHERE state = 'skipped' AND reason_code = 'hold' AND attempts = 0 AND planned_at > ended_at;
 """
 
+_DRAIN = """
+ALTER TABLE robots ADD COLUMN drain_runs INTEGER NOT NULL DEFAULT 0;         -- runs of ours that were seen from beginning to end
+ALTER TABLE robots ADD COLUMN drain_percent REAL NOT NULL DEFAULT 0;         -- what these used of the battery; of older ones less
+ALTER TABLE robots ADD COLUMN drain_hours REAL NOT NULL DEFAULT 0;           -- in this time, of older ones less
+"""
+
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
                                _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _SKIPPED_AHEAD, _GROUPS,
-                               _SUGGESTIONS_AND_GROUP_FIGURES)
+                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN)

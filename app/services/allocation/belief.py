@@ -10,6 +10,8 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Protocol
 
+from app.domain.drain import USUAL
+
 LOW, NORMAL, HIGH, CRITICAL = -1, 0, 1, 2
 _WEIGHTS = (0.5, 1.0, 3.0, 10.0)
 
@@ -41,7 +43,7 @@ class Member:
     is_free: bool = True
     free_s: float = 0.0
     battery: float | None = None
-    drain: float = 10.0
+    drain: float = USUAL
     hours: float = 0.0
     out: Out | None = None
 

@@ -10,6 +10,7 @@ from app.database.holds import StoredHold
 from app.database.robots import Accepted
 from app.database.schedules import Skip
 from app.domain import names
+from app.domain.drain import Drain
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
 from app.services.catalogue import told, validation
 from app.services.live.changes import Topic
@@ -24,6 +25,7 @@ class Removed:
     robot: Robot | None = None
     accepted: Accepted | None = None                     # by that robot, last
     idle_queue_id: int | None = None                     # of that robot
+    drain: Drain | None = None                           # of that robot
     missions: Sequence[Mission] = ()
     schedules: Sequence[Schedule] = ()
     made_names: Collection[int] = ()                     # ids of those schedules whose names say what they do where
@@ -56,6 +58,8 @@ def restore(edit: Edit, removed: Removed) -> None:
         edit.notes.append(f"robot {removed.robot.name!r} put back")
         if removed.accepted is not None:
             edit.robots.note_accepted(edit.c, removed.robot.id, removed.accepted)
+        if removed.drain is not None:
+            edit.robots.put_drain(edit.c, removed.robot.id, removed.robot.serial_number, removed.drain)
         edit.groups.join(edit.c, removed.robot.id, removed.member_of)
         for watch in removed.watches:
             edit.group_starts.watch(edit.c, watch)

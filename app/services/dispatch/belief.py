@@ -12,6 +12,7 @@ from app.database.group_starts import FullPlace, GroupStartRepository
 from app.database.usage import UsageRepository
 from app.database.values import to_instant
 from app.domain.clock import midnight
+from app.domain.drain import Drain
 from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot, Schedule
 from app.domain.robot import QueueState, RobotStatus
 from app.services.allocation import estimates
@@ -70,7 +71,8 @@ class Belief:
         self._all, self._seem_free = tuple(sorted(members)), set[int]()
         self._room = GroupStartRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
-        self.members = {key: self._member(workers[key]) for key in self.robots}
+        drains = shared.robots.drains(self._c, self._all)
+        self.members = {key: self._member(workers[key], drains.get(key, Drain())) for key in self.robots}
 
     def situation(self, rows: Iterable[Execution], groups: Mapping[int, Group]) -> Situation:
         starts = [self._start(row, groups[row.group_id or 0]) for row in rows]
@@ -92,7 +94,7 @@ class Belief:
         return (instant - self._now).total_seconds()
 
     # ------------------------------------------------------------------ robots
-    def _member(self, worker: RobotWorker) -> Member:
+    def _member(self, worker: RobotWorker, drain: Drain) -> Member:
         robot, status, queue = worker.robot, self._status(worker), self._s.snapshots.get(worker.robot.id).queue
         rows, out = self._executions.open_for(self._c, robot.id), self._out(worker)
         seems_free = out is None and is_free(status, queue, rows)
@@ -100,7 +102,8 @@ class Belief:
             self._seem_free.add(robot.id)
         return Member(robot.id, robot.name, is_free=seems_free and worker.seen.fresh_status is not None,
                       free_s=0.0 if seems_free else self._free_s(robot, at_work(rows, status)),
-                      battery=None if status is None else status.battery_percentage, hours=self._hours.get(robot.id, 0.0), out=out)
+                      battery=None if status is None else status.battery_percentage, drain=drain.per_hour,
+                      hours=self._hours.get(robot.id, 0.0), out=out)
 
     def _status(self, worker: RobotWorker) -> RobotStatus | None:
         """As read last, of a robot that answers: one that waits for its next read is not silent."""

@@ -10,6 +10,7 @@ from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
 from app.services.dispatch.copies import Copies
+from app.services.dispatch.draining import Draining
 from app.services.dispatch.ledger import WITH_THE_ROBOT, Move, seconds_between
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
@@ -28,6 +29,7 @@ class Following:
     def __init__(self, client: RobotClient, shared: Shared, observation: Observation, copies: Copies, give_way: Callable[[], None]) -> None:
         self._client, self._s, self._ledger = client, shared, shared.ledger
         self._seen, self._copies, self._give_way = observation, copies, give_way
+        self._draining = Draining(shared, observation)
         self._missing_since: dict[int, float] = {}    # queue ids that the robot does not seem to have (any more), on the monotonic clock
         self._unreadable: set[int] = set()            # queue ids about which an alarm was raised
 
@@ -46,6 +48,7 @@ class Following:
         ids = {queue_id for _row, queue_id in accepted}
         self._missing_since = {key: since for key, since in self._missing_since.items() if key in ids}
         self._unreadable &= ids
+        self._draining.forget_all_but({row.id for row, _queue_id in accepted})
 
     def give_up_moved(self, serial_number: str | None) -> list[Execution]:
         """Another machine answers, and the address was changed since some were accepted: what became of these can't be asked any more.
@@ -116,7 +119,9 @@ class Following:
         delay = seconds_between(item.ordered, item.started)
         duration = seconds_between(item.started, item.finished)
         if item.state is QueueState.DONE:
-            return [self._ledger.completed(row, duration, delay)]
+            return [self._ledger.completed(row, duration, delay, self._draining.saw_completed(row))]
+        if item.state is QueueState.EXECUTING:
+            self._draining.saw_executing(row)
         moves = []
         if item.state is not QueueState.PENDING and row.state is State.QUEUED and item.started is not None:
             moves.append(self._ledger.started(row, delay))

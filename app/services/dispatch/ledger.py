@@ -17,6 +17,7 @@ from app.database.group_starts import FullPlace, GroupStartRepository, Watch, Wa
 from app.database.robots import Accepted, RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
+from app.domain.drain import Used
 from app.domain.message import Message
 from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.reasons import sentence, to_store
@@ -37,6 +38,7 @@ class Move:
     columns: Mapping[str, Any]
     watch: Watch | None = None
     needs_room: bool = False             # at the places that its mission uses; else it is not made
+    used: Used | None = None             # of its robot's battery, where that is known
 
 
 def was_replaced(row: Execution, serial_number: str | None) -> bool:
@@ -154,6 +156,8 @@ class Ledger:
                 self._robots.note_idle(c, made.robot_id, made.queue_id)
         if made and move.watch is not None:
             self._starts.watch(c, move.watch)
+        if made and move.used is not None and made.robot_id is not None:
+            self._robots.note_used(c, made.robot_id, made.robot_serial, move.used)
         return made
 
     def begun(self, execution: Execution, robot: Robot, queue_floor: int | None) -> Move:
@@ -267,11 +271,11 @@ class Ledger:
     def started(self, execution: Execution, robot_delay_s: float | None) -> Move:
         return Move(execution, (State.QUEUED,), {"state": State.EXECUTING, "started_at": self._clock.now(), "robot_delay_s": robot_delay_s})
 
-    def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None) -> Move:
+    def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None, used: Used | None = None) -> Move:
         """Seen done; a fast one is first seen so, and then began about now."""
         now = self._clock.now()
         return Move(execution, WITH_THE_ROBOT, {"state": State.COMPLETED, "ended_at": now, "duration_s": duration_s,
-                                                "robot_delay_s": robot_delay_s, "started_at": execution.started_at or now})
+                                                "robot_delay_s": robot_delay_s, "started_at": execution.started_at or now}, used=used)
 
     def ended(self, execution: Execution, reason: Reason, expected: Sequence[State] = WITH_THE_ROBOT,
               duration_s: float | None = None) -> Move:

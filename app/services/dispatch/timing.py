@@ -36,6 +36,7 @@ ANSWERS_WITHIN = Timeouts.total         # after which a request is given up
 RECONCILE_EVERY = 2.0        # between reads of a queue in which a request may still appear
 GONE_FOR = 10.0              # that a queue item has to be missing: a robot that boots answers 404 too
 WATCHED_FOR = 600.0          # that a robot is searched for a request that was given up
+UNSEEN_AT_MOST = 60.0        # from when a run is last seen executing until it is seen done, to say what it used of the battery
 LIVE_EVERY = 2.0             # between reads of a robot on screen, or with something of ours
 SLOW_ANSWER = 2.0            # from here on an answer is shown as slow
 SAVE_SPANS_EVERY = 60.0      # between writes of what a robot is seen doing
