@@ -23,12 +23,12 @@ from app.domain.message import message_of
 from app.domain.models import Execution, Robot
 from app.services.dispatch import messages
 from app.services.dispatch.allocator import Allocator
+from app.services.dispatch.chores import Chores
 from app.services.dispatch.clock_guard import ClockGuard, Judgement, Readings
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
 from app.services.dispatch.timing import (
     AFTER_A_FAILURE,
-    CHORES_EVERY,
     CYCLE_TAKES,
     DECIDES_AGAIN,
     DECIDES_EVERY,
@@ -97,9 +97,8 @@ class Engine:
         self._in_turn = POLLED_AT_ONCE
         self._window_drives = False
         self._announced_until: datetime | None = None        # of what is due soon
-        self._chores: dict[str, Callable[[], None]] = {}
-        self._failing: set[str] = set()           # chores that failed the last time
-        self._chores_at = self._pruned_at = self._looked_at = self._tidied_at = -math.inf
+        self._chores = Chores(clock, alarms)
+        self._pruned_at = self._looked_at = self._tidied_at = -math.inf
         self._unsubscribe = changes.subscribe(self._on_change)
 
     # ------------------------------------------------------------------ life
@@ -109,7 +108,7 @@ class Engine:
 
     def add_chore(self, name: str, chore: Callable[[], None]) -> None:
         """Something small to do every second or when something falls due, not more often than ten times a second."""
-        self._chores[name] = chore
+        self._chores.add(name, chore)
 
     def start(self) -> None:
         """Once, before the first ``advance``. Raises DatabaseUnavailable."""
@@ -217,7 +216,7 @@ class Engine:
         is_behind = judgement.is_trusted and self._start_what_is_due()
         if judgement.is_trusted and self._clock.monotonic() >= self._allocate_at:
             self._allocate()
-        self._do_chores()
+        self._chores.do()
         self._take_turns()
         if judgement.is_trusted:
             self._tidy()
@@ -362,27 +361,6 @@ class Engine:
             self._mailboxes.post(robot_id, messages.Poll())
 
     # ------------------------------------------------------------------ what can wait
-    def _do_chores(self) -> None:
-        """One that fails is tried again and holds up no other."""
-        mono = self._clock.monotonic()
-        if mono - self._chores_at < CHORES_EVERY:
-            return
-        self._chores_at = mono
-        for name, chore in self._chores.items():
-            try:
-                chore()
-            except (DatabaseError, sqlite3.Error):
-                raise
-            except Exception as error:
-                if name not in self._failing:
-                    self._failing.add(name)
-                    log.exception("%s failed and is tried again", name)
-                    self._alarms.raise_("chore_failed", f"chore:{name}", problem=message_of(error))
-            else:
-                if name in self._failing:
-                    self._failing.discard(name)
-                    self._alarms.clear("chore_failed", f"chore:{name}")
-
     def _tidy(self) -> None:
         """Hold history and alarms to their limits, once what fell due is on its way. Gives way while more is due in a moment, but no longer
         than a minute without a piece of it."""

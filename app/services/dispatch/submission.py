@@ -17,20 +17,20 @@ from collections.abc import Callable, Iterable, Sequence
 from datetime import timedelta
 
 from app.database.executions import Unsent
-from app.database.values import to_text
 from app.domain import rules
 from app.domain.choice import is_persons
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
-from app.mir.errors import AnotherRobot, Delivery, Rejected, RobotError, Unauthorized
+from app.mir.errors import AnotherRobot, Delivery, RobotError, Unauthorized
 from app.services.allocation.belief import Out
 from app.services.dispatch.attempt import Attempt, Attempts, Phase
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.freedom import can_work
 from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
+from app.services.dispatch.refusals import refusal, tried_here
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import ANSWERS_WITHIN, INTENT_LEAD, RECHECK, RECONCILE_EVERY, WATCHED_FOR
 from app.services.dispatch.waiting import Waiting, robot_off, taken_back
@@ -284,16 +284,7 @@ class Submission:
         it has refused (``reason``) or was tried too often, for good."""
         settings, now, moves = self._s.settings(), self._clock.now(), []
         for row in rows:
-            before = row.tried.get(str(self._robot_id), {})
-            tries = before.get("tries", 0) + (out is Out.TRIED)
-            is_for_good = reason is not None or tries > settings.retry_limit
-            until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
-            is_first = before.get("floor") is None or was_replaced(row, before.get("serial"))
-            tried = {"robot": self._seen.robot.name, "out": str(out), "tries": tries, "at": to_text(now), "until": to_text(until),
-                     "is_for_good": is_for_good, "floor": row.queue_floor if is_first else before["floor"],
-                     "serial": row.robot_serial if is_first else before.get("serial"),
-                     "problem": reason.details.get("problem", "") if reason else problem,
-                     **({"code": str(reason.code)} if reason else {})}
+            tried = tried_here(row, self._seen.robot, settings, now, out, problem, reason)
             moves.append(self._ledger.given_back(row, self._robot_id, tried, is_attempt=out is Out.TRIED,
                                                  watch_for=timedelta(seconds=WATCHED_FOR) if may_come else None))
             self.attempts.pop(row.id, None)
@@ -328,7 +319,7 @@ class Submission:
             if error.delivery is Delivery.NOT_SENT:
                 self._failed([intent], error.message)
             elif error.delivery is Delivery.REFUSED:
-                if reason := self._refusal(intent, error):
+                if reason := refusal(self._client, intent, error):
                     self._refused([intent], reason)
                 else:
                     self._failed([intent], error.message)
@@ -340,23 +331,6 @@ class Submission:
 
     def _accepted(self, intent: Execution, queue_id: int) -> None:
         self.attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id))
-
-    def _refusal(self, intent: Execution, error: RobotError) -> Reason | None:
-        """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it. None: a 404 that
-        does not mean the mission; the robot's interface has only just come up."""
-        if isinstance(error, Unauthorized):
-            return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
-        if isinstance(error, Rejected) and error.status in (400, 404):
-            try:
-                self._client.mission(intent.mission_guid)
-            except Rejected as answer:
-                if answer.status in (404, 410):
-                    return Reason(ReasonCode.UNKNOWN_MISSION, {"mission": intent.mission})
-            except RobotError as unheard:
-                log.info("Whether %r has mission %s could not be asked: %s", self._seen.robot.name, intent.mission_guid, unheard.text)
-            if error.status == 404:
-                return None
-        return Reason(ReasonCode.REFUSED, {"problem": error.message})
 
     # ------------------------------------------------------------------ in doubt
     def _doubt(self, row: Execution, ahead: float = 0.0) -> None:

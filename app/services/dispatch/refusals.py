@@ -1,0 +1,51 @@
+"""Why a robot did not take a start, and what is kept of that with a start of a group. Nothing of it is on the robot then."""
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from datetime import datetime, timedelta
+from typing import Any
+
+from app.database.values import to_text
+from app.domain import rules
+from app.domain.message import Message
+from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings
+from app.mir.client import RobotClient
+from app.mir.errors import Rejected, RobotError, Unauthorized
+from app.services.allocation.belief import Out
+from app.services.dispatch.ledger import was_replaced
+
+log = logging.getLogger(__name__)
+
+
+def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason | None:
+    """What the operator has to mend. A 400 or 404 may mean the mission: the robot is asked whether it has it. None: a 404 that does not
+    mean the mission; the robot's interface has only just come up."""
+    if isinstance(error, Unauthorized):
+        return Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
+    if isinstance(error, Rejected) and error.status in (400, 404):
+        try:
+            client.mission(intent.mission_guid)
+        except Rejected as answer:
+            if answer.status in (404, 410):
+                return Reason(ReasonCode.UNKNOWN_MISSION, {"mission": intent.mission})
+        except RobotError as unheard:
+            log.info("Whether %r has mission %s could not be asked: %s", intent.robot, intent.mission_guid, unheard.text)
+        if error.status == 404:
+            return None
+    return Reason(ReasonCode.REFUSED, {"problem": error.message})
+
+
+def tried_here(row: Execution, robot: Robot, settings: Settings, now: datetime, out: Out, problem: Message,
+               reason: Reason | None) -> Mapping[str, Any]:
+    """What became of a start of a group on this robot, which is left out for a while, or where it has refused (``reason``) or was tried too
+    often, for good. With the floor and serial number of the first time: what was ever sent to that machine lies above."""
+    before = row.tried.get(str(robot.id), {})
+    tries = before.get("tries", 0) + (out is Out.TRIED)
+    is_for_good = reason is not None or tries > settings.retry_limit
+    until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
+    is_first = before.get("floor") is None or was_replaced(row, before.get("serial"))
+    return {"robot": robot.name, "out": str(out), "tries": tries, "at": to_text(now), "until": to_text(until), "is_for_good": is_for_good,
+            "floor": row.queue_floor if is_first else before["floor"],
+            "serial": row.robot_serial if is_first else before.get("serial"),
+            "problem": reason.details.get("problem", "") if reason else problem, **({"code": str(reason.code)} if reason else {})}
