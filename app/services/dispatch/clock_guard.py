@@ -6,6 +6,7 @@ when no robot can be asked, the time since the last run has to be plausible.
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -45,6 +46,10 @@ class _Doubt:
     since_mono: float
     jump_s: float = 0.0                 # that the clock has moved ahead while the app ran
     has_alarm: bool = False
+
+    def begin_anew(self, mono: float) -> None:
+        """After a jump: what was read up to that very moment says nothing any more."""
+        self.since_mono = math.nextafter(mono, math.inf)
 
 
 class ClockGuard:
@@ -104,6 +109,8 @@ class ClockGuard:
     # ------------------------------------------------------------------ inside
     def _begin_doubt(self, now: datetime, jump_s: float = 0.0) -> None:
         self._doubt = _Doubt(now, self._clock.monotonic(), jump_s)
+        if jump_s:
+            self._doubt.begin_anew(self._clock.monotonic())
         self._holds.distrust_clock(UNPROVEN)
 
     def _end_doubt(self, now: datetime) -> None:
@@ -196,7 +203,7 @@ class ClockGuard:
         if step < 0:
             self._went_back = True
         if self._doubt is not None:                         # what was read before says nothing any more
-            self._doubt.since_mono = mono
+            self._doubt.begin_anew(mono)
             if self._doubt.jump_s:
                 self._doubt.jump_s = max(0.0, self._doubt.jump_s + step)         # perhaps taken back
         elif step > self._shortest_doubtful():

@@ -142,6 +142,12 @@ def test_a_jump_ahead_beyond_a_start_window_is_doubted(tablet, jump, is_trusted)
     assert tablet.judge(0.0, read_ago=1.0).is_trusted is is_trusted
 
 
+def test_what_was_read_in_the_very_moment_of_a_jump_proves_nothing(tablet):
+    tablet.judge(0.0)
+    tablet.clock.step(8163.0)
+    assert not tablet.judge(-370.0).is_trusted
+
+
 def test_a_jump_ahead_with_which_a_robot_agrees_was_an_absence(tablet):
     tablet.judge(0.0)
     tablet.clock.step(HOUR)
