@@ -125,3 +125,36 @@ ALTER TABLE robots ADD COLUMN drain_runs INTEGER NOT NULL DEFAULT 0;         -- 
 ALTER TABLE robots ADD COLUMN drain_percent REAL NOT NULL DEFAULT 0;         -- what these used of the battery; of older ones less
 ALTER TABLE robots ADD COLUMN drain_hours REAL NOT NULL DEFAULT 0;           -- in this time, of older ones less
 """
+
+_NOTE_DURATION = """
+    INSERT INTO run_durations (robot_id, mission_guid, ended_at, execution_id, duration_s)
+        SELECT id, NEW.mission_guid, NEW.ended_at, NEW.id, NEW.duration_s FROM robots WHERE id = NEW.robot_id
+        ON CONFLICT DO NOTHING;
+    DELETE FROM run_durations WHERE robot_id = NEW.robot_id AND mission_guid = NEW.mission_guid AND (ended_at, execution_id) <= (
+        SELECT ended_at, execution_id FROM run_durations WHERE robot_id = NEW.robot_id AND mission_guid = NEW.mission_guid
+        ORDER BY ended_at DESC, execution_id DESC LIMIT 1 OFFSET 20);
+END;
+"""
+
+_RUN_DURATIONS = f"""
+CREATE TABLE run_durations (                  -- seconds of the newest 20 completed runs of each mission on each robot, kept by the triggers
+    robot_id     INTEGER NOT NULL REFERENCES robots(id) ON DELETE CASCADE,
+    mission_guid TEXT NOT NULL,
+    ended_at     TEXT NOT NULL,
+    execution_id INTEGER NOT NULL,            -- its row may be gone: the history is pruned, this is not
+    duration_s   REAL NOT NULL CHECK (duration_s BETWEEN 0 AND 86400),
+    PRIMARY KEY (robot_id, mission_guid, ended_at, execution_id)
+) STRICT, WITHOUT ROWID;
+-- A run of more than a day, as much as can be typed, is left out: a robot whose clock was set meanwhile says decades.
+INSERT INTO run_durations SELECT robot_id, mission_guid, ended_at, id, duration_s FROM (
+    SELECT robot_id, mission_guid, ended_at, id, duration_s,
+           row_number() OVER (PARTITION BY robot_id, mission_guid ORDER BY ended_at DESC, id DESC) AS place
+    FROM executions WHERE state = 'completed' AND ended_at IS NOT NULL AND duration_s BETWEEN 0 AND 86400
+                    AND robot_id IN (SELECT id FROM robots))
+WHERE place <= 20;
+CREATE TRIGGER run_durations_add AFTER INSERT ON executions
+WHEN NEW.state = 'completed' AND NEW.ended_at IS NOT NULL AND NEW.duration_s BETWEEN 0 AND 86400 BEGIN {_NOTE_DURATION}
+CREATE TRIGGER run_durations_complete AFTER UPDATE OF state ON executions
+WHEN NEW.state = 'completed' AND OLD.state <> 'completed' AND NEW.ended_at IS NOT NULL AND NEW.duration_s BETWEEN 0 AND 86400 BEGIN
+{_NOTE_DURATION}
+"""
