@@ -44,6 +44,17 @@ class ActivityRepository:
         since = start if last is None else max(start, midnight(last + DAY, zone))
         return {**found, **seconds_by_day(self.between(c, robot_id, since, end), since, end, zone)} if since < end else found
 
+    def hours_executing(self, c: sqlite3.Connection, since: datetime, now: datetime) -> dict[int, float]:
+        """For how long each robot was seen executing between two instants of which no spans have become sums yet, in hours to the nearest
+        minute (at which second a poll saw something must not matter), by the robot's id; robots without any are left out. Where spans
+        overlap (the clock had been set back), both count."""
+        rows = c.execute("""
+            SELECT s.robot_id, round(total(max(0, julianday(min(s.ended_at, :now)) - julianday(max(s.started_at, :since)))) * 1440) / 60
+            FROM robots r CROSS JOIN activity_spans s ON s.robot_id = r.id AND s.started_at < :now AND s.started_at >= coalesce(
+                (SELECT max(started_at) FROM activity_spans WHERE robot_id = r.id AND started_at < :since), :since)
+            WHERE s.activity = 'executing' GROUP BY r.id""", {"since": to_text(since), "now": to_text(now)})
+        return {robot_id: hours for robot_id, hours in rows if hours}
+
     # ------------------------------------------------------------------ what becomes too old or too many
     def prune(self, c: sqlite3.Connection, robot_id: int, now: datetime, zone: ZoneInfo) -> None:
         """Put sums in the place of spans older than 90 days (of removed robots too) or beyond the newest 20,000 of a robot, day by day."""

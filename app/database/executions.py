@@ -5,22 +5,18 @@ import sqlite3
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from datetime import datetime
-from math import ceil
 from operator import attrgetter
-from statistics import median
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_text
-from app.domain.models import OPEN_STATES, DurationEstimate, Execution, Mission, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import OPEN_STATES, Execution, Mission, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
 UNBOUND: dict[str, Any] = {"robot_id": None, "robot": "", "bound_at": None, "choice": {}, "queue_floor": None, "robot_address": None,
                            "robot_serial": None}
-_USUAL_OF = 20               # newest completed runs that the usual duration is computed from
-_LONGEST_USUAL_S = 86_400.0  # of these; as much as can be typed. A robot whose clock was set meanwhile says decades
 _ADDED_AT_ONCE = 100         # rows in one statement
 PRUNED_AT_ONCE = 100         # of each kind, so that due executions never wait long for the writer
 
@@ -289,21 +285,6 @@ class ExecutionRepository:
         newer than a request of unknown outcome; their rows are kept as long."""
         found = c.execute("SELECT 1 FROM executions WHERE robot_id = ? AND queue_id = ? LIMIT 1", (robot_id, queue_id)).fetchone()
         return found is not None
-
-    def usual(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> DurationEstimate | None:
-        """Of the newest 20 completed runs of at most a day of that mission on that robot; None when there is none. P90 by nearest rank."""
-        rows = c.execute("""SELECT duration_s FROM executions WHERE robot_id = ? AND mission_guid = ? AND state = 'completed'
-                            AND duration_s BETWEEN 0 AND ? ORDER BY ended_at DESC LIMIT ?""",
-                         (robot_id, mission_guid, _LONGEST_USUAL_S, _USUAL_OF)).fetchall()
-        if not rows:
-            return None
-        lasted = sorted(row[0] for row in rows)
-        return DurationEstimate(median(lasted), lasted[ceil(0.9 * len(lasted)) - 1], tuple(lasted))
-
-    def usual_duration(self, c: sqlite3.Connection, robot_id: int, mission_guid: str) -> float | None:
-        """Seconds: the median of these."""
-        found = self.usual(c, robot_id, mission_guid)
-        return found.median_s if found else None
 
     # ------------------------------------------------------------------ history
     def page(self, c: sqlite3.Connection, wanted: ExecutionFilter, before: PageKey | None, limit: int) -> list[Execution]:

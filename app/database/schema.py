@@ -5,6 +5,8 @@ AUTOINCREMENT, because the id of a deleted schedule must never come back: the to
 """
 from __future__ import annotations
 
+from app.database.schema_groups import _DRAIN, _GROUPS, _RUN_DURATIONS, _SKIPPED_AHEAD, _SUGGESTIONS_AND_GROUP_FIGURES
+
 APPLICATION_ID = 0x414D5253  # "AMRS": how a file is known to be ours
 
 _FIRST = """
@@ -275,131 +277,6 @@ ALTER TABLE missions ADD COLUMN charges INTEGER NOT NULL DEFAULT 0;          -- 
 ALTER TABLE executions ADD COLUMN held INTEGER NOT NULL DEFAULT 0;           -- a person keeps it back
 """
 
-_GROUPS = """
-CREATE TABLE robot_groups (
-    id        INTEGER PRIMARY KEY AUTOINCREMENT,
-    name      TEXT NOT NULL UNIQUE,           -- robots and groups share their names
-    hand_over TEXT NOT NULL DEFAULT 'when_free',
-    keep_free INTEGER NOT NULL DEFAULT 0
-) STRICT;
-CREATE TABLE group_members (
-    group_id INTEGER NOT NULL REFERENCES robot_groups(id) ON DELETE CASCADE,
-    robot_id INTEGER NOT NULL REFERENCES robots(id) ON DELETE CASCADE,
-    PRIMARY KEY (group_id, robot_id)
-) STRICT, WITHOUT ROWID;
-CREATE INDEX group_members_by_robot ON group_members (robot_id);
-CREATE TABLE places (
-    id   INTEGER PRIMARY KEY AUTOINCREMENT,
-    name TEXT NOT NULL UNIQUE,
-    most INTEGER NOT NULL                     -- missions of this app that use it at a time
-) STRICT;
-CREATE TABLE mission_places (
-    mission_id INTEGER NOT NULL REFERENCES missions(id) ON DELETE CASCADE,
-    place_id   INTEGER NOT NULL REFERENCES places(id) ON DELETE CASCADE,
-    PRIMARY KEY (mission_id, place_id)
-) STRICT, WITHOUT ROWID;
-ALTER TABLE robots ADD COLUMN hand_over TEXT NOT NULL DEFAULT 'at_once';
-
-CREATE TABLE schedules_anew (
-    id                      INTEGER PRIMARY KEY AUTOINCREMENT,
-    name                    TEXT NOT NULL UNIQUE,
-    robot_id                INTEGER REFERENCES robots(id) ON DELETE CASCADE,
-    group_id                INTEGER REFERENCES robot_groups(id) ON DELETE CASCADE,
-    mission_id              INTEGER NOT NULL REFERENCES missions(id) ON DELETE CASCADE,
-    start                   TEXT NOT NULL,    -- naive local YYYY-MM-DDTHH:MM
-    timezone                TEXT NOT NULL,
-    recurrence              TEXT,
-    between_start           TEXT,             -- HH:MM
-    between_end             TEXT,
-    enabled                 INTEGER NOT NULL DEFAULT 1,
-    minimum_battery_percent REAL,
-    respect_working_days    INTEGER NOT NULL DEFAULT 1,
-    start_window_minutes    INTEGER,
-    finish_by_minutes       INTEGER,          -- after its instant; NULL: whenever
-    overlap                 TEXT NOT NULL DEFAULT 'skip',
-    priority                INTEGER NOT NULL DEFAULT 0,
-    parameters              TEXT NOT NULL DEFAULT '{}',
-    changed_at              TEXT NOT NULL,
-    next_at                 TEXT,
-    paused_until            TEXT,
-    planned_through         TEXT,             -- instants up to here have their rows, or had them
-    started_through         TEXT,             -- the newest instant whose row was to be sent
-    CHECK ((robot_id IS NULL) <> (group_id IS NULL))
-) STRICT;
-INSERT INTO schedules_anew
-    (id, name, robot_id, mission_id, start, timezone, recurrence, between_start, between_end, enabled, minimum_battery_percent,
-     respect_working_days, start_window_minutes, overlap, priority, parameters, changed_at, next_at, paused_until, planned_through,
-     started_through)
-SELECT id, name, robot_id, mission_id, start, timezone, recurrence, between_start, between_end, enabled, minimum_battery_percent,
-       respect_working_days, start_window_minutes, overlap, priority, parameters, changed_at, next_at, paused_until, planned_through,
-       started_through FROM schedules;
--- ids that were given stay given: tokens are made of them
-DELETE FROM sqlite_sequence WHERE name = 'schedules_anew';
-INSERT INTO sqlite_sequence (name, seq) SELECT 'schedules_anew', seq FROM sqlite_sequence WHERE name = 'schedules';
-DROP TABLE schedules;
-ALTER TABLE schedules_anew RENAME TO schedules;
-CREATE INDEX schedules_due ON schedules (next_at) WHERE enabled = 1 AND next_at IS NOT NULL;
-CREATE INDEX schedules_by_robot ON schedules (robot_id);
-CREATE INDEX schedules_by_group ON schedules (group_id) WHERE group_id IS NOT NULL;
-
-ALTER TABLE executions ADD COLUMN group_id INTEGER;          -- no foreign key, like those of schedule and robot
-ALTER TABLE executions ADD COLUMN robot_group TEXT NOT NULL DEFAULT '';
-ALTER TABLE executions ADD COLUMN finish_by TEXT;
-ALTER TABLE executions ADD COLUMN bound_at TEXT;             -- when its robot was chosen
-ALTER TABLE executions ADD COLUMN choice TEXT NOT NULL DEFAULT '{}';         -- why that one, or why none yet
-ALTER TABLE executions ADD COLUMN tried TEXT NOT NULL DEFAULT '{}';          -- by robot id: what became of it there
-ALTER TABLE executions ADD COLUMN approach_m REAL;
-CREATE INDEX executions_unbound ON executions (group_id, planned_at) WHERE state = 'waiting' AND robot_id IS NULL;
-CREATE TABLE watches (                        -- robots on which a start may arrive yet that was given to another one since
-    execution_id INTEGER NOT NULL,
-    robot_id     INTEGER NOT NULL REFERENCES robots(id) ON DELETE CASCADE,
-    queue_floor  INTEGER NOT NULL,
-    until        TEXT NOT NULL,
-    PRIMARY KEY (execution_id, robot_id)
-) STRICT, WITHOUT ROWID;
-
-CREATE TRIGGER executions_have_a_robot_when_added BEFORE INSERT ON executions
-WHEN NEW.robot_id IS NULL AND NEW.state IN ('submitting', 'queued', 'executing') BEGIN
-    SELECT raise(ABORT, 'what is sent needs a robot');
-END;
-CREATE TRIGGER executions_have_a_robot BEFORE UPDATE OF state, robot_id ON executions
-WHEN NEW.robot_id IS NULL AND NEW.state IN ('submitting', 'queued', 'executing') BEGIN
-    SELECT raise(ABORT, 'what is sent needs a robot');
-END;
-CREATE TRIGGER executions_change_no_robot BEFORE UPDATE OF robot_id ON executions
-WHEN OLD.robot_id <> NEW.robot_id BEGIN
-    SELECT raise(ABORT, 'a start gets another robot by way of none');
-END;
-"""
-
-_SUGGESTIONS_AND_GROUP_FIGURES = """
-CREATE TABLE suggestion_answers (             -- what people said to suggestions; no foreign key, like the history
-    id          INTEGER PRIMARY KEY AUTOINCREMENT,
-    schedule_id INTEGER NOT NULL,
-    answer      TEXT NOT NULL,                -- accepted, dismissed
-    answered_at TEXT NOT NULL,
-    late        INTEGER NOT NULL,             -- of ``starts``, as it was found
-    starts      INTEGER NOT NULL,
-    option      TEXT NOT NULL DEFAULT '{}'    -- JSON: kind and value of what was accepted
-) STRICT;
--- figures of groups, from the index alone
-CREATE INDEX executions_of_groups ON executions (group_id, ended_at, planned_at, bound_at, submitted_at, robot_delay_s, robot_id, state,
-    reason_code) WHERE group_id IS NOT NULL AND ended_at IS NOT NULL AND trigger = 'scheduled';
-"""
-
-_SKIPPED_AHEAD = """
--- A start that a person skips ahead ends when it was planned, so that it counts on that day; when it was skipped is with its reason.
-UPDATE executions SET ended_at = planned_at,
-    reason_details = CASE reason_details WHEN '{}' THEN json_object('skipped_at', ended_at) ELSE reason_details END
-WHERE state = 'skipped' AND reason_code = 'hold' AND attempts = 0 AND planned_at > ended_at;
-"""
-
-_DRAIN = """
-ALTER TABLE robots ADD COLUMN drain_runs INTEGER NOT NULL DEFAULT 0;         -- runs of ours that were seen from beginning to end
-ALTER TABLE robots ADD COLUMN drain_percent REAL NOT NULL DEFAULT 0;         -- what these used of the battery; of older ones less
-ALTER TABLE robots ADD COLUMN drain_hours REAL NOT NULL DEFAULT 0;           -- in this time, of older ones less
-"""
-
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
                                _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _SKIPPED_AHEAD, _GROUPS,
-                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN)
+                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN, _RUN_DURATIONS)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from app.database.connection import Database
+from app.database.durations import DurationRepository
 from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.database.settings import SettingsRepository
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
@@ -78,7 +79,7 @@ def measure(number: int, directory: Path) -> None:
               f"   30 days of one robot {best_ms(lambda work=work: work(one_robot), 10):6.1f}")
     print(f"  plain scan         all {best_ms(lambda: c.execute(SCAN, ('', '~')).fetchall(), 2):8.1f}")
     print(f"  page of 100        {best_ms(lambda: executions.page(c, ExecutionFilter(), None, 100), 5):.1f},"
-          f" usual duration {best_ms(lambda: executions.usual_duration(c, 1, 'guid-0'), 5):.2f},"
+          f" usual duration {best_ms(lambda: DurationRepository().usual(c, 1, 'guid-0'), 5):.2f},"
           f" prune at the limit {best_ms(lambda: db.write(lambda w: executions.drop_oldest(w, executions.surplus(w, number))), 3):.1f}")
     db.close()
 

@@ -55,13 +55,17 @@ def worn(tmp_path):
     worn.switch_off()
 
 
-def test_what_runs_used_is_learned_and_outlives_a_restart_and_an_undone_removal(worn):
+def test_what_runs_used_and_took_is_learned_and_outlives_a_restart_and_an_undone_removal(worn):
+    def lasts():
+        [mission] = worn.container.catalogue.missions()
+        return worn.container.history.usual_duration(worn.robot("R1").id, mission.guid)
     worn.run_often(3)
-    learned = worn.drain
+    learned, long = worn.drain, lasts()
     assert (learned.runs, learned.percent / learned.hours) == (3, pytest.approx(39.0, abs=1.5))
     worn.power_cut(5)
     worn.container.catalogue.restore(worn.container.catalogue.remove_robot(worn.robot("R1").id))
-    assert worn.drain == learned
+    assert (worn.drain, lasts()) == (learned, long)
+    assert long is not None
 
 
 # ---------------------------------------------------------------------- what teaches nothing

@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from app.database.durations import RunDuration
 from app.database.group_starts import Watch
 from app.database.holds import StoredHold
 from app.database.robots import Accepted
@@ -26,6 +27,7 @@ class Removed:
     accepted: Accepted | None = None                     # by that robot, last
     idle_queue_id: int | None = None                     # of that robot
     drain: Drain | None = None                           # of that robot
+    durations: Sequence[RunDuration] = ()                # of that robot
     missions: Sequence[Mission] = ()
     schedules: Sequence[Schedule] = ()
     made_names: Collection[int] = ()                     # ids of those schedules whose names say what they do where
@@ -60,6 +62,7 @@ def restore(edit: Edit, removed: Removed) -> None:
             edit.robots.note_accepted(edit.c, removed.robot.id, removed.accepted)
         if removed.drain is not None:
             edit.robots.put_drain(edit.c, removed.robot.id, removed.robot.serial_number, removed.drain)
+        edit.durations.put_back(edit.c, removed.durations)
         edit.groups.join(edit.c, removed.robot.id, removed.member_of)
         for watch in removed.watches:
             edit.group_starts.watch(edit.c, watch)

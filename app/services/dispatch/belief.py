@@ -7,9 +7,9 @@ from datetime import datetime, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
 
+from app.database.durations import DurationRepository
 from app.database.executions import ExecutionRepository
 from app.database.group_starts import FullPlace, GroupStartRepository
-from app.database.usage import UsageRepository
 from app.database.values import to_instant
 from app.domain.clock import midnight
 from app.domain.drain import Drain
@@ -27,15 +27,14 @@ from app.services.planning.durations import expected, pooled
 MOST_TOLD = 5                # robots of which a choice tells
 ABOUT = 30.0                 # s: an instant is told to the nearest minute
 KEPT_FOR = 60.0              # s that an estimate holds
-HOUR = 3600.0                # s
 
 
 class Experience:
-    """How long missions take on robots, and how long these have run today, read from the history once a minute. It says which robot is the
-    better one, never whether a start is sent."""
+    """How long missions take on robots, and how long these have run today, read once a minute from what is kept with the robots. How long
+    the history is decides nothing."""
 
     def __init__(self, shared: Shared) -> None:
-        self._s, self._executions = shared, ExecutionRepository()
+        self._s, self._durations = shared, DurationRepository()
         self._hours: Mapping[int, float] = {}
         self._hours_hold_until = -math.inf
         self._known: dict[tuple[int, str], tuple[float, DurationEstimate | None]] = {}       # with the monotonic time until which it holds
@@ -43,17 +42,16 @@ class Experience:
     def usual(self, robot_id: int, guid: str) -> DurationEstimate | None:
         mono, key = self._s.clock.monotonic(), (robot_id, guid)
         if key not in self._known or self._known[key][0] < mono:
-            self._known[key] = mono + KEPT_FOR, self._executions.usual(self._s.db.read(), robot_id, guid) if guid else None
+            self._known[key] = mono + KEPT_FOR, self._durations.usual(self._s.db.read(), robot_id, guid) if guid else None
         return self._known[key][1]
 
     def hours_today(self) -> Mapping[int, float]:
-        """By the robot's id; of the local day."""
+        """By the robot's id; of the local day, whoever made it run."""
         mono = self._s.clock.monotonic()
         if self._hours_hold_until < mono:
-            zone = ZoneInfo(self._s.settings().timezone)
-            today = midnight(self._s.clock.now().astimezone(zone).date(), zone)
-            seconds = UsageRepository().seconds_run(self._s.db.read(), today)
-            self._hours, self._hours_hold_until = {robot_id: each / HOUR for robot_id, each in seconds.items()}, mono + KEPT_FOR
+            zone, now = ZoneInfo(self._s.settings().timezone), self._s.clock.now()
+            today = midnight(now.astimezone(zone).date(), zone)
+            self._hours, self._hours_hold_until = self._s.activities.hours_executing(self._s.db.read(), today, now), mono + KEPT_FOR
         return self._hours
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from app.database.connection import Database
+from app.database.durations import DurationRepository
 from app.database.executions import ExecutionFilter, ExecutionRepository, PageKey
 from app.database.missions import MissionRepository
 from app.database.schedules import ScheduleRepository
@@ -23,7 +24,7 @@ class Page:
 class History:
     def __init__(self, db: Database, executions: ExecutionRepository, missions: MissionRepository) -> None:
         self._db, self._executions, self._missions = db, executions, missions
-        self._schedules = ScheduleRepository()
+        self._schedules, self._durations = ScheduleRepository(), DurationRepository()
 
     def page(self, wanted: ExecutionFilter, before: PageKey | None = None, size: int = 100) -> Page:
         rows = self._executions.page(self._db.read(), wanted, before, size)
@@ -54,9 +55,10 @@ class History:
 
     def usual_duration(self, robot_id: int, mission_guid: str) -> float | None:
         """Seconds; median of the last completed runs, None when there is none."""
-        return self._executions.usual_duration(self._db.read(), robot_id, mission_guid)
+        found = self._durations.usual(self._db.read(), robot_id, mission_guid)
+        return None if found is None else found.median_s
 
     def expected(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
         """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: not known."""
         c = self._db.read()
-        return expected(self._executions.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id))
+        return expected(self._durations.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id))

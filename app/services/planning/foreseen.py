@@ -9,17 +9,17 @@ from datetime import datetime, timedelta
 from math import inf
 from zoneinfo import ZoneInfo
 
+from app.database.activities import ActivityRepository
 from app.database.executions import ExecutionRepository
 from app.database.group_starts import GroupStartRepository
 from app.database.groups import PlaceRepository
 from app.database.holds import HoldRepository
-from app.database.usage import UsageRepository
 from app.domain import rules
 from app.domain.clock import midnight
 from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State
 from app.services.allocation import estimates
 from app.services.allocation.decide import AHEAD
-from app.services.planning.forecast import HOUR, Found, Site, Wanted, forecast
+from app.services.planning.forecast import Found, Site, Wanted, forecast
 from app.services.planning.known import Known, quick
 from app.services.planning.planned import PlannedRun
 
@@ -123,9 +123,9 @@ class Foreseen:
             return max(0.0, estimates.remaining(usual, (self._now - row.started_at).total_seconds()))
         return estimates.takes(usual, None)
 
-    def _hours(self) -> dict[int, float]:
+    def _hours(self) -> Mapping[int, float]:
         today = midnight(self._now.astimezone(self._zone).date(), self._zone)
-        return {robot_id: seconds / HOUR for robot_id, seconds in UsageRepository().seconds_run(self._c, today).items()}
+        return ActivityRepository().hours_executing(self._c, today, self._now)
 
     def _held(self) -> Mapping[int, Sequence[tuple[float, float]]]:
         held = defaultdict[int, list[tuple[float, float]]](list)

@@ -5,7 +5,7 @@ import sqlite3
 from collections.abc import Iterable, Sequence
 from math import ceil
 
-from app.database.executions import ExecutionRepository
+from app.database.durations import DurationRepository
 from app.database.missions import MissionRepository
 from app.domain.models import DurationEstimate, Group, Mission, Robot
 from app.services.allocation import estimates
@@ -14,7 +14,7 @@ from app.services.planning.durations import expected, pooled
 
 class Known:
     def __init__(self, c: sqlite3.Connection, groups: Iterable[Group] = ()) -> None:
-        self._c, self._executions = c, ExecutionRepository()
+        self._c, self._durations = c, DurationRepository()
         self.missions = {mission.id: mission for mission in MissionRepository().all(c)}
         self._meant = {(mission.name, mission.robot_id): mission for mission in self.missions.values()}
         self._peers: dict[int, tuple[int, ...]] = {}         # robots of a robot's groups
@@ -58,7 +58,7 @@ class Known:
     def _learned(self, robot_id: int, guid: str) -> DurationEstimate | None:
         key = robot_id, guid
         if key not in self._usual:
-            self._usual[key] = self._executions.usual(self._c, robot_id, guid)
+            self._usual[key] = self._durations.usual(self._c, robot_id, guid)
         return self._usual[key]
 
 

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
-from app.domain.models import Schedule
+from app.domain.models import Schedule, State
+from tests.support.groups import Hall
 from tests.support.network import Fate
 from tests.support.seen import sent_at
 from tests.support.site import Site
@@ -168,3 +169,87 @@ def test_with_a_history_of_one_row_and_of_all_the_same_is_sent(story, forgets):
     """Two sites that differ only in how much history they keep send the same missions to the same robots at the same moments."""
     assert posts_of(story, 1, forgets) == posts_of(story, None, forgets)
 
+
+
+# ---------------------------------------------------------------------- groups, which robot gets a start among it
+NEARLY_EMPTY = 8.5           # %: enough for the minutes that the missions take, and not for what is believed of one that never ran
+
+
+class Floor(Hall):
+    """Starts for any of three robots, some of which have to be done in time. R3's own ones make a short history forget all others."""
+
+    def __init__(self, directory: Path, limit: int | None) -> None:
+        super().__init__(directory, robots=3)
+        self.container.catalogue.change_settings(history_limit=limit)
+        self.empties, self.home = self.add_mission("Collect empties"), self.add_mission("Home")
+        self.plan("Home", "2026-11-23T06:01", recurrence="FREQ=MINUTELY;INTERVAL=3", mission_id=self.home.id,
+                  robot_id=self.robot("R3").id, group_id=None)
+
+    def charge(self, name: str, percent: float) -> None:
+        self.machines[name].set_battery(percent)
+
+    def happen(self, act: str, number: int) -> None:
+        """What a person or the robot of that number does."""
+        name = f"R{number}"
+        match act:
+            case "nearly empty":
+                self.charge(name, NEARLY_EMPTY)
+            case "charged":
+                self.charge(name, 80.0)
+            case "off" | "on":
+                self.switch(name, on=act == "on")
+            case "busy":
+                self.stranger_queues("Collect empties", robot=name)
+            case "removed and put back":
+                self.container.catalogue.restore(self.container.catalogue.remove_robot(self.robot(name).id))
+            case "restart":
+                self.power_cut(5)
+
+    def posts(self) -> list[tuple[str, float, str]]:
+        """What left for which robot, and when, robot by robot: one's requests overtake another's by milliseconds."""
+        return sorted((post.robot, post.at, post.mission_id) for post in self.network.posts())
+
+
+@pytest.mark.parametrize("limit", [1, None])
+def test_how_long_a_robot_runs_is_known_however_short_the_history(tmp_path, limit):
+    """Its battery is enough for a mission that it ran four times, of which the history keeps nothing."""
+    floor = Floor(tmp_path, limit)
+    floor.only("R1", "R3")
+    floor.plan("Learn", recurrence="FREQ=MINUTELY;INTERVAL=3;COUNT=4", robot_id=floor.robot("R1").id, group_id=None)
+    floor.container.catalogue.edit(lambda edit: edit.save_group(replace(floor.group, members=floor.group.members[:2])))
+    floor.plan("Low", "2026-11-23T06:24")
+    floor.run(1430)
+    floor.charge("R1", NEARLY_EMPTY)
+    floor.run(20)
+    low, kept = floor.run_of("Low"), len(floor.executions(State.COMPLETED))
+    floor.switch_off()
+    assert (low.state, low.robot, kept == 1) == (State.EXECUTING, "R1", limit == 1)
+
+
+GROUP_ACTS = ("nearly empty", "charged", "off", "on", "busy", "removed and put back", "restart")
+
+
+def posts_of_group(story, limit):
+    with tempfile.TemporaryDirectory() as directory:
+        floor = Floor(Path(directory), limit)
+        floor.plan("Deliver", "2026-11-23T06:02", recurrence="FREQ=MINUTELY;INTERVAL=4")
+        floor.plan("Urgent", "2026-11-23T06:11", recurrence="FREQ=MINUTELY;INTERVAL=5", finish_by_minutes=3)
+        floor.plan("Empties", "2026-11-23T06:05", recurrence="FREQ=MINUTELY;INTERVAL=7", mission_id=floor.empties.id, finish_by_minutes=6)
+        for minutes, act, number in story:
+            floor.run(60.0 * minutes)
+            floor.happen(act, number)
+        floor.run(600)
+        posts = floor.posts()
+        floor.switch_off()
+        return posts
+
+
+@settings(max_examples=4, phases=[Phase.explicit, Phase.generate])
+@example(story=[(9, "off", 3), (9, "nearly empty", 1), (1, "nearly empty", 2)])
+@example(story=[(12, "removed and put back", 1), (3, "off", 2), (1, "restart", 1)])
+@given(story=st.lists(st.tuples(st.integers(1, 9), st.sampled_from(GROUP_ACTS), st.integers(1, 3)), min_size=2, max_size=6))
+def test_with_a_history_of_one_row_and_of_all_robots_of_a_group_are_sent_the_same(story):
+    """The same missions to the same robots, though which one depends on how long they take and on how much each has run."""
+    short, long = posts_of_group(story, 1), posts_of_group(story, None)
+    assert [(robot, mission) for robot, _at, mission in short] == [(robot, mission) for robot, _at, mission in long]
+    assert [at for _robot, at, _mission in short] == pytest.approx([at for _robot, at, _mission in long], abs=1.0)

@@ -178,16 +178,6 @@ def test_the_last_of_a_schedule(db, row):
     assert EXECUTIONS.last_of_schedule(db.read(), 1) == late
 
 
-def test_the_usual_duration_is_the_median_of_the_last_twenty(db, row):
-    assert EXECUTIONS.usual_duration(db.read(), 1, "guid") is None
-    for minutes in range(25):
-        add(db, ended(row, minutes=minutes, duration_s=float(minutes)))
-    add(db, ended(row, State.FAILED, minutes=99, duration_s=9999.0))
-    add(db, ended(row, minutes=99, duration_s=None))
-    assert EXECUTIONS.usual_duration(db.read(), 1, "guid") == 14.5
-    assert EXECUTIONS.usual_duration(db.read(), 1, "other") is None
-
-
 def test_the_newest_ended_ones_of_all_robots(db, row):
     rows = [add(db, ended(row, minutes=minutes, robot_id=minutes % 2 + 1)) for minutes in (3, 1, 2)]
     add(db, row())
@@ -292,12 +282,12 @@ SMALL = ("executions_open", "executions_open_of_schedule")      # indexes that h
     lambda c: EXECUTIONS.unsent_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1),
     lambda c: EXECUTIONS.wait_again(c, [1, 2], NOON), lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON),
     lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON), lambda c: EXECUTIONS.drop_unsent_after(c, 1, NOON),
-    lambda c: EXECUTIONS.usual_duration(c, 1, "guid"), lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
+    lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
     lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1),
     lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1, ids=[1, 2]),
     lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.ROBOT_REMOVED), NOON, robot_id=1),
-    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(23))
+    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(22))
 def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     add(db, ended(row))
     asked = []

@@ -52,6 +52,19 @@ def seconds(world: World, end: datetime = NOON, robot_id: int = 1) -> dict[date,
     return REPOSITORY.seconds(world.db.read(), robot_id, midnight(TODAY - BACK * DAY, HELSINKI), end, HELSINKI)
 
 
+def test_how_long_robots_ran_is_asked_of_all_at_once(world):
+    """To the minute; what lies outside of the period is cut off, as of spans that begin before it or in the future."""
+    def at(minutes):
+        return NOON + timedelta(minutes=minutes)
+    world.watch(1, ActivitySpan("executing", at(-300), at(-200)), ActivitySpan("executing", at(-90), at(-30.2)),
+                ActivitySpan("idle", at(-30.2), at(-10)), ActivitySpan("executing", at(-10), at(-4.6)),
+                ActivitySpan("executing", at(-1), at(60)), ActivitySpan("executing", at(70), at(80)))
+    world.watch(2, ActivitySpan("executing", at(-300), at(-200)), ActivitySpan("idle", at(-200), at(0)))
+    world.watch(3, ActivitySpan("executing", at(-50), at(-10)))                              # which has been removed
+    assert REPOSITORY.hours_executing(world.db.read(), at(-60), NOON) == {1: pytest.approx((29.8 + 5.4 + 1 - 0.2) / 60)}
+    assert REPOSITORY.hours_executing(world.db.read(), at(-240), NOON) == {1: pytest.approx(106 / 60), 2: pytest.approx(40 / 60)}
+
+
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(spans=SPANS)
 def test_timeline_figures_per_day_and_kpis_agree_on_every_day(world, spans):
