@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import Group, State
+from app.domain.models import Group, Mission, State
 from app.screens.home.cards import RobotHead, RunNowCard
 from app.screens.home.waiting_model import WaitingCard, WaitingDialog, WaitingRow
 from app.widgets.buttons import ChoiceChip, CommandButton
@@ -126,6 +126,24 @@ def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home,
     ui.wait(lambda: [item for item in ui.find_all(QueueRow, mission="Home") if "Aino: chosen by a person" in item.origin])
     row, = home.site.container.history.open()
     assert (row.robot, row.robot_group) == ("Aino", "Hall 1")
+
+
+def test_a_robot_that_refuses_what_it_was_given_is_named_in_the_message_and_on_the_card(home, hall, ui):
+    home.site.container.catalogue.save_mission(Mission("Removed on the robot", "00000000-0000-0000-0000-000000000000", favourite=True))
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Removed on the robot"))
+    stop_both(home, ui)
+    run_on_any(ui, "Removed on the robot")
+    ui.wait(lambda: ui.find_all(WaitingRow) and "Aino stopped" in ui.find(WaitingRow).note)
+    ui.wait(lambda: home.shell.snackbars.texts)
+    home.shell.snackbars.clear()
+    press(ui, "Give to …", ui.find(WaitingRow))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    ui.tap(ui.find(OptionRow, text="Veikko"))
+    ui.wait(lambda: home.shell.snackbars.texts)
+    told, = home.shell.snackbars.texts
+    assert told.startswith("Removed on the robot is not sent yet. Veikko refused it: The robot has no such mission: ")
+    ui.wait(lambda: ui.find_all(WaitingRow) and ui.find(WaitingRow).note.startswith("Veikko refused it: The robot has no such mission"))
 
 
 def test_what_waits_is_cancelled(home, hall, ui):

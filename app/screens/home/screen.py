@@ -63,7 +63,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
         self._learning = Learning(services, shell, self._reader.request)
         self._target = Target()                               # of Run now
-        self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request)
+        self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self._started.follow)
         self._is_plan_old = True                              # more than what the robots do has changed
 
     # ------------------------------------------------------------------ reading

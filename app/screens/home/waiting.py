@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from typing import Any
 
 from app.domain import choice, names
 from app.domain.models import Execution, Group, Robot, Settings, State, Wait
@@ -13,7 +14,7 @@ from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.common.priorities import word
 from app.screens.home.facts import HomeFacts
-from app.services.allocation.belief import HIGH
+from app.services.allocation.belief import HIGH, Out
 from app.services.allocation.decide import AHEAD, LAST_CALL
 
 SHOWN = 2                                # on Home; all of them in a dialog
@@ -68,14 +69,19 @@ def waits_for(row: Execution, settings: Settings) -> str:
     """What it waits for, what each robot is doing, and when it goes into a queue at the latest."""
     zone = settings.timezone
     parts = [waiting_sentence(row, zone, _)]
-    if row.wait is Wait.ROBOT and (told := choice.awaited(row.wait_details, zone, _)):
+    passed = choice.moved_on(row.tried, row.robot, _)
+    if row.wait is Wait.ROBOT and (told := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)):
         last_call = row.closes_at - timedelta(seconds=LAST_CALL)
         parts = [_("{group}: {robots}").format(group=row.robot_group, robots=told)]
         if choice.may_any(row.wait_details):
             parts.append(_("Goes into a queue at {time} at the latest").format(time=formats.clock_time(last_call, zone)))
-    if passed := choice.moved_on(row.tried, row.robot, _):
-        parts.insert(0, passed)
-    return ". ".join(parts)
+    return ". ".join(filter(None, (passed, *parts)))
+
+
+def _without_those_tried(row: Execution) -> dict[str, Any]:
+    """What it waits for; of robots that it was given to before it is said already what they did."""
+    robots = [each for each in row.wait_details.get("robots", ()) if not (isinstance(each, dict) and each.get("out") == Out.TRIED)]
+    return {**row.wait_details, "robots": robots}
 
 
 def waiting_title(count: int) -> str:

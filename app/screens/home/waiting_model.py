@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
@@ -28,6 +29,8 @@ from app.widgets.lists import RecycledRow
 
 READ_EVERY = 5                           # s, while something waits
 
+T = TypeVar("T")
+
 
 class WaitingState(EventDispatcher):
     """What kv reads: the first rows, all of them, and how many there are, in words."""
@@ -44,11 +47,12 @@ class WaitingState(EventDispatcher):
 
 
 class WaitingModel(WaitingState):
-    """``changed()`` is called when something has been done that can be read."""
+    """``changed()`` is called when something has been done that can be read; ``follow(execution)`` says what becomes of one that a person
+    has given to a robot."""
 
-    def __init__(self, services: HomeServices, shell: Shell, changed: Callable[[], object]) -> None:
+    def __init__(self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]) -> None:
         super().__init__()
-        self._services, self._shell, self._changed = services, shell, changed
+        self._services, self._shell, self._changed, self._follow = services, shell, changed, follow
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
         self._stuck: dict[int, WaitingStart] = {}
@@ -81,14 +85,13 @@ class WaitingModel(WaitingState):
             (self._start_elsewhere if row.id in self._stuck else self._give)(row)
         elif action == "cancel":
             self._do(row, lambda: self._services.operator.cancel_execution(row.id),
-                     _("{mission} is cancelled").format(mission=row.mission), "close")
+                     self._saying(_("{mission} is cancelled").format(mission=row.mission), "close"))
 
     def _give(self, row: Execution) -> None:
         facts = self._facts
         self._shell.dialogs.choose(
             _("Give {mission} to").format(mission=row.mission), robots_for(row, facts.robots, facts.groups, facts.settings),
-            lambda robot_id: self._do(row, lambda: self._services.operator.give_to(row.id, robot_id), _("{mission} goes to {robot}").format(
-                mission=row.mission, robot=next(robot.name for robot in facts.robots if robot.id == robot_id)), "robot-outline"))
+            lambda robot_id: self._do(row, lambda: self._services.operator.give_to(row.id, robot_id), self._follow))
 
     def _start_elsewhere(self, row: Execution) -> None:
         """As well: asked first, because nobody knows whether the silent robot has it."""
@@ -98,11 +101,14 @@ class WaitingModel(WaitingState):
             self._shell.dialogs.confirm(
                 _("Start {mission} on another robot?").format(mission=row.mission),
                 _("If {robot} has it after all, it runs twice.").format(robot=row.robot), _("Start it"),
-                lambda: self._do(row, lambda: self._services.operator.start_on_another(row.id, robot_id or None),
-                                 _("{mission} is started on another robot").format(mission=row.mission), "robot-outline"), danger=True)
+                lambda: self._do(row, lambda: self._services.operator.start_on_another(row.id, robot_id or None), self._follow),
+                danger=True)
         self._shell.dialogs.choose(_("Start on another robot"), others_for(row, facts.robots, facts.groups), agreed)
 
-    def _do(self, row: Execution, work: Callable[[], object], text: str, icon: str) -> None:
+    def _saying(self, text: str, icon: str) -> Callable[[object], None]:
+        return lambda _done: self._shell.snackbars.show(text, icon=icon)
+
+    def _do(self, row: Execution, work: Callable[[], T], done: Callable[[T], object]) -> None:
         if row.id in self._busy:
             return
         self._busy.add(row.id)
@@ -111,7 +117,7 @@ class WaitingModel(WaitingState):
             self._busy.discard(row.id)
             call()
             self._changed()
-        self._shell.background.run(work, lambda _done: ended(lambda: self._shell.snackbars.show(text, icon=icon)),
+        self._shell.background.run(work, lambda outcome: ended(lambda: done(outcome)),
                                    lambda problem: ended(lambda: self._shell.say_problem(problem)))
 
     def show_all(self) -> None:
