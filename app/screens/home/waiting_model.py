@@ -2,14 +2,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.domain.models import Execution
-from app.i18n import _
+from app.screens.common.group_starts import GroupStarts, robots_for
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.waiting import (
@@ -17,7 +16,6 @@ from app.screens.home.waiting import (
     WaitingStart,
     more_words,
     others_for,
-    robots_for,
     stuck_starts,
     waiting_of,
     waiting_starts,
@@ -28,8 +26,6 @@ from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 
 READ_EVERY = 5                           # s, while something waits
-
-T = TypeVar("T")
 
 
 class WaitingState(EventDispatcher):
@@ -52,11 +48,10 @@ class WaitingModel(WaitingState):
 
     def __init__(self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]) -> None:
         super().__init__()
-        self._services, self._shell, self._changed, self._follow = services, shell, changed, follow
+        self._services, self._shell, self._starts = services, shell, GroupStarts(services.operator, shell, changed, follow)
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
         self._stuck: dict[int, WaitingStart] = {}
-        self._busy: set[int] = set()
         self._seconds = 0
 
     def take(self, facts: HomeFacts) -> None:
@@ -75,50 +70,22 @@ class WaitingModel(WaitingState):
         waiting = [row for row in self._waiting.values() if row.id not in self._stuck]
         self.all_rows = [*self._stuck.values(), *waiting_starts(waiting, self._facts.settings)]
         self.rows = self.all_rows[:SHOWN]
-        self.title, self.more = waiting_title(len(self.all_rows)), more_words(len(self.all_rows))
+        self.title, self.more = waiting_title([*self._waiting.values()]), more_words(len(self.all_rows))
 
     def act(self, key: int, action: str) -> None:
-        row = self._waiting.get(key)
-        if row is None or key in self._busy:
+        row, facts = self._waiting.get(key), self._facts
+        if row is None:
             return
-        if action == "give":
-            (self._start_elsewhere if row.id in self._stuck else self._give)(row)
-        elif action == "cancel":
-            self._do(row, lambda: self._services.operator.cancel_execution(row.id),
-                     self._saying(_("{mission} is cancelled").format(mission=row.mission), "close"))
-
-    def _give(self, row: Execution) -> None:
-        facts = self._facts
-        self._shell.dialogs.choose(
-            _("Give {mission} to").format(mission=row.mission), robots_for(row, facts.robots, facts.groups, facts.settings),
-            lambda robot_id: self._do(row, lambda: self._services.operator.give_to(row.id, robot_id), self._follow))
-
-    def _start_elsewhere(self, row: Execution) -> None:
-        """As well: asked first, because nobody knows whether the silent robot has it."""
-        facts = self._facts
-
-        def agreed(robot_id: int) -> None:
-            self._shell.dialogs.confirm(
-                _("Start {mission} on another robot?").format(mission=row.mission),
-                _("If {robot} has it after all, it runs twice.").format(robot=row.robot), _("Start it"),
-                lambda: self._do(row, lambda: self._services.operator.start_on_another(row.id, robot_id or None), self._follow),
-                danger=True)
-        self._shell.dialogs.choose(_("Start on another robot"), others_for(row, facts.robots, facts.groups), agreed)
-
-    def _saying(self, text: str, icon: str) -> Callable[[object], None]:
-        return lambda _done: self._shell.snackbars.show(text, icon=icon)
-
-    def _do(self, row: Execution, work: Callable[[], T], done: Callable[[T], object]) -> None:
-        if row.id in self._busy:
-            return
-        self._busy.add(row.id)
-
-        def ended(call: Callable[[], object]) -> None:
-            self._busy.discard(row.id)
-            call()
-            self._changed()
-        self._shell.background.run(work, lambda outcome: ended(lambda: done(outcome)),
-                                   lambda problem: ended(lambda: self._shell.say_problem(problem)))
+        match action:
+            case "give" if row.id in self._stuck:
+                self._starts.start_on_another(row, others_for(row, facts.robots, facts.groups))
+            case "give":
+                now = self._services.clock.now()
+                self._starts.give(row, robots_for(row, facts.robots, facts.groups, facts.holds, facts.settings, now))
+            case "priority":
+                self._starts.prioritise(row)
+            case "cancel":
+                self._starts.cancel(row)
 
     def show_all(self) -> None:
         self._shell.dialogs.open(WaitingDialog(state=self))
@@ -128,8 +95,9 @@ NO_WAITING = WaitingState()
 
 
 class WaitingRow(RecycledRow, BoxLayout):
-    """A start without a robot. Actions: "give", "cancel"."""
+    """A start without a robot. Actions: "give", "priority", "cancel"."""
     mission = StringProperty()
+    origin = StringProperty()
     note = StringProperty()
     priority = StringProperty()
     urgent = BooleanProperty(False)
