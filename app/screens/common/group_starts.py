@@ -8,8 +8,7 @@ from typing import TypeVar
 from app.domain import choice
 from app.domain.models import Execution, Group, Mission, Robot, Settings, State, Wait
 from app.i18n import _
-from app.screens.common import formats
-from app.screens.common.holding import hold_at
+from app.screens.common.holding import hold_at, until_words
 from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.shell import Shell
@@ -34,8 +33,7 @@ def robots_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group],
 
     def note(robot: Robot) -> str:
         if hold := hold_at(holds, robot.id, now):
-            until = hold.until and formats.day_or_time(hold.until, settings.timezone, now)
-            return _("held until {time}").format(time=until) if until else _("held until released")
+            return until_words(hold, settings, now)
         return full or (choice.awaited({"robots": [told[robot.name]]}, settings.timezone, _) if robot.name in told else "")
     return [Option(robot.id, robot.name, "robot-outline", note(robot)) for robot in robots if robot.id in members and robot.enabled]
 

@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import Any
 
 from app.domain import rules
-from app.domain.models import Execution, Group, Robot
+from app.domain.models import Execution, Group, HandOver, Robot
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.group_starts import lacking, lacking_words
@@ -155,5 +155,7 @@ def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> Run
         text, off = _("This mission is for one robot only"), True
     elif holds:
         text, icon = _("Queue, held"), HAND
-    return replace(run, text=text, icon="play" if off else icon, off=off, low_battery="",
-                   note=_("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now)))
+    note = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
+    if group.hand_over is HandOver.AT_ONCE and not holds:
+        note = _("at once, also to a busy robot")
+    return replace(run, text=text, icon="play" if off else icon, off=off, low_battery="", note=note)

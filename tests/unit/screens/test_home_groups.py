@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Connection, Group, Mission, Schedule, State, Wait
+from app.domain.models import Connection, Group, HandOver, Mission, Schedule, State, Wait
 from app.screens.common.group_starts import robots_for
 from app.screens.home import run_now, waiting
 from app.screens.home.lists import queue_entries
@@ -141,6 +141,12 @@ def test_the_missions_of_a_group_say_which_robot_does_not_have_them():
     given = replace(facts(), missions=(KITS,), all_missions=(KITS,), known={1: {KITS.guid}, 2: {"other"}})
     assert [option.note for option in run_now.mission_options(given, Target(5))] == ["not on Veikko"]
     assert [option.note for option in run_now.mission_options(given, Target())] == [""]
+
+
+def test_a_group_that_sends_at_once_does_not_say_that_it_waits():
+    at_once = replace(HALL, hand_over=HandOver.AT_ONCE)
+    assert aimed(replace(facts(), groups=(at_once,))).note == "at once, also to a busy robot"
+    assert aimed(replace(facts(), groups=(at_once,), holds=(Hold("Audit"),))).note == "waits until 14:53 at most"
 
 
 def test_before_everything_else_is_critical():
