@@ -77,7 +77,7 @@ def test_a_group_is_made_of_ticked_robots(site, app, ui):
     press(ui, "Save group", dialog)
     ui.wait(lambda: ui.find_all(GroupPanel))
     panel = ui.find(GroupPanel)
-    assert (panel.name, panel.robots, panel.hand_over, panel.keep_free) == ("Hall 1", "Aino, Veikko", "At once", "none")
+    assert (panel.name, panel.robots, panel.hand_over, panel.keep_free) == ("Hall 1", "Aino, Veikko", "At once", "no robot")
     assert groups(site) == [Group("Hall 1", tuple(robot.id for robot in robots(site)), HandOver.AT_ONCE, 0, groups(site)[0].id)]
 
 
@@ -173,7 +173,7 @@ def test_a_place_and_the_missions_that_use_it(site, app, ui):
     press(ui, "Save place", dialog)
     ui.wait(lambda: ui.find_all(PlaceRow))
     row = ui.find(PlaceRow)
-    assert (row.name, row.note) == ("Dock 2", "At most 2 missions at a time · Deliver, Home")
+    assert (row.name, row.note) == ("Dock 2", "At most 2 robots at a time · Deliver, Home")
     ui.tap(ui.find(IconButton, row, icon="delete-outline"))
     ui.wait(lambda: ui.find_all(Snackbar, text="Dock 2 deleted"))
     ui.wait(lambda: not ui.find_all(PlaceRow))
