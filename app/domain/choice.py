@@ -12,7 +12,7 @@ from typing import Any
 from app.domain import writing
 from app.domain.message import is_message, render
 from app.domain.models import Connection, Execution, RobotSnapshot, State, Wait
-from app.domain.reasons import known_zone
+from app.domain.reasons import known_zone, stored_sentence
 from app.domain.writing import Translate
 
 MOST_SHOWN = 4               # robots of a sentence; of more, how many
@@ -48,8 +48,10 @@ def moved_on(tried: Mapping[str, Any], robot: str, translate: Translate = lambda
             continue
         problem = each.get("problem")
         text = render(problem, translate) if is_message(problem) else str(problem or "")
-        told.append(translate("{robot}: {problem}").format(robot=each["robot"], problem=text) if text
-                    else translate("{robot} refused it or did not answer").format(robot=each["robot"]))
+        template = translate("{robot}: {problem}") if text else translate("{robot} refused it or did not answer")
+        if "code" in each:                                   # for good
+            template, text = translate("{robot} refused it: {problem}"), text or stored_sentence(each, "UTC", translate)
+        told.append(template.format(robot=each["robot"], problem=text))
     if told and robot:
         told.append(translate("given to {robot}").format(robot=robot))
     return "; ".join(told)

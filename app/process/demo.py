@@ -37,7 +37,8 @@ PLAN: Sequence[Sequence[_Rule]] = (
      _Rule("Collect empties", 7, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 8.0),
      _Rule("Return to charger", 21, 0, "FREQ=DAILY", 3.4)),
     (_Rule("Collect empties", 6, 20, "FREQ=DAILY;BYHOUR=6,9,12,15;BYMINUTE=20", 8.2),
-     _Rule("Waste to compactor", 16, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 12.0)),
+     _Rule("Waste to compactor", 16, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 12.0),
+     _Rule("Move coils to press", 12, 20, "FREQ=DAILY", 10.5)),          # while it collects empties: there is something to suggest
     (_Rule("Move coils to press", 6, 15, "FREQ=DAILY;BYHOUR=6,10,14;BYMINUTE=15", 10.5),
      _Rule("Bring pallet to dock", 11, 45, "FREQ=WEEKLY;BYDAY=TU,TH", 22.0)),
 )
@@ -66,10 +67,14 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
     history: list[Execution] = []
     rng = random.Random(20)
     for robot, its_rules in zip(saved, PLAN, strict=False):
+        runs: list[Execution] = []
         for rule in its_rules:
             mission = by_name[rule.mission]
             schedule = container.catalogue.save_schedule(_schedule(rule, robot, mission, settings, now))
-            history += _history(schedule, rule, robot, mission, settings, install_id, now, rng)
+            old = replace(schedule, changed_at=now - timedelta(days=DAYS + 1))          # else its past would be another schedule's
+            container.db.write(lambda w, old=old: container.repositories.schedules.update(w, old))  # type: ignore[misc]
+            runs += _history(schedule, rule, robot, mission, settings, install_id, now, rng)
+        history += _one_at_a_time(runs)
     group = container.catalogue.save_group(Group(GROUP, tuple(robot.id for robot in saved)))
     container.catalogue.save_schedule(_live_schedule(group, by_name[LIVE], settings, now))
     container.catalogue.save_idle_rule(saved[0].id, by_name["Return to charger"].id, after_minutes=15)
@@ -130,6 +135,18 @@ def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Exec
     if luck < .075:
         return replace(rules.ended(ran, Reason(ReasonCode.USER_CANCELLED), started + timedelta(seconds=took / 2)), duration_s=took / 2)
     return replace(ran, state=State.COMPLETED, duration_s=took, ended_at=started + timedelta(seconds=took))
+
+
+def _one_at_a_time(runs: Sequence[Execution]) -> Iterator[Execution]:
+    """Those of one robot: what finds it busy waits in its queue."""
+    free = datetime.min.replace(tzinfo=UTC)
+    for row in sorted(runs, key=lambda row: row.planned_at):
+        if row.started_at is not None and row.ended_at is not None:
+            wait = max(timedelta(), free - row.started_at)
+            row = replace(row, started_at=row.started_at + wait, robot_delay_s=(row.robot_delay_s or 0.0) + wait.total_seconds(),
+                          ended_at=row.ended_at + wait)
+            free = row.ended_at or free
+        yield row
 
 
 def _seen(runs: Sequence[Execution], settings: Settings, now: datetime, charging: timedelta) -> Iterator[ActivitySpan]:

@@ -215,6 +215,47 @@ class CalmScroll(ScrollView):
                 touch.ud[PRESSED_ROW] = row.key
         return super().on_touch_down(touch)
 
+    def on_scroll_move(self, touch):
+        """Where this has reached its end, the drag goes on with the page around it."""
+        drag = touch.ud.get(self._get_uid())
+        if drag is not None and touch.dy and not self.can_follow(touch.dy) and self._is_drag_upright(drag, touch):
+            outer = self._around(touch.dy)
+            if outer is not None and self._hand_over(touch, drag, outer):
+                return True
+        return super().on_scroll_move(touch)
+
+    def can_follow(self, dy: float) -> bool:
+        """Whether its content can follow a finger that moves upwards (px > 0) or downwards."""
+        is_higher = bool(self.do_scroll_y) and self.viewport_size[1] > self.height + 1
+        return is_higher and (self.scroll_y > 1e-3 if dy > 0 else self.scroll_y < 1 - 1e-3)
+
+    def _is_drag_upright(self, drag, touch) -> bool:
+        """Whether it has gone further than a tap does, and up or down."""
+        return not (touch.ud["in_bar_x"] or touch.ud["in_bar_y"]) and drag["dy"] > max(drag["dx"], self.scroll_distance)
+
+    def _around(self, dy: float):
+        view = self.parent
+        while view is not None and not (isinstance(view, CalmScroll) and view.can_follow(dy)):
+            view = view.parent if view.parent is not view else None
+        return view
+
+    def _hand_over(self, touch, drag, outer) -> bool:
+        """The touch is the outer page's from now on, if that is under it."""
+        touch.push()
+        touch.apply_transform_2d(lambda x, y: outer.parent.to_widget(*self.parent.to_window(x, y)))
+        if is_taken := outer.collide_point(*touch.pos) and outer._touch is None:
+            outer.on_scroll_start(touch, check_children=False)
+            touch.ud[outer._get_uid()].update(mode="scroll", user_stopped=True)
+        touch.pop()
+        if is_taken:
+            drag["mode"] = "scroll"                  # no tap
+            self.dispatch("on_scroll_stop", touch)
+            del touch.ud[self._get_uid()]
+            outer._touch = touch
+            touch.ungrab(self)
+            touch.grab(outer)
+        return is_taken
+
 
 class ScrollPage(CalmScroll):
     """A page that scrolls: children go into one column as wide as the page, as high as they need."""

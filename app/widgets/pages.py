@@ -1,7 +1,8 @@
 """Pages that scroll only if their content doesn't fit, with lists in them that scroll too.
 
 kivy's scroll views (2.3.1) can't be nested: the outer one consumes the end of a tap, so that nothing inside the inner one is ever pressed.
-Here each touch belongs to one of them: to the list or page under the finger, else to the page around it.
+Here each touch belongs to one of them: to the list or page under the finger, else to the page around it, and from where a list has reached
+its end (``CalmScroll``).
 """
 from kivy.uix.scrollview import ScrollView
 

@@ -77,11 +77,24 @@ class Snackbars:
         self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=None if stays else UNDO_SECONDS))
 
     def post(self, message: Message) -> None:
+        if self._is_said(message):
+            return
         staying = [bar for bar, (shown, _timer) in self._shown.items() if shown.seconds is None]
         if message.seconds is None and len(staying) == AT_ONCE - 1:        # others need a place, too
             self._close(staying[0], pressed=False)
         self._waiting.append(message)
         self._show_next()
+
+    def _is_said(self, message: Message) -> bool:
+        """Whether that can be read already; it then can be for as long as if it had just come."""
+        if message.action:
+            return False
+        for shown, timer in self._shown.values():
+            if (shown.text, shown.action) == (message.text, ""):
+                timer.cancel()
+                timer()
+                return True
+        return any((waiting.text, waiting.action) == (message.text, "") for waiting in self._waiting)
 
     def clear(self) -> None:
         """Close all messages, waiting ones as well, as if their time were over."""

@@ -42,6 +42,15 @@ def test_a_mission_starts_within_two_minutes_whatever_day_it_is(make, day):
     assert (live.name, live.respect_working_days) == ("Deliver kits to line 2 on Hall 1", False)
 
 
+@pytest.mark.parametrize("day", range(23, 30))
+def test_there_is_something_to_suggest(make, day):
+    container = make(datetime(2026, 11, day, 3, 7, 20, tzinfo=UTC))
+    furnish(container, ROBOTS, MISSIONS)
+    [suggestion] = container.suggestions.compute().suggestions
+    assert (suggestion.schedule.name, suggestion.finding.cause) == ("Move coils to press on Veikko", "busy")
+    assert suggestion.changes
+
+
 def test_a_second_demo_on_the_same_directory_brings_the_addresses_up_to_date(make):
     container = make(datetime(2026, 11, 23, 3, 7, tzinfo=UTC))
     furnish(container, ROBOTS, MISSIONS)

@@ -57,6 +57,20 @@ def test_a_start_that_waits_goes_into_the_queue_of_the_robot_that_a_person_choos
     assert (run.state, run.robot, chosen(run.choice, "UTC")) == (State.QUEUED, "R3", "R3: chosen by a person")
 
 
+def test_a_start_that_a_person_puts_before_others_gets_the_first_robot_that_is_free(hall, operator):
+    all_busy(hall)
+    hall.plan("A", start_window_minutes=30)
+    hall.plan("B", start_window_minutes=30)
+    hall.run(310)
+    later = max(hall.run_of("A"), hall.run_of("B"), key=lambda row: row.id)
+    assert operator.prioritise(later.id, 1).priority == 1
+    hall.machines["R1"].cancel_all()
+    hall.run(5)
+    assert [(row.id == later.id) for row in hall.executions() if row.robot] == [True]
+    with pytest.raises(InvalidInput, match="does not wait"):
+        operator.prioritise(later.id, 0)
+
+
 @pytest.mark.parametrize("trouble", ["paused", "low"])
 def test_the_robot_that_a_person_chose_gets_it_as_a_start_of_its_own(hall, operator, trouble):
     """A paused one keeps it in its queue; for its battery it waits there."""

@@ -3,11 +3,12 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import Group, State
+from app.domain.models import Group, Mission, State
 from app.screens.home.cards import RobotHead, RunNowCard
 from app.screens.home.waiting_model import WaitingCard, WaitingDialog, WaitingRow
 from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, MenuRow
+from app.widgets.fields import PickField
 from app.widgets.rows import OptionRow, QueueRow
 from app.widgets.snackbar import Snackbar
 from tests.support.stored import Stored
@@ -126,6 +127,74 @@ def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home,
     ui.wait(lambda: [item for item in ui.find_all(QueueRow, mission="Home") if "Aino: chosen by a person" in item.origin])
     row, = home.site.container.history.open()
     assert (row.robot, row.robot_group) == ("Aino", "Hall 1")
+
+
+def test_a_robot_that_refuses_what_it_was_given_is_named_in_the_message_and_on_the_card(home, hall, ui):
+    home.site.container.catalogue.save_mission(Mission("Deliver", "00000000-0000-0000-0000-000000000000", robot_id=hall.members[1]))
+    stop_both(home, ui)
+    run_on_any(ui, "Deliver")
+    ui.wait(lambda: ui.find_all(WaitingRow) and "Aino " in ui.find(WaitingRow).note)
+    ui.wait(lambda: home.shell.snackbars.texts)
+    home.shell.snackbars.clear()
+    press(ui, "Give to …", ui.find(WaitingRow))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    ui.tap(ui.find(OptionRow, text="Veikko"))
+    ui.wait(lambda: home.shell.snackbars.texts)
+    told, = home.shell.snackbars.texts
+    assert told.startswith("Deliver is not sent yet. Veikko refused it: The robot has no such mission: ")
+    ui.wait(lambda: ui.find_all(WaitingRow) and ui.find(WaitingRow).note.startswith("Veikko refused it: The robot has no such mission"))
+
+
+def pick(ui, word: str) -> None:
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    ui.tap(ui.find(OptionRow, text=word))
+
+
+def test_the_priority_of_what_waits_is_changed_by_a_tap_on_it(home, hall, ui):
+    stop_both(home, ui)
+    run_on_any(ui, "Deliver")
+    ui.wait(lambda: ui.find_all(WaitingRow))
+    ui.tap(ui.find(ChoiceChip, ui.find(WaitingRow), text="High"))
+    pick(ui, "Critical")
+    ui.wait(lambda: ui.find(WaitingRow).priority == "Critical")
+    assert home.site.container.history.open()[0].priority == 2
+    assert "Deliver: priority Critical" in home.shell.snackbars.texts
+
+
+def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
+    stop_both(home, ui)
+    run_on_any(ui, "Deliver")
+    ui.wait(lambda: ui.find_all(WaitingRow))
+    row, = home.site.container.history.open()
+    home.shell.go("scheduler")
+    vm = home.shell.navigator.screen("scheduler").vm
+
+    def use(word: str) -> None:
+        ui.wait(lambda: home.shell.background.idle and any(one.id == row.id for one in vm._facts.past))
+        vm.open_bars([("execution", row.id)], home.root)
+        ui.wait(lambda: ui.find_all(MenuRow, text=word))
+        ui.advance(.3)
+        ui.tap(ui.find(MenuRow, text=word))
+
+    use("Priority: High")
+    pick(ui, "Low")
+    ui.wait(lambda: home.site.container.history.get(row.id).priority == -1)
+    use("Give to …")
+    pick(ui, "Veikko")
+    ui.wait(lambda: home.site.container.history.get(row.id).robot == "Veikko")
+
+
+def test_the_missions_to_run_on_a_group_say_which_robot_lacks_them(home, hall, ui):
+    veikko = hall.members[1]
+    home.site.container.catalogue.save_mission(Mission("Deliver", "00000000-0000-0000-0000-000000000000", robot_id=veikko))
+    choose(ui, "Any of Hall 1")
+    ui.wait(lambda: home.shell.background.idle)
+    ui.tap(ui.find(PickField, ui.find(RunNowCard)))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    assert {row.text: row.note for row in ui.find_all(OptionRow)} == {"Deliver": "not on Veikko", "Home": ""}
 
 
 def test_what_waits_is_cancelled(home, hall, ui):

@@ -3,24 +3,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from datetime import timedelta
 from itertools import pairwise, product
 
 import pytest
 from kivy.core.window import Window
 from kivy.metrics import Metrics
+from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
 from kivy.uix.scrollview import ScrollView
 from kivy.uix.widget import Widget
 
-from app.domain.models import Alarm, Priority
+from app.domain.models import Alarm, Group, Priority
 from app.domain.problems import in_words
 from app.domain.robot import RobotProblem, UserPrompt
 from app.i18n import _, translator
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.facts import OpenIssues
-from app.screens.home.cards import Answers, HomeColumn, HomeTall, MissionTile, PlaceMap, PromptOption, QueueCard, RobotControls
+from app.screens.home.cards import (
+    Answers,
+    HomeColumn,
+    HomeTall,
+    MissionTile,
+    PlaceMap,
+    PromptOption,
+    QueueCard,
+    RobotCard,
+    RobotControls,
+)
 from app.screens.home.fleet_page import Counts
 from app.screens.home.screen import HomeScreen
+from app.services.live.holds import Hold
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.display import ValueTile
@@ -268,3 +281,49 @@ def test_an_answer_is_sent_once(ui):
     answers.busy = True
     ui.tap(ui.find(PromptOption, text="Yes"))
     assert sent == ["No"]
+
+
+# ---------------------------------------------------------------------- fingers
+HELD = OpenIssues(holds=(Hold("Maintenance", sample.NOW + timedelta(minutes=38), sample.ago(minutes=22), robot_id=1),))
+IDLE = replace(sample.with_aino(sample.READY), groups=(Group("Hall 1", (1, 2), id=5), Group("Pallet pair", (1, 3), id=6)))
+
+
+def swipe(ui, x: float, y: float, dy: float) -> None:
+    """Drag from that point of the window."""
+    touch = UnitTestTouch(x, y)
+    touch.touch_down()
+    ui.advance()
+    for n in range(1, 11):
+        touch.touch_move(x, y + dy * n / 10)
+        ui.advance()
+    ui.advance(.3)
+    touch.touch_up()
+    ui.advance(.5)
+
+
+@pytest.mark.parametrize("small", [pytest.param((size, "large"), id=f"{size[0]}x{size[1]}") for size in ((600, 800), (1024, 600))],
+                         indirect=True)
+def test_drags_lead_from_whatever_is_under_the_finger_to_the_run_button(ui, small):
+    screen = home(small, IDLE, issues=HELD)
+    screen.vm.choose_target(("group", 5))
+    ui.advance(.5)
+    button = ui.find(CommandButton, text=screen.vm.run.text)
+    left, bottom, right, top = checks.area(ui.find(Frame).ids.body)
+    x, y = (left + right) / 2 if Window.width < Window.height else right - 100, (bottom + top) / 2
+    for _n in range(30):
+        if checks.visible_area(button, checks.parents(button)) == pytest.approx(checks.area(button), abs=2):
+            return
+        swipe(ui, x, y, 80)
+    pytest.fail("the Run button is not reached")
+
+
+@pytest.mark.parametrize("small", [pytest.param(((600, 800), "plain"), id="600x800")], indirect=True)
+def test_the_robots_card_is_as_high_as_it_needs_in_one_column(ui, small):
+    home(small, IDLE, issues=HELD)
+    ui.advance(.5)
+    card, tile = ui.find(RobotCard), ui.find(MissionTile)
+    assert not card.ids.scroll.do_scroll_y
+    assert tile.height < 130
+    page = ui.find(HomeColumn)
+    swipe(ui, *tile.to_window(*tile.center), 100)
+    assert page.scroll_y < 1

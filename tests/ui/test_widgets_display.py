@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 
 import pytest
+from kivy.factory import Factory
 from kivy.metrics import Metrics
 from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
@@ -44,6 +45,14 @@ def test_a_switch_recolours_what_is_on_screen(ui, stage, theme):
 def test_every_tone_has_all_its_colours():
     for tone in TONES:
         assert {tone, f"{tone}_bg", f"{tone}_on", f"{tone}_solid"} <= COLOURS.keys()
+
+
+def test_a_note_beside_the_title_of_a_narrow_card_goes_on_below(ui):
+    head = ui.show(Factory.CardHead(title="Aja nyt", note="odottaa enintään klo 02.41 asti", padding=(0, 0, 12, 0)), (224, 60))
+    note = ui.find(Txt, text=head.note)
+    assert head.right - note.right >= 11
+    assert note.x >= ui.find(Txt, text="Aja nyt").right
+    assert note.texture_size[0] <= note.width + 1
 
 
 # ---------------------------------------------------------------------- text

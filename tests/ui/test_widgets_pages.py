@@ -85,3 +85,35 @@ def test_a_page_in_which_everything_fits_is_not_in_the_way(ui):
     assert pressed == [1]
     ui.drag(column, 0, 100)
     assert column.scroll_y < 1
+
+
+def test_a_drag_goes_on_with_the_page_where_the_column_under_it_has_reached_its_end(page, ui):
+    page.scroll_y, page.column.scroll_y = 0, 1
+    ui.advance(.3)
+    ui.drag(page.column, 0, -120)                             # from the top of the column: only the page can go on
+    assert page.scroll_y > .2
+    assert page.column.scroll_y == 1
+
+
+def test_one_drag_scrolls_the_column_to_its_end_and_then_the_page(page, ui):
+    page.scroll_y, page.column.scroll_y = 0, 1 - 60 / 900
+    ui.advance(.3)
+    ui.drag(page.column, 0, -140)
+    assert page.column.scroll_y == 1
+    assert .1 < page.scroll_y < .4
+
+
+def test_a_tap_after_a_drag_that_went_on_with_the_page_presses_once(page, ui):
+    pressed = []
+    page.scroll_y, page.column.scroll_y = 0, 1
+    ui.advance(.3)
+    ui.drag(page.column, 0, -60)
+    first = next(widget for widget in page.column.walk() if isinstance(widget, Segment) and widget.text == "0")
+    for widget in page.column.walk():
+        if isinstance(widget, Segment):
+            widget.bind(on_release=lambda button: pressed.append(button.text))
+    ui.advance(.5)
+    assert pressed == []
+    ui.tap(first)
+    ui.advance(.5)
+    assert pressed == ["0"]

@@ -35,6 +35,18 @@ def test_a_message_stays_in_sight_when_a_dialog_opens_over_it(ui, bars):
     ui.advance(.3)
 
 
+def test_what_can_be_read_already_is_not_said_beside_it(ui, bars):
+    bars.show("Kits waits")
+    ui.advance(3)
+    bars.show("Kits waits")
+    bars.show("Saved")
+    assert bars.texts == ["Kits waits", "Saved"]
+    ui.advance(3)
+    assert bars.texts == ["Kits waits", "Saved"]              # as long as if it had come the second time only
+    ui.advance(1.5)
+    assert bars.texts == []
+
+
 def test_undo_lasts_eight_seconds_and_runs_once(ui, bars):
     calls: list[str] = []
     bars.undo("Schedule deleted", "Undo", lambda: calls.append("undo"), lambda: calls.append("ended"))

@@ -18,15 +18,25 @@ def hold_at(holds: Iterable[Hold], robot_id: int | None, at: datetime) -> Hold |
     return next((hold for hold in holds if hold.covers(robot_id, at)), None)
 
 
+def until_words(hold: Hold, settings: Settings, now: datetime) -> str:
+    if hold.until is None:
+        return _("held until released")
+    return _("held until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
+
+
+def state_and_hold(word: str, hold: Hold | None) -> str:
+    """A robot's state; nothing is sent to one that is held, whatever it does."""
+    return word if hold is None else _("{state}, held").format(state=word)
+
+
 def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:
     """Until when a start at that instant is held, and whether it is too late by then; empty when nothing holds it. ``window_minutes`` None:
     as in Settings."""
     if hold is None:
         return ""
-    if hold.until is None:
-        return _("held until released")
-    text = _("skipped: held until {time}") if _is_too_late(hold, at, window_minutes, settings) else _("held until {time}")
-    return text.format(time=formats.day_or_time(hold.until, settings.timezone, now))
+    if hold.until is None or not _is_too_late(hold, at, window_minutes, settings):
+        return until_words(hold, settings, now)
+    return _("skipped: held until {time}").format(time=formats.day_or_time(hold.until, settings.timezone, now))
 
 
 def held_next(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 from app.i18n import _
 from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL
 
+LEVELS = (LOW, NORMAL, HIGH, CRITICAL)
+
 
 def level(priority: int) -> int:
     """The one of the four levels that a number belongs to."""

@@ -3,13 +3,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import datetime
 from enum import Enum
 
 from app.domain.activity import activity_of
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
+from app.screens.common.holding import HAND, hold_at
 from app.screens.common.robot_appearance import ANSWERS, STOPPED
+from app.services.live.holds import Hold
 
 
 class Group(Enum):
@@ -92,6 +95,12 @@ def look_of(group: Group) -> GroupLook:
         Group.STARTING: GroupLook(_("Starting"), "timer-sand"),
         Group.OFF: GroupLook(_("Off"), "power-plug-off-outline"),
     }[group]
+
+
+def ready_or_held(group: Group, holds: Iterable[Hold], robot: Robot, now: datetime) -> GroupLook:
+    """How a robot of the group is shown: one that is ready gets nothing while it is held."""
+    hold = hold_at(holds, robot.id, now) if group is Group.READY else None
+    return look_of(group) if hold is None else GroupLook(_("Held"), HAND)
 
 
 def count_words(group: Group, n: int) -> str:

@@ -17,6 +17,7 @@ from app.services.live.changes import Topic
 from app.widgets.snackbar import SECONDS
 
 ANSWERS_WITHIN = 5.0                     # s, after which it is said that a robot's answer is waited for
+CHOSEN_WITHIN = 1.0                      # s, after which it is said that a start of a group has no robot yet
 
 Words = tuple[str, str, float]           # text, icon, and for how many seconds it is shown
 
@@ -24,14 +25,16 @@ Words = tuple[str, str, float]           # text, icon, and for how many seconds 
 def outcome(execution: Execution) -> Words | None:
     """None while it is under way, or when it was cancelled, which is said where that is done."""
     names = {"mission": execution.mission, "robot": execution.robot or execution.robot_group}
+    passed = choice.moved_on(execution.tried, execution.robot, _)
     if execution.state is State.WAITING and execution.wait is not Wait.DUE:
         words = waiting_sentence(execution, None, _)
         if execution.robot_id is None:
+            words = ". ".join(filter(None, (passed, words)))
             return _("{mission} is not sent yet. {why}").format(mission=execution.mission, why=words), "timer-sand", PROBLEM_SECONDS
         return _("{mission} is not sent to {robot} yet. {why}").format(**names, why=words), \
             HAND if execution.wait is Wait.HOLD else "timer-sand", PROBLEM_SECONDS
     if execution.queue_id is not None or execution.state in (State.QUEUED, State.EXECUTING, State.COMPLETED):
-        if why := choice.chosen(execution.choice, execution.timezone, _):
+        if why := passed or choice.chosen(execution.choice, execution.timezone, _):
             return _("{mission} is sent to {robot}. {why}").format(**names, why=why), "check", PROBLEM_SECONDS
         return _("{mission} is sent to {robot}").format(**names), "check", SECONDS
     if execution.reason is not None and execution.state is not State.CANCELLED:
@@ -52,7 +55,8 @@ class StartReports:
 
     def __init__(self, shell: Shell, read: Callable[[int], Execution | None]) -> None:
         self._shell, self._read = shell, read
-        self._followed: dict[int, ClockEvent] = {}
+        self._followed: dict[int, tuple[ClockEvent, ClockEvent]] = {}
+        self._is_early: set[int] = set()                      # ids of those that may get a robot at any moment
 
     def open(self) -> Callable[[], None]:
         """Returns what ends it."""
@@ -67,9 +71,19 @@ class StartReports:
 
     def follow(self, execution: Execution, is_silent: bool = False) -> None:
         """``is_silent``: the robot is known not to answer."""
-        self._followed[execution.id] = Clock.schedule_once(lambda _dt: self._say(execution.id, unanswered(execution)),
-                                                           0 if is_silent else ANSWERS_WITHIN)
-        self._look(execution.id)
+        key = execution.id
+        self._forget(key)
+        if execution.group_id is not None:
+            self._is_early.add(key)
+        self._followed[key] = (
+            Clock.schedule_once(lambda _dt: self._say(key, unanswered(execution)), 0 if is_silent else ANSWERS_WITHIN),
+            Clock.schedule_once(lambda _dt: self._early_no_more(key), CHOSEN_WITHIN))
+        self._look(key)
+
+    def _early_no_more(self, key: int) -> None:
+        if key in self._is_early:
+            self._is_early.remove(key)
+            self._look(key)
 
     def _changed(self, event: Changed) -> None:
         if event.topic is Topic.EXECUTIONS:
@@ -81,6 +95,8 @@ class StartReports:
                                    key=("started", key))
 
     def _take(self, key: int, found: Execution | None) -> None:
+        if found is not None and found.robot_id is None and found.wait is Wait.ROBOT and found.state.is_open and key in self._is_early:
+            return
         if found is not None and (words := outcome(found)):
             self._say(key, words)
         elif found is None or not found.state.is_open:
@@ -93,5 +109,6 @@ class StartReports:
             self._shell.snackbars.show(text, icon=icon, seconds=seconds)
 
     def _forget(self, key: int) -> None:
-        if key in self._followed:
-            self._followed.pop(key).cancel()
+        self._is_early.discard(key)
+        for event in self._followed.pop(key, ()):
+            event.cancel()

@@ -153,7 +153,8 @@ class FrameController:
             self._shell.go("settings", section="robots", add=True)
             return
         selected = facts.robot.id if facts.robot else None
-        options = [robot_option(robot, self._services.snapshots.get(robot.id), facts.settings, self._services.clock.now())
+        now, holds = self._services.clock.now(), facts.issues.holds
+        options = [robot_option(robot, self._services.snapshots.get(robot.id), facts.settings, now, holds)
                    for robot in facts.robots.values()]
         self._shell.dialogs.choose(picker_title(self._groups()), options, self._select_robot, selected=selected)
 

@@ -25,7 +25,7 @@ from app.screens.common.alarms_view import (
     urgency,
     way_to,
 )
-from app.screens.common.holding import HAND
+from app.screens.common.holding import HAND, hold_at, state_and_hold
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
 from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, help_words
@@ -63,11 +63,12 @@ def picker_title(groups: Sequence[Group]) -> str:
     return _("Robot · {help}").format(help=help_needed) if help_needed else _("Robot")
 
 
-def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> Option:
+def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime, holds: Sequence[Hold] = ()) -> Option:
     """One robot in the list to choose from."""
+    hold = hold_at(holds, robot.id, now) if robot.enabled else None
     state = state_appearance(robot, snapshot, is_old(snapshot, now, settings))
     battery = battery_appearance(snapshot.status, settings)
-    return Option(robot.id, robot.name, state.icon, f"{state.word} · {battery.text}")
+    return Option(robot.id, robot.name, state.icon, f"{state_and_hold(state.word, hold)} · {battery.text}")
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """What Home needs to know at one moment, read on a background thread; view.py turns it into words."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cached_property
@@ -51,6 +51,8 @@ class HomeFacts:
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot
     entered: tuple[Mission, ...] = ()                   # for the selected robot, favourites first
     missions: tuple[Mission, ...] = ()                  # those of them that it can be asked for
+    all_missions: tuple[Mission, ...] = ()              # where there are groups
+    known: Mapping[int, Collection[str]] = field(default_factory=dict)       # guids of missions by robot, as far as they have been read
     open: tuple[Execution, ...] = ()                    # under way or waiting, of all robots
     planned: tuple[PlannedRun, ...] = ()
     finished: tuple[Execution, ...] = ()
@@ -150,6 +152,7 @@ def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
     """
     facts = known or _read_plan(services)
     facts = replace(facts, snapshots={robot.id: services.snapshots.get(robot.id) for robot in facts.robots},
+                    known={robot.id: services.robot_missions.names(robot.id) for robot in facts.robots} if facts.groups else {},
                     holds=tuple(services.holds.all_active()))
     robot = facts.robot
     if robot is None:
@@ -167,6 +170,8 @@ def _read_plan(services: HomeServices) -> HomeFacts:
         alarms=len(services.alarms.open()), settings=services.settings(), calendar=services.calendar(),
         robots=tuple(services.catalogue.robots()), groups=tuple(services.catalogue.groups()), open=tuple(services.history.open()),
         planned=tuple(services.plan.next(NEXT_PLANNED)), finished=tuple(services.history.last_finished(LAST_FINISHED)))
+    if facts.groups:
+        facts = replace(facts, all_missions=tuple(services.catalogue.missions()))
     if facts.robot is None:
         return facts
     entered = services.catalogue.missions_of(facts.robot.id)

@@ -14,8 +14,10 @@ from app.domain.problems import in_words
 from app.domain.robot import RobotState
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.holding import HAND
 from app.screens.common.robot_appearance import battery_appearance, link_appearance, state_appearance
-from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_words, look_of
+from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_words, look_of, ready_or_held
+from app.services.live.holds import Hold
 
 LARGE_UP_TO = 20                         # robots whose tiles are large
 LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is said
@@ -80,13 +82,13 @@ def work(mission: str, elapsed_s: float | None, usual_s: float | None) -> Work:
 
 
 def robot_tile(robot: Robot, snapshot: RobotSnapshot, doing: Work | None, group: Group, old: bool, settings: Settings,
-               now: datetime) -> RobotTile:
+               now: datetime, holds: Sequence[Hold] = ()) -> RobotTile:
     """``old``: what is known of it is out of date; ``doing`` what it executes, if anything."""
-    state, kind = state_appearance(robot, snapshot, old), look_of(group)
+    state, kind = state_appearance(robot, snapshot, old), ready_or_held(group, holds, robot, now)
     battery = battery_appearance(None if old else snapshot.status, settings)             # an old level would look like a present one
     detail = " ".join(_detail(robot, snapshot, doing, group, state.word, settings, now).split())
     return RobotTile(
-        robot.id, robot.name, kind.word, state.icon, kind.tone, kind.loud, detail,
+        robot.id, robot.name, kind.word, state.icon if kind.icon != HAND else HAND, kind.tone, kind.loud, detail,
         group is Group.WORKING and doing is not None and doing.is_late,
         battery.text, battery.icon, battery.tone)
 

@@ -33,6 +33,7 @@ from app.screens.home.fleet import (
 )
 from app.screens.home.waiting_model import NO_WAITING
 from app.services.live.changes import Topic
+from app.services.live.holds import Hold
 from app.widgets import finger
 from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock
@@ -71,6 +72,7 @@ class Seen:
     snapshot: RobotSnapshot
     old: bool
     doing: Work | None
+    holds: tuple[Hold, ...]
     group: Group
     tile: RobotTile
 
@@ -82,6 +84,7 @@ class FleetViewModel(FleetState, ViewModel):
         super().__init__()
         self._services, self._shell, self._open_robot = services, shell, open_robot
         self._settings, self._alarms = Settings(), 0
+        self._holds: tuple[Hold, ...] = ()
         self._robots: Mapping[int, Robot] = {}                # in their places
         self._ours: Mapping[tuple[int, int | str], Execution] = {}       # by robot and queue id, or token before that is stored
         self._followed: Mapping[int, int] = {}                # the queue id of what we have seen begin, by robot
@@ -111,7 +114,7 @@ class FleetViewModel(FleetState, ViewModel):
     # ------------------------------------------------------------------ what is known
     def take(self, facts: HomeFacts) -> None:
         """What Home has read."""
-        self._settings, self._alarms = facts.settings, facts.alarms
+        self._settings, self._alarms, self._holds = facts.settings, facts.alarms, facts.holds
         self._robots = {robot.id: robot for robot in in_places(facts.robots)}
         self._ours = {(e.robot_id, e.token if e.queue_id is None else e.queue_id): e for e in facts.open if e.robot_id is not None}
         self._followed = {e.robot_id: e.queue_id for e in facts.open if e.state is State.EXECUTING and e.robot_id and e.queue_id}
@@ -161,11 +164,12 @@ class FleetViewModel(FleetState, ViewModel):
         old = is_old(snapshot, now, self._settings)
         doing = None if old else self._doing(robot_id, snapshot)
         seen = self._seen.get(robot_id)
-        if seen and (seen.robot, seen.old, seen.doing) == (robot, old, doing) and seen.snapshot is snapshot:
+        holds = tuple(hold for hold in self._holds if hold.covers(robot_id, now))
+        if seen and (seen.robot, seen.old, seen.doing, seen.holds) == (robot, old, doing, holds) and seen.snapshot is snapshot:
             return False
         group = group_of(robot, snapshot, old, self._settings)
-        tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now)
-        self._seen[robot_id] = Seen(robot, snapshot, old, doing, group, tile)
+        tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now, holds)
+        self._seen[robot_id] = Seen(robot, snapshot, old, doing, holds, group, tile)
         is_new = seen is None or (seen.group, seen.tile) != (group, tile)
         self._is_behind |= is_new
         return is_new

@@ -1,7 +1,8 @@
 """What Home asks the robots for, because only they know it: names of missions that nobody entered here, and maps."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import partial
 
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeFacts, HomeServices
@@ -23,9 +24,14 @@ class Learning:
         """Others run missions that nobody entered here; the robot knows their names."""
         robot = facts.robot
         if robot is not None and any(facts.needs_name(item) for item in facts.queue):
-            self._shell.background.run(lambda: self._services.robot_missions.learn_names(robot.id),
+            self.learn_names([robot.id])
+
+    def learn_names(self, robot_ids: Iterable[int]) -> None:
+        """Which missions these robots have."""
+        for robot_id in robot_ids:
+            self._shell.background.run(partial(self._services.robot_missions.learn_names, robot_id),
                                        lambda is_new: self._learnt() if is_new else None, lambda _problem: None,
-                                       key=("home", "names"), apart="names")
+                                       key=("home", "names", robot_id), apart="names")
 
     def _learn_map(self, facts: HomeFacts) -> None:
         """One at a time; first the one that is kept in a file, then what the robot answers."""

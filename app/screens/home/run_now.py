@@ -7,9 +7,10 @@ from datetime import datetime
 from typing import Any
 
 from app.domain import rules
-from app.domain.models import Execution, Group, Robot
+from app.domain.models import Execution, Group, HandOver, Robot
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.group_starts import lacking, lacking_words
 from app.screens.common.holding import HAND
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import STOPPED, is_old
@@ -108,7 +109,7 @@ class Target:
 
 def target_chips(facts: HomeFacts, target: Target) -> tuple[Option, ...]:
     """Groups first, then the selected robot; none where there is no group."""
-    robot, group = facts.robot, chosen(facts, target)
+    robot, group = facts.robot, chosen_group(facts, target)
     if robot is None or not facts.groups:
         return ()
     return (*(Option(("group", each.id), _("Any of {group}").format(group=each.name), "select-group", selected=each is group)
@@ -116,14 +117,22 @@ def target_chips(facts: HomeFacts, target: Target) -> tuple[Option, ...]:
             Option(("robot", robot.id), robot.name, "robot-outline", selected=group is None))
 
 
-def chosen(facts: HomeFacts, target: Target) -> Group | None:
+def chosen_group(facts: HomeFacts, target: Target) -> Group | None:
     """The group, while there still is one."""
     return next((group for group in facts.groups if group.id == target.group_id), None)
 
 
+def mission_options(facts: HomeFacts, target: Target) -> list[Option]:
+    """Of a group with the robots that don't have it."""
+    group = chosen_group(facts, target)
+    members = [robot for robot in facts.robots if group is not None and robot.id in group.members]
+    return [Option(each.id, each.name, "star" if each.favourite else "star-outline",
+                   lacking_words(lacking(each, members, facts.all_missions, facts.known))) for each in facts.missions]
+
+
 def aimed(run: RunView, facts: HomeFacts, target: Target, now: datetime) -> RunView:
     """Run now of the selected robot, as it would be for this target."""
-    group = chosen(facts, target)
+    group = chosen_group(facts, target)
     if group is not None:
         run = replace(on_group(run, facts, group, now), can_be_first=True)
     return replace(run, targets=target_chips(facts, target))
@@ -146,5 +155,7 @@ def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> Run
         text, off = _("This mission is for one robot only"), True
     elif holds:
         text, icon = _("Queue, held"), HAND
-    return replace(run, text=text, icon="play" if off else icon, off=off, low_battery="",
-                   note=_("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now)))
+    note = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
+    if group.hand_over is HandOver.AT_ONCE and not holds:
+        note = _("at once, also to a busy robot")
+    return replace(run, text=text, icon="play" if off else icon, off=off, low_battery="", note=note)

@@ -15,7 +15,6 @@ from app.domain.models import Execution, Robot
 from app.domain.robot import MissionParameter
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected
-from app.screens.common.options import Option
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ViewModel
@@ -29,7 +28,7 @@ from app.screens.home.map_dialog import MapDialog
 from app.screens.home.pages import ALL_ROBOTS, NO_ROBOT, Pages
 from app.screens.home.reset import ResetReport
 from app.screens.home.run_dialog import RunDialog
-from app.screens.home.run_now import Target, aimed, start
+from app.screens.home.run_now import Target, aimed, chosen_group, mission_options, start
 from app.screens.home.view import present
 from app.screens.home.waiting_model import WaitingModel
 from app.services.live.changes import Topic
@@ -63,7 +62,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
         self._learning = Learning(services, shell, self._reader.request)
         self._target = Target()                               # of Run now
-        self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request)
+        self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self._started.follow)
         self._is_plan_old = True                              # more than what the robots do has changed
 
     # ------------------------------------------------------------------ reading
@@ -169,8 +168,8 @@ class HomeViewModel(HomeState, ViewModel):
         self._shell.dialogs.open(MapDialog(self, lambda: robots_on_map(self.facts, self._services.clock.now())))
 
     def pick_mission(self) -> None:
-        options = [Option(m.id, m.name, "star" if m.favourite else "star-outline") for m in self.facts.missions]
-        self._shell.dialogs.choose(_("Mission to run"), options, self.choose_mission, selected=self.run.mission_id)
+        self._shell.dialogs.choose(_("Mission to run"), mission_options(self.facts, self._target), self.choose_mission,
+                                   selected=self.run.mission_id)
 
     def choose_mission(self, mission_id: int) -> None:
         self._chosen = mission_id
@@ -179,6 +178,8 @@ class HomeViewModel(HomeState, ViewModel):
     def choose_target(self, target: tuple[str, int]) -> None:
         """Of Run now: ("group", id), or ("robot", id of the selected one)."""
         self._target = Target(target[1]) if target[0] == "group" else Target()
+        if (group := chosen_group(self.facts, self._target)) is not None:
+            self._learning.learn_names(group.members)
         self._show()
 
     def go_first(self, wanted: bool) -> None:

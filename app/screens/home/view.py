@@ -11,6 +11,7 @@ from app.domain.problems import in_words
 from app.domain.robot import QueueItem, RobotState, RobotStatus, UserPrompt
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.holding import state_and_hold, until_words
 from app.screens.common.problems import words_of
 from app.screens.common.robot_appearance import (
     NO_BATTERY,
@@ -44,6 +45,7 @@ from app.screens.home.map import NO_MAP, MapView, map_view, own_words
 from app.screens.home.run_now import RunView, run_now
 from app.screens.home.waiting import kept_for
 from app.services.dispatch import idle
+from app.services.live.holds import Hold
 
 LONGEST_QUESTION = 240                   # characters of a robot's question, so that the answers are in sight
 LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is marked
@@ -154,17 +156,24 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
 def card(facts: HomeFacts, robot: Robot, now: datetime) -> CardView:
     snapshot, settings = facts.snapshot, facts.settings
     old = is_old(snapshot, now, settings)
-    state = state_appearance(robot, snapshot, old)
+    state, hold = state_appearance(robot, snapshot, old), _hold(facts, robot, now)
     minimum = settings.minimum_battery_percent
     return CardView(
-        state=state.word, icon=state.disc_icon or state.icon, tone=state.tone, loud=state.loud,
-        note=" · ".join(filter(None, (robot.name, robot.model))), mission=_mission(facts, robot, now, old),
+        state=state_and_hold(state.word, hold), icon=state.disc_icon or state.icon, tone=state.tone, loud=state.loud,
+        note=" · ".join(filter(None, (robot.name, robot.model, until_words(hold, settings, now) if hold else ""))),
+        mission=_mission(facts, robot, now, old),
         battery=_battery(snapshot, settings, old, now), battery_mark=minimum / 100 if minimum else -1.0, old=old,
         battery_minimum=_("min {minimum} %").format(minimum=formats.plain(minimum)) if minimum else "",
         beside=_done_about(facts, now, old or not robot.enabled) or _reached(robot, snapshot, settings, now),
         message_label=_("What is wrong") if old else _("At the moment"),
         message=words_of(snapshot.problem) if old else own_words(snapshot.status),
         facts=() if old or snapshot.status is None else _figures(snapshot.status))
+
+
+def _hold(facts: HomeFacts, robot: Robot, now: datetime) -> Hold | None:
+    """A person's, on a robot that would get something otherwise."""
+    hold = facts.hold(robot.id, now)
+    return hold if hold is not None and robot.enabled and not (hold.clock or hold.is_copy) else None
 
 
 def _reached(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime) -> TileView:

@@ -2,18 +2,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
+from typing import Any
 
 from app.domain import choice, names
-from app.domain.models import Execution, Group, Robot, Settings, State, Wait
+from app.domain.models import Execution, Group, Robot, Settings, Wait
 from app.domain.reasons import waiting_sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.group_starts import has_no_robot
 from app.screens.common.options import Option
 from app.screens.common.priorities import word
 from app.screens.home.facts import HomeFacts
-from app.services.allocation.belief import HIGH
+from app.screens.home.lists import trigger_words
+from app.services.allocation.belief import HIGH, Out
 from app.services.allocation.decide import AHEAD, LAST_CALL
 
 SHOWN = 2                                # on Home; all of them in a dialog
@@ -24,6 +27,7 @@ class WaitingStart:
     """``key``: id of the execution. ``urgent``: High or Critical."""
     key: int
     mission: str
+    origin: str                          # for whom it is, who wanted it, and since when
     note: str
     priority: str = ""
     urgent: bool = False
@@ -34,13 +38,18 @@ class WaitingStart:
 
 def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
     """Those that have no robot yet, in the order in which they get one, as far as that is decided beforehand."""
-    found = [row for row in rows if row.state is State.WAITING and row.robot_id is None]
+    found = [row for row in rows if has_no_robot(row)]
     return sorted(found, key=lambda row: (-row.priority, row.planned_at, row.id))
 
 
 def waiting_starts(rows: Sequence[Execution], settings: Settings) -> list[WaitingStart]:
-    return [WaitingStart(row.id, row.mission, waits_for(row, settings), word(row.priority), row.priority >= HIGH,
-                         can_give=row.group_id is not None and not row.held, cancelling=row.cancel_code is not None) for row in rows]
+    return [replace(_start(row, waits_for(row, settings), settings), can_give=row.group_id is not None and not row.held) for row in rows]
+
+
+def _start(row: Execution, note: str, settings: Settings) -> WaitingStart:
+    since = formats.clock_time(max(row.created_at, row.planned_at), settings.timezone)
+    origin = _("any of {group} · {source} · since {time}").format(group=row.robot_group, source=trigger_words(row), time=since)
+    return WaitingStart(row.id, row.mission, origin, note, word(row.priority), row.priority >= HIGH, cancelling=row.cancel_code is not None)
 
 
 def stuck_starts(facts: HomeFacts) -> list[tuple[Execution, WaitingStart]]:
@@ -51,8 +60,7 @@ def stuck_starts(facts: HomeFacts) -> list[tuple[Execution, WaitingStart]]:
         since = choice.stuck_since(row, snapshot) if snapshot is not None and row.group_id is not None else None
         if since is not None:
             words = choice.stuck(row.robot, since, facts.settings.timezone, _)
-            found.append((row, WaitingStart(row.id, row.mission, words, word(row.priority), row.priority >= HIGH, is_stuck=True,
-                                            cancelling=row.cancel_code is not None)))
+            found.append((row, replace(_start(row, words, facts.settings), is_stuck=True)))
     return found
 
 
@@ -68,18 +76,31 @@ def waits_for(row: Execution, settings: Settings) -> str:
     """What it waits for, what each robot is doing, and when it goes into a queue at the latest."""
     zone = settings.timezone
     parts = [waiting_sentence(row, zone, _)]
-    if row.wait is Wait.ROBOT and (told := choice.awaited(row.wait_details, zone, _)):
+    passed = choice.moved_on(row.tried, row.robot, _)
+    if row.wait is Wait.ROBOT and (told := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)):
         last_call = row.closes_at - timedelta(seconds=LAST_CALL)
-        parts = [_("{group}: {robots}").format(group=row.robot_group, robots=told)]
+        parts = [told]
         if choice.may_any(row.wait_details):
             parts.append(_("Goes into a queue at {time} at the latest").format(time=formats.clock_time(last_call, zone)))
-    if passed := choice.moved_on(row.tried, row.robot, _):
-        parts.insert(0, passed)
-    return ". ".join(parts)
+    return ". ".join(filter(None, (passed, *parts)))
 
 
-def waiting_title(count: int) -> str:
-    return ngettext("Waiting for a robot ({n})", "Waiting for a robot ({n})", count).format(n=count) if count else ""
+def _without_those_tried(row: Execution) -> dict[str, Any]:
+    """What it waits for; of robots that it was given to before it is said already what they did."""
+    robots = [each for each in row.wait_details.get("robots", ()) if not (isinstance(each, dict) and each.get("out") == Out.TRIED)]
+    return {**row.wait_details, "robots": robots}
+
+
+def waiting_title(rows: Sequence[Execution]) -> str:
+    """Without any it is empty."""
+    count, waits = len(rows), {row.wait for row in rows if has_no_robot(row)}
+    if not count:
+        return ""
+    if waits <= {Wait.ROBOT, Wait.DUE}:
+        return ngettext("Waiting for a robot ({n})", "Waiting for a robot ({n})", count).format(n=count)
+    if waits == {Wait.PLACE}:
+        return ngettext("Waiting for a place ({n})", "Waiting for a place ({n})", count).format(n=count)
+    return ngettext("Waiting to start ({n})", "Waiting to start ({n})", count).format(n=count)
 
 
 def more_words(count: int) -> str:
@@ -88,18 +109,9 @@ def more_words(count: int) -> str:
     return ngettext("Show {n} more", "Show {n} more", more).format(n=more) if more > 0 else ""
 
 
-def robots_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group], settings: Settings) -> list[Option]:
-    """To whom a person can give it, with what each is doing."""
-    members = next((group.members for group in groups if group.id == row.group_id), ())
-    told = {each["robot"]: each for each in row.wait_details.get("robots", ()) if isinstance(each, dict) and "robot" in each}
-    return [Option(robot.id, robot.name, "robot-outline",
-                   choice.awaited({"robots": [told[robot.name]]}, settings.timezone, _) if robot.name in told else "")
-            for robot in robots if robot.id in members and robot.enabled]
-
-
 def kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     """What the robot is left free for, though something waits."""
-    missions = {row.wait_details.get("kept_for") for row in facts.open if row.state is State.WAITING and row.robot_id is None}
+    missions = {row.wait_details.get("kept_for") for row in facts.open if has_no_robot(row)}
     run = next((run for run in facts.planned if run.mission.name in missions and run.robot.id == robot.id
                 and (run.at - now).total_seconds() <= AHEAD), None)
     if run is None:

@@ -8,7 +8,7 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, Strin
 from kivy.uix.boxlayout import BoxLayout
 
 from app.domain.models import Execution
-from app.i18n import _
+from app.screens.common.group_starts import GroupStarts, robots_for
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.waiting import (
@@ -16,7 +16,6 @@ from app.screens.home.waiting import (
     WaitingStart,
     more_words,
     others_for,
-    robots_for,
     stuck_starts,
     waiting_of,
     waiting_starts,
@@ -44,15 +43,15 @@ class WaitingState(EventDispatcher):
 
 
 class WaitingModel(WaitingState):
-    """``changed()`` is called when something has been done that can be read."""
+    """``changed()`` is called when something has been done that can be read; ``follow(execution)`` says what becomes of one that a person
+    has given to a robot."""
 
-    def __init__(self, services: HomeServices, shell: Shell, changed: Callable[[], object]) -> None:
+    def __init__(self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]) -> None:
         super().__init__()
-        self._services, self._shell, self._changed = services, shell, changed
+        self._services, self._shell, self._starts = services, shell, GroupStarts(services.operator, shell, changed, follow)
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
         self._stuck: dict[int, WaitingStart] = {}
-        self._busy: set[int] = set()
         self._seconds = 0
 
     def take(self, facts: HomeFacts) -> None:
@@ -71,48 +70,22 @@ class WaitingModel(WaitingState):
         waiting = [row for row in self._waiting.values() if row.id not in self._stuck]
         self.all_rows = [*self._stuck.values(), *waiting_starts(waiting, self._facts.settings)]
         self.rows = self.all_rows[:SHOWN]
-        self.title, self.more = waiting_title(len(self.all_rows)), more_words(len(self.all_rows))
+        self.title, self.more = waiting_title([*self._waiting.values()]), more_words(len(self.all_rows))
 
     def act(self, key: int, action: str) -> None:
-        row = self._waiting.get(key)
-        if row is None or key in self._busy:
+        row, facts = self._waiting.get(key), self._facts
+        if row is None:
             return
-        if action == "give":
-            (self._start_elsewhere if row.id in self._stuck else self._give)(row)
-        elif action == "cancel":
-            self._do(row, lambda: self._services.operator.cancel_execution(row.id),
-                     _("{mission} is cancelled").format(mission=row.mission), "close")
-
-    def _give(self, row: Execution) -> None:
-        facts = self._facts
-        self._shell.dialogs.choose(
-            _("Give {mission} to").format(mission=row.mission), robots_for(row, facts.robots, facts.groups, facts.settings),
-            lambda robot_id: self._do(row, lambda: self._services.operator.give_to(row.id, robot_id), _("{mission} goes to {robot}").format(
-                mission=row.mission, robot=next(robot.name for robot in facts.robots if robot.id == robot_id)), "robot-outline"))
-
-    def _start_elsewhere(self, row: Execution) -> None:
-        """As well: asked first, because nobody knows whether the silent robot has it."""
-        facts = self._facts
-
-        def agreed(robot_id: int) -> None:
-            self._shell.dialogs.confirm(
-                _("Start {mission} on another robot?").format(mission=row.mission),
-                _("If {robot} has it after all, it runs twice.").format(robot=row.robot), _("Start it"),
-                lambda: self._do(row, lambda: self._services.operator.start_on_another(row.id, robot_id or None),
-                                 _("{mission} is started on another robot").format(mission=row.mission), "robot-outline"), danger=True)
-        self._shell.dialogs.choose(_("Start on another robot"), others_for(row, facts.robots, facts.groups), agreed)
-
-    def _do(self, row: Execution, work: Callable[[], object], text: str, icon: str) -> None:
-        if row.id in self._busy:
-            return
-        self._busy.add(row.id)
-
-        def ended(call: Callable[[], object]) -> None:
-            self._busy.discard(row.id)
-            call()
-            self._changed()
-        self._shell.background.run(work, lambda _done: ended(lambda: self._shell.snackbars.show(text, icon=icon)),
-                                   lambda problem: ended(lambda: self._shell.say_problem(problem)))
+        match action:
+            case "give" if row.id in self._stuck:
+                self._starts.start_on_another(row, others_for(row, facts.robots, facts.groups))
+            case "give":
+                now = self._services.clock.now()
+                self._starts.give(row, robots_for(row, facts.robots, facts.groups, facts.holds, facts.settings, now))
+            case "priority":
+                self._starts.prioritise(row)
+            case "cancel":
+                self._starts.cancel(row)
 
     def show_all(self) -> None:
         self._shell.dialogs.open(WaitingDialog(state=self))
@@ -122,8 +95,9 @@ NO_WAITING = WaitingState()
 
 
 class WaitingRow(RecycledRow, BoxLayout):
-    """A start without a robot. Actions: "give", "cancel"."""
+    """A start without a robot. Actions: "give", "priority", "cancel"."""
     mission = StringProperty()
+    origin = StringProperty()
     note = StringProperty()
     priority = StringProperty()
     urgent = BooleanProperty(False)

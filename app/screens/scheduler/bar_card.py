@@ -8,7 +8,9 @@ from app.domain.models import Execution, Reason, ReasonCode
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _
 from app.screens.common import execution_appearance, foreseen, formats
+from app.screens.common.group_starts import has_no_robot
 from app.screens.common.options import Card, MenuItem
+from app.screens.common.priorities import word
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import span_of
@@ -26,10 +28,20 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
         items = [MenuItem("again", _("Start it after all"), "undo", disabled=not facts.may_start_after_all(execution, now)), edit, log]
     else:
         items = [log, edit] if facts.schedule(execution.schedule_id) is not None else [log]
+    if has_no_robot(execution) and execution.group_id is not None:
+        items = [*_waiting_items(execution), *items]
     name = facts.name(facts.schedule(execution.schedule_id))
     whose = execution.robot or _("any of {group}").format(group=execution.robot_group)
     chosen = choice.chosen(execution.choice, facts.zone, _)
     return Card(execution.mission, _lines(name, f"{whose} · {_from_to(facts, begins, ends)}", why, chosen), tuple(items))
+
+
+def _waiting_items(execution: Execution) -> list[MenuItem]:
+    """As on Home."""
+    off = execution.cancel_code is not None
+    return [MenuItem("give", _("Give to …"), "robot-outline", disabled=off or execution.held),
+            MenuItem("priority", _("Priority: {priority}").format(priority=word(execution.priority)), "chevron-double-up", disabled=off),
+            MenuItem("cancel", _("Cancel"), "close", disabled=off)]
 
 
 def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:

@@ -1,17 +1,15 @@
 """What the Scheduler says of groups of robots, and of what matters more: whom a schedule names, priorities in words. Pure."""
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-
-from app.domain.models import Execution, Group, Mission, Robot, Schedule
+from app.domain.models import Execution, Group, Robot, Schedule
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.group_starts import lacking, lacking_words
 from app.screens.common.options import Option
-from app.screens.common.priorities import level, word
+from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import SchedulerFacts
-from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL
 
 FINISH_BY = (15, 30, 60, 120, 240)       # min
 
@@ -62,18 +60,10 @@ def mission_options(facts: SchedulerFacts, group_id: int) -> list[Option]:
     for mission in sorted(facts.missions, key=lambda m: (not m.favourite, m.name.casefold())):
         if mission.robot_id is not None:
             continue
-        lacking = [robot.name for robot in members if _lacks(facts, mission, robot)]
-        if len(lacking) < len(members) or not members:
-            options.append(Option(mission.id, mission.name, "star" if mission.favourite else "star-outline",
-                                  _("not on {robots}").format(robots=", ".join(lacking)) if lacking else ""))
+        without = lacking(mission, members, facts.missions, facts.names)
+        if len(without) < len(members) or not members:
+            options.append(Option(mission.id, mission.name, "star" if mission.favourite else "star-outline", lacking_words(without)))
     return options
-
-
-def _lacks(facts: SchedulerFacts, mission: Mission, robot: Robot) -> bool:
-    """A robot's own mission of that name takes the place of the one for all."""
-    own: Sequence[Mission] = [each for each in facts.missions if each.name == mission.name and each.robot_id == robot.id]
-    there: Collection[str] = facts.names.get(robot.id) or ()
-    return bool(there) and (own[0] if own else mission).guid not in there
 
 
 def finish_by_text(minutes: int | None) -> str:
@@ -82,4 +72,4 @@ def finish_by_text(minutes: int | None) -> str:
 
 def priority_chips(priority: int) -> tuple[Option, ...]:
     """The four that are offered, by their numbers; any other number belongs to one of them."""
-    return tuple(Option(number, word(number), selected=number == level(priority)) for number in (LOW, NORMAL, HIGH, CRITICAL))
+    return tuple(Option(number, word(number), selected=number == level(priority)) for number in LEVELS)

@@ -10,8 +10,10 @@ from zoneinfo import ZoneInfo
 from kivy.properties import BooleanProperty, ObjectProperty
 from kivy.uix.widget import Widget
 
+from app.domain.models import Execution
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.group_starts import GroupStarts, robots_for
 from app.screens.common.options import Card, Option
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Refresher, ViewModel
@@ -32,6 +34,7 @@ class OnTimeline(ViewModel):
     touched = BooleanProperty(False)     # by fingers that move it: it must not change under them
     form: FormModel
     actions: ScheduleActions
+    group_starts: GroupStarts
     _services: SchedulerServices
     _shell: Shell
     _refresher: Refresher[Any]
@@ -110,7 +113,9 @@ class OnTimeline(ViewModel):
                     schedule_id = execution.schedule_id or 0
                     return bar_card.run_card(self._facts, execution, self._services.clock.now()), {
                         "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(schedule_id),
-                        "again": lambda: self._take_again(schedule_id, execution.planned_at)}
+                        "again": lambda: self._take_again(schedule_id, execution.planned_at),
+                        "give": lambda: self._give(execution), "priority": lambda: self.group_starts.prioritise(execution),
+                        "cancel": lambda: self.group_starts.cancel(execution)}
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:
@@ -122,6 +127,11 @@ class OnTimeline(ViewModel):
     def _take_again(self, schedule_id: int, at: datetime) -> None:
         if (schedule := self._facts.schedule(schedule_id)) is not None:
             self.actions.take_again(schedule, at)
+
+    def _give(self, execution: Execution) -> None:
+        facts = self._facts
+        self.group_starts.give(execution, robots_for(execution, facts.robots, facts.groups, facts.holds, facts.settings,
+                                                     self._services.clock.now()))
 
     def edit(self, schedule_id: int) -> None:
         if (schedule := self._facts.schedule(schedule_id)) is not None:

@@ -12,6 +12,7 @@ from kivy.uix.widget import Widget
 
 from app.domain.models import Schedule
 from app.i18n import _
+from app.screens.common.group_starts import GroupStarts
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase
@@ -59,6 +60,7 @@ class SchedulerViewModel(OnTimeline):
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
                                        done=self._refresher.request)
+        self.group_starts = GroupStarts(services.operator, shell, self._refresher.request, self._started.follow)
         self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.take_again)
         self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)

@@ -28,6 +28,11 @@ class StepDialog(FormDialog):
         self.number = self.steps.number(self.chosen)
         self.chips = [Option(key, text, selected=self.chosen == key) for key, text in self.steps.chips]
 
+    def typed(self, text: str) -> None:
+        """As soon as it is a number of the range it is what is chosen."""
+        if text.isdecimal() and self.steps.minimum <= int(text) <= self.steps.maximum:
+            self.chosen = int(text)
+
     def set(self) -> None:
         self.dismiss()
         self._done(self.chosen)

@@ -14,6 +14,7 @@ from app.screens.common.problems import sentence_of
 from app.screens.settings import groups_view as view
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
+from app.services.catalogue import validation
 from app.widgets.dialogs import Dialog, FormDialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
@@ -133,10 +134,23 @@ class GroupDialog(FormDialog):
         form = self.vm
         if form.saving:
             return
-        form.saving = True
         group = replace(self._group or Group(""), name=form.name.strip(), members=tuple(form.members),
                         hand_over=HandOver(form.hand_over), keep_free=int(form.keep_free))
+        if not self._is_complete(group):
+            return
+        form.saving = True
         self._context.run(lambda: self._context.services.catalogue.save_group(group), self._saved, self._refused)
+
+    def _is_complete(self, group: Group) -> bool:
+        """Everything that can be seen to be wrong is told at once, each at its field."""
+        problems = []
+        for check in (lambda: validation.name(group.name), lambda: validation.group(replace(group, name="–"))):
+            try:
+                check()
+            except InvalidInput as problem:
+                problems.append(problem)
+                self._refused(problem)
+        return not problems
 
     def _saved(self, group: Group) -> None:
         self.dismiss()

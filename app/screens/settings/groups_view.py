@@ -73,7 +73,7 @@ def _panel(facts: SettingsFacts, group: Group) -> GroupPanelView:
         _("on all its robots") if lines and all(cell == HAS for line in lines for cell in line.cells) else "–"
     return GroupPanelView(
         ("group", group.id), group.name, note, robots=robots_phrase(facts, group.members), hand_over=hand_over_names()[group.hand_over],
-        keep_free=ngettext("{n} robot", "{n} robots", group.keep_free).format(n=group.keep_free) if group.keep_free else _("none"),
+        keep_free=ngettext("{n} robot", "{n} robots", group.keep_free).format(n=group.keep_free) if group.keep_free else _("no robot"),
         missions=missions, missions_tone="attention" if gaps else "neutral", missions_icon="alert" if gaps else "")
 
 
@@ -174,7 +174,7 @@ def place_views(facts: SettingsFacts) -> list[PlaceView]:
 
 
 def _place_note(facts: SettingsFacts, place: Place) -> str:
-    most = ngettext("At most {n} mission at a time", "At most {n} missions at a time", place.most).format(n=place.most)
+    most = ngettext("At most {n} robot at a time", "At most {n} robots at a time", place.most).format(n=place.most)
     return f"{most} · {missions_phrase(facts, place.missions)}"
 
 

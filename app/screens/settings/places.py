@@ -22,7 +22,7 @@ from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 
-USUAL_MOST = 3               # two robots that fit, and one on its way; one at a time would ruin a dock
+USUAL_MOST = 1               # as the word promises; its help says what more would do
 
 
 class PlaceRow(RecycledRow, SectionCard):

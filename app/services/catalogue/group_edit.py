@@ -18,11 +18,7 @@ class GroupEdit(Transaction):
         ``may_be_empty``: its last robot was removed, and a file says so."""
         stored = self.the_group(group.id) if group.id else None
         group = validation.group(group, may_be_empty=may_be_empty)
-        other = self.groups.by_name(self.c, group.name)
-        if other is not None and other.id != group.id:
-            raise InvalidInput("name", "there is a group {name} already", name=group.name)
-        if self.robots.by_name(self.c, group.name) is not None:
-            raise InvalidInput("name", "there is a robot {name} already", name=group.name)
+        self._check_group_name(group, stored)
         for robot_id in group.members:
             self.the_robot(robot_id)
         if group == stored:
@@ -38,6 +34,17 @@ class GroupEdit(Transaction):
                           f"{group.hand_over}, {group.keep_free} kept free")
         self.topics.add(Topic.ROBOTS)
         return group
+
+    def _check_group_name(self, group: Group, stored: Group | None) -> None:
+        """No other group or robot is called so; a new name differs from theirs in more than capital letters."""
+        is_new = stored is None or stored.name != group.name
+
+        def alike(name: str) -> bool:
+            return name == group.name or (is_new and name.casefold() == group.name.casefold())
+        if other := next((other for other in self.groups.all(self.c) if other.id != group.id and alike(other.name)), None):
+            raise InvalidInput("name", "there is a group {name} already", name=other.name)
+        if robot := next((robot for robot in self.robots.all(self.c) if alike(robot.name)), None):
+            raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
 
     def remove_group(self, group_id: int) -> Removed:
         """With its schedules. What no robot has yet of them is cancelled; what runs goes on."""

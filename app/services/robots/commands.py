@@ -29,7 +29,7 @@ from app.mir.fingerprint import presented_fingerprint
 from app.services.allocation.belief import HIGH
 from app.services.catalogue import validation
 from app.services.dispatch.engine import Engine
-from app.services.dispatch.ledger import Ledger
+from app.services.dispatch.ledger import Ledger, Move
 from app.services.live.holds import Holds
 from app.services.robots.missions import RobotMissions
 
@@ -85,6 +85,14 @@ class Operator:
         if given := self._ledger.bind([self._ledger.bound(row, robot, mission.guid, choice)], into_queue=[row.id]):
             return given[0]
         raise InvalidInput("robot", "it has just been given to a robot, or changed")
+
+    def prioritise(self, execution_id: int, priority: int) -> Execution:
+        """A start that waits for a robot of its group gets another priority. Raises InvalidInput."""
+        row = self._ledger.get(execution_id)
+        if row is not None and row.group_id is not None and row.robot_id is None and (
+                changed := self._ledger.make([Move(row, (State.WAITING,), {"priority": priority})])):
+            return changed[0]
+        raise InvalidInput("priority", "it does not wait for a robot any more")
 
     def start_on_another(self, execution_id: int, robot_id: int | None = None, token: str | None = None) -> Execution:
         """The mission of a start of which a robot may or may not have, or have had, its request is run now on another robot (None: on any

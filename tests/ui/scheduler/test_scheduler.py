@@ -10,8 +10,10 @@ import pytest
 from app.domain.models import Between, Overlap
 from app.domain.robot import MissionParameter
 from app.screens.scheduler.cards import FormCard, FormWarning, StartChip
+from app.screens.scheduler.form_view import Steps
 from app.screens.scheduler.step_dialog import StepDialog
 from app.services.live.changes import Topic
+from app.widgets import load_kv
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, RepeatButton, SearchField, StepField
@@ -55,6 +57,28 @@ def steps(screen, ui, label: str, chip: str = "", typed: str = "", presses: str 
 
 def battery(screen, ui, **how: str) -> None:
     steps(screen, ui, "Battery ≥", **how)
+
+
+def test_a_number_that_is_typed_is_what_is_chosen_at_once(ui):
+    load_kv("widgets/flow", "scheduler/form")
+    chosen = []
+    steps = Steps("When it has to be done", "Or any other", "", 1, 1440, 5, "min", ((None, "Whenever"), (15, "15 min")), {None: 15})
+    dialog = StepDialog(steps, None, chosen.append)
+    dialog.show_duration = dialog.hide_duration = 0
+    dialog.open()
+    ui.advance(.3)
+    field = ui.find(StepField, dialog)
+    assert ui.find(ChoiceChip, dialog, text="Whenever").active
+    field.focus = True
+    ui.advance()
+    field.text = "4"
+    ui.advance()
+    assert not [chip for chip in ui.find_all(ChoiceChip, dialog) if chip.active]
+    field.text = "15"                                         # what it shows without having been chosen
+    ui.advance()
+    assert ui.find(ChoiceChip, dialog, text="15 min").active
+    dialog.set()
+    assert chosen == [15]
 
 
 # ---------------------------------------------------------------------- planning

@@ -172,6 +172,15 @@ def test_a_place_is_not_put_back_twice_nor_beside_another_of_its_name(world):
     assert world.catalogue.places() == [other]
 
 
+def test_the_names_of_groups_differ_in_more_than_capital_letters(world):
+    group = world.catalogue.save_group(Group("Hall", (world.robot.id,)))
+    with refuses("name", "there is a group Hall already"):
+        world.catalogue.save_group(Group("hall", (world.robot.id,)))
+    with refuses("name", f"there is a robot {world.robot.name} already"):
+        world.catalogue.save_group(Group(world.robot.name.swapcase(), (world.robot.id,)))
+    assert world.catalogue.save_group(replace(group, name="HALL")).name == "HALL"
+
+
 def test_a_group_that_was_renamed_since_it_was_put_back_is_not_put_back_again(world):
     group = world.catalogue.save_group(Group("Hall", (world.robot.id,)))
     removed = world.catalogue.remove_group(group.id)

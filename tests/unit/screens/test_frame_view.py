@@ -47,6 +47,7 @@ def test_without_a_robot_the_bar_says_so():
 
 
 def test_the_list_of_robots_shows_state_and_battery():
+    assert robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Hold(robot_id=1)]).note.startswith("Executing, held · ")
     option = robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
     assert (option.text, option.note) == ("Aino", "Executing · 78 %")
 

@@ -11,6 +11,7 @@ from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of, help_words
 from app.screens.home import fleet
 from app.screens.home.fleet import Look, RobotTile, Work, arranged, counts, in_places, robot_tile
+from app.services.live.holds import Hold
 from tests.support import home_facts as sample
 from tests.support.home_facts import AINO, NOW, SETTINGS, snapshot
 
@@ -20,6 +21,12 @@ def look(status: RobotStatus | None, robot: Robot = AINO, doing: Work | None = N
     old = is_old(seen, NOW, SETTINGS)
     group = group_of(robot, seen, old, SETTINGS)
     return group, robot_tile(robot, seen, doing, group, old, SETTINGS, NOW)
+
+
+def test_one_that_is_ready_and_held_is_not_called_ready():
+    seen = snapshot(1, sample.READY)
+    assert robot_tile(AINO, seen, None, Group.READY, False, SETTINGS, NOW, (Hold(robot_id=1),)).word == "Held"
+    assert robot_tile(AINO, seen, None, Group.READY, False, SETTINGS, NOW, (Hold(robot_id=2),)).word == "Ready"
 
 
 def in_state(state: RobotState, **values) -> RobotStatus:

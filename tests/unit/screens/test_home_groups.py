@@ -6,7 +6,8 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Connection, Group, Mission, Schedule, State, Wait
+from app.domain.models import Connection, Group, HandOver, Mission, Schedule, State, Wait
+from app.screens.common.group_starts import robots_for
 from app.screens.home import run_now, waiting
 from app.screens.home.lists import queue_entries
 from app.screens.home.run_now import Target
@@ -32,14 +33,15 @@ def facts(*rows, **values):
 
 def test_what_waits_says_what_each_robot_does_and_when_it_is_put_into_a_queue():
     [start] = waiting.waiting_starts([row()], SETTINGS)
-    assert start.note == ("Hall 1: Aino busy until about 14:52; Veikko 18 % battery. Goes into a queue at 14:59 at the latest")
+    assert start.origin == "any of Hall 1 · Schedule · since 14:34"
+    assert start.note == "Aino busy until about 14:52; Veikko 18 % battery. Goes into a queue at 14:59 at the latest"
 
 
 @pytest.mark.parametrize(("values", "note"), [
     ({"wait": Wait.PLACE, "wait_details": {"place": "Dock 2"}}, "Waits for Dock 2 until 15:00"),
     ({"wait_details": {"group": "Hall 1"}}, "Waits for a robot of Hall 1 until 15:00"),
     ({"wait_details": {"group": "Hall 1", "robots": [BUSY], "kept_for": "Shift bus"}},
-     "Hall 1: kept for Shift bus; Aino busy until about 14:52. Goes into a queue at 14:59 at the latest"),
+     "kept for Shift bus; Aino busy until about 14:52. Goes into a queue at 14:59 at the latest"),
     ({"wait_details": {"group": "Hall 1"}, "tried": {"1": {"tries": 1, "robot": "Aino", "problem": ""}}},
      "Aino refused it or did not answer. Waits for a robot of Hall 1 until 15:00")])
 def test_whatever_it_waits_for_has_its_sentence(values, note):
@@ -52,16 +54,30 @@ def test_the_most_important_is_first_and_nothing_with_a_robot_is_among_them():
         (2, "Critical", True), (1, "Normal", False), (3, "Low", False)]
 
 
-@pytest.mark.parametrize(("count", "title", "more"), [
-    (0, "", ""), (1, "Waiting for a robot (1)", ""), (2, "Waiting for a robot (2)", ""), (5, "Waiting for a robot (5)", "Show 3 more")])
-def test_how_many_wait(count, title, more):
-    assert (waiting.waiting_title(count), waiting.more_words(count)) == (title, more)
+@pytest.mark.parametrize(("rows", "title"), [
+    ([], ""), ([row()], "Waiting for a robot (1)"), ([row(1), row(2, wait=Wait.DUE)], "Waiting for a robot (2)"),
+    ([row(1, wait=Wait.PLACE)], "Waiting for a place (1)"), ([row(1), row(2, wait=Wait.PLACE)], "Waiting to start (2)"),
+    ([row(1, wait=Wait.HOLD)], "Waiting to start (1)")])
+def test_for_what_and_how_many_wait(rows, title):
+    assert waiting.waiting_title(rows) == title
+
+
+def test_what_is_not_shown_is_counted():
+    assert [waiting.more_words(count) for count in (0, 2, 5)] == ["", "", "Show 3 more"]
 
 
 def test_it_can_be_given_to_members_that_are_on_with_what_each_does():
     off = replace(VEIKKO, enabled=False)
-    assert [(option.key, option.note) for option in waiting.robots_for(row(), (AINO, off), (HALL,), SETTINGS)] == [
+    assert [(option.key, option.note) for option in robots_for(row(), (AINO, off), (HALL,), (), SETTINGS, NOW)] == [
         (1, "Aino busy until about 14:52")]
+
+
+def test_a_robot_that_can_not_have_it_says_why():
+    place = row(wait=Wait.PLACE, wait_details={"place": "Dock 1", "robot": "Sisu"})
+    held = Hold("Maintenance", until=NOW + timedelta(minutes=38), robot_id=2)
+    assert [option.note for option in robots_for(place, (AINO, VEIKKO), (HALL,), (held,), SETTINGS, NOW)] == [
+        "Dock 1 is full: Sisu uses it", "held until 15:16"]
+    assert robots_for(row(), (AINO, VEIKKO), (HALL,), (replace(held, until=None),), SETTINGS, NOW)[1].note == "held until released"
 
 
 def test_the_card_says_for_what_the_robot_is_kept():
@@ -119,6 +135,18 @@ def test_what_stands_in_the_way_is_on_the_button(change, text, off):
     given = replace(facts(), **change)
     view = aimed(given, mission=77 if "missions" in change else KITS.id)
     assert (view.text, view.off) == (text, off)
+
+
+def test_the_missions_of_a_group_say_which_robot_does_not_have_them():
+    given = replace(facts(), missions=(KITS,), all_missions=(KITS,), known={1: {KITS.guid}, 2: {"other"}})
+    assert [option.note for option in run_now.mission_options(given, Target(5))] == ["not on Veikko"]
+    assert [option.note for option in run_now.mission_options(given, Target())] == [""]
+
+
+def test_a_group_that_sends_at_once_does_not_say_that_it_waits():
+    at_once = replace(HALL, hand_over=HandOver.AT_ONCE)
+    assert aimed(replace(facts(), groups=(at_once,))).note == "at once, also to a busy robot"
+    assert aimed(replace(facts(), groups=(at_once,), holds=(Hold("Audit"),))).note == "waits until 14:53 at most"
 
 
 def test_before_everything_else_is_critical():

@@ -370,3 +370,14 @@ def test_under_the_minimum_the_operator_is_asked():
     assert view(with_aino(replace(READY, battery_percentage=None), ()), 2).run.low_battery.startswith("The battery of Aino is not known")
     assert view(FACTS, 2).run.low_battery == ""
     assert view(replace(low, settings=replace(SETTINGS, minimum_battery_percent=None)), 2).run.low_battery == ""
+
+
+# ---------------------------------------------------------------------- held robots
+def test_a_held_robot_says_so_on_its_card_and_its_tile():
+    until = Hold("Maintenance", NOW + timedelta(minutes=38), ago(minutes=1), robot_id=2)
+    given = replace(FACTS, settings=replace(FACTS.settings, selected_robot_id=2), holds=(until,))
+    shown = present(given, NOW)
+    assert (shown.card.state, shown.card.note) == ("Ready, held", "Veikko · MiR100 · held until 15:16")
+    assert [(robot.name, robot.word) for robot in shown.robots] == [("Aino", "Working"), ("Veikko", "Held"), ("Sisu", "Charging")]
+    assert present(replace(given, holds=(replace(until, until=None),)), NOW).card.note.endswith(" · held until released")
+    assert present(replace(given, holds=()), NOW).card.state == "Ready"

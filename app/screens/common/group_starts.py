@@ -1,0 +1,101 @@
+"""What a person does with a start that waits for a robot of its group: gives it to one, puts it before others, cancels it."""
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from datetime import datetime
+from typing import TypeVar
+
+from app.domain import choice
+from app.domain.models import Execution, Group, Mission, Robot, Settings, State, Wait
+from app.i18n import _
+from app.screens.common.holding import hold_at, until_words
+from app.screens.common.options import Option
+from app.screens.common.priorities import LEVELS, level, word
+from app.screens.common.shell import Shell
+from app.services.live.holds import Hold
+from app.services.robots.commands import Operator
+
+T = TypeVar("T")
+
+
+def has_no_robot(row: Execution) -> bool:
+    return row.state is State.WAITING and row.robot_id is None
+
+
+def robots_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group], holds: Sequence[Hold], settings: Settings,
+               now: datetime) -> list[Option]:
+    """To whom a person can give it: with what each is doing, or why it can't have it now."""
+    members = next((group.members for group in groups if group.id == row.group_id), ())
+    told = {each["robot"]: each for each in row.wait_details.get("robots", ()) if isinstance(each, dict) and "robot" in each}
+    full = ""
+    if row.wait is Wait.PLACE and "place" in row.wait_details:
+        full = _("{place} is full: {robot} uses it").format(place=row.wait_details["place"], robot=row.wait_details.get("robot", "–"))
+
+    def note(robot: Robot) -> str:
+        if hold := hold_at(holds, robot.id, now):
+            return until_words(hold, settings, now)
+        return full or (choice.awaited({"robots": [told[robot.name]]}, settings.timezone, _) if robot.name in told else "")
+    return [Option(robot.id, robot.name, "robot-outline", note(robot)) for robot in robots if robot.id in members and robot.enabled]
+
+
+def lacking(mission: Mission, members: Iterable[Robot], missions: Sequence[Mission], names: Mapping[int, Collection[str]]) -> list[str]:
+    """Names of the robots of a group that don't have the mission, as far as is known. A robot's own mission of that name takes the place of
+    the one for all. ``names``: guids that each robot has, by its id."""
+    def lacks(robot: Robot) -> bool:
+        own = next((each for each in missions if each.name == mission.name and each.robot_id == robot.id), mission)
+        there = names.get(robot.id) or ()
+        return bool(there) and own.guid not in there
+    return [robot.name for robot in members if lacks(robot)]
+
+
+def lacking_words(names: Sequence[str]) -> str:
+    return _("not on {robots}").format(robots=", ".join(names)) if names else ""
+
+
+class GroupStarts:
+    """Each in the background, one at a time on a start; ``changed()`` when one has ended, well or not. ``follow(execution)`` says what
+    becomes of one that was given to a robot."""
+
+    def __init__(self, operator: Operator, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]) -> None:
+        self._operator, self._shell, self._changed, self._follow = operator, shell, changed, follow
+        self._busy: set[int] = set()                          # ids of executions that something is being done to
+
+    def give(self, row: Execution, robots: Sequence[Option]) -> None:
+        self._shell.dialogs.choose(
+            _("Give {mission} to").format(mission=row.mission), robots,
+            lambda robot_id: self._do(row, lambda: self._operator.give_to(row.id, robot_id), self._follow))
+
+    def prioritise(self, row: Execution) -> None:
+        def chosen(priority: int) -> None:
+            said = _("{mission}: priority {priority}").format(mission=row.mission, priority=word(priority))
+            self._do(row, lambda: self._operator.prioritise(row.id, priority), self._saying(said, "chevron-double-up"))
+        self._shell.dialogs.choose(_("Priority of {mission}").format(mission=row.mission), [Option(each, word(each)) for each in LEVELS],
+                                   chosen, selected=level(row.priority))
+
+    def cancel(self, row: Execution) -> None:
+        self._do(row, lambda: self._operator.cancel_execution(row.id),
+                 self._saying(_("{mission} is cancelled").format(mission=row.mission), "close"))
+
+    def start_on_another(self, row: Execution, robots: Sequence[Option]) -> None:
+        """As well: asked first, because nobody knows whether the silent robot has it."""
+        def agreed(robot_id: int) -> None:
+            self._shell.dialogs.confirm(
+                _("Start {mission} on another robot?").format(mission=row.mission),
+                _("If {robot} has it after all, it runs twice.").format(robot=row.robot), _("Start it"),
+                lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow), danger=True)
+        self._shell.dialogs.choose(_("Start on another robot"), robots, agreed)
+
+    def _saying(self, text: str, icon: str) -> Callable[[object], None]:
+        return lambda _done: self._shell.snackbars.show(text, icon=icon)
+
+    def _do(self, row: Execution, work: Callable[[], T], done: Callable[[T], object]) -> None:
+        if row.id in self._busy:
+            return
+        self._busy.add(row.id)
+
+        def ended(call: Callable[[], object]) -> None:
+            self._busy.discard(row.id)
+            call()
+            self._changed()
+        self._shell.background.run(work, lambda outcome: ended(lambda: done(outcome)),
+                                   lambda problem: ended(lambda: self._shell.say_problem(problem)))
