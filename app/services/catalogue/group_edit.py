@@ -1,9 +1,10 @@
 """Groups of robots and the places that they share: the part of a change of the plan that is about them."""
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
-from app.domain.models import Group, InvalidInput, Place
+from app.domain.models import Group, InvalidInput, Mission, Place
 from app.services.catalogue import made_names, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
@@ -74,6 +75,15 @@ class GroupEdit(Transaction):
         self.notes.append(f"place {place.name!r} {'added' if stored is None else 'changed'}: at most {place.most} missions")
         self.topics.add(Topic.MISSIONS)
         return place
+
+    def use_places(self, mission: Mission, place_ids: Collection[int]) -> bool:
+        """Have a mission use these, and no others; whether that is something new."""
+        if self.places.used_by(self.c, mission.id) == set(place_ids):
+            return False
+        self.places.use(self.c, mission.id, place_ids)
+        self.notes.append(f"mission {mission.name!r} uses {len(place_ids)} places")
+        self.topics.add(Topic.MISSIONS)
+        return True
 
     def remove_place(self, place_id: int) -> Removed:
         """Missions that used it stay."""
