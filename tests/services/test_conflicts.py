@@ -114,6 +114,19 @@ def test_starts_that_a_person_leaves_out_and_the_schedule_itself_crowd_nobody(co
 
 
 # ---------------------------------------------------------------------- places
+@pytest.mark.parametrize("where", [{"robot_id": 1}, {"robot_id": None}])
+def test_the_form_reads_the_schedules_of_a_robot_once_however_many_groups_it_is_in(container, where):
+    for number in range(9):
+        container.catalogue.save_group(Group(f"G{number}", (1, 2, 3, 4)))
+    container.catalogue.save_place(Place("Dock 2", 1, (1, 2)))
+    reading, asked = container.db.read(), list[str]()
+    reading.set_trace_callback(asked.append)
+    Forecasts(container.db, container.clock).of(draft(**where))
+    reading.set_trace_callback(None)
+    of_schedules = [statement for statement in asked if "FROM schedules WHERE" in statement]
+    assert len(of_schedules) == len(set(of_schedules)) > 0
+
+
 def test_a_place_is_full_whichever_robots_come(container):
     container.catalogue.save_place(Place("Dock 2", 2, (1, 2)))
     plan(container, robot_id=4)
