@@ -47,6 +47,12 @@ def nobody_is_on(facts: SchedulerFacts, schedule: Schedule) -> bool:
     return schedule.group_id is not None and not any(robot.enabled for robot in facts.members(schedule.group_id))
 
 
+def nobody_has_it(facts: SchedulerFacts, schedule: Schedule) -> bool:
+    """Whether it names a group of which no robot that is switched on has its mission, as far as is known."""
+    mission, robots = facts.mission(schedule.mission_id), [robot for robot in facts.members(schedule.group_id) if robot.enabled]
+    return mission is not None and bool(robots) and all(_lacks(facts, mission, robot) for robot in robots)
+
+
 def is_listed(facts: SchedulerFacts, schedule: Schedule, target: Target | None) -> bool:
     """Whether it may run on that robot, or names that group; None: any."""
     if target is None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
 from math import inf
@@ -16,25 +16,26 @@ from app.database.holds import HoldRepository
 from app.database.usage import UsageRepository
 from app.domain import rules
 from app.domain.clock import midnight
-from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State
+from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
 from app.services.allocation import estimates
 from app.services.allocation.decide import AHEAD
 from app.services.planning.forecast import HOUR, Found, Site, Wanted, forecast
 from app.services.planning.known import Known, quick
 from app.services.planning.planned import PlannedRun
+from app.services.planning.seen import Seen
 
 DAY = timedelta(days=1)
 
 
 class Foreseen:
-    """``robots``: those that are switched on, by id. ``is_out``: whether one is silent or stopped at present: it is then believed to be so
-    for some minutes. ``origin``: when the forecast begins, now or the midnight before what is looked at, so that a start gets the same
+    """``robots``: those that are switched on, by id. One that is silent or stopped at present is believed to be so for some minutes.
+    ``origin``: when the forecast begins, now or the midnight before what is looked at, so that a start gets the same
     robot however much is looked at."""
 
     def __init__(self, c: sqlite3.Connection, known: Known, groups: Mapping[int, Group], robots: Mapping[int, Robot], settings: Settings,
-                 now: datetime, start: datetime, is_out: Callable[[int], bool]) -> None:
+                 now: datetime, start: datetime, seen: Seen) -> None:
         self._c, self._known, self._groups, self._robots, self._settings, self._now = c, known, groups, robots, settings, now
-        self._zone, self._is_out = ZoneInfo(settings.timezone), is_out
+        self._zone, self._seen = ZoneInfo(settings.timezone), seen
         self.origin = max(now, midnight(start.astimezone(self._zone).date(), self._zone))
         self.members = {group.id: tuple(robot_id for robot_id in group.members
                                          if robot_id in robots and not robots[robot_id].needs_password) for group in groups.values()}
@@ -43,6 +44,11 @@ class Foreseen:
         self._room = {place.name: place.most for place in places}
         self._places = {name: tuple(place.name for place in places if name in {known.missions[one].name for one in place.missions})
                         for name in {known.missions[one].name for place in places for one in place.missions}}
+
+    def is_lacking(self, group: Group, mission: str) -> bool:
+        """Whether there are robots of it that may get something, and none has that mission, as far as is known."""
+        members = self.members[group.id]
+        return bool(members) and not any(self._known.has(robot_id, mission) for robot_id in members)
 
     def concerns(self, schedule: Schedule) -> bool:
         """Whether its starts use robots of a group, or a place."""
@@ -108,10 +114,11 @@ class Foreseen:
                     self._hours() if is_now else {}, self._held(), days, self._room, at_places)
 
     def _busy(self) -> tuple[Mapping[int, float], Mapping[str, Sequence[float]]]:
-        """Until when each robot has to do with what it has of ours, and until when that needs the places that it uses."""
+        """Until when each robot has to do with what it has of ours, and until when that needs the places that it uses. What has it charge
+        while it is idle is in nobody's way."""
         left, at_places = dict[int, float](), defaultdict[str, list[float]](list)
         for row in ExecutionRepository().open_all(self._c):
-            if row.robot_id is not None:
+            if row.robot_id is not None and not (row.trigger is Trigger.IDLE and self._seen.charges(row.robot_id)):
                 left[row.robot_id] = left.get(row.robot_id, 0.0) + self._left(row, row.robot_id)
                 for place in self._places.get(row.mission, ()):
                     at_places[place].append(left[row.robot_id])
@@ -129,7 +136,7 @@ class Foreseen:
 
     def _held(self) -> Mapping[int, Sequence[tuple[float, float]]]:
         held = defaultdict[int, list[tuple[float, float]]](list)
-        for robot_id in filter(self._is_out, self.shared):
+        for robot_id in filter(self._seen.is_out, self.shared):
             held[robot_id].append((-inf, self._seconds(self._now) + AHEAD))
         for hold in HoldRepository().all(self._c):
             until = inf if hold.until is None else self._seconds(hold.until)
