@@ -86,6 +86,13 @@ def finish_by_text(minutes: int | None) -> str:
     return _("Whenever") if minutes is None else _("{time} after its start").format(time=formats.duration(minutes * 60))
 
 
+def what_matters(schedule: Schedule) -> str:
+    """What its starts have beyond others: another priority, a time to be done by."""
+    minutes = schedule.finish_by_minutes
+    done = _("to be done within {time}").format(time=formats.duration(minutes * 60)) if minutes else ""
+    return " · ".join(filter(None, (word(schedule.priority) if level(schedule.priority) != NORMAL else "", done)))
+
+
 def priority_chips(priority: int) -> tuple[Option, ...]:
     """The four that are offered, by their numbers; any other number belongs to one of them."""
     return tuple(Option(number, word(number), selected=number == level(priority)) for number in (LOW, NORMAL, HIGH, CRITICAL))

@@ -189,7 +189,8 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
 def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> ScheduleItem:
     robot, mission, last = facts.robot(schedule.robot_id), facts.mission(schedule.mission_id), facts.last.get(schedule.id)
     whose = of_groups.whose(facts, schedule, last)
-    row = ScheduleItem(schedule.id, schedule.enabled, mission.name if mission else schedule.name, rule_line(schedule),
+    row = ScheduleItem(schedule.id, schedule.enabled, mission.name if mission else schedule.name,
+                       _joined(rule_line(schedule), of_groups.what_matters(schedule)),
                        " · ".join(filter(None, (whose, _next(facts, schedule, robot, now)))), selected,
                        name=facts.name(schedule) if mission else "")
     if _is_over(facts, schedule, now):

@@ -62,6 +62,14 @@ def test_the_next_start_of_the_form_is_held_where_all_robots_of_the_group_are():
     assert [text.endswith("skipped") for text in shown] == [False, True]
 
 
+@pytest.mark.parametrize(("values", "words"), [
+    ({}, ""), ({"priority": 2}, " · Critical"), ({"finish_by_minutes": 90}, " · to be done within 1 h 30 min"),
+    ({"priority": -1, "finish_by_minutes": 30}, " · Low · to be done within 30 min")])
+def test_the_list_says_what_matters_more_and_what_has_to_be_done_in_time(values, words):
+    [row] = view.schedule_rows(replace(FACTS, schedules=(replace(SCHEDULE, **values),)), NOW)
+    assert row.rule == "Once on Mon 23 Nov 2026 at 06:30" + words
+
+
 def test_a_message_calls_a_schedule_of_a_group_by_what_it_does_without_the_number():
     assert [FACTS.called(replace(SCHEDULE, name=name)) for name in ("Kits on Hall 1", "Kits on Hall 1 2", "Shift bus")] == [
         "Kits on Hall 1", "Kits on Hall 1", "Shift bus"]
