@@ -15,6 +15,7 @@ from app.database.groups import PlaceRepository
 from app.database.holds import HoldRepository
 from app.database.usage import UsageRepository
 from app.domain import rules
+from app.domain.choice import KEEPS_NO_ROBOT
 from app.domain.clock import midnight
 from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
 from app.services.allocation import estimates
@@ -114,15 +115,20 @@ class Foreseen:
                     self._hours() if is_now else {}, self._held(), days, self._room, at_places)
 
     def _busy(self) -> tuple[Mapping[int, float], Mapping[str, Sequence[float]]]:
-        """Until when each robot has to do with what it has of ours, and until when that needs the places that it uses. What has it charge
-        while it is idle is in nobody's way."""
+        """Until when each robot has to do with what it has of ours, and until when that needs the places that it uses."""
         left, at_places = dict[int, float](), defaultdict[str, list[float]](list)
         for row in ExecutionRepository().open_all(self._c):
-            if row.robot_id is not None and not (row.trigger is Trigger.IDLE and self._seen.charges(row.robot_id)):
+            if row.robot_id is not None and self._is_at_work(row, row.robot_id):
                 left[row.robot_id] = left.get(row.robot_id, 0.0) + self._left(row, row.robot_id)
                 for place in self._places.get(row.mission, ()):
                     at_places[place].append(left[row.robot_id])
         return left, at_places
+
+    def _is_at_work(self, row: Execution, robot_id: int) -> bool:
+        """Nobody waits for the end of what has a robot charge while it is idle, nor of what waits for something else than its robot."""
+        if row.trigger is Trigger.IDLE and self._seen.charges(robot_id):
+            return False
+        return row.state is not State.WAITING or row.wait not in KEEPS_NO_ROBOT
 
     def _left(self, row: Execution, robot_id: int) -> float:
         usual = self._known.usual(robot_id, Mission(row.mission, row.mission_guid))
