@@ -63,7 +63,7 @@ LACKING = replace(NOT_FOUND, lacking=True)
 
 @pytest.mark.parametrize(("values", "state", "note"), [
     ({"planned": (NOT_FOUND,)}, "planned", "no robot foreseen"),
-    ({"planned": (LACKING,)}, "planned", "no robot of the group has the mission"),
+    ({"planned": (LACKING,)}, "planned", "none has the mission"),
     ({"planned": (LACKING, NOT_FOUND)}, "planned", "no robot foreseen"),
     ({"planned": (NOT_FOUND,), "holds": (HOLD,)}, "planned", "no robot foreseen"),
     ({"planned": (NOT_FOUND,), "holds": (HOLD, replace(HOLD, robot_id=2))}, "held", "")])
