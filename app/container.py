@@ -29,7 +29,7 @@ from app.services.catalogue.stored import problem_in
 from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.clock_guard import ClockGuard
 from app.services.dispatch.engine import Engine
-from app.services.dispatch.freedom import can_work
+from app.services.dispatch.freedom import can_work, is_charging
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
 from app.services.dispatch.runner import Runner
@@ -55,6 +55,7 @@ from app.services.live.questions import Questions
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet, machine_id
 from app.services.planning.plan import Plan
+from app.services.planning.seen import Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 from app.services.robots.charging import ChargingMissions
 from app.services.robots.commands import ClientFactory, Operator
@@ -111,8 +112,9 @@ class Container:
         self.catalogue = Catalogue(db, clock, self.changes)
         self.kpis = Kpis(db, clock)
         self.group_figures, self.promises = GroupFigures(db, clock), PromiseFigures(db, clock)
+        seen = Seen(self._is_out, lambda robot_id: is_charging(self.snapshots.get(robot_id).status), self._may_have)
         self.plan = Plan(db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
-                         executions=repositories.executions, settings=repositories.settings, clock=clock, is_out=self._is_out)
+                         executions=repositories.executions, settings=repositories.settings, clock=clock, seen=seen)
         planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
                           missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
                           alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
@@ -139,7 +141,7 @@ class Container:
 
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.robot_states = RobotStates(db)
-        self.forecasts = Forecasts(db, clock)
+        self.forecasts = Forecasts(db, clock, seen)
         self.suggestions = Suggestions(db, clock, self._may_have)
         self.pausing = Pausing(db, clock, self.changes)
         self.files = DataFiles(db, self.catalogue, clock)

@@ -156,6 +156,10 @@ class ExecutionRepository:
         self._end(c, f"robot_id = ? AND {OPEN}", [robot_id], reason, now)
         return waiting
 
+    def end_waiting_of_group(self, c: sqlite3.Connection, group_id: int, reason: Reason, now: datetime) -> list[int]:
+        """What no robot has of a group ends; returns the ids."""
+        return self._end(c, f"group_id = ? AND {OPEN} AND state = 'waiting'", [group_id], reason, now)
+
     @staticmethod
     def _end(c: sqlite3.Connection, where: str, values: Sequence[Any], reason: Reason, now: datetime) -> list[int]:
         columns = stored_values({"state": reason.state, "reason": reason, "ended_at": now})

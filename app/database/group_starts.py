@@ -52,6 +52,12 @@ class GroupStartRepository:
         return [execution_of(row) for row in c.execute("""SELECT * FROM executions INDEXED BY executions_unbound
                                                             WHERE state = 'waiting' AND robot_id IS NULL ORDER BY planned_at, id""")]
 
+    def count_waiting(self, c: sqlite3.Connection, group_id: int) -> int:
+        """Starts of a group that no robot has yet."""
+        found: int = c.execute(f"SELECT count(*) FROM executions WHERE {OPEN} AND state = 'waiting' AND group_id = ?",
+                               (group_id,)).fetchone()[0]
+        return found
+
     def bound(self, c: sqlite3.Connection) -> list[int]:
         """Robots for which something of a group waits to be sent."""
         return [row[0] for row in c.execute(f"""SELECT DISTINCT robot_id FROM executions WHERE {OPEN} AND state = 'waiting'

@@ -15,18 +15,22 @@ class GroupRepository:
         members: dict[int, list[int]] = {}
         for group_id, robot_id in c.execute("SELECT group_id, robot_id FROM group_members ORDER BY robot_id"):
             members.setdefault(group_id, []).append(robot_id)
-        rows = c.execute("SELECT id, name, hand_over, keep_free FROM robot_groups ORDER BY name")
-        return [Group(name, tuple(members.get(id_, ())), HandOver(hand_over), keep_free, id_) for id_, name, hand_over, keep_free in rows]
+        return [_group(row, members.get(row[0], ())) for row in c.execute(f"{_GROUPS} ORDER BY name")]
 
     def count(self, c: sqlite3.Connection) -> int:
         found: int = c.execute("SELECT count(*) FROM robot_groups").fetchone()[0]
         return found
 
     def get(self, c: sqlite3.Connection, group_id: int) -> Group | None:
-        return next((group for group in self.all(c) if group.id == group_id), None)
+        return self._one(c, "id = ?", group_id)
 
     def by_name(self, c: sqlite3.Connection, name: str) -> Group | None:
-        return next((group for group in self.all(c) if group.name == name), None)
+        return self._one(c, "name = ?", name)
+
+    @staticmethod
+    def _one(c: sqlite3.Connection, where: str, value: object) -> Group | None:
+        row = c.execute(f"{_GROUPS} WHERE {where}", (value,)).fetchone()
+        return row and _group(row, _ids(c, "SELECT robot_id FROM group_members WHERE group_id = ? ORDER BY robot_id", row[0]))
 
     def add(self, c: sqlite3.Connection, group: Group) -> Group:
         """Returns it with its id; one that is given (an undone removal) is kept."""
@@ -80,35 +84,53 @@ class PlaceRepository:
         missions: dict[int, list[int]] = {}
         for mission_id, place_id in c.execute("SELECT mission_id, place_id FROM mission_places ORDER BY mission_id"):
             missions.setdefault(place_id, []).append(mission_id)
-        rows = c.execute("SELECT id, name, most FROM places ORDER BY name")
-        return [Place(name, most, tuple(missions.get(id_, ())), id_) for id_, name, most in rows]
+        return [_place(row, missions.get(row[0], ())) for row in c.execute(f"{_PLACES} ORDER BY name")]
 
     def count(self, c: sqlite3.Connection) -> int:
         found: int = c.execute("SELECT count(*) FROM places").fetchone()[0]
         return found
 
     def get(self, c: sqlite3.Connection, place_id: int) -> Place | None:
-        return next((place for place in self.all(c) if place.id == place_id), None)
+        return self._one(c, "id = ?", place_id)
 
     def by_name(self, c: sqlite3.Connection, name: str) -> Place | None:
-        return next((place for place in self.all(c) if place.name == name), None)
+        return self._one(c, "name = ?", name)
+
+    @staticmethod
+    def _one(c: sqlite3.Connection, where: str, value: object) -> Place | None:
+        row = c.execute(f"{_PLACES} WHERE {where}", (value,)).fetchone()
+        return row and _place(row, _ids(c, _MISSIONS_OF_PLACE, row[0]))
+
+    def ids(self, c: sqlite3.Connection) -> dict[str, int]:
+        """Of all places, by name."""
+        return dict(c.execute("SELECT name, id FROM places").fetchall())
 
     def add(self, c: sqlite3.Connection, place: Place) -> Place:
         """Returns it with its id; one that is given (an undone removal) is kept."""
         cursor = c.execute("INSERT INTO places (id, name, most) VALUES (?, ?, ?)", (place.id or None, place.name, place.most))
         added = replace(place, id=cursor.lastrowid or place.id)
-        self._put_missions(c, added)
+        _add_uses(c, ((mission_id, added.id) for mission_id in added.missions))
         return added
 
     def update(self, c: sqlite3.Connection, place: Place) -> None:
         c.execute("UPDATE places SET name = ?, most = ? WHERE id = ?", (place.name, place.most, place.id))
-        c.execute("DELETE FROM mission_places WHERE place_id = ?", (place.id,))
-        self._put_missions(c, place)
+        used, wanted = set(_ids(c, _MISSIONS_OF_PLACE, place.id)), set(place.missions)
+        _drop_uses(c, ((mission_id, place.id) for mission_id in used - wanted))
+        _add_uses(c, ((mission_id, place.id) for mission_id in wanted - used))
+
+    def used_by(self, c: sqlite3.Connection, mission_id: int) -> set[int]:
+        """The ids of the places that a mission uses."""
+        return set(_ids(c, "SELECT place_id FROM mission_places WHERE mission_id = ?", mission_id))
+
+    def use(self, c: sqlite3.Connection, mission_id: int, place_ids: Iterable[int]) -> None:
+        """These, and no others."""
+        wanted, used = set(place_ids), self.used_by(c, mission_id)
+        _drop_uses(c, ((mission_id, place_id) for place_id in used - wanted))
+        _add_uses(c, ((mission_id, place_id) for place_id in wanted - used))
 
     def uses_of(self, c: sqlite3.Connection, mission_ids: Iterable[int]) -> list[tuple[int, int]]:
         """The id of each of these missions with that of a place that it uses."""
-        wanted = set(mission_ids)
-        return [(mission_id, place.id) for place in self.all(c) for mission_id in place.missions if mission_id in wanted]
+        return [(mission_id, place_id) for mission_id in mission_ids for place_id in self.used_by(c, mission_id)]
 
     def use_again(self, c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> None:
         """What ``uses_of`` returned, of places that there still are."""
@@ -117,7 +139,28 @@ class PlaceRepository:
     def remove(self, c: sqlite3.Connection, place_id: int) -> None:
         c.execute("DELETE FROM places WHERE id = ?", (place_id,))
 
-    @staticmethod
-    def _put_missions(c: sqlite3.Connection, place: Place) -> None:
-        for mission in place.missions:
-            c.execute("INSERT INTO mission_places (mission_id, place_id) VALUES (?, ?)", (mission, place.id))
+
+_GROUPS, _PLACES = "SELECT id, name, hand_over, keep_free FROM robot_groups", "SELECT id, name, most FROM places"
+_MISSIONS_OF_PLACE = "SELECT mission_id FROM mission_places WHERE place_id = ? ORDER BY mission_id"
+
+
+def _group(row: sqlite3.Row, members: Iterable[int]) -> Group:
+    id_, name, hand_over, keep_free = row
+    return Group(name, tuple(members), HandOver(hand_over), keep_free, id_)
+
+
+def _place(row: sqlite3.Row, missions: Iterable[int]) -> Place:
+    id_, name, most = row
+    return Place(name, most, tuple(missions), id_)
+
+
+def _ids(c: sqlite3.Connection, query: str, of: int) -> list[int]:
+    return [row[0] for row in c.execute(query, (of,))]
+
+
+def _add_uses(c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> None:
+    c.executemany("INSERT INTO mission_places (mission_id, place_id) VALUES (?, ?)", uses)
+
+
+def _drop_uses(c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> None:
+    c.executemany("DELETE FROM mission_places WHERE mission_id = ? AND place_id = ?", uses)

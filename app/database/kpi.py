@@ -26,10 +26,12 @@ _MIDNIGHT = "T00:00:00.000000Z"
 
 @dataclass(frozen=True)
 class Span:
-    """Executions that ended in [start, end), of some robots or of all."""
+    """Executions that ended in [start, end), of some robots or of all; ``group``: of these the ones that any robot of it could take, by its
+    name then."""
     start: str = EARLIEST
     end: str = LATEST
     robot_ids: Sequence[int] | None = None
+    group: str | None = None
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,8 @@ class Timing(NamedTuple):
 
 def _parted(span: Span) -> tuple[Span | None, list[Span]]:
     """The whole UTC days in a span (None: there is none), as days, and what is left of it at its ends, as instants."""
+    if span.group is not None:           # days are not counted by group
+        return None, [span]
     first = span.start
     if first != EARLIEST and not first.endswith(_MIDNIGHT):
         first = f"{date.fromisoformat(first[:10]) + timedelta(days=1):%Y-%m-%d}"
@@ -83,16 +87,23 @@ class KpiRepository:
         return (RobotSum(*row) for row in rows)
 
     def _by_robot_of_rows(self, c: sqlite3.Connection, span: Span) -> list[RobotSum]:
-        robots = self._robots_of(c, span)
-        of_robots = f"robot_id IN ({placeholders(robots)})", robots
         found: list[RobotSum] = []
-        for where, values in (of_robots, *([("robot_id IS NULL", ())] if span.robot_ids is None else [])):
+        for where, values in self._whose(c, span):
             rows = c.execute(f"""SELECT coalesce(robot_id, 0), state, count(*), count(duration_s), total(duration_s)
                                  FROM executions INDEXED BY executions_by_robot
                                  WHERE {where} AND state IN ({placeholders(ENDED)}) AND ended_at >= ? AND ended_at < ?
                                  GROUP BY robot_id, state""", (*values, *ENDED, span.start, span.end))
             found += [RobotSum(*row) for row in rows]
         return found
+
+    def _whose(self, c: sqlite3.Connection, span: Span, robots: Sequence[int] = ()) -> list[tuple[str, Sequence[object]]]:
+        """Conditions which together let through what a span has, each as the indexes by robot answer it; the second one what no robot had.
+        ``robots``: those with history, where they have been read."""
+        robots = robots or self._robots_of(c, span)
+        found: list[tuple[str, Sequence[object]]] = [(f"robot_id IN ({placeholders(robots)})", robots)]
+        if span.robot_ids is None:
+            found.append(("robot_id IS NULL", ()))
+        return found if span.group is None else [(f"{where} AND robot_group = ?", (*values, span.group)) for where, values in found]
 
     def _robots_of(self, c: sqlite3.Connection, span: Span) -> Sequence[int]:
         """Never empty, so that INDEXED BY can be met."""
@@ -139,16 +150,18 @@ class KpiRepository:
                         (span.start, span.end, *values)).fetchone()
         return row is not None
 
-    def by_state(self, c: sqlite3.Connection, span: Span) -> dict[str, tuple[int, int, float]]:
-        """(number, number with a known duration, seconds) by state; states without any are left out."""
-        robots = self._robots_of(c, span)
-        found = {}
-        for state in ENDED:                  # one by one: grouping them would cost twice as much as counting them
-            row = c.execute(f"""SELECT count(*), count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_robot
-                                WHERE robot_id IN ({placeholders(robots)}) AND state = ? AND ended_at >= ? AND ended_at < ?""",
-                            (*robots, state, span.start, span.end)).fetchone()
-            if row[0]:
-                found[state] = tuple(row)
+    def by_state(self, c: sqlite3.Connection, span: Span, robots: Sequence[int] = ()) -> dict[str, tuple[int, int, float]]:
+        """(number, number with a known duration, seconds) by state; states without any are left out. ``robots``: as ``robots`` has them or
+        the span, for whoever asks about many days."""
+        found: dict[str, tuple[int, int, float]] = {}
+        for where, values in self._whose(c, span, robots):
+            for state in ENDED:              # one by one: grouping them would cost twice as much as counting them
+                number, timed, seconds = c.execute(f"""
+                    SELECT count(*), count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_robot
+                    WHERE {where} AND state = ? AND ended_at >= ? AND ended_at < ?""", (*values, state, span.start, span.end)).fetchone()
+                if number:
+                    known = found.get(state, (0, 0, 0.0))
+                    found[state] = known[0] + number, known[1] + timed, known[2] + seconds
         return found
 
     def outcomes(self, c: sqlite3.Connection, span: Span, wanted: Iterable[Outcome]) -> dict[Outcome, int]:
@@ -190,11 +203,9 @@ class KpiRepository:
 
     def failures(self, c: sqlite3.Connection, span: Span) -> list[tuple[str | None, str | None, int]]:
         """(reason code, the robot's message, number) of everything that failed, whatever had triggered it."""
-        robots = self._robots_of(c, span)
-        return [tuple(row) for row in c.execute(f"""
+        return [tuple(row) for where, values in self._whose(c, span) for row in c.execute(f"""
             SELECT reason_code, json_extract(reason_details, '$.message'), count(*) FROM executions INDEXED BY executions_by_robot
-            WHERE robot_id IN ({placeholders(robots)}) AND state = 'failed' AND ended_at >= ? AND ended_at < ? GROUP BY 1, 2""",
-            (*robots, span.start, span.end))]
+            WHERE {where} AND state = 'failed' AND ended_at >= ? AND ended_at < ? GROUP BY 1, 2""", (*values, span.start, span.end))]
 
     def not_completed(self, c: sqlite3.Connection, span: Span, limit: int) -> list[Execution]:
         """Those that ended in any state but completed, newest first."""
@@ -207,15 +218,14 @@ class KpiRepository:
     # ------------------------------------------------------------------ per mission
     def missions(self, c: sqlite3.Connection, span: Span) -> dict[str, tuple[int, float]]:
         """(completed runs with a known duration, their seconds) by the mission's guid, of missions that have any."""
-        robots = self._robots_of(c, span)
+        robots, (where, values) = self._robots_of(c, span), self._whose(c, span)[0]
         guids = {guid for robot in robots for guid in self._guids(c, robot)}
         found = {}
         for guid in sorted(guids):
             number, seconds = c.execute(f"""
                 SELECT count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_mission
-                WHERE state = 'completed' AND robot_id IN ({placeholders(robots)}) AND mission_guid = ?
-                  AND ended_at >= ? AND ended_at < ?""",
-                (*robots, guid, span.start, span.end)).fetchone()
+                WHERE state = 'completed' AND {where} AND mission_guid = ? AND ended_at >= ? AND ended_at < ?""",
+                (*values, guid, span.start, span.end)).fetchone()
             if number:
                 found[guid] = (number, seconds)
         return found
@@ -234,16 +244,18 @@ class KpiRepository:
 
     def durations(self, c: sqlite3.Connection, span: Span, guid: str) -> list[tuple[str, float]]:
         """(ended_at, seconds) of a mission's completed runs, in no order."""
-        robots = self._robots_of(c, span)
+        where, values = self._whose(c, span)[0]
         return c.execute(f"""SELECT ended_at, duration_s FROM executions INDEXED BY executions_by_mission
-                             WHERE state = 'completed' AND robot_id IN ({placeholders(robots)}) AND mission_guid = ? AND ended_at >= ?
-                             AND ended_at < ? AND duration_s IS NOT NULL""", (*robots, guid, span.start, span.end)).fetchall()
+                             WHERE state = 'completed' AND {where} AND mission_guid = ? AND ended_at >= ?
+                             AND ended_at < ? AND duration_s IS NOT NULL""", (*values, guid, span.start, span.end)).fetchall()
 
     def newest_durations(self, c: sqlite3.Connection, span: Span, guid: str, limit: int) -> list[tuple[str, float]]:
         """The same, only the newest, newest first."""
-        newest = [c.execute("""SELECT ended_at, duration_s FROM executions INDEXED BY executions_by_mission
-                               WHERE state = 'completed' AND robot_id = ? AND mission_guid = ? AND ended_at >= ? AND ended_at < ?
-                               AND duration_s IS NOT NULL ORDER BY ended_at DESC LIMIT ?""", (robot, guid, span.start, span.end, limit))
+        only, values = ("", ()) if span.group is None else ("AND robot_group = ?", (span.group,))
+        newest = [c.execute(f"""SELECT ended_at, duration_s FROM executions INDEXED BY executions_by_mission
+                                WHERE state = 'completed' AND robot_id = ? AND mission_guid = ? AND ended_at >= ? AND ended_at < ?
+                                AND duration_s IS NOT NULL {only} ORDER BY ended_at DESC LIMIT ?""",
+                            (robot, guid, span.start, span.end, *values, limit))
                   for robot in self._robots_of(c, span)]
         merged = heapq.merge(*(map(tuple, rows) for rows in newest), reverse=True)       # reads no more than is wanted
         return list(islice(merged, limit))
@@ -258,7 +270,9 @@ class KpiRepository:
         return name
 
     @staticmethod
-    def _of_robots(span: Span) -> tuple[str, list[int]]:
+    def _of_robots(span: Span) -> tuple[str, list[object]]:
+        if span.group is not None:
+            return "AND robot_group = ?", [span.group]
         if span.robot_ids is None:
             return "", []
         robots = span.robot_ids or NOBODY

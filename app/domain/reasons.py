@@ -43,6 +43,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
     ReasonCode.QUEUE_CLEARED: (((), "Cancelled with the robot's whole queue"),),
     ReasonCode.SCHEDULE_CHANGED: (((), "Its schedule was changed, switched off or deleted while it waited"),),
     ReasonCode.ROBOT_REMOVED: ((("robot",), "Robot {robot} is switched off or was removed"),
+                               (("removed",), "The group {removed} was removed"), (("group",), "No robot of {group} is switched on"),
                                ((), "The robot is switched off or was removed")),
     ReasonCode.BATTERY_LOW: ((("battery", "minimum", "until"), "Battery {battery} % stayed under {minimum} % until {until}"),
                              (("minimum", "until"), "Battery unknown until {until}, at least {minimum} % wanted"),

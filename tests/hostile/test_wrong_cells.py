@@ -12,10 +12,11 @@ import pytest
 from app.container import Container
 from app.database import backups
 from app.database.connection import DatabaseDamaged, DatabaseRefused
+from app.database.group_starts import GroupStartRepository, Watch
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 from app.domain import rules
 from app.domain.message import render
-from app.domain.models import DayException, IdleRule, Mission, Robot, Schedule, Trigger
+from app.domain.models import DayException, Group, IdleRule, Mission, Place, Robot, Schedule, Trigger
 from app.services.catalogue.stored import problem_in
 from tests.support.process import is_one_line, run
 
@@ -33,7 +34,7 @@ WRONG = {
     "a window of ages": ("schedules", "UPDATE schedules SET start_window_minutes = 4611686018427387904"),
     "parameters that are a list": ("schedules", "UPDATE schedules SET parameters = '[1]'"),
     "a start that was skipped at no time": ("skips", "INSERT INTO skips SELECT id, 'tomorrow' FROM schedules"),
-    "a schedule of no robot": ("sqlite_schema", "UPDATE schedules SET robot_id = 77"),
+    "a schedule of no robot": ("sqlite_schema", "UPDATE schedules SET robot_id = 77 WHERE name = 'S'"),
     "a name without end": ("sqlite_schema", "UPDATE robots SET name = hex(zeroblob(500000)) WHERE name = 'Bad'"),
     "a parameter without end": ("sqlite_schema", "UPDATE schedules SET parameters = json_object('x', hex(zeroblob(500000)))"),
     "more robots than there can be threads": (
@@ -50,6 +51,17 @@ WRONG = {
     "a PIN that takes hours to compare": (
         "settings", f"INSERT INTO settings VALUES ('settings_pin', '{PIN_OF_HOURS}')"),
     "a move that is none": ("settings", "INSERT OR REPLACE INTO settings VALUES ('moved', '{\"at\": 7}')"),
+    "a hand-over that is none": ("robot_groups", "UPDATE robot_groups SET hand_over = 'whim'"),
+    "robots kept free without end": ("robot_groups", "UPDATE robot_groups SET keep_free = 9223372036854775807"),
+    "a group that keeps all its robots free": ("robot_groups", "UPDATE robot_groups SET keep_free = 2"),
+    "a group without end": ("sqlite_schema", "UPDATE robot_groups SET name = hex(zeroblob(500000))"),
+    "a group of no robot": ("sqlite_schema", "UPDATE group_members SET robot_id = 77 WHERE robot_id = 2"),
+    "a group's id at its end": ("sqlite_sequence", "INSERT INTO robot_groups (id, name) VALUES (9223372036854775807, 'Last')"),
+    "a place of none": ("places", "UPDATE places SET most = -1"),
+    "a place without end": ("sqlite_schema", "UPDATE places SET name = hex(zeroblob(500000))"),
+    "a finish of ages": ("schedules", "UPDATE schedules SET finish_by_minutes = 4611686018427387904"),
+    "a start that may come at no time": ("watches", "UPDATE watches SET until = 'never'"),
+    "a start that may come without a zone": ("watches", "UPDATE watches SET until = '2026-11-23'"),
     "a day that does not exist": ("calendar_days", "UPDATE calendar_days SET first_day = '0000-00-00'"),
     "a hold of no time": ("holds", "INSERT INTO holds (started_at) VALUES ('now')"),
     "an alarm that is no JSON": ("alarms", "UPDATE alarms SET details = '{{{'"),
@@ -72,6 +84,11 @@ def sound(tmp_path_factory) -> Path:
     catalogue.save_robot(Robot("Good", "http://127.0.0.1:9", "distributor"), "secret")
     bad = catalogue.save_robot(Robot("Bad", "http://127.0.0.1:10", "distributor", idle=IdleRule(mission.id)), "secret")
     catalogue.save_schedule(Schedule("S", bad.id, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY"))
+    third = catalogue.save_robot(Robot("Third", "http://127.0.0.1:11", "distributor"), "secret")
+    group = catalogue.save_group(Group("Hall", (bad.id, third.id)))
+    catalogue.save_place(Place("Dock", 1, (mission.id,)))
+    catalogue.save_schedule(Schedule("G", None, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY", group_id=group.id))
+    container.db.write(lambda c: GroupStartRepository().watch(c, Watch(1, bad.id, 0, NOW)))
     catalogue.save_days(DayException("Inventory", NOW.date(), NOW.date()))
     container.alarms.raise_("backup_failed", "backup", problem="x")
     container.ledger.add(rules.one_off(Trigger.MANUAL, bad, mission, container.settings(), NOW, "token"))

@@ -11,6 +11,8 @@ from app.database.connection import Database
 from app.domain import conflicts
 from app.domain.models import Execution, Group, Mission, Overlap, Place, Robot, Schedule, State, Trigger
 from app.services.catalogue.preview import ConcernCode, Forecasts
+from app.services.planning.plan import Plan
+from app.services.planning.seen import Seen
 from tests.support.clock import VirtualClock
 
 ZONE = "Europe/Helsinki"
@@ -114,6 +116,19 @@ def test_starts_that_a_person_leaves_out_and_the_schedule_itself_crowd_nobody(co
 
 
 # ---------------------------------------------------------------------- places
+@pytest.mark.parametrize("where", [{"robot_id": 1}, {"robot_id": None}])
+def test_the_form_reads_the_schedules_of_a_robot_once_however_many_groups_it_is_in(container, where):
+    for number in range(9):
+        container.catalogue.save_group(Group(f"G{number}", (1, 2, 3, 4)))
+    container.catalogue.save_place(Place("Dock 2", 1, (1, 2)))
+    reading, asked = container.db.read(), list[str]()
+    reading.set_trace_callback(asked.append)
+    Forecasts(container.db, container.clock).of(draft(**where))
+    reading.set_trace_callback(None)
+    of_schedules = [statement for statement in asked if "FROM schedules WHERE" in statement]
+    assert len(of_schedules) == len(set(of_schedules)) > 0
+
+
 def test_a_place_is_full_whichever_robots_come(container):
     container.catalogue.save_place(Place("Dock 2", 2, (1, 2)))
     plan(container, robot_id=4)
@@ -232,3 +247,34 @@ def test_what_is_said_is_true_however_much_is_looked_at(container, begins, hours
 def test_the_end_of_a_crowd_that_is_not_over_when_the_plan_ends_is_not_told():
     details = {"group": "Hall 1", "robots": 3, "starts": 4, "until": None}
     assert conflicts.sentence("too_few_robots", NOW, details, ZONE) == "At 14:38, 4 starts want the 3 robots of Hall 1"
+
+
+# ---------------------------------------------------------------------- what none of a group's robots has
+def seen(missing):
+    """As if each robot's list of missions had been read; ``missing``: the robots without "Kits", by id."""
+    return Seen(has=lambda robot_id, guid: guid != "guid-kits" or robot_id not in missing)
+
+
+def plan_of(container, missing):
+    repositories = container.repositories
+    return Plan(container.db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
+                executions=repositories.executions, settings=repositories.settings, clock=container.clock, seen=seen(missing))
+
+
+@pytest.mark.parametrize(("missing", "off", "is_told"), [
+    ((1, 2, 3), None, True), ((1, 2), 3, True), ((1, 2), None, False), ((4,), None, False)])
+def test_a_mission_that_no_robot_of_the_group_has_is_told_by_the_form_and_in_the_plan(container, missing, off, is_told):
+    if off is not None:
+        container.catalogue.set_robot_enabled(off, False)
+    concerns = Forecasts(container.db, container.clock, seen(missing)).of(draft()).concerns
+    told = [concern.details for concern in concerns if concern.code is ConcernCode.MISSION_MISSING]
+    assert told == ([{"mission": "Kits", "group": "Hall 1"}] if is_told else [])
+    plan(container)
+    [run] = plan_of(container, missing).next(1)
+    assert (run.lacking, run.begins_at is None) == (is_told, is_told)
+
+
+def test_the_robot_that_is_foreseen_has_the_mission(container):
+    plan(container)
+    foreseen = {missing: plan_of(container, missing).next(1)[0].robot.name for missing in ((), (1,), (1, 2), (2, 3))}
+    assert foreseen == {(): "Aino", (1,): "Sisu", (1, 2): "Veikko", (2, 3): "Aino"}

@@ -7,6 +7,7 @@ from datetime import timedelta
 import pytest
 
 from app.domain.models import HandOver, Mission, Overlap, ReasonCode, State, Wait
+from app.domain.reasons import sentence
 from app.services.dispatch.ledger import Ledger
 from app.services.live.changes import Topic
 from tests.support.groups import Hall
@@ -281,3 +282,53 @@ def test_no_robot_is_kept_for_a_planned_start_that_is_paused(tmp_path, is_paused
     assert hall.run_of().state is (State.EXECUTING if is_paused else State.WAITING)
     assert hall.run_of().wait_details.get("kept_for") == (None if is_paused else "Deliver")
     hall.switch_off()
+
+
+# ---------------------------------------------------------------------- deleted, and put back
+def test_a_run_now_of_a_group_that_is_deleted_and_put_back_waits_again(hall):
+    """As its planned starts do."""
+    for name in hall.machines:
+        hall.hold(name)
+    hall.run(30)
+    hall.container.operator.run_on_any(hall.group.id, 1)
+    hall.run(3)
+    assert hall.container.catalogue.waiting_for(hall.group.id) == 1
+    removed = hall.container.catalogue.remove_group(hall.group.id)
+    hall.run(3)
+    [row] = hall.executions()
+    assert sentence(row.reason, row.timezone) == "The group Hall was removed"
+    hall.container.catalogue.restore(removed)
+    for hold in (1, 2, 3):
+        hall.container.holds.release(hold)
+    hall.run(20)
+    assert hall.executions()[0].state is State.EXECUTING
+
+
+def test_what_waits_for_the_only_robot_of_a_group_comes_back_with_it(hall):
+    hall.only("R1")
+    hall.hold("R1")
+    hall.plan(start_window_minutes=60)
+    hall.run(310)
+    removed = hall.container.catalogue.remove_robot(1)
+    hall.run(3)
+    assert sentence(hall.run_of().reason, "UTC") == "No robot of Hall is switched on"
+    hall.container.catalogue.restore(removed)
+    hall.container.holds.release(1)
+    hall.run(20)
+    assert hall.run_of().state is State.EXECUTING
+
+
+def test_a_start_of_a_group_with_no_robot_switched_on_says_so(hall):
+    hall.plan()
+    hall.only()
+    hall.run(310)
+    assert (hall.run_of().state, sentence(hall.run_of().reason, "UTC")) == (State.CANCELLED, "No robot of Hall is switched on")
+
+
+def test_what_a_robot_has_of_a_group_that_is_deleted_goes_on(hall):
+    hall.container.operator.run_on_any(hall.group.id, 1)
+    hall.run(5)
+    assert hall.container.catalogue.waiting_for(hall.group.id) == 0
+    hall.container.catalogue.remove_group(hall.group.id)
+    hall.run_until(lambda: bool(hall.executions(State.COMPLETED)))
+    assert len(hall.executions()) == 1

@@ -1,11 +1,13 @@
 """Idle missions of robots of a group: as many robots stay free as the group has starts in the next minutes."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
 
 from app.domain.models import Trigger
+from app.services.dispatch.freedom import is_charging
 from tests.support.groups import Hall
 
 
@@ -43,3 +45,17 @@ def test_nor_for_one_that_is_paused(hall):
     hall.container.pausing.pause(schedule.id, hall.clock.now() + timedelta(days=1))
     hall.run(9 * 60)
     assert sent_home(hall) == set(hall.machines)
+
+
+def test_a_robot_that_charges_while_it_is_idle_is_foreseen_for_a_start(hall):
+    """It usually charges for an hour; a start of its group takes it away from there at once."""
+    charger = next(mission for mission in hall.container.catalogue.missions() if mission.name == "Return to charger")
+    hall.container.catalogue.save_mission(replace(charger, usual_minutes=60))
+    hall.only("R1")
+    hall.run_until(lambda: is_charging(hall.container.snapshots.get(1).status))
+    at = hall.clock.now() + timedelta(minutes=3)
+    hall.plan("A", at=f"{at:%Y-%m-%dT%H:%M}", start_window_minutes=5)
+    [run] = hall.container.plan.next(1)
+    assert (run.robot.name, run.begins) == ("R1", run.at)
+    hall.run(240)
+    assert hall.run_of("A").robot == "R1"

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import Group, Mission, Overlap, Place, Schedule
+from app.domain.models import Group, Mission, Overlap, Place, Schedule, Wait
 from app.services.files.plan_export import PlanFiles
 from tests.support.site import Site
 
@@ -169,3 +169,14 @@ def test_where_too_many_starts_are_planned_those_after_the_last_that_was_compute
     schedule = kits(site, hall, "07:30", "FREQ=MINUTELY")
     found = site.container.plan.between(DAY, DAY + timedelta(days=1), most=100)
     assert (len(found.runs), list(found.more)) == (100, [schedule.id])
+
+
+def test_what_waits_for_something_else_than_its_robot_keeps_it_from_no_start_to_come(site):
+    group = site.container.catalogue.save_group(Group("Alone", (1,)))
+    site.container.catalogue.save_schedule(Schedule("Full", 1, 1, datetime(2026, 11, 23, 6, 5), "UTC", minimum_battery_percent=100,
+                                                    start_window_minutes=600))
+    site.run(310)
+    assert [row.wait for row in site.executions()] == [Wait.BATTERY]
+    kits(site, group, "06:08", None, start_window_minutes=5)
+    [run] = planned(site, site.clock.now(), 1)
+    assert (run.robot.name, run.begins) == ("R1", run.at)

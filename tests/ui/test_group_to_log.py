@@ -8,7 +8,8 @@ import pytest
 
 import mir_sim
 from app.container import Container
-from app.domain.models import Group, Mission, Overlap, Robot, State
+from app.domain.models import Group, Mission, Overlap, Robot, Schedule, State
+from app.screens.scheduler.cards import FormWarning
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField
@@ -86,3 +87,13 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         assert (run.state, run.mission, run.robot, run.robot_group) == (State.COMPLETED, "Home", "Veikko", "Hall 1")
         ui.wait(lambda: ui.find(ScheduleLine).rule.startswith("any of Hall 1 (last: Veikko) · "))
         assert queued(fleet) == {"Aino": 0, "Veikko": 1}
+
+
+def test_the_form_learns_from_all_its_robots_that_none_has_the_mission(site, ui):
+    gone = site.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))
+    group, = site.catalogue.groups()
+    site.catalogue.save_schedule(Schedule("", None, gone.id, datetime(2026, 11, 24, 6, 30), "UTC", group_id=group.id))
+    with shown(site, ui, "scheduler"):
+        ui.wait(lambda: ui.find_all(ScheduleLine))
+        ui.find(ScheduleLine).act("edit")
+        ui.wait(lambda: [row.text for row in ui.find_all(FormWarning)] == ["No robot of Hall 1 has the mission Gone"])

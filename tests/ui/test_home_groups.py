@@ -117,7 +117,7 @@ def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home,
     assert "Waiting for a robot (1)" in ui.texts(card)
     assert waiting(ui) == [("Home", "Critical")]
     ui.wait(lambda: "Aino stopped; Veikko stopped" in ui.find(WaitingRow).note)
-    assert "Goes into a queue at " in ui.find(WaitingRow).note
+    assert "Given up at " in ui.find(WaitingRow).note
     press(ui, "Give to …", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(.3)

@@ -20,10 +20,17 @@ def label(run: PlannedRun, words: str) -> str:
     return f"{ABOUT} {words}" if run.is_approximate else words
 
 
+def lack(run: PlannedRun) -> str:
+    """In a few words, that no robot can do it, as far as is known."""
+    return _("no robot of the group has the mission") if run.lacking else ""
+
+
 def sentence(run: PlannedRun) -> str:
     """What is known of the robot beforehand; empty where it is fixed."""
     if run.group is None:
         return ""
+    if run.lacking:
+        return _("No robot of {group} has the mission {mission}").format(group=run.group.name, mission=run.mission.name)
     if run.begins_at is None:
         return _("No robot of {group} is foreseen to be free in its start window. It is decided at its time.").format(group=run.group.name)
     return _("A forecast: {robot} will probably take it. Which robot of {group} comes is decided at its time.").format(

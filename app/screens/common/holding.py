@@ -1,11 +1,11 @@
 """Holds in words: what keeps a start from being sent, and until when. Pure."""
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 
 from app.domain import rules
-from app.domain.models import Settings
+from app.domain.models import Group, Robot, Settings
 from app.i18n import _
 from app.screens.common import formats
 from app.services.live.holds import Hold
@@ -27,6 +27,16 @@ def until_words(hold: Hold, settings: Settings, now: datetime) -> str:
 def state_and_hold(word: str, hold: Hold | None) -> str:
     """A robot's state; nothing is sent to one that is held, whatever it does."""
     return word if hold is None else _("{state}, held").format(state=word)
+
+
+def hold_for(holds: Sequence[Hold], robot_id: int | None, group: Group | None, robots: Iterable[Robot], at: datetime) -> Hold | None:
+    """What keeps a start on that robot or, with a group, on every one of its robots from being sent at that instant: of these the one that
+    ends first."""
+    if group is None:
+        return hold_at(holds, robot_id, at)
+    found = [hold_at(holds, robot.id, at) for robot in robots if robot.id in group.members and robot.enabled]
+    kept = [hold for hold in found if hold is not None]
+    return min(kept, key=lambda hold: (hold.until is None, hold.until), default=None) if len(kept) == len(found) else None
 
 
 def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:

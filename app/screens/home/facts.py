@@ -9,7 +9,7 @@ from functools import cached_property
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState
-from app.screens.common.holding import hold_at
+from app.screens.common.holding import hold_at, hold_for
 from app.services.catalogue.catalogue import Catalogue
 from app.services.history.runs import History
 from app.services.live.alarms import Alarms
@@ -85,6 +85,10 @@ class HomeFacts:
     def hold(self, robot_id: int, at: datetime) -> Hold | None:
         """What keeps a start on that robot from being sent at that instant."""
         return hold_at(self.holds, robot_id, at)
+
+    def hold_of(self, run: PlannedRun) -> Hold | None:
+        """What keeps a planned start from being sent at its instant: of a group's from all of its robots."""
+        return hold_for(self.holds, run.robot.id, run.group, self.robots, run.at)
 
     @property
     def queue(self) -> tuple[QueueItem, ...]:

@@ -250,7 +250,7 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
     for run in facts.planned:
         held, soon = held_words(facts, run, now), (run.at - now).total_seconds()
         day = "" if formats.day(run.at, zone) == formats.day(now, zone) else formats.day(run.at, zone)
-        words = held or (formats.ahead(soon) if soon < formats.DAY else "")
+        words = held or foreseen.lack(run) or (formats.ahead(soon) if soon < formats.DAY else "")
         starts.append(PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
                                    " · ".join(filter(None, (foreseen.whose(run), words))), HAND if held else "", day))
     return starts
@@ -258,7 +258,7 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
 
 def held_words(facts: HomeFacts, run: PlannedRun, now: datetime) -> str:
     """Whether a planned start is held, and until when; empty when it is not."""
-    return held_note(facts.hold(run.robot.id, run.at), run.at, run.schedule.start_window_minutes, facts.settings, now)
+    return held_note(facts.hold_of(run), run.at, run.schedule.start_window_minutes, facts.settings, now)
 
 
 def planned_empty(facts: HomeFacts) -> str:

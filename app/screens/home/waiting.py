@@ -78,10 +78,9 @@ def waits_for(row: Execution, settings: Settings) -> str:
     parts = [waiting_sentence(row, zone, _)]
     passed = choice.moved_on(row.tried, row.robot, _)
     if row.wait is Wait.ROBOT and (told := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)):
-        last_call = row.closes_at - timedelta(seconds=LAST_CALL)
-        parts = [told]
-        if choice.may_any(row.wait_details):
-            parts.append(_("Goes into a queue at {time} at the latest").format(time=formats.clock_time(last_call, zone)))
+        last_call = formats.clock_time(row.closes_at - timedelta(seconds=LAST_CALL), zone)
+        end = _("Goes into a queue at {time} at the latest") if choice.may_any(row.wait_details) else _("Given up at {time} if none can by then")
+        parts = [told, end.format(time=last_call)]
     return ". ".join(filter(None, (passed, *parts)))
 
 

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -38,6 +38,7 @@ class Figures:
     last_day: date | None = None
     kept_since: date | None = None               # day of the first run that is known; None: there is none
     earlier: Earlier | None = None               # None: the history does not reach so far back
+    group: str = ""                              # whose runs they are; what its robots did is all that they did
 
 
 @dataclass(frozen=True)
@@ -57,14 +58,15 @@ def read_figures(services: LogsServices, filters: Filters, now: datetime, zone: 
     kept_since = kpis.kept_since()
     kept_day = kept_since.astimezone(zone).date() if kept_since else None
     dates = [today - back * DAY for back in range(count - 1, -1, -1)]
-    known = {day.day: day for day in kpis.per_day(KpiFilter(midnight(dates[0], zone), robot_ids=filters.robot_ids))}
+    known = {day.day: day for day in kpis.per_day(replace(wanted, start=midnight(dates[0], zone)))}
     return Figures(
         thesis, kpis.adherence(wanted), kpis.delays(wanted),
         [known.get(day) or DayKpis(day) for day in dates],
-        [kpis.adherence(KpiFilter(midnight(day, zone), midnight(day + DAY, zone), filters.robot_ids)).rate for day in dates],
+        [kpis.adherence(replace(wanted, start=midnight(day, zone), end=midnight(day + DAY, zone))).rate for day in dates],
         _utilisation_by_day(services, filters, dates, zone),
         first_day=wanted.start.astimezone(zone).date() if wanted.start else None, last_day=today,
-        kept_since=kept_day, earlier=_earlier(services, filters, now, zone, kept_day))
+        kept_since=kept_day, earlier=_earlier(services, filters, now, zone, kept_day),
+        group=wanted.group or "")
 
 
 def _earlier(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo, kept_day: date | None) -> Earlier | None:
@@ -72,7 +74,7 @@ def _earlier(services: LogsServices, filters: Filters, now: datetime, zone: Zone
     if days is None or kept_day is None or (first := now.astimezone(zone).date() - (2 * days - 1) * DAY) < kept_day:
         return None
     end = (now.astimezone(zone) - days * DAY).astimezone(UTC)            # the same time on the clock
-    before = KpiFilter(midnight(first, zone), end, filters.robot_ids)
+    before = replace(_kpi_filter(filters, now, zone), start=midnight(first, zone), end=end)
     return Earlier(services.kpis.thesis(before), services.kpis.adherence(before))
 
 
@@ -80,12 +82,12 @@ def read_more_figures(services: LogsServices, filters: Filters, now: datetime, z
     """Called off the UI thread."""
     wanted = _kpi_filter(filters, now, zone)
     groups = services.group_figures.of(wanted, services.kpis.thesis(wanted).robots)
-    return MoreFigures(services.kpis.failures(wanted), services.kpis.trends(wanted),
-                       [group for group in groups if filters.group is None or group.group == filters.group.name])
+    return MoreFigures(services.kpis.failures(wanted), services.kpis.trends(wanted), groups)
 
 
 def _kpi_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> KpiFilter:
-    return KpiFilter(period_start(filters.period, now, zone), robot_ids=filters.robot_ids)
+    return KpiFilter(period_start(filters.period, now, zone), robot_ids=filters.robot_ids,
+                     group=filters.group.name if filters.group else None)
 
 
 def _utilisation_by_day(services: LogsServices, filters: Filters, dates: Sequence[date], zone: ZoneInfo) -> list[float | None]:

@@ -32,9 +32,12 @@ def target_options(groups: Sequence[Group], robots: Sequence[Robot]) -> list[Opt
 
 def whose(execution: Execution) -> str:
     """The robot; of one that none had, its group."""
-    if execution.robot or not execution.robot_group:
-        return execution.robot
-    return _("any of {group}").format(group=execution.robot_group)
+    return execution.robot or any_of(execution)
+
+
+def any_of(execution: Execution) -> str:
+    """Empty where it was for one robot only."""
+    return _("any of {group}").format(group=execution.robot_group) if execution.robot_group else ""
 
 
 def steps(execution: Execution, zone: ZoneInfo) -> list[Step]:

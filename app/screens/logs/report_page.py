@@ -94,11 +94,15 @@ def _period(report: ShiftReport) -> str:
     return f"{since} – {formats.wall_day(end.date(), year=True)} {formats.wall_time(end)}"
 
 
+def _whose(report: ShiftReport) -> str:
+    return _("Any of {group}").format(group=report.group) if report.group else report.robot or _("All robots")
+
+
 def _head(report: ShiftReport, title: str) -> str:
     zone = report.settings.timezone
     made = _("Made {when}, {zone}").format(when=formats.day_and_time(report.made_at, zone), zone=zone)
     return (f"<h1>{escape(title)}</h1>\n"
-            f'<div class="head"><p><strong>{escape(_period(report))}</strong> · {escape(report.robot or _("All robots"))}</p>\n'
+            f'<div class="head"><p><strong>{escape(_period(report))}</strong> · {escape(_whose(report))}</p>\n'
             f'<p class="quiet">{escape(made)}</p></div>')
 
 
@@ -174,6 +178,7 @@ def _robots(report: ShiftReport) -> str:
     return _table(_("Robots"), (_("Robot"), _("Utilisation"), "", _("On missions"), _("Observed"), _("Completed"),
                                 execution_appearance.word(State.FAILED), _("Cancelled")),
                   [_robot(robot) for robot in robots], (1, 3, 4, 5, 6, 7),
+                  note=_("All that the robots of {group} did counts, for whomever.").format(group=report.group) if report.group else "",
                   more=[_other_time(timelines.get(robot.robot_id)) for robot in robots])
 
 

@@ -20,7 +20,7 @@ from app.screens.logs.kpi_view import Explanation
 from app.screens.logs.of_groups import OfGroup
 from app.screens.logs.robot_states import Mark, StatesFacts, Steps, read_states
 from app.screens.logs.view import Filters, Period
-from app.services.history.shift_report import ReportPeriod
+from app.services.history.shift_report import ReportPeriod, ShiftReport
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.figures import FigureDialog
@@ -296,12 +296,16 @@ class LogsViewModel(ViewModel):
 
     def choose_report(self) -> None:
         """Ask for the period of a shift report, then write it as a page to print."""
-        filters, services = replace(self._filters, group=None), self._services            # of one robot or of all
-        robot, robot_id = view.robot_chip(filters, self._facts.robots), filters.robot_id
+        services, robot_id, group = self._services, self._filters.robot_id, self._filters.group
+        robot = view.robot_chip(self._filters, self._facts.robots)
+
+        def make(key: str) -> ShiftReport:
+            if group is None:
+                return services.shift_reports.make(ReportPeriod(key), robot_id)
+            return services.shift_reports.make(ReportPeriod(key), group=group.name, members=group.members)
 
         def write(key: str) -> None:
-            self._write("reporting",
-                        lambda: services.log_files.write_page(report_page.page(services.shift_reports.make(ReportPeriod(key), robot_id))),
+            self._write("reporting", lambda: services.log_files.write_page(report_page.page(make(key))),
                         lambda path: _("Report written to {path}").format(path=path))
 
         self._shell.dialogs.choose(_("Shift report, {robot}").format(robot=robot), view.report_options(), write)

@@ -303,8 +303,9 @@ def _last_tone(state: State) -> str:
 
 
 def _planned_note(execution: Execution) -> str:
-    """What started it."""
-    return execution.given_name or execution_appearance.trigger_word(execution.trigger)
+    """What started it, and of which group any robot could take it."""
+    started_by = execution.given_name or execution_appearance.trigger_word(execution.trigger)
+    return " · ".join(filter(None, (started_by, of_groups.any_of(execution))))
 
 
 def _queue_note(execution: Execution) -> str:

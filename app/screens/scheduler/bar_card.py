@@ -46,7 +46,7 @@ def _waiting_items(execution: Execution) -> list[MenuItem]:
 
 def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
     """Of a planned start: how long it will take, as far as that is known, and what keeps it back."""
-    hold, ends = facts.hold(run.robot.id, run.at), run.begins + timedelta(seconds=run.usual_s or ASSUMED_S)
+    hold, ends = facts.hold_of(run), run.begins + timedelta(seconds=run.usual_s or ASSUMED_S)
     usual, slow = formats.duration(run.usual_s), formats.duration(run.slow_s)
     if run.usual_s is None:
         length = _("Its length is not known yet: 5 min are assumed")

@@ -11,7 +11,7 @@ from app.domain import names
 from app.domain.clock import Clock
 from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings
 from app.screens.common import formats
-from app.screens.common.holding import hold_at
+from app.screens.common.holding import hold_for
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
@@ -104,9 +104,13 @@ class SchedulerFacts:
     def zone(self) -> ZoneInfo:
         return ZoneInfo(self.settings.timezone)
 
-    def hold(self, robot_id: int | None, at: datetime) -> Hold | None:
-        """What keeps a start on that robot from being sent at that instant."""
-        return hold_at(self.holds, robot_id, at)
+    def hold(self, robot_id: int | None, group_id: int | None, at: datetime) -> Hold | None:
+        """What keeps a start on that robot from being sent at that instant; without a robot, on every one of the group."""
+        return hold_for(self.holds, robot_id, self.group(group_id) if robot_id is None else None, self.robots, at)
+
+    def hold_of(self, run: PlannedRun) -> Hold | None:
+        """The same of a planned start."""
+        return hold_for(self.holds, run.robot.id, run.group, self.robots, run.at)
 
     def robot(self, robot_id: int | None) -> Robot | None:
         return next((robot for robot in self.robots if robot.id == robot_id), None)

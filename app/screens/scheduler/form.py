@@ -311,6 +311,7 @@ class FormModel(EventDispatcher):
         if robot_id is None or mission is None:
             return
         self._is_asking = True
+        self._learn_others(robot_id)
         self._shell.background.run(
             lambda: self._ask_robot(robot_id, mission.guid), self._robot_answered, lambda _problem: self._parameters_are_known(()),
             key=("scheduler", "parameters"), apart="parameters")
@@ -321,6 +322,14 @@ class FormModel(EventDispatcher):
         if draft.group_id is None:
             return draft.robot_id
         return next((robot.id for robot in self._facts.members(draft.group_id) if robot.enabled), None)
+
+    def _learn_others(self, robot_id: int) -> None:
+        """Of a group what its other robots have is learnt meanwhile: perhaps none has the mission."""
+        others = [robot.id for robot in self._facts.members(self._draft.group_id) if robot.enabled and robot.id != robot_id]
+        if others:
+            self._shell.background.run(
+                lambda: sum(self._services.robot_missions.learn_names(other) for other in others),
+                lambda new: self._forecast_soon() if new else None, lambda _problem: None, key=("scheduler", "names"), apart="names")
 
     def _ask_robot(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
         self._services.robot_missions.learn_names(robot_id)

@@ -323,7 +323,7 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
         if at in forecast.skipped:
             rows.append(StartRow(f"{_day_and_time(at, draft, now)} · {_('skipped')}", SKIPPED))
             continue
-        held = held_word(facts.hold(draft.robot_id, at), at, draft.start_window_minutes, facts.settings)
+        held = held_word(facts.hold(draft.robot_id, draft.group_id, at), at, draft.start_window_minutes, facts.settings)
         kind = HAND if held else "alert" if at in marked else ""
         rows.append(StartRow(" · ".join(filter(None, (_day_and_time(at, draft, now), held))), kind))
     return tuple(rows)

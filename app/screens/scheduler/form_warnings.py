@@ -51,7 +51,7 @@ def _line(draft: Draft, concern: Concern, times: int) -> str:
         case ConcernCode.CLOCK_CHANGE:
             return _("{day}: the clocks change").format(day=formats.day(concern.at, draft.timezone))
         case ConcernCode.MISSION_MISSING:
-            return _("{robot} does not have it").format(**details)
+            return (_("No robot of {group} has it") if "group" in details else _("{robot} does not have it")).format(**details)
         case ConcernCode.ROBOT_OFF:
             return _("{robot} is switched off").format(**details)
         case _:
@@ -84,7 +84,8 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
             begins = formats.wall_time((concern.at or now).astimezone(zone))
             return text.format(day=day, time=formats.wall_time(details["nominal"]), start=begins)
         case ConcernCode.MISSION_MISSING:
-            return _("{robot} does not have the mission {mission}").format(**details)
+            return (_("No robot of {group} has the mission {mission}") if "group" in details else
+                    _("{robot} does not have the mission {mission}")).format(**details)
         case ConcernCode.ROBOT_OFF:
             return _("{robot} is switched off in Settings: nothing will be sent").format(**details)
         case ConcernCode.PAUSED:

@@ -10,6 +10,7 @@ from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.robot_appearance import off_word
 from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import SchedulerFacts
+from app.services.allocation.belief import NORMAL
 
 FINISH_BY = (15, 30, 60, 120, 240)       # min
 
@@ -45,6 +46,12 @@ def nobody_is_on(facts: SchedulerFacts, schedule: Schedule) -> bool:
     return schedule.group_id is not None and not any(robot.enabled for robot in facts.members(schedule.group_id))
 
 
+def nobody_has_it(facts: SchedulerFacts, schedule: Schedule) -> bool:
+    """Whether it names a group of which no robot that is switched on has its mission, as far as is known."""
+    mission, robots = facts.mission(schedule.mission_id), [robot for robot in facts.members(schedule.group_id) if robot.enabled]
+    return mission is not None and bool(robots) and len(lacking(mission, robots, facts.missions, facts.names)) == len(robots)
+
+
 def is_listed(facts: SchedulerFacts, schedule: Schedule, target: Target | None) -> bool:
     """Whether it may run on that robot, or names that group; None: any."""
     if target is None:
@@ -68,6 +75,13 @@ def mission_options(facts: SchedulerFacts, group_id: int) -> list[Option]:
 
 def finish_by_text(minutes: int | None) -> str:
     return _("Whenever") if minutes is None else _("{time} after its start").format(time=formats.duration(minutes * 60))
+
+
+def what_matters(schedule: Schedule) -> str:
+    """What its starts have beyond others: another priority, a time to be done by."""
+    minutes = schedule.finish_by_minutes
+    done = _("to be done within {time}").format(time=formats.duration(minutes * 60)) if minutes else ""
+    return " · ".join(filter(None, (word(schedule.priority) if level(schedule.priority) != NORMAL else "", done)))
 
 
 def priority_chips(priority: int) -> tuple[Option, ...]:

@@ -201,15 +201,25 @@ def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], co
 
 def _group_lane(facts: SchedulerFacts, group: Group, planned: Iterable[PlannedRun], contested: Iterable[PlannedRun], now: datetime,
                 read: Range, thin: float) -> Lane:
-    """What has no robot of the group yet, or none is foreseen for."""
+    """What has no robot of the group yet, or had none, or none is foreseen for."""
+    planned = list(planned)
     bars = [_past_bar(facts, execution, now, read) for execution in facts.past
             if execution.robot_id is None and execution.group_id == group.id]
     bars += [_planned_bar(facts, run, read) for run in planned]
     bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
     more = [at for schedule in facts.schedules if schedule.group_id == group.id and (at := facts.more.get(schedule.id)) is not None]
-    return Lane(_("Any of {group}").format(group=group.name), _("no robot foreseen"),
+    return Lane(_("Any of {group}").format(group=group.name), _group_note(facts, group, planned),
                 (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
                 _joined(_conflicts(contested, read)), ("group", group.id))
+
+
+def _group_note(facts: SchedulerFacts, group: Group, planned: Sequence[PlannedRun]) -> str:
+    """Why its starts are not with a robot; bars say themselves that they are held, or what became of them."""
+    foreseeable = [run for run in planned if facts.hold_of(run) is None]
+    if foreseeable:
+        return _("none has the mission") if all(run.lacking for run in foreseeable) else _("no robot foreseen")
+    waits = any(row.state is State.WAITING and row.robot_id is None and row.group_id == group.id for row in facts.past)
+    return _("Waits for a robot") if waits else ""
 
 
 def _overlaps(bars: list[Bar]) -> Iterable[tuple[float, float]]:
@@ -271,7 +281,7 @@ def _more_bar(more: Sequence[datetime], read: Range) -> Iterable[Bar]:
 
 
 def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
-    start, held = read.at(run.begins), facts.hold(run.robot.id, run.at) is not None
+    start, held = read.at(run.begins), facts.hold_of(run) is not None
     state = "held" if held else "about" if run.is_approximate else "planned"
     is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
     return Bar(("schedule", run.schedule.id, run.at), start, start + (run.usual_s or ASSUMED_S) / 3600,
@@ -289,7 +299,7 @@ def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: 
     assumed = waits and not typed and key not in facts.usual_s
     if facts.is_skipped(execution, now):
         label = _("Skipped: {mission}").format(mission=execution.mission)
-    if execution.state is State.WAITING and facts.hold(execution.robot_id, now) is not None:
+    if execution.state is State.WAITING and facts.hold(execution.robot_id, execution.group_id, now) is not None:
         state, label = "held", _("Held: {mission}").format(mission=execution.mission)
     return Bar(("execution", execution.id), start, max(read.at(ends), start + SHORTEST), label, state, typed=typed, assumed=assumed)
 

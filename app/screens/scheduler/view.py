@@ -141,14 +141,15 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
             number, last = ngettext("{n} start", "{n} starts", len(same)).format(n=len(same)), _("last at {time}").format(time=ends)
             if (more := facts.more.get(first.schedule.id)) and more.astimezone(zone).date() == first.at.astimezone(zone).date():
                 number, last = _("{starts} and more").format(starts=number), ""
-            held = sum(facts.hold(run.robot.id, run.at) is not None for run in same)
-            kept = _("{n} held").format(n=held) if held else ""
+            held = sum(facts.hold_of(run) is not None for run in same)
+            kept = _joined(_("{n} held").format(n=held) if held else "", foreseen.lack(first))
             note = _joined(f"{number}, {last}" if last else number, kept)
             yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, last or formats.NOTHING,
                                    _joined(number, kept), own)
             continue
         for run in same:
-            kept = held_note(facts.hold(run.robot.id, run.at), run.at, run.schedule.start_window_minutes, facts.settings, now)
+            kept = held_note(facts.hold_of(run), run.at, run.schedule.start_window_minutes, facts.settings, now)
+            kept = kept or foreseen.lack(run)
             begins = formats.wall_time(run.at.astimezone(zone))
             yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, run.mission.name, foreseen.whose(run),
                                  kept or formats.ahead((run.at - now).total_seconds()), _until(run, zone), kept or needs, own)
@@ -188,7 +189,8 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
 def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> ScheduleItem:
     robot, mission, last = facts.robot(schedule.robot_id), facts.mission(schedule.mission_id), facts.last.get(schedule.id)
     whose = of_groups.whose(facts, schedule, last)
-    row = ScheduleItem(schedule.id, schedule.enabled, mission.name if mission else schedule.name, rule_line(schedule),
+    row = ScheduleItem(schedule.id, schedule.enabled, mission.name if mission else schedule.name,
+                       _joined(rule_line(schedule), of_groups.what_matters(schedule)),
                        " · ".join(filter(None, (whose, _next(facts, schedule, robot, now)))), selected,
                        name=facts.name(schedule) if mission else "")
     if _is_over(facts, schedule, now):
@@ -237,10 +239,13 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
         return _("the robot needs its password") if robot.needs_password else _("the robot is switched off")
     if of_groups.nobody_is_on(facts, schedule):
         return _("no robot of the group is switched on")
+    if of_groups.nobody_has_it(facts, schedule):
+        return _("no robot of the group has the mission")
     if schedule.paused_until is not None and schedule.paused_until > now:
         return _("paused until {time}").format(time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now))
-    return held_next(facts.hold(schedule.robot_id, schedule.next_at), schedule.next_at, schedule.start_window_minutes, facts.settings,
-                     now) or formats.until(schedule.next_at, now, facts.settings.timezone)
+    hold = facts.hold(schedule.robot_id, schedule.group_id, schedule.next_at)
+    return held_next(hold, schedule.next_at, schedule.start_window_minutes, facts.settings, now) or \
+        formats.until(schedule.next_at, now, facts.settings.timezone)
 
 
 def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:

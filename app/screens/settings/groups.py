@@ -63,10 +63,10 @@ class GroupsPart:
     def _remove(self, group: Group) -> None:
         """Ask first: its schedules go with it. Undo brings it all back."""
         context = self._context
-        context.shell.dialogs.confirm(
-            _("Delete {group}?").format(group=group.name), view.removal_question(context.facts, group), _("Delete group"),
+        context.run(lambda: context.services.catalogue.waiting_for(group.id), lambda waiting: context.shell.dialogs.confirm(
+            _("Delete {group}?").format(group=group.name), view.removal_question(context.facts, group, waiting), _("Delete group"),
             lambda: context.remove(lambda: context.services.catalogue.remove_group(group.id),
-                                   view.removal_sentence(context.facts, group), stays=True), danger=True)
+                                   view.removal_sentence(context.facts, group), stays=True), danger=True))
 
 
 class GroupForm(EventDispatcher):

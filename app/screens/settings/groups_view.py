@@ -110,12 +110,16 @@ def most_kept_free(members: int) -> int:
     return members - 1 if members >= FEWEST_TO_KEEP_FREE else 0
 
 
-def removal_question(facts: SettingsFacts, group: Group) -> str:
-    """Which schedules go with it, by name, and what stays."""
+def removal_question(facts: SettingsFacts, group: Group, waiting: int = 0) -> str:
+    """Which schedules go with it, by name, how many starts that wait, and what stays."""
     missions = {mission.id: mission.name for mission in facts.missions}
     names = [formats.schedule_name(schedule.name, missions.get(schedule.mission_id, ""), group.name)
              for schedule in facts.schedules if schedule.group_id == group.id]
     stays = _("Its robots stay, and what runs goes on.")
+    if waiting:
+        goes = ngettext("A start that waits for one of its robots is cancelled.",
+                        "{n} starts that wait for one of its robots are cancelled.", waiting).format(n=waiting)
+        stays = f"{goes}\n{stays}"
     if not names:
         return stays
     shown = names[:MOST_NAMED]

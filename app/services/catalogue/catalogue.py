@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from app.database.calendar import CalendarRepository
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
+from app.database.group_starts import GroupStartRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.rehearsal import Rehearsal
@@ -53,6 +54,10 @@ class Catalogue:
     def groups(self) -> list[Group]:
         """In order of name."""
         return GroupRepository().all(self._db.read())
+
+    def waiting_for(self, group_id: int) -> int:
+        """How many starts of a group no robot has yet: deleting the group cancels them."""
+        return GroupStartRepository().count_waiting(self._db.read(), group_id)
 
     def places(self) -> list[Place]:
         """In order of name."""
@@ -162,7 +167,7 @@ class Catalogue:
         return self.edit(lambda edit: edit.save_group(group))
 
     def remove_group(self, group_id: int) -> Removed:
-        """With its schedules; ``restore`` puts all that back."""
+        """With its schedules and what waits for one of its robots; ``restore`` puts all that back."""
         return self.edit(lambda edit: edit.remove_group(group_id))
 
     def save_place(self, place: Place) -> Place:

@@ -207,11 +207,12 @@ class Edit(GroupEdit, ScheduleEdit):
                           self.robots.drains(self.c, [robot_id])[robot_id], self.durations.of_robot(self.c, robot_id),
                           schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
                           missions=missions, uses=self.places.uses_of(self.c, [mission.id for mission in missions]),
-                          holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id], waiting=waiting,
+                          holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id],
                           member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id))
         self._clear_alarms(robot_id)
         self.robots.remove(self.c, robot_id)
         self.groups.keep_fewer_free(self.c, validation.FEWEST_TO_KEEP_FREE)
+        removed = replace(removed, waiting=[*waiting, *self._end_without_robots(removed.member_of)])
         self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
         return removed
 

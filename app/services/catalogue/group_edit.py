@@ -1,9 +1,10 @@
 """Groups of robots and the places that they share: the part of a change of the plan that is about them."""
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from app.domain.models import Group, InvalidInput, Place
+from app.domain.models import Group, InvalidInput, Mission, Place, Reason, ReasonCode
 from app.services.catalogue import made_names, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
@@ -47,15 +48,25 @@ class GroupEdit(Transaction):
             raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
 
     def remove_group(self, group_id: int) -> Removed:
-        """With its schedules. What no robot has yet of them is cancelled; what runs goes on."""
+        """With its schedules. What no robot has yet is cancelled, whoever wanted it; what runs goes on."""
         group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
         waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
+        waiting += self._end_waiting(group, {"removed": group.name})
         removed = Removed(group=group, schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
                           waiting=waiting)
         self.groups.remove(self.c, group_id)
         self.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
         self.topics |= {Topic.ROBOTS, Topic.SCHEDULES}
         return removed
+
+    def _end_without_robots(self, groups: Iterable[Group]) -> list[int]:
+        """A robot of these was removed: what waits for one that has no other that is switched on ends. Returns the ids."""
+        left = [group for before in groups if (group := self.groups.get(self.c, before.id)) is not None]
+        return [row_id for group in left if not any(self.the_robot(robot_id).enabled for robot_id in group.members)
+                for row_id in self._end_waiting(group, {"group": group.name})]
+
+    def _end_waiting(self, group: Group, details: Mapping[str, str]) -> list[int]:
+        return self.note_ended(self.executions.end_waiting_of_group(self.c, group.id, Reason(ReasonCode.ROBOT_REMOVED, details), self.now))
 
     def _give_back(self, robot_id: int, group_id: int | None = None) -> None:
         """What was to go to this robot as one of a group, with nothing sent, is for any of the others again."""
@@ -81,6 +92,15 @@ class GroupEdit(Transaction):
         self.notes.append(f"place {place.name!r} {'added' if stored is None else 'changed'}: at most {place.most} missions")
         self.topics.add(Topic.MISSIONS)
         return place
+
+    def use_places(self, mission: Mission, place_ids: Collection[int]) -> bool:
+        """Have a mission use these, and no others; whether that is something new."""
+        if self.places.used_by(self.c, mission.id) == set(place_ids):
+            return False
+        self.places.use(self.c, mission.id, place_ids)
+        self.notes.append(f"mission {mission.name!r} uses {len(place_ids)} places")
+        self.topics.add(Topic.MISSIONS)
+        return True
 
     def remove_place(self, place_id: int) -> Removed:
         """Missions that used it stay."""

@@ -23,13 +23,14 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Mission, Robot, Schedule, Settings
+from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.planning.contention import Contention
 from app.services.planning.known import Known
 from app.services.planning.overlaps import RunConflict, conflicts, free_shift
 from app.services.planning.plan import MOMENT
 from app.services.planning.recurrence import Occurrence, next_occurrence, occurrences
+from app.services.planning.seen import NOTHING_SEEN, Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 LOOKS_BACK = 30              # days, for low batteries
@@ -46,7 +47,7 @@ class ConcernCode(StrEnum):
     DAY_OFF = "day_off"                  # the first day is not a working day, so the schedule begins later
     CLOSED_DAYS = "closed_days"          # between the next starts lie days that the exception calendar closes
     CLOCK_CHANGE = "clock_change"        # the wall-clock time does not exist on that day, or comes twice
-    MISSION_MISSING = "mission_missing"  # the robot does not have it
+    MISSION_MISSING = "mission_missing"  # the robot, or every one of the group, does not have it
     ROBOT_OFF = "robot_off"              # the robot is switched off in Settings
     PAUSED = "paused"                    # a person paused the schedule: no start before then
     SWITCHED_OFF = "switched_off"        # the schedule is: nothing starts
@@ -81,8 +82,8 @@ class Forecast:
 
 
 class Forecasts:
-    def __init__(self, db: Database, clock: Clock) -> None:
-        self._db, self._clock = db, clock
+    def __init__(self, db: Database, clock: Clock, seen: Seen = NOTHING_SEEN) -> None:
+        self._db, self._clock, self._seen = db, clock, seen
         self._schedules, self._robots, self._missions = ScheduleRepository(), RobotRepository(), MissionRepository()
         self._executions, self._settings = ExecutionRepository(), SettingsRepository()
 
@@ -107,13 +108,15 @@ class Forecasts:
         starts = tuple(islice(ahead, count)) if draft.enabled else ()
         skipped = tuple(sorted(at for number, at in skips if number == draft.id and draft.enabled and at > begins
                                and next_occurrence(draft, at - MOMENT, calendar) == at))
-        known = Known(c, GroupRepository().all(c))
+        known = Known(c, GroupRepository().all(c), self._seen)
         usual = known.of(target, mission) if mission and target else None
         concerns: list[Concern] = []
         if robot is not None and not robot.enabled:
             concerns.append(Concern(ConcernCode.ROBOT_OFF, details={"robot": robot.name}))
         if mission is not None and robot is not None and _is_missing(mission, robot.id, known_missions):
             concerns.append(Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "robot": robot.name}))
+        if mission is not None and isinstance(target, Group) and self._is_lacking(c, known, target, mission.name):
+            concerns.append(Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "group": target.name}))
         if not draft.enabled:
             concerns.append(Concern(ConcernCode.SWITCHED_OFF))
         elif paused_until:
@@ -138,6 +141,11 @@ class Forecasts:
         can_shift = (met or rooms) and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
         shift = free_shift(starts, usual, near, self._clock.now(), contention.has_room) if can_shift else None
         return Forecast(starts, usual, tuple(concerns), None if shift is None else draft.start + shift, skipped)
+
+    def _is_lacking(self, c: sqlite3.Connection, known: Known, group: Group, mission: str) -> bool:
+        """Whether none of its robots that are switched on has the mission."""
+        members = [robot.id for robot in self._robots.all(c) if robot.id in group.members and robot.enabled and not robot.needs_password]
+        return bool(members) and not any(known.has(robot_id, mission) for robot_id in members)
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
         """The robot's battery was too low lately around the same time of day."""

@@ -13,6 +13,7 @@ from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
 from app.database.errors import primary_code
 from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.groups import GroupRepository, PlaceRepository
 from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
@@ -74,7 +75,8 @@ def _check_objects(*values: object) -> None:
 
 # ---------------------------------------------------------------------- table by table
 def _sizes(c: sqlite3.Connection) -> None:
-    for table in ("settings", "robots", "missions", "idle_rules", "schedules", "skips", "calendar_days", "alarms", "holds"):
+    for table in ("settings", "robots", "missions", "idle_rules", "robot_groups", "group_members", "places", "mission_places", "schedules",
+                  "skips", "watches", "calendar_days", "alarms", "holds"):
         texts = [row["name"] for row in c.execute(f"PRAGMA table_info({table})") if row["type"] == "TEXT"]
         longest = ", ".join(f"coalesce(length({name}), 0)" for name in texts)
         count, length = c.execute(f"SELECT count(*), max(max(0, {longest or 0})) FROM {table}").fetchone()
@@ -87,7 +89,7 @@ def _sizes(c: sqlite3.Connection) -> None:
 def _sequences(c: sqlite3.Connection) -> None:
     for table, last in c.execute("SELECT name, seq FROM sqlite_sequence"):
         _require(isinstance(last, int) and 0 <= last <= LARGEST_ID, f"{table}: {last!r}")
-    for table in ("robots", "missions", "schedules", "executions", "alarms", "holds", "calendar_days"):
+    for table in ("robots", "missions", "robot_groups", "places", "schedules", "executions", "alarms", "holds", "calendar_days"):
         low, high = c.execute(f"SELECT coalesce(min(id), 1), coalesce(max(id), 1) FROM {table}").fetchone()
         _require(0 < low <= high <= LARGEST_ID, f"{table}: {low}, {high}")
 
@@ -125,6 +127,16 @@ def _missions(c: sqlite3.Connection) -> None:
             validation.whole_number(mission.usual_minutes, "usual_minutes")
 
 
+def _groups(c: sqlite3.Connection) -> None:
+    for group in GroupRepository().all(c):
+        validation.group(group, may_be_empty=True)
+
+
+def _places(c: sqlite3.Connection) -> None:
+    for place in PlaceRepository().all(c):
+        validation.place(place)
+
+
 def _schedules(c: sqlite3.Connection) -> None:
     """What could be entered in an older version is taken: only what would end the planning of others is refused."""
     found = ScheduleRepository().all(c)
@@ -132,8 +144,9 @@ def _schedules(c: sqlite3.Connection) -> None:
         _check_objects(schedule.parameters)
         Recurrence.parse(schedule.recurrence)
         validation.battery(schedule.minimum_battery_percent)
-        if schedule.start_window_minutes is not None:
-            validation.whole_number(schedule.start_window_minutes, "start_window_minutes")
+        for name in ("start_window_minutes", "finish_by_minutes"):
+            if (minutes := getattr(schedule, name)) is not None:
+                validation.whole_number(minutes, name)
         _require(schedule.start.year in validation.YEARS, f"start {schedule.start}")
     _check_instants(found)
 
@@ -141,6 +154,11 @@ def _schedules(c: sqlite3.Connection) -> None:
 def _skips(c: sqlite3.Connection) -> None:
     for (planned_at,) in c.execute("SELECT planned_at FROM skips"):
         _require(datetime.fromisoformat(planned_at).tzinfo is not None, planned_at)
+
+
+def _watches(c: sqlite3.Connection) -> None:
+    for (until,) in c.execute("SELECT until FROM watches"):
+        _require(datetime.fromisoformat(until).tzinfo is not None, until)
 
 
 def _calendar(c: sqlite3.Connection) -> None:
@@ -171,4 +189,5 @@ def _executions(c: sqlite3.Connection) -> None:
 
 _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {
     "sqlite_schema": _sizes, "sqlite_sequence": _sequences, "settings": _settings, "robots": _robots, "missions": _missions,
-    "schedules": _schedules, "skips": _skips, "calendar_days": _calendar, "holds": _holds, "alarms": _alarms, "executions": _executions}
+    "robot_groups": _groups, "places": _places, "schedules": _schedules, "skips": _skips, "watches": _watches,
+    "calendar_days": _calendar, "holds": _holds, "alarms": _alarms, "executions": _executions}

@@ -71,7 +71,7 @@ class Allocator:
         members = [robots[key] for key in group.members if key in robots] if group is not None else []
         reason = taken_back(row)
         if reason is None and not any(robot.enabled for robot in members):
-            reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": row.robot_group})
+            reason = Reason(ReasonCode.ROBOT_REMOVED, {"removed" if group is None else "group": row.robot_group})
         reason = reason or self._refused_by_all(row, members)
         return self._waiting.may_be_tried(row, reason) and not self._waits_for_the_one_before(row)
 

@@ -60,6 +60,8 @@ class GroupFigures:
             members = group.members if group is not None else tuple(self._repository.runs(c, span, one.group_id))
             used = [(robot, share) for robot_id in members if robot_id in use for robot, share in (use[robot_id],) if share is not None]
             name = group.name if group is not None else self._repository.name_of_removed(c, one.group_id)
+            if wanted is not None and wanted.group not in (None, name):
+                continue
             found.append(GroupKpis(one.group_id, name, one.starts, one.in_time, len(waits), percentile(waits, 50), percentile(waits, 90),
                                    used))
         return sorted(found, key=lambda one: (one.group.casefold(), one.group_id))

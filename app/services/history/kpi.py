@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -40,10 +40,12 @@ _OUTCOMES: Sequence[Outcome] = ((State.COMPLETED, None, False), *((state, code, 
 
 @dataclass(frozen=True)
 class KpiFilter:
-    """Which ended executions count; None: from the first, until now, of all robots."""
+    """Which ended executions count; None: from the first, until now, of all robots. ``group``: those that any robot of it could take, by
+    its name then, whoever did; what its robots did and how long they were seen is that of ``robot_ids``, for whomever they did it."""
     start: datetime | None = None
     end: datetime | None = None
     robot_ids: Sequence[int] | None = None
+    group: str | None = None
 
 
 @dataclass(frozen=True)
@@ -175,12 +177,14 @@ class Kpis:
         days = self._days(span, settings)
         sums = self._repository.by_robot(c, span)
         of = {state: [one for one in sums if one.state == state] for state in RAN}
-        recorded = sum(self._repository.has_any(c, Span(day.start, day.end, span.robot_ids)) for day in days)
+        recorded = sum(self._repository.has_any(c, replace(span, start=day.start, end=day.end)) for day in days)
+        wanted = wanted or KpiFilter()
+        of_robots = sums if wanted.group is None else self._repository.by_robot(c, span_of(replace(wanted, group=None), self._clock.now()))
         return ThesisKpis(
             completed=sum(one.number for one in of[State.COMPLETED]), failed=sum(one.number for one in of[State.FAILED]),
             cancelled=sum(one.number for one in of[State.CANCELLED]), timed=sum(one.timed for one in of[State.COMPLETED]),
             completed_s=sum(one.seconds for one in of[State.COMPLETED]), recorded_days=recorded,
-            robots=self._robots(sums, wanted or KpiFilter(), days, settings))
+            robots=self._robots(of_robots, wanted, days, settings))
 
     def _robots(self, sums: Sequence[RobotSum], wanted: KpiFilter, days: Sequence[_Day], settings: Settings) -> list[RobotKpis]:
         """The configured robots of the filter, and removed ones that have history in the period."""
@@ -241,7 +245,7 @@ class Kpis:
         found = []
         robots = span.robot_ids if span.robot_ids is not None else self._repository.robots(c)
         for day in self._days(span, self._settings.load(c)):
-            states = self._repository.by_state(c, Span(day.start, day.end, robots))
+            states = self._repository.by_state(c, replace(span, start=day.start, end=day.end), robots)
             number = {state: states.get(state, (0, 0, 0.0)) for state in ENDED_STATES}
             found.append(DayKpis(
                 day.date, number[State.COMPLETED][0], number[State.FAILED][0], number[State.CANCELLED][0], number[State.SKIPPED][0],
@@ -287,7 +291,7 @@ class Kpis:
         found = self._repository.missions(c, span)
         guids = sorted(found, key=lambda guid: (-found[guid][1], guid))[:most]
         days = self._days(span, settings)
-        before = Span(EARLIEST, span.start, span.robot_ids)
+        before = replace(span, start=EARLIEST, end=span.start)
         trends = []
         for guid in guids:
             number = found[guid][0]
@@ -326,4 +330,4 @@ def span_of(wanted: KpiFilter | None, now: datetime) -> Span:
     """The period and robots of a filter as the columns have them; of what has ended by now."""
     wanted, until = wanted or KpiFilter(), now + MOMENT
     return Span(to_text(wanted.start) if wanted.start else EARLIEST, to_text(min(wanted.end or until, until)),
-                None if wanted.robot_ids is None else tuple(wanted.robot_ids))
+                None if wanted.robot_ids is None or wanted.group is not None else tuple(wanted.robot_ids), wanted.group)

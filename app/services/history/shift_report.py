@@ -49,6 +49,7 @@ class ShiftReport:
     alarms: Sequence[Alarm]
     more_alarms: int
     groups: Sequence[GroupKpis] = ()
+    group: str = ""                  # whose runs these are, whichever robot did them; empty: as ``robot`` says
 
     @property
     def more_runs(self) -> int:
@@ -72,23 +73,25 @@ def shared(runs: int, alarms: int, room: int) -> tuple[int, int]:
     return min(runs, max(room // 2, room - alarms)), min(alarms, max(room - room // 2, room - runs))
 
 
-def filter_of(start: datetime, end: datetime, now: datetime, robot_id: int | None) -> KpiFilter:
+def filter_of(start: datetime, end: datetime, now: datetime, robot_ids: Sequence[int] | None, group: str | None) -> KpiFilter:
     """A period up to now is one that has no end yet."""
-    return KpiFilter(start, None if end >= now else end, None if robot_id is None else (robot_id,))
+    return KpiFilter(start, None if end >= now else end, robot_ids, group)
 
 
 class ShiftReports:
     def __init__(self, db: Database, clock: Clock) -> None:
         self._db, self._clock, self._kpis = db, clock, Kpis(db, clock)
 
-    def make(self, period: ReportPeriod, robot_id: int | None = None) -> ShiftReport:
-        """Of one robot, or of all."""
+    def make(self, period: ReportPeriod, robot_id: int | None = None, *, group: str | None = None,
+             members: Sequence[int] = ()) -> ShiftReport:
+        """Of one robot, or of all; or of what any robot of a group could take, with its ``members``."""
+        robot_ids = tuple(members) if group is not None else None if robot_id is None else (robot_id,)
         c, now = self._db.read(), self._clock.now()
         settings = SettingsRepository().load(c)
         start, end = bounds(period, now, ZoneInfo(settings.timezone))
-        wanted = filter_of(start, end, now, robot_id)
+        wanted = filter_of(start, end, now, robot_ids, group)
         days = self._kpis.per_day(wanted)
-        alarms = self._alarms(start, end, robot_id)
+        alarms = self._alarms(start, end, robot_ids)
         timelines = RobotStates(self._db).timelines(start, end, wanted.robot_ids) if start < end else []
         thesis, adherence, causes = self._kpis.thesis(wanted), self._kpis.adherence(wanted), self._kpis.failures(wanted)
         room = max(LEAST, LINES - 2 * len(thesis.robots) - max(0, len(adherence.not_run) - 1, len(causes) - 3))
@@ -98,12 +101,12 @@ class ShiftReports:
             start, end, now, settings, next((one.robot for one in thesis.robots if one.robot_id == robot_id), ""), thesis,
             adherence, self._kpis.delays(wanted), sum(day.skipped for day in days), sum(day.missed for day in days), causes, timelines,
             runs[:most_runs], alarms[:most_alarms], len(alarms) - most_alarms,
-            GroupFigures(self._db, self._clock).of(wanted, thesis.robots))
+            GroupFigures(self._db, self._clock).of(wanted, thesis.robots), group or "")
 
-    def _alarms(self, start: datetime, end: datetime, robot_id: int | None) -> list[Alarm]:
+    def _alarms(self, start: datetime, end: datetime, robot_ids: Sequence[int] | None) -> list[Alarm]:
         """That were raised in the period, or whose cause lasted into it; newest first. Those of other robots are left out."""
-        c, repository = self._db.read(), AlarmRepository()
+        c, repository, keys = self._db.read(), AlarmRepository(), {f"robot:{robot_id}" for robot_id in robot_ids or ()}
         found = [alarm for alarm in [*repository.open(c), *repository.past(c, PAST_ALARMS)]
                  if alarm.raised_at < end and (alarm.cleared_at is None or alarm.cleared_at >= start or (alarm.last_at or start) > start)
-                 and (robot_id is None or not alarm.key.startswith("robot:") or alarm.key == f"robot:{robot_id}")]
+                 and (robot_ids is None or not alarm.key.startswith("robot:") or alarm.key in keys)]
         return sorted(found, key=lambda alarm: alarm.last_at or alarm.raised_at, reverse=True)

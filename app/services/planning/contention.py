@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import sqlite3
-from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -45,15 +44,39 @@ class Contention:
         self._groups = {group.id: group for group in GroupRepository().all(c)}
         self._lasts = timedelta(seconds=usual.median_s if usual else ASSUMED_S)
         self._rooms: list[_Room] = []
+        self._of_robot, self._of_group = dict[int, list[Near]](), dict[int, list[Near]]()
+        self._joined = dict[tuple[int, int, bool], list[Span]]()
 
     # ------------------------------------------------------------------ one robot
     def of_its_robot(self) -> list[Near]:
         """Near each start: what others want of its robot; nothing where any of several may take it."""
         if (robot := self._only_robot()) is None:
             return [() for _ in self._starts]
-        group_id = self._draft.group_id
-        same = self._schedules.for_robot(self._c, robot.id) + (self._schedules.for_group(self._c, group_id) if group_id else [])
-        return nearby(self._starts, self._usual, self._others(same), self._calendar)
+        near = self._near_robot(robot.id)
+        if self._draft.group_id is None:
+            return near
+        return [(*of_robot, *of_group) for of_robot, of_group in zip(near, self._near_group(self._draft.group_id), strict=True)]
+
+    def _near_robot(self, robot_id: int) -> list[Near]:
+        """It may be in many groups."""
+        if (found := self._of_robot.get(robot_id)) is None:
+            found = self._of_robot[robot_id] = self._near(self._schedules.for_robot(self._c, robot_id))
+        return found
+
+    def _near_group(self, group_id: int) -> list[Near]:
+        if (found := self._of_group.get(group_id)) is None:
+            found = self._of_group[group_id] = self._near(self._schedules.for_group(self._c, group_id))
+        return found
+
+    def _near(self, schedules: Iterable[Schedule]) -> list[Near]:
+        return nearby(self._starts, self._usual, self._others(schedules), self._calendar)
+
+    def _spans_of_robot(self, robot_id: int, number: int, slow: bool, own: Span | None) -> list[Span]:
+        """When it is wanted near a start, together with the draft's own run where that is on it."""
+        key = robot_id, number, slow
+        if (found := self._joined.get(key)) is None:
+            found = self._joined[key] = list(joined(_spans(self._near_robot(robot_id)[number], slow)))
+        return found if own is None or robot_id != self._draft.robot_id else list(joined([*found, own]))
 
     def _only_robot(self) -> Robot | None:
         if self._draft.robot_id is not None:
@@ -103,19 +126,11 @@ class Contention:
 
     def _group_room(self, group: Group) -> _Room:
         usable = self._usable(group)
-        of_group = nearby(self._starts, self._usual, self._others(self._schedules.for_group(self._c, group.id)), self._calendar)
-        fixed = {robot_id: nearby(self._starts, self._usual, self._others(self._schedules.for_robot(self._c, robot_id)), self._calendar)
-                 for robot_id in usable}
-        own_robot = self._draft.robot_id
+        of_group = self._near_group(group.id)
 
         def spans(number: int, own: Span | None, slow: bool) -> list[Span]:
-            of_robots = defaultdict[int, list[Span]](list)
-            for robot_id, near in fixed.items():
-                of_robots[robot_id] += _spans(near[number], slow)
-            if own is not None and own_robot is not None:
-                of_robots[own_robot].append(own)
-            found = [span for each in of_robots.values() for span in joined(each)] + list(_spans(of_group[number], slow))
-            return found if own is None or own_robot is not None else [*found, own]
+            found = [span for robot_id in usable for span in self._spans_of_robot(robot_id, number, slow, own)]
+            return [*found, *_spans(of_group[number], slow), *([] if own is None or self._draft.robot_id is not None else [own])]
 
         return self._room(ConflictCode.TOO_FEW_ROBOTS, len(usable),
                           {"group": group.name, "group_id": group.id, "robots": len(usable)}, spans)
@@ -128,8 +143,7 @@ class Contention:
             if self._mission is not None and self._mission.name in names:
                 same = [schedule for mission in self._known.missions.values() if mission.name in names
                         for schedule in self._schedules.for_mission(self._c, mission.id)]
-                near = nearby(self._starts, self._usual, self._others(same), self._calendar)
-                yield from self._of_place(place, near)
+                yield from self._of_place(place, self._near(same))
 
     def _of_place(self, place: Place, near: Sequence[Near]) -> Iterator[Conflict]:
         def spans(number: int, own: Span | None, slow: bool) -> list[Span]:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
 from math import inf
@@ -15,26 +15,28 @@ from app.database.group_starts import GroupStartRepository
 from app.database.groups import PlaceRepository
 from app.database.holds import HoldRepository
 from app.domain import rules
+from app.domain.choice import KEEPS_NO_ROBOT
 from app.domain.clock import midnight
-from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State
+from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
 from app.services.allocation import estimates
 from app.services.allocation.decide import AHEAD
 from app.services.planning.forecast import Found, Site, Wanted, forecast
 from app.services.planning.known import Known, quick
 from app.services.planning.planned import PlannedRun
+from app.services.planning.seen import Seen
 
 DAY = timedelta(days=1)
 
 
 class Foreseen:
-    """``robots``: those that are switched on, by id. ``is_out``: whether one is silent or stopped at present: it is then believed to be so
-    for some minutes. ``origin``: when the forecast begins, now or the midnight before what is looked at, so that a start gets the same
+    """``robots``: those that are switched on, by id. One that is silent or stopped at present is believed to be so for some minutes.
+    ``origin``: when the forecast begins, now or the midnight before what is looked at, so that a start gets the same
     robot however much is looked at."""
 
     def __init__(self, c: sqlite3.Connection, known: Known, groups: Mapping[int, Group], robots: Mapping[int, Robot], settings: Settings,
-                 now: datetime, start: datetime, is_out: Callable[[int], bool]) -> None:
+                 now: datetime, start: datetime, seen: Seen) -> None:
         self._c, self._known, self._groups, self._robots, self._settings, self._now = c, known, groups, robots, settings, now
-        self._zone, self._is_out = ZoneInfo(settings.timezone), is_out
+        self._zone, self._seen = ZoneInfo(settings.timezone), seen
         self.origin = max(now, midnight(start.astimezone(self._zone).date(), self._zone))
         self.members = {group.id: tuple(robot_id for robot_id in group.members
                                          if robot_id in robots and not robots[robot_id].needs_password) for group in groups.values()}
@@ -43,6 +45,11 @@ class Foreseen:
         self._room = {place.name: place.most for place in places}
         self._places = {name: tuple(place.name for place in places if name in {known.missions[one].name for one in place.missions})
                         for name in {known.missions[one].name for place in places for one in place.missions}}
+
+    def is_lacking(self, group: Group, mission: str) -> bool:
+        """Whether there are robots of it that may get something, and none has that mission, as far as is known."""
+        members = self.members[group.id]
+        return bool(members) and not any(self._known.has(robot_id, mission) for robot_id in members)
 
     def concerns(self, schedule: Schedule) -> bool:
         """Whether its starts use robots of a group, or a place."""
@@ -111,11 +118,17 @@ class Foreseen:
         """Until when each robot has to do with what it has of ours, and until when that needs the places that it uses."""
         left, at_places = dict[int, float](), defaultdict[str, list[float]](list)
         for row in ExecutionRepository().open_all(self._c):
-            if row.robot_id is not None:
+            if row.robot_id is not None and self._is_at_work(row, row.robot_id):
                 left[row.robot_id] = left.get(row.robot_id, 0.0) + self._left(row, row.robot_id)
                 for place in self._places.get(row.mission, ()):
                     at_places[place].append(left[row.robot_id])
         return left, at_places
+
+    def _is_at_work(self, row: Execution, robot_id: int) -> bool:
+        """Nobody waits for the end of what has a robot charge while it is idle, nor of what waits for something else than its robot."""
+        if row.trigger is Trigger.IDLE and self._seen.charges(robot_id):
+            return False
+        return row.state is not State.WAITING or row.wait not in KEEPS_NO_ROBOT
 
     def _left(self, row: Execution, robot_id: int) -> float:
         usual = self._known.usual(robot_id, Mission(row.mission, row.mission_guid))
@@ -129,7 +142,7 @@ class Foreseen:
 
     def _held(self) -> Mapping[int, Sequence[tuple[float, float]]]:
         held = defaultdict[int, list[tuple[float, float]]](list)
-        for robot_id in filter(self._is_out, self.shared):
+        for robot_id in filter(self._seen.is_out, self.shared):
             held[robot_id].append((-inf, self._seconds(self._now) + AHEAD))
         for hold in HoldRepository().all(self._c):
             until = inf if hold.until is None else self._seconds(hold.until)

@@ -10,11 +10,12 @@ from app.database.missions import MissionRepository
 from app.domain.models import DurationEstimate, Group, Mission, Robot
 from app.services.allocation import estimates
 from app.services.planning.durations import expected, pooled
+from app.services.planning.seen import NOTHING_SEEN, Seen
 
 
 class Known:
-    def __init__(self, c: sqlite3.Connection, groups: Iterable[Group] = ()) -> None:
-        self._c, self._durations = c, DurationRepository()
+    def __init__(self, c: sqlite3.Connection, groups: Iterable[Group] = (), seen: Seen = NOTHING_SEEN) -> None:
+        self._c, self._seen, self._durations = c, seen, DurationRepository()
         self.missions = {mission.id: mission for mission in MissionRepository().all(c)}
         self._meant = {(mission.name, mission.robot_id): mission for mission in self.missions.values()}
         self._peers: dict[int, tuple[int, ...]] = {}         # robots of a robot's groups
@@ -28,6 +29,11 @@ class Known:
     def mission(self, name: str, robot_id: int) -> Mission | None:
         """The robot's own, else the one for all robots; None: it has none of that name."""
         return self._meant.get((name, robot_id)) or self._meant.get((name, None))
+
+    def has(self, robot_id: int, name: str) -> bool:
+        """Whether a robot can be given that mission, as far as is known."""
+        meant = self.mission(name, robot_id)
+        return meant is not None and self._seen.has(robot_id, meant.guid)
 
     def usual(self, robot_id: int, mission: Mission) -> DurationEstimate | None:
         """Of that mission on that robot, or as typed."""
@@ -51,7 +57,7 @@ class Known:
         key = robot_id, mission, slow
         if key not in self._takes:
             meant = self.mission(mission, robot_id)
-            self._takes[key] = None if meant is None else estimates.takes(
+            self._takes[key] = None if meant is None or not self.has(robot_id, mission) else estimates.takes(
                 self.usual(robot_id, meant), self.of_any(meant, self._peers.get(robot_id, (robot_id,))), slow=slow)
         return self._takes[key]
 

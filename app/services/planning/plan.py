@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime, timedelta
 from itertools import chain, islice, takewhile
 
@@ -21,6 +21,7 @@ from app.services.planning.known import Known, quick
 from app.services.planning.plan_conflicts import Shared, place_warning, plan_conflicts
 from app.services.planning.planned import Conflict, Planned, PlannedRun, at_instant, nobody
 from app.services.planning.recurrence import Occurrence, occurrences
+from app.services.planning.seen import NOTHING_SEEN, Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 __all__ = ["LONGEST_RUN", "MOMENT", "MOST", "Conflict", "Plan", "Planned", "PlannedRun"]
@@ -34,10 +35,9 @@ LONGEST_RUN = timedelta(hours=12)        # of a run that is still under way when
 class Plan:
     def __init__(self, db: Database, *, schedules: ScheduleRepository, robots: RobotRepository, missions: MissionRepository,
                  executions: ExecutionRepository, settings: SettingsRepository, clock: Clock,
-                 is_out: Callable[[int], bool] = lambda _robot_id: False) -> None:
-        """``is_out``: whether a robot is silent or stopped at present, by its id."""
+                 seen: Seen = NOTHING_SEEN) -> None:
         self._db, self._schedules, self._robots, self._missions = db, schedules, robots, missions
-        self._executions, self._settings, self._clock, self._is_out = executions, settings, clock, is_out
+        self._executions, self._settings, self._clock, self._seen = executions, settings, clock, seen
 
     def between(self, start: datetime, end: datetime, most: int = MOST) -> Planned:
         """Occurrences of enabled schedules in [start, end), and before it those whose runs will still be under way then; nothing before
@@ -111,10 +111,10 @@ class _Reading:
         self._robots = {robot.id: robot for robot in plan._robots.all(c) if robot.enabled}
         used = {schedule.group_id for schedule in self._schedules if schedule.enabled and schedule.group_id is not None}
         self._groups = {group.id: group for group in GroupRepository().all(c) if group.id in used} if used else {}
-        self._known = Known(c, self._groups.values())
+        self._known = Known(c, self._groups.values(), plan._seen)
         self._skips = plan._schedules.skips_from(c, now)
         self.foreseen = Foreseen(c, self._known, self._groups, self._robots, settings, now, start,
-                                 plan._is_out) if self._groups else None
+                                 plan._seen) if self._groups else None
 
     def streams(self, start: datetime | None = None, earliest: datetime | None = None) -> list[Iterator[PlannedRun]]:
         """Of each enabled schedule, in order of time: from ``start`` on (where robots of groups are concerned, from where the forecast
@@ -129,7 +129,8 @@ class _Reading:
                 begin = min(start, self.foreseen.origin)
             if begin is not None and usual is not None:
                 begin = max(begin - min(timedelta(seconds=usual.slow_s), LONGEST_RUN), earliest or begin)
-            runs = _runs(schedule, target, mission, usual, self._calendar, begin)
+            is_lacking = isinstance(target, Group) and self.foreseen is not None and self.foreseen.is_lacking(target, mission.name)
+            runs = _runs(schedule, target, mission, usual, self._calendar, begin, is_lacking)
             streams.append(run for run in runs if (run.schedule.id, run.at) not in self._skips)
         return streams
 
@@ -159,13 +160,13 @@ def _reaches(run: PlannedRun, start: datetime) -> bool:
 
 
 def _runs(schedule: Schedule, target: Robot | Group, mission: Mission, usual: DurationEstimate | None, calendar: WorkingCalendar,
-          start: datetime | None) -> Iterator[PlannedRun]:
+          start: datetime | None, is_lacking: bool) -> Iterator[PlannedRun]:
     first = schedule.next_at
     if first is None:
         return
     robot, group = (target, None) if isinstance(target, Robot) else (nobody(target), target)
     usual_s, slow_s, typed = (usual.median_s, usual.slow_s, usual.typed) if usual else (None, None, False)
-    like = PlannedRun(first, schedule, robot, mission, usual_s, slow_s, typed, group, None, quick(usual))
+    like = PlannedRun(first, schedule, robot, mission, usual_s, slow_s, typed, group, None, quick(usual), is_lacking)
     wanted = max((schedule.paused_until if schedule.is_paused(first) else None) or first, start or first)
     after, begun = (first, [first]) if wanted == first else (wanted - MOMENT, [])
     for at in chain(begun, (o.instant for o in occurrences(schedule, after, calendar))):

@@ -27,6 +27,7 @@ class PlannedRun:
     group: Group | None = None
     begins_at: datetime | None = None    # of a group's: when the forecast has a robot for it; None: it has none
     quick_s: float | None = None         # what nine of ten of the last runs took at least; None: not known
+    lacking: bool = False                # no robot of the group has the mission, as far as is known
 
     @property
     def is_approximate(self) -> bool:

@@ -121,13 +121,17 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     group, mission = save_group(site), site.add_missions("Deliver")[0]
     for name in ("Morning", "Evening"):
         site.container.catalogue.save_schedule(Schedule(name, None, mission.id, datetime(2030, 1, 7, 6), "UTC", group_id=group.id))
+    site.container.holds.hold("cleaning", None)
+    site.container.operator.run_on_any(group.id, mission.id)
     go(ui, "robots")
     turn_to(ui, "Groups")
     press(ui, "Edit", ui.find(GroupPanel))
     press(ui, "Delete group", ui.find(GroupDialog))
+    ui.wait(lambda: ui.find_all(ConfirmDialog))
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Hall 1?"
-    assert question.text.startswith("These 2 schedules go with it:\nEvening\nMorning\n")
+    assert question.text == ("These 2 schedules go with it:\nEvening\nMorning\n\nA start that waits for one of its robots is cancelled.\n"
+                             "Its robots stay, and what runs goes on.")
     press(ui, "Delete group", question)
     ui.wait(lambda: not groups(site) and not ui.find_all(GroupPanel))
     assert (schedules(site), len(robots(site))) == ([], 2)

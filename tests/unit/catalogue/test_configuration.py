@@ -330,3 +330,27 @@ def test_whatever_is_taken_comes_out_and_in_again_unchanged(world, names, workin
                     {"name": schedule, "robot": robot, "mission": mission, "start": "2026-11-23T06:30", "recurrence": "FREQ=DAILY",
                      "start_window_minutes": window, "minimum_battery_percent": battery, "overlap": overlap, "parameters": parameters}]})
     assert world.take(export_configuration(world.db.read()).encode()) == []
+
+
+def test_a_file_with_places_writes_about_as_much_as_it_says(world):
+    """All is written again while nobody else can write, and once took missions² × places²."""
+    places = [f"P{number}" for number in range(8)]
+    missions = [{"name": f"M{number}", "guid": f"g{number}", "places": places} for number in range(40)]
+    before = world.db.write(lambda c: c.total_changes)
+    world.take({"format": FORMAT, "places": [{"name": name, "most": 1} for name in places], "missions": missions})
+    written = world.db.write(lambda c: c.total_changes) - before
+    assert written <= 2 * len(missions) * len(places)
+    assert world.export()["missions"] == sorted(missions, key=lambda mission: mission["name"])
+
+
+def test_a_mission_uses_the_places_that_a_file_names_and_no_others(world):
+    document = {"format": FORMAT, "places": [{"name": name, "most": 1} for name in "ABC"],
+                "missions": [{"name": "M", "guid": "g", "places": ["A", "B"]}, {"name": "N", "guid": "g", "places": ["A"]}]}
+    world.take(document)
+    assert world.take(document) == []
+    assert world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g", "places": ["B", "C"]}]}) == ["mission M changed: places"]
+    assert [mission["places"] for mission in world.export()["missions"]] == [["B", "C"], ["A"]]
+    world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g"}]})
+    assert world.export()["missions"][0]["places"] == ["B", "C"]
+    with pytest.raises(InvalidInput, match=r"missions\[0\].places: there is no place D"):
+        world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g", "places": ["D"]}]})

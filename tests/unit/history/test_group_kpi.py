@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.database.groups import GroupRepository
 from app.domain.models import Group, Reason, ReasonCode, State, Trigger
+from app.screens.logs import report_page
 from app.services.history.group_kpi import GroupFigures, GroupKpis, line
 from app.services.history.kpi import KpiFilter
 from app.services.history.promises import LEAST, Kept, PromiseFigures, kept
@@ -127,3 +129,55 @@ def test_a_promise_is_what_the_twenty_runs_before_say(histories, since):
     assert (found.off_p50_s is None) == (number == 0)
     if off:
         assert min(off) <= found.off_p50_s <= found.off_p90_s <= max(off)
+
+
+# ---------------------------------------------------------------------- the runs of a group alone
+def hall_and_others(world):
+    """Of Hall 1: three that ran, by plan and by hand, one that failed and two that got no robot. Of others: runs of the same robots."""
+    of_hall = {"robot_group": "Hall 1", "group_id": 7}
+    world.row(State.COMPLETED, -2, duration_s=100.0, submitted_at=NOON - timedelta(hours=2), robot_delay_s=30.0, **of_hall)
+    world.row(State.COMPLETED, -26, duration_s=300.0, robot_id=2, robot="Aino", **of_hall)
+    world.row(State.COMPLETED, -3, duration_s=200.0, trigger=Trigger.MANUAL, schedule_id=None, **of_hall)
+    world.row(State.FAILED, -1, **of_hall)
+    world.row(State.FAILED, -4, robot_id=None, robot="", reason=Reason(ReasonCode.NO_ROBOT), **of_hall)
+    world.row(State.SKIPPED, -5, robot_id=None, robot="", reason=Reason(ReasonCode.FINISH_BY), **of_hall)
+    for hours in range(1, 6):
+        world.row(State.COMPLETED, -hours, duration_s=1000.0, mission_guid="other", robot_delay_s=900.0,
+                  submitted_at=NOON - timedelta(hours=hours))
+        world.row(State.FAILED, -hours, robot_group="Office", group_id=8)
+    return KpiFilter(robot_ids=(1, 2), group="Hall 1")
+
+
+def test_the_figures_of_a_group_are_of_the_runs_that_its_list_has(world):
+    wanted, kpis = hall_and_others(world), world.kpis
+    thesis, days = kpis.thesis(wanted), kpis.per_day(wanted)
+    assert (thesis.completed, thesis.failed, thesis.completed_s, thesis.timed, thesis.recorded_days) == (3, 2, 600.0, 3, 2)
+    listed = ExecutionRepository().count(world.db.read(), ExecutionFilter(group="Hall 1"))
+    assert sum(day.total for day in days) == thesis.completed + thesis.failed + 1 == listed
+    assert [(day.completed, day.failed, day.skipped) for day in days] == [(1, 0, 0), (2, 2, 1)]
+    assert (kpis.adherence(wanted).planned, kpis.adherence(wanted).ran) == (5, 3)
+    assert (kpis.delays(wanted).count, kpis.delays(wanted).p50_s) == (1, 30.0)
+    assert {cause.code: cause.number for cause in kpis.failures(wanted)} == {ReasonCode.ROBOT_ABORTED: 1, ReasonCode.NO_ROBOT: 1}
+    assert len(kpis.not_completed(wanted)) == 3
+    assert [(trend.guid, trend.count) for trend in kpis.trends(wanted)] == [("g", 3)]
+
+
+def test_what_its_robots_did_is_all_that_they_did(world):
+    wanted = hall_and_others(world)
+    assert world.kpis.thesis(wanted).robots == world.kpis.thesis(KpiFilter(robot_ids=(1, 2))).robots
+
+
+def test_what_ended_without_a_robot_counts_on_its_day_and_among_the_reasons(world):
+    hall_and_others(world)
+    assert sum(day.total for day in world.kpis.per_day()) == 16
+    assert ReasonCode.NO_ROBOT in {cause.code for cause in world.kpis.failures()}
+
+
+def test_the_shift_report_of_a_group_is_of_its_runs(world):
+    wanted = hall_and_others(world)
+    report = ShiftReports(world.db, world.clock).make(ReportPeriod.WEEK, group="Hall 1", members=wanted.robot_ids)
+    assert (report.group, report.thesis.completed, report.thesis.failed, report.skipped, len(report.runs)) == ("Hall 1", 3, 2, 1, 3)
+    assert report.more_runs == 0
+    assert [group.group for group in report.groups] == ["Hall 1"]
+    assert "Any of Hall 1" in report_page.page(report)
+    assert len(report.timelines) == 2

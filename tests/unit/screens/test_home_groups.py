@@ -9,11 +9,12 @@ import pytest
 from app.domain.models import Connection, Group, HandOver, Mission, Schedule, State, Wait
 from app.screens.common.group_starts import robots_for
 from app.screens.home import run_now, waiting
-from app.screens.home.lists import queue_entries
+from app.screens.home.lists import planned_starts, queue_entries
 from app.screens.home.run_now import Target
 from app.screens.home.view import present
 from app.services.live.holds import Hold
 from app.services.planning.plan import PlannedRun
+from app.services.planning.planned import nobody
 from tests.support.home_facts import AINO, FACTS, KITS, NOW, READY, RUNNING, SETTINGS, VEIKKO, execution, snapshot
 
 HALL = Group("Hall 1", (1, 2), id=5)
@@ -151,3 +152,14 @@ def test_a_group_that_sends_at_once_does_not_say_that_it_waits():
 
 def test_before_everything_else_is_critical():
     assert (Target(5).priority, Target(5, first=True).priority) == (1, 2)
+
+
+@pytest.mark.parametrize(("values", "holds", "words"), [
+    ({}, (), "in 5 min"), ({"lacking": True}, (), "no robot of the group has the mission"),
+    ({}, (Hold(since=NOW, robot_id=1),), "in 5 min"),
+    ({}, (Hold(since=NOW, robot_id=1), Hold(since=NOW, robot_id=2)), "held until released")])
+def test_a_planned_start_says_that_no_robot_of_its_group_can_take_it(values, holds, words):
+    schedule = Schedule("Kits", None, 1, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
+    run = PlannedRun(NOW + timedelta(minutes=5), schedule, nobody(HALL), KITS, 300.0, group=HALL, **values)
+    [start] = planned_starts(facts(planned=(run,), holds=holds), NOW)
+    assert start.note == f"any of Hall 1 · {words}"

@@ -102,6 +102,7 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
      "Wed 25 Nov: Waste starts on Aino before this run ends, 06:31–06:40"),
     (Concern(ConcernCode.DAY_OFF, details={"day": date(2026, 11, 21)}), "Sat 21 Nov is not a working day, so it begins later"),
     (Concern(ConcernCode.MISSION_MISSING, details={"mission": "Waste", "robot": "Aino"}), "Aino does not have the mission Waste"),
+    (Concern(ConcernCode.MISSION_MISSING, details={"mission": "Waste", "group": "Hall"}), "No robot of Hall has the mission Waste"),
     (Concern(ConcernCode.ROBOT_OFF, details={"robot": "Veikko"}), "Veikko is switched off in Settings: nothing will be sent"),
     (Concern(ConcernCode.NO_START), "No start is left"),
     (Concern(ConcernCode.CLOCK_CHANGE, start(25).instant, {"nominal": datetime(2026, 11, 25, 3, 30), "twice": False}),

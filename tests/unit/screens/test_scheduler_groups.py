@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import UTC, date, datetime, time
+from datetime import UTC, date, datetime, time, timedelta
 from types import SimpleNamespace
 
 import pytest
@@ -12,6 +12,10 @@ from app.screens.common import priorities
 from app.screens.scheduler import form_view, of_groups, view
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts
+from app.screens.scheduler.form_view import Preview
+from app.services.catalogue.preview import Forecast
+from app.services.live.holds import Hold
+from app.services.planning.recurrence import Occurrence
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 AINO, SISU, VEIKKO = (Robot(name, f"10.0.0.{n}", id=n) for n, name in enumerate(("Aino", "Sisu", "Veikko"), 1))
@@ -41,6 +45,29 @@ def test_a_made_name_is_no_name_and_a_group_that_is_off_says_so():
     assert (row.mission, row.name) == ("Kits", "")
     asleep = replace(FACTS, robots=(replace(AINO, enabled=False), replace(SISU, enabled=False), VEIKKO))
     assert view.schedule_rows(asleep, NOW)[0].next == "any of Hall 1 · no robot of the group is switched on"
+
+
+@pytest.mark.parametrize(("names", "words"), [
+    ({1: {"x": "X"}, 2: {"x": "X"}}, "no robot of the group has the mission"), ({1: {"x": "X"}}, "Mon 23 Nov 06:30"),
+    ({1: {"x": "X"}, 2: {"k": "Kits"}}, "Mon 23 Nov 06:30")])
+def test_a_schedule_says_that_no_robot_of_its_group_has_its_mission(names, words):
+    assert view.schedule_rows(replace(FACTS, names=names), NOW)[0].next.startswith(f"any of Hall 1 · {words}")
+
+
+def test_the_next_start_of_the_form_is_held_where_all_robots_of_the_group_are():
+    forecast = Preview(Forecast((Occurrence(SCHEDULE.next_at, SCHEDULE.start),)))
+    draft = DRAFT.aimed_at(("group", 5))
+    both = (Hold("cleaning", None, NOW, robot_id=1), Hold("cleaning", SCHEDULE.next_at + timedelta(hours=1), NOW, robot_id=2))
+    shown = [form_view.present(replace(FACTS, holds=holds), draft, forecast, NOW).starts[0].text for holds in (both[:1], both)]
+    assert [text.endswith("skipped") for text in shown] == [False, True]
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ({}, ""), ({"priority": 2}, " · Critical"), ({"finish_by_minutes": 90}, " · to be done within 1 h 30 min"),
+    ({"priority": -1, "finish_by_minutes": 30}, " · Low · to be done within 30 min")])
+def test_the_list_says_what_matters_more_and_what_has_to_be_done_in_time(values, words):
+    [row] = view.schedule_rows(replace(FACTS, schedules=(replace(SCHEDULE, **values),)), NOW)
+    assert row.rule == "Once on Mon 23 Nov 2026 at 06:30" + words
 
 
 def test_a_message_calls_a_schedule_of_a_group_by_what_it_does_without_the_number():

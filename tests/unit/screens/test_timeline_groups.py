@@ -13,6 +13,7 @@ from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
+from app.services.live.holds import Hold
 from app.services.planning.plan import Conflict, PlannedRun
 from app.services.planning.planned import nobody
 
@@ -54,6 +55,42 @@ def test_what_waits_for_a_robot_now_is_in_the_lane_of_its_group():
     lane = lanes(replace(FACTS, planned=(), past=(waits,)))["group", 5]
     assert [bar.key for bar in lane.bars] == [("execution", 11)]
     assert "any of Hall 1" in bar_card.run_card(FACTS, waits, NOW).text
+
+
+HOLD = Hold("cleaning", None, NOW, robot_id=1)
+LACKING = replace(NOT_FOUND, lacking=True)
+
+
+@pytest.mark.parametrize(("values", "state", "note"), [
+    ({"planned": (NOT_FOUND,)}, "planned", "no robot foreseen"),
+    ({"planned": (LACKING,)}, "planned", "none has the mission"),
+    ({"planned": (LACKING, NOT_FOUND)}, "planned", "no robot foreseen"),
+    ({"planned": (NOT_FOUND,), "holds": (HOLD,)}, "planned", "no robot foreseen"),
+    ({"planned": (NOT_FOUND,), "holds": (HOLD, replace(HOLD, robot_id=2))}, "held", "")])
+def test_the_lane_of_a_group_says_why_no_robot_is_foreseen(values, state, note):
+    lane = lanes(replace(FACTS, **values))["group", 5]
+    assert ({bar.state for bar in lane.bars}, lane.note) == ({state}, note)
+
+
+def test_a_start_that_waits_or_has_ended_is_no_lack_of_robots_to_come():
+    waits = Execution(Trigger.SCHEDULED, None, "", "Kits", "k", NOW, NOW + timedelta(minutes=15), NOW, "t", "UTC", State.WAITING, 11,
+                      group_id=5, robot_group="Hall 1", wait=Wait.ROBOT)
+    over = replace(waits, state=State.SKIPPED, ended_at=NOW)
+    assert [lanes(replace(FACTS, planned=(), past=(row,)))["group", 5].note for row in (waits, over)] == ["Waits for a robot", ""]
+
+
+def test_the_card_and_the_days_say_what_none_of_the_robots_has():
+    assert "No robot of Hall 1 has the mission Kits" in bar_card.start_card(FACTS, LACKING).text
+    [row] = [row for row in view.days(replace(FACTS, planned=(LACKING,)), NOW) if not row.heading]
+    assert (row.note, row.condition) == ("no robot of the group has the mission", "no robot of the group has the mission")
+
+
+@pytest.mark.parametrize(("holds", "words"), [
+    ((HOLD,), "in 1 h 22 min"), ((HOLD, replace(HOLD, robot_id=2)), "held until released"),
+    ((HOLD, replace(HOLD, robot_id=2, until=AT + timedelta(hours=2))), "skipped: held until 15:00")])
+def test_a_start_whose_robots_are_all_held_is_marked_as_one_of_a_single_robot(holds, words):
+    [row] = [row for row in view.days(replace(FACTS, planned=(NOT_FOUND,), holds=holds), NOW) if not row.heading]
+    assert row.note == words
 
 
 def test_the_legend_says_what_the_hatching_means():

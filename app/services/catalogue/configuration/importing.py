@@ -68,6 +68,7 @@ class _Import:
     def __init__(self, edit: Edit, document: Document) -> None:
         self._edit, self._document = edit, document
         self._unnamed: dict[tuple[str, int], Unnamed] = {}
+        self._place_ids: dict[str, int] = {}
 
     def run(self) -> list[Message]:
         """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
@@ -82,6 +83,7 @@ class _Import:
         self._check_machines(before)
         group_lines = [line for item in self._document.groups for line in self._group(item)]
         place_lines = [line for item in self._document.places for line in self._place(item)]
+        self._place_ids = self._edit.places.ids(self._edit.c)
         mission_lines: list[Message] = []
         for item in self._document.missions:
             with _placed(item):
@@ -237,20 +239,13 @@ class _Import:
 
     def _uses(self, mission: Mission, item: Item) -> bool:
         """Have the mission use the places that the file names, and no others; whether that is something new."""
-        edit, wanted = self._edit, item.values.get("places")
-        if wanted is None:
+        if (wanted := item.values.get("places")) is None:
             return False
         for name in wanted:
-            if edit.places.by_name(edit.c, name) is None:
+            if name not in self._place_ids:
                 path = f"{item.path}.places"
                 raise InvalidInput(path, "{path}: there is no place {name}", path=path, name=name)
-        changed = False
-        for place in edit.places.all(edit.c):
-            if (mission.id in place.missions) is not (place.name in wanted):
-                missions = {*place.missions, mission.id} if place.name in wanted else {*place.missions} - {mission.id}
-                edit.save_place(replace(place, missions=tuple(missions)))
-                changed = True
-        return changed
+        return self._edit.use_places(mission, {self._place_ids[name] for name in wanted})
 
     # ------------------------------------------------------------------ missions
     def _mission(self, item: Item) -> Iterator[Message]:
