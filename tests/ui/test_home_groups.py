@@ -12,7 +12,7 @@ from app.widgets.fields import PickField
 from app.widgets.rows import OptionRow, QueueRow
 from app.widgets.snackbar import Snackbar
 from tests.support.stored import Stored
-from tests.ui.whole_app import begin_anew, plant, shown
+from tests.ui.whole_app import GUIDS, api, begin_anew, plant, shown
 
 
 @pytest.fixture(scope="module")
@@ -130,19 +130,20 @@ def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home,
 
 
 def test_a_robot_that_refuses_what_it_was_given_is_named_in_the_message_and_on_the_card(home, hall, ui):
-    home.site.container.catalogue.save_mission(Mission("Deliver", "00000000-0000-0000-0000-000000000000", robot_id=hall.members[1]))
+    home.site.add_missions("Collect empties")
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Collect empties"))
     stop_both(home, ui)
-    run_on_any(ui, "Deliver")
-    ui.wait(lambda: ui.find_all(WaitingRow) and "Aino " in ui.find(WaitingRow).note)
-    ui.wait(lambda: home.shell.snackbars.texts)
+    run_on_any(ui, "Collect empties")
+    ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.snackbars.texts and home.shell.background.idle)
     home.shell.snackbars.clear()
+    api(home.site.fleet.robots[1], "DELETE", f"/missions/{GUIDS['Collect empties']}")        # since its list was read
     press(ui, "Give to …", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: home.shell.snackbars.texts)
     told, = home.shell.snackbars.texts
-    assert told.startswith("Deliver is not sent yet. Veikko refused it: The robot has no such mission: ")
+    assert told.startswith("Collect empties is not sent yet. Veikko refused it: The robot has no such mission: ")
     ui.wait(lambda: ui.find_all(WaitingRow) and ui.find(WaitingRow).note.startswith("Veikko refused it: The robot has no such mission"))
 
 

@@ -9,7 +9,7 @@ from app.domain.models import Execution, State, Wait
 from app.screens.common.overlays import Dialogs
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
-from app.screens.common.threads import Background, Changed, UiBus
+from app.screens.common.threads import Changed, UiBus
 from app.screens.common.view_model import Navigator
 from app.services.live.changes import Topic
 from app.widgets.snackbar import Snackbars
@@ -22,24 +22,27 @@ SENT = replace(BOUND, state=State.QUEUED, queue_id=31)
 REFUSED = replace(UNBOUND, tried={"2": {"tries": 1, "robot": "Veikko", "code": "unknown_mission", "problem": ""}})
 
 
+class AtOnce:
+    """Work in the background that takes no time."""
+
+    @staticmethod
+    def run(work, done, _failed, key=None) -> None:
+        done(work())
+
+
 class World:
     """A ledger with one row, and who follows it."""
 
     def __init__(self, ui) -> None:
         self.row: Execution | None = None
         self.bus, self.ui = UiBus(), ui
-        self.background = Background(self.bus)
-        self.shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), self.bus, self.background)
+        self.shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), self.bus, AtOnce())
         self.reports = StartReports(self.shell, lambda _key: self.row)
 
     def becomes(self, row: Execution) -> None:
         self.row = row
         self.bus.publish(Changed(Topic.EXECUTIONS))
-        self.settle()
-
-    def settle(self) -> None:
         self.ui.advance()
-        self.ui.wait(lambda: self.background.idle)
 
     @property
     def told(self) -> list[str]:
@@ -48,17 +51,16 @@ class World:
 
 @pytest.fixture
 def world(ui):
+    ui.advance()                             # the clock may not have ticked for long
     made = World(ui)
     close = made.reports.open()
     yield made
     close()
-    made.background.close()
 
 
 def test_a_start_of_a_group_that_soon_has_a_robot_is_not_said_to_wait(world, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
-    world.settle()
     assert world.told == []
     ui.advance(.3)
     world.becomes(BOUND)
@@ -73,7 +75,6 @@ def test_one_that_still_has_none_after_a_moment_is_said_to_wait_once(world, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
     ui.advance(1.2)
-    world.settle()
     [told] = world.told
     assert told.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")
     world.becomes(UNBOUND)
@@ -85,7 +86,6 @@ def test_a_robot_that_refuses_what_it_was_given_is_named(world, ui):
     world.reports.follow(BOUND)
     world.becomes(REFUSED)
     ui.advance(1.2)
-    world.settle()
     [told] = world.told
     assert told.startswith("Kits is not sent yet. Veikko refused it: The robot has no such mission: ")
 
