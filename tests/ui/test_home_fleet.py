@@ -300,7 +300,7 @@ def test_what_is_held_from_all_robots_is_all_and_from_one_this_one(container, ro
         ui.advance(.3)
         ui.tap(ui.find(OptionRow, text="Veikko"))
         settle(app, ui)
-        assert asked_to_hold(app) == "Veikko"
+        ui.wait(lambda: asked_to_hold(app) == "Veikko")
         app.shell.go("home")
         ui.wait(lambda: ui.find_all(FleetPage))
         assert asked_to_hold(app) == "All robots"
@@ -309,7 +309,21 @@ def test_what_is_held_from_all_robots_is_all_and_from_one_this_one(container, ro
         open_tile(ui, "Aino")
         ui.wait(lambda: ui.find_all(HomeWide))
         settle(app, ui)
-        assert asked_to_hold(app) == "Aino"
+        ui.wait(lambda: asked_to_hold(app) == "Aino")            # the choice is written beside
+
+
+def test_a_tile_that_is_opened_selects_its_robot_though_another_one_has_been_chosen_since_it_was_drawn(container, robots, ui):
+    aino, veikko = (next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko"))
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(FleetTile, name="Aino"))
+        container.catalogue.change_settings(selected_robot_id=veikko)
+        open_tile(ui, "Aino")
+        settle(app, ui)
+        assert container.settings().selected_robot_id == aino
+        for robot_id in (veikko, aino, veikko):
+            app.shell.go("home", robot_id=robot_id)
+        settle(app, ui)
+        assert container.settings().selected_robot_id == veikko
 
 
 def test_a_robot_can_be_asked_for_before_any_is_known(container, robots, ui):

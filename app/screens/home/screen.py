@@ -144,14 +144,20 @@ class HomeViewModel(HomeState, ViewModel):
 
     # ------------------------------------------------------------------ which robot, which mission
     def select_robot(self, robot_id: int) -> None:
-        """Select it for the whole app."""
-        if self.facts.robot is not None and robot_id == self.facts.robot.id:
-            return
-        settings = replace(self.facts.settings, selected_robot_id=robot_id)
-        self.facts = replace(self.facts, settings=settings, missions=(), expected={}, names={}, map=None)
-        self._chosen, self._target = None, Target()
-        self._show()
-        self._act("robot", lambda: self._services.catalogue.change_settings(selected_robot_id=robot_id))
+        """Select it for the whole app, which may have selected another one since this screen was read."""
+        is_shown = self.facts.robot is not None and robot_id == self.facts.robot.id
+        self.facts = replace(self.facts, settings=replace(self.facts.settings, selected_robot_id=robot_id))
+        if not is_shown:
+            self.facts = replace(self.facts, missions=(), expected={}, names={}, map=None)
+            self._chosen, self._target = None, Target()
+            self._show()
+        self._keep_selection()
+
+    def _keep_selection(self) -> None:
+        """Until the last choice is written, however fast they follow each other."""
+        wanted = self.facts.settings.selected_robot_id
+        self._act("robot", lambda: self._services.catalogue.change_settings(selected_robot_id=wanted),
+                  lambda _done: None if self.facts.settings.selected_robot_id == wanted else self._keep_selection())
 
     def add_robot(self) -> None:
         self._shell.go("settings", section="robots", add=True)

@@ -37,33 +37,33 @@ def said(app) -> str:
 def test_a_second_schedule_of_a_mission_is_planned_and_changed_under_what_it_does(screen, container, ui, second):
     menu(screen, ui, second, "Duplicate")
     save(screen, ui)
-    assert said(screen) == f"{SHOWN} is planned"
+    ui.wait(lambda: said(screen) == f"{SHOWN} is planned")
     screen.plan.edit(second.id)
     settle(screen, ui)
     save(screen, ui)
-    assert said(screen) == f"{SHOWN} is changed"
+    ui.wait(lambda: said(screen) == f"{SHOWN} is changed")
     assert container.repositories.schedules.get(container.db.read(), second.id) == second
 
 
 def test_what_is_done_with_it_is_said_without_the_number_too(screen, container, ui, second):
     menu(screen, ui, second, "Skip next")
-    assert said(screen).startswith(f"The start of {SHOWN} is skipped: ")
+    ui.wait(lambda: said(screen).startswith(f"The start of {SHOWN} is skipped: "))
     menu(screen, ui, second, "Pause until …")
     assert ui.find(ChoiceDialog).title == f"Pause {SHOWN}"
     ui.tap(ui.find_all(OptionRow, ui.find(ChoiceDialog))[0])
     settle(screen, ui)
-    assert said(screen).startswith(f"{SHOWN} is paused until ")
+    ui.wait(lambda: said(screen).startswith(f"{SHOWN} is paused until "))
     menu(screen, ui, second, "Resume now")
-    assert said(screen) == f"{SHOWN} is resumed"
+    ui.wait(lambda: said(screen) == f"{SHOWN} is resumed")
     menu(screen, ui, second, "Delete")
-    assert said(screen) == f"{SHOWN} is deleted"
+    ui.wait(lambda: said(screen) == f"{SHOWN} is deleted")
 
 
 def test_a_name_that_a_person_gave_is_said_as_it_is(screen, container, ui, second):
     container.catalogue.save_schedule(replace(second, name="Night kits 2"))
     settle(screen, ui)
     menu(screen, ui, second, "Delete")
-    assert said(screen) == "Night kits 2 is deleted"
+    ui.wait(lambda: said(screen) == "Night kits 2 is deleted")
 
 
 def test_the_form_shows_no_made_name_and_what_is_made_follows_the_mission(screen, container, ui, second):
@@ -105,4 +105,4 @@ def test_a_start_taken_from_the_plan_is_called_so_as_well(screen, container, ui,
     tap_bar(ui, ("schedule", second.id))
     card_of(ui)
     take(screen, ui, "Skip this one")
-    assert said(screen).startswith(f"The start of {SHOWN} is skipped: ")
+    ui.wait(lambda: said(screen).startswith(f"The start of {SHOWN} is skipped: "))
