@@ -121,14 +121,16 @@ class GroupStartRepository:
 
     @staticmethod
     def _at_place(c: sqlite3.Connection, place_id: int, but: int = 0) -> list[sqlite3.Row]:
-        """By name or by guid: a mission may be renamed, or be another one on the robot, while it is there."""
+        """By name or by guid: a mission may be renamed, or be another one on the robot, while it is there. What a person has given to a
+        robot and waits for something else is not there yet."""
         return c.execute(f"""
             WITH here AS (SELECT name, guid FROM missions WHERE name IN (
                 SELECT name FROM mission_places JOIN missions ON missions.id = mission_id WHERE place_id = ?))
             SELECT id, robot, robot_id, mission_guid, started_at FROM executions INDEXED BY executions_open
             WHERE {OPEN} AND robot_id IS NOT NULL AND (state <> 'waiting' OR group_id IS NOT NULL) AND id <> ?
+                AND NOT (state = 'waiting' AND wait IN ({placeholders(KEEPS_NO_ROBOT)}))
                 AND (mission IN (SELECT name FROM here) OR mission_guid IN (SELECT guid FROM here))
-            ORDER BY planned_at, id""", (place_id, but)).fetchall()
+            ORDER BY planned_at, id""", (place_id, but, *KEEPS_NO_ROBOT)).fetchall()
 
     # ------------------------------------------------------------------ given up
     def watch(self, c: sqlite3.Connection, watch: Watch) -> None:

@@ -190,14 +190,16 @@ def _go_on(container: Container, readers: Mapping[int, _Reader], execution: Exec
         end = time.monotonic() + HEARD_WITHIN
         for reader in readers.values():
             reader.join(max(0.0, end - time.monotonic()))
-        heard = {key: reader.worker for key, reader in readers.items() if not reader.is_reading}
-        container.allocator.advance(heard, only=execution.id)
+        container.allocator.advance({key: reader.worker for key, reader in readers.items()}, only=execution.id)
         bound = container.ledger.get(execution.id)
         if bound is None or bound.robot_id is None:
             return 1.0
         execution = bound
     reader_of_it = readers.get(execution.robot_id or 0)
-    return reader_of_it.worker.start_only(execution.id) if reader_of_it else 1.0
+    if reader_of_it is None:
+        return 1.0
+    reader_of_it.join()
+    return reader_of_it.worker.start_only(execution.id)
 
 
 class _Reader:

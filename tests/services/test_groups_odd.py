@@ -3,9 +3,10 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import InvalidInput, ReasonCode, State, Wait
+from app.domain.models import ReasonCode, State, Wait
 from tests.support.groups import Hall
 from tests.support.network import QUEUE, Fate
+from tests.support.site import GUIDS
 
 
 @pytest.fixture
@@ -163,8 +164,6 @@ def test_a_robot_that_is_known_to_lack_the_mission_is_passed_by_without_an_alarm
     row = hall.run_of()
     assert [(each["robot"], each.get("out")) for each in told(row)] == [("R3", None), ("R1", "lacks_mission"), ("R2", "lacks_mission")]
     assert hall.alarms() == []
-    with pytest.raises(InvalidInput, match="R1 has no mission Deliver"):
-        hall.container.operator.give_to(row.id, hall.robot("R1").id)
 
 
 def test_where_none_would_be_left_they_are_asked_all_the_same(hall, lost):
@@ -184,3 +183,14 @@ def test_a_list_that_is_old_excludes_nobody(hall, lost):
     hall.plan(at="2026-11-23T07:05")
     hall.run(220)
     assert str(hall.robot("R1").id) in hall.run_of().tried
+
+
+def test_a_list_that_is_old_keeps_the_only_robot_that_could_from_no_start(hall, lost):
+    """The mission has been put there since the list was read; the others are held."""
+    lost("R1")
+    hall.machines["R1"].site.table("/missions").add({"guid": GUIDS["Deliver"], "name": "Deliver"})
+    hall.hold("R2")
+    hall.hold("R3")
+    hall.plan()
+    hall.run(320)
+    assert (hall.run_of().state, hall.run_of().robot) == (State.EXECUTING, "R1")

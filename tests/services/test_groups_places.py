@@ -115,3 +115,21 @@ def test_a_place_stays_taken_when_the_mission_that_is_there_is_renamed(hall):
     catalogue.save_mission(replace(catalogue.edit(lambda edit: edit.the_mission(1)), name="Deliver kits"))
     hall.run(45)
     assert (hall.run_of("A").state, hall.run_of("B").wait) == (State.EXECUTING, Wait.PLACE)
+
+
+def test_what_a_person_gave_to_a_robot_that_is_held_then_keeps_no_place(hall):
+    full_dock(hall)
+    hall.only("R1")
+    for _n in range(9):
+        hall.stranger_queues(robot="R1")
+    hall.plan("A", start_window_minutes=60, minimum_battery_percent=50)
+    hall.run(305)
+    hall.machines["R1"].set_battery(20.0)
+    hall.run(10)
+    hall.container.operator.give_to(hall.run_of("A").id, hall.robot("R1").id)
+    hall.run(10)
+    assert hall.run_of("A").wait is Wait.BATTERY
+    hall.switch("R2", on=True)
+    hall.plan("B", at="2026-11-23T06:07")
+    hall.run(110)
+    assert (hall.run_of("B").state, hall.run_of("B").robot) == (State.EXECUTING, "R2")

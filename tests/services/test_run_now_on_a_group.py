@@ -32,3 +32,16 @@ def test_a_robot_that_hangs_keeps_run_now_from_no_other_robot_of_its_group(tmp_p
     assert sum(len(robot.state()["queue"]) for robot in fleet.robots) == 1
     assert done is not None
     assert done.returncode == 0, done
+
+
+def test_robots_that_are_slow_to_answer_end_no_run_now_of_their_group(tmp_path, fleet):
+    """They may answer yet; it says that it may still start when it is given up."""
+    with socket.create_server(("127.0.0.1", 0)) as first, socket.create_server(("127.0.0.1", 0)) as second:
+        configuration = configuration_of(fleet)
+        for name, hangs in (("Yara", first), ("Zelda", second)):
+            address = f"http://127.0.0.1:{hangs.getsockname()[1]}"
+            configuration["robots"].append({"name": name, "address": address, "username": "distributor", "password": "x"})
+        configuration["groups"] = [{"name": "Hall", "robots": ["Yara", "Zelda"]}]
+        prepared(tmp_path / "data", configuration)
+        with pytest.raises(subprocess.TimeoutExpired):
+            run(tmp_path / "data", "--run-now", "Hall", "Home", timeout=9)

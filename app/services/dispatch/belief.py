@@ -155,8 +155,9 @@ class Belief:
                      [room.place for room in self._room if row.mission in room.missions])
 
     def _lacking(self, mission: str, members: Sequence[int]) -> dict[int, Out]:
-        """Robots whose list of missions, as read a while ago, does not have it; where none would be left, they are asked all the same."""
-        own = {robot_id: found for robot_id in members if robot_id in self.robots and (found := self.mission(robot_id, mission))}
+        """Robots whose list of missions, as read a while ago, does not have it; where no other could do it, they are asked all the same."""
+        usable = [robot_id for robot_id in members if robot_id in self.members and self.members[robot_id].out is None]
+        own = {robot_id: found for robot_id in usable if (found := self.mission(robot_id, mission))}
         lacking = {robot_id for robot_id, found in own.items() if self._lacks(robot_id, found.guid)}
         return dict.fromkeys(lacking, Out.LACKS_MISSION) if lacking != own.keys() else {}
 

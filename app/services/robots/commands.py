@@ -79,7 +79,7 @@ class Operator:
         if (full := self._ledger.full_place(row)) is not None:
             raise InvalidInput("robot", "{place} is full: {robot} uses it", place=full.name, robot=full.robot)
         mission = self._missions.for_robot(c, row.mission, robot_id)
-        if mission is None or self._robot_missions.lacks(robot_id, mission.guid):
+        if mission is None:
             raise InvalidInput("mission", "{robot} has no mission {mission}", robot=robot.name, mission=row.mission)
         choice = {"by": "person", "robots": [{"robot": robot.name}]}
         if given := self._ledger.bind([self._ledger.bound(row, robot, mission.guid, choice)], into_queue=[row.id]):
