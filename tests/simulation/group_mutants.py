@@ -64,8 +64,8 @@ GROUP_MUTANTS = (
     Mutant(
         "a place has room for all",
         "database.group_starts:GroupStartRepository._at_place",
-        "(place_id, but)",
-        "(-1, but)",
+        "(place_id, but,",
+        "(-1, but,",
         "at a place for",
         CALM,
         hours=0.5,
