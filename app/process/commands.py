@@ -198,7 +198,7 @@ def _go_on(container: Container, readers: Mapping[int, _Reader], execution: Exec
     reader_of_it = readers.get(execution.robot_id or 0)
     if reader_of_it is None:
         return 1.0
-    reader_of_it.join()
+    reader_of_it.join()                      # two threads never use one connection
     return reader_of_it.worker.start_only(execution.id)
 
 

@@ -25,7 +25,6 @@ AHEAD = 600.0                # s within which planned starts are protected
 LAST_CALL = 5.0              # s before its window closes a start goes into a queue after all
 RESERVE = 8.0                # % of battery that has to be left when a run ends
 IN_A_HURRY = 300.0           # s to the latest start that can still be done in time
-FAILED_S = 600.0             # s for which a robot counts as busy that could not be given what it was to get
 
 
 class Option(NamedTuple):

@@ -54,7 +54,7 @@ class Allocator:
         robots = {key: worker.robot for key, worker in workers.items()}
         to_give = [row for row in rows if self._is_to_be_given(row, groups.get(row.group_id or 0), robots)]
         self.members = frozenset(robot_id for row in to_give for robot_id in groups[row.group_id or 0].members)
-        to_give = [row for row in to_give if not self._looks_first(row, [workers[key] for key in self.members if key in workers])]
+        to_give = [row for row in to_give if not self._looks_first(row, groups[row.group_id or 0], workers)]
         while to_give:
             given, moved = self._decide(to_give, groups, workers)
             to_give = [row for row in to_give if moved and row.id not in given | moved]          # what they were to get is for the others
@@ -75,10 +75,11 @@ class Allocator:
         reason = reason or self._refused_by_all(row, members)
         return self._waiting.may_be_tried(row, reason) and not self._waits_for_the_one_before(row)
 
-    def _looks_first(self, row: Execution, workers: Sequence[RobotWorker]) -> bool:
-        """Whether robots that answer and were not read a moment ago are to be heard before one is chosen: they have just been asked."""
+    def _looks_first(self, row: Execution, group: Group, workers: Mapping[int, RobotWorker]) -> bool:
+        """Whether robots of its group that answer and were not read a moment ago are to be heard before one is chosen: they have just been
+        asked."""
         left = self._met_at[row.id] + LOOKS_FOR - self._clock.monotonic()
-        if left <= 0 or not any(worker.seen.is_to_be_heard for worker in workers):
+        if left <= 0 or not any(workers[key].seen.is_to_be_heard for key in group.members if key in workers):
             return False
         self._later(row, left)
         return True
