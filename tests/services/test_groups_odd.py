@@ -1,9 +1,12 @@
 """Starts of groups in odd circumstances: a robot silent for a moment, a clock that is set, robots that forget."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from app.domain.models import ReasonCode, State, Wait
+from app.domain.models import Group, ReasonCode, State, Wait
+from app.services.dispatch.timing import LOOKS_FOR
 from tests.support.groups import Hall
 from tests.support.network import QUEUE, Fate
 from tests.support.site import GUIDS
@@ -125,12 +128,37 @@ def test_robots_that_answer_are_read_before_one_is_chosen(hall):
     assert told(row) == [{"robot": row.robot}, *({"robot": name} for name in hall.machines if name != row.robot)]
 
 
+def test_none_is_called_silent_while_it_answers(hall):
+    """One takes 0.4 s to say how it is, and the others have done so long before."""
+    hall.run(75)
+    hall.network.next("GET", "/status", Fate.SLOW, 0.4, robot="R1")
+    hall.container.operator.run_on_any(hall.group.id, 1)
+    hall.run(2)
+    [row] = hall.executions()
+    assert row.state is not State.WAITING
+    assert told(row) == [{"robot": row.robot}, *({"robot": name} for name in hall.machines if name != row.robot)]
+
+
 def test_one_that_hangs_is_not_waited_for_for_long(hall):
     hall.run(75)
     hall.network.next("GET", "*", Fate.SLOW, 8.0, robot="R1")
     hall.container.operator.run_on_any(hall.group.id, 1)
     hall.run(1)
     assert hall.executions()[0].state is not State.WAITING
+
+
+def test_one_of_another_group_that_hangs_is_not_waited_for_at_all(hall):
+    one, *others = (robot.id for robot in hall.container.catalogue.robots())
+    hall.container.catalogue.edit(lambda edit: edit.save_group(replace(hall.group, members=tuple(others))))
+    another = hall.container.catalogue.edit(lambda edit: edit.save_group(Group("Yard", (one,))))
+    hall.plan("A")
+    hall.plan("B", group_id=another.id)
+    hall.run(298)
+    hall.network.next("GET", "*", Fate.SLOW, 8.0, robot="R1")
+    hall.run(15)
+    posted = {one.robot: one.at - 300 for one in hall.network.posts()}
+    assert posted.pop("R1") > 5
+    assert [at < LOOKS_FOR / 2 for at in posted.values()] == [True]
 
 
 def test_none_is_called_silent_between_two_reads(hall):

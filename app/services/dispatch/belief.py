@@ -104,9 +104,9 @@ class Belief:
                       hours=self._hours.get(robot.id, 0.0), out=out)
 
     def _status(self, worker: RobotWorker) -> RobotStatus | None:
-        """As read last, of a robot that answers: one that waits for its next read is not silent."""
+        """As read last, of a robot that answers: one that waits for its next read, or is being read, is not silent."""
         snapshot, trusted_for = self._s.snapshots.get(worker.robot.id), STALE_POLLS * self._s.settings().poll_interval_seconds
-        is_known = snapshot.connection in (Connection.CONNECTED, Connection.SLOW) and worker.seen.age <= trusted_for
+        is_known = snapshot.connection in (Connection.CONNECTED, Connection.SLOW) and worker.seen.answered_ago <= trusted_for
         return worker.seen.fresh_status or (snapshot.status if is_known else None)
 
     def _out(self, worker: RobotWorker) -> Out | None:

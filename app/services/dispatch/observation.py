@@ -53,6 +53,7 @@ class Observation:
         self.was_lost = False                    # did not answer, since somebody set this back
         self._status: RobotStatus | None = None
         self._read_at = -math.inf                # -inf while it is asked for, and after anything went wrong
+        self._answered_at = -math.inf            # when it was last read; -inf once anything went wrong
         self._identified = False
         self._refused = False                    # answers, but not to this user; /status alone answers anybody
         self._evaluated: set[str] = set()        # codes judged since the start
@@ -72,7 +73,8 @@ class Observation:
         if robot.enabled is not self._robot.enabled:
             self.failures, self._alarmed, self._evaluated = 0, set(), set()
         if self._robot.serial_number not in (None, robot.serial_number):
-            self.highest, self._read_at, self._identified = None, -math.inf, False
+            self.highest, self._identified = None, False
+            self.distrust()
         self._robot = robot
         self._client.serial_number, self._client.identified_by = robot.serial_number, robot.identified_by
 
@@ -86,7 +88,7 @@ class Observation:
             self._note_failure(error)
             raise
         self._status = status
-        self._read_at = self._s.clock.monotonic()            # last, as other threads ask for ``fresh_status``
+        self._answered_at = self._read_at = self._s.clock.monotonic()        # last, as other threads ask for ``fresh_status``
         self._note_answer(status)
         return status
 
@@ -127,8 +129,8 @@ class Observation:
 
     @property
     def is_to_be_heard(self) -> bool:
-        """Whether it answered when it was last asked, which is not a moment ago. Any thread may ask."""
-        return self._status is not None and self.robot.enabled and STATUS_IS_FRESH < self.age < math.inf and self.failures == 0
+        """Whether it answered when it was last read, which is not a moment ago, or is being read. Any thread may ask."""
+        return self.robot.enabled and self.fresh_status is None and self.answered_ago < math.inf
 
     @property
     def seems_free(self) -> bool:
@@ -141,9 +143,14 @@ class Observation:
         """Seconds since the status was read."""
         return self._s.clock.monotonic() - self._read_at
 
+    @property
+    def answered_ago(self) -> float:
+        """The same, whether or not it is being read now; infinite where anything has gone wrong since. Any thread may ask."""
+        return self._s.clock.monotonic() - self._answered_at
+
     def distrust(self) -> None:
-        """A request went wrong: the next start reads the robot first."""
-        self._read_at = -math.inf
+        """A request went wrong, or it is another machine: the next start reads the robot first."""
+        self._answered_at = self._read_at = -math.inf
 
     def is_off(self) -> None:
         """Switched off in Settings."""
@@ -174,6 +181,7 @@ class Observation:
     def _note_failure(self, error: RobotError) -> None:
         self.failures += 1
         self.was_lost = True
+        self._answered_at = -math.inf
         self._observe("offline")
         match error:
             case AnotherRobot():
