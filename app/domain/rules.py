@@ -14,7 +14,7 @@ from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Rob
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
-INTENT_LEAD = timedelta(milliseconds=100)      # before its instant an intent is on disk, so that then only the POST remains
+INTENT_LEAD = timedelta(milliseconds=250)      # before its instant an intent is on disk, so that then only the POST remains
 
 
 def closes_at(planned_at: datetime, window_minutes: int | None, settings: Settings) -> datetime:

@@ -1,4 +1,4 @@
-"""An intent is on disk and with its worker 0.1 s before its instant, unless something prevents the start; what happens in between is
+"""An intent is on disk and with its worker 0.25 s before its instant, unless something prevents the start; what happens in between is
 respected."""
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def only_worker(site):
 
 def come_close(site) -> list:
     """The robot has been read ahead, and the instant is near enough; returns the intents that its worker has not been given yet."""
-    site.run(DUE - 0.11 - site.seconds())
+    site.run(DUE - INTENT_LEAD - 0.01 - site.seconds())
     site.clock.advance((INSTANT - site.clock.now()).total_seconds() - EARLIER)
     site.engine.advance()
     inbox, site._inboxes[1] = site._inboxes[1], []

@@ -7,6 +7,7 @@ import pytest
 
 from app.domain.models import State
 from app.services.dispatch import messages
+from app.services.dispatch.timing import INTENT_LEAD, LIVE_EVERY
 from tests.support.groups import Hall
 from tests.support.network import QUEUE, Fate
 
@@ -40,7 +41,7 @@ def test_a_robot_whose_connection_is_edited_while_a_start_is_on_its_way_gets_it(
     hall.plan("A", start_window_minutes=30)
     hall.run(DUE - 0.5)
     hall.network.next("GET", QUEUE, Fate.SLOW, SLOW, robot="R1")
-    hall.at(0.35, lambda: hall.post(robot.id, messages.Poll()))
+    hall.at(0.45 - INTENT_LEAD, lambda: hall.post(robot.id, messages.Poll()))
     hall.at(1.5, lambda: hall.container.catalogue.save_robot(replace(hall.robot("R1"), username="admin"), password="admin"))
     if keeps_waiting:
         hall.at(2.0, lambda: hall.hold("R1"))
@@ -77,16 +78,32 @@ def test_an_old_row_that_is_begun_after_a_failure_of_the_database_is_not_taken_f
 def test_its_worker_has_a_start_before_it_hears_of_any_change(hall):
     """Else it would begin to read the robot first, and the start would wait for that."""
     hall.plan("A")
-    hall.run(DUE - 0.11)
+    hall.run(DUE - INTENT_LEAD - 0.01)
     posted = came_up(hall, lambda message: isinstance(message, messages.Start | messages.LedgerChanged))
     hall.run(0.5)
     assert posted[0] == "Start"
 
 
+def test_a_robot_that_is_about_to_get_a_start_is_not_read_for_another_that_waits(hall):
+    """Hundreds of such reads at once would delay what goes out at that instant."""
+    hall.plan("A")
+    hall.plan("B")
+    hall.run(DUE - INTENT_LEAD - 0.01)
+    asked: list[str] = []
+    hall.network.interrupt = asked.append
+    hall.run(INTENT_LEAD)
+    assert sorted(run.state for run in hall.executions()) == [State.SUBMITTING, State.WAITING]
+    assert asked == []
+    hall.run(0.1)
+    assert asked[0] == "before POST /mission_queue"
+    hall.run(3 * LIVE_EVERY)
+    assert "before GET /status" in asked
+
+
 def two(tmp_path) -> Hall:
     hall = Hall(tmp_path, robots=2)
     hall.plan("A", minimum_battery_percent=30)
-    hall.run(DUE - 0.11)
+    hall.run(DUE - INTENT_LEAD - 0.01)
     return hall
 
 

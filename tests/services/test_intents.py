@@ -4,6 +4,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.models import ReasonCode, State, Wait
+from app.services.dispatch.timing import INTENT_LEAD
 from tests.support.network import Fate
 
 DUE = 300.0              # s from the beginning: 06:05
@@ -17,8 +18,8 @@ def sent(site) -> list[str]:
 
 def insert_due(site) -> list[State]:
     """Let the instant come with its robot read a moment ago, but no worker go on; returns the rows' states."""
-    site.run(DUE - 0.11 - site.seconds())
-    site.clock.advance(0.15)
+    site.run(DUE - INTENT_LEAD - 0.01 - site.seconds())
+    site.clock.advance(INTENT_LEAD + 0.05)
     site.engine.advance()
     return [run.state for run in site.executions()]
 

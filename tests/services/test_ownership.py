@@ -7,6 +7,7 @@ import pytest
 from app.database.connection import DatabaseUnavailable
 from app.domain.models import State
 from app.services.dispatch import messages
+from app.services.dispatch.timing import INTENT_LEAD
 
 DUE = 300.0              # s from the beginning: 06:05
 QUIET = 90.0             # s until a submission of unknown outcome is sent again
@@ -30,7 +31,7 @@ def asked(site) -> list[str]:
 def on_its_way(site, plan, monkeypatch) -> messages.Start:
     """An intent is on disk, and has not reached its worker yet, though other messages do."""
     plan("2026-11-23T06:05")
-    site.run(DUE - 0.11)
+    site.run(DUE - INTENT_LEAD - 0.01)
     kept: list[messages.Start] = []
     post = site.post
     monkeypatch.setattr(site, "post", lambda key, each: kept.append(each) if isinstance(each, messages.Start) else post(key, each))
@@ -67,7 +68,7 @@ def test_however_late_it_comes_it_is_sent_once(site, on_its_way, late):
 def test_nothing_is_written_ahead_for_a_worker_that_is_still_to_look_for_what_it_may_have_lost(site, plan):
     """What it finds is then certainly not on its way to it."""
     plan("2026-11-23T06:05")
-    site.run(DUE - 0.2)
+    site.run(DUE - INTENT_LEAD - 0.1)
     worker = site._workers[R1]
     assert worker.readiness() is not None
     first, second = worker.expect_recovery(), worker.expect_recovery()

@@ -6,7 +6,7 @@ from app.mir.transport import Timeouts
 
 # The engine
 LONGEST_WAIT = 1.0           # between two rounds: bounds what a clock step or a sleep can delay
-INTENT_LEAD = _INTENT_LEAD.total_seconds()       # before its instant a start is on disk
+INTENT_LEAD = _INTENT_LEAD.total_seconds()       # before its instant a start is on disk: many of groups are given to robots in it
 INTENT_EVERY = 0.025         # between looks for what falls due in a moment: some of it shares a transaction
 PREFETCH_LEAD = 1.2          # a robot is read so long before something is due
 PREFETCH_TOGETHER = 0.5      # robots with instants this close together are told at once

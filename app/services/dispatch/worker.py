@@ -84,8 +84,9 @@ class RobotWorker:
                 self._watched = is_watched
             case messages.Sought(is_sought):
                 self._sought = is_sought
-                if is_sought:
-                    self._next_live = -math.inf
+                if is_sought:               # read at once, unless a start is about to go there
+                    is_given = math.isfinite(self._submission.attempts.next_held_at())
+                    self._next_live = self._clock.monotonic() + self._apart(LIVE_EVERY) if is_given else -math.inf
             case messages.Recover(number):
                 self._to_recover.add(number)
                 self._ledger_changed = True
