@@ -73,7 +73,7 @@ class RobotClient:
         self.address, self._serial_number, self.identified_by = address, serial_number, identified_by
         self._compared_at, self._compared_over = -math.inf, object()
         self._has_answered = False                   # as HTTP
-        self._clock, self._timeouts = clock, timeouts or Timeouts()
+        self._clock, self.timeouts = clock, timeouts or Timeouts()
         self._transport = transport or HttpTransport(address, token, certificate_sha256)
         self.give_way: Callable[[], None] = lambda: None      # called between the many requests that reading a queue may take
         self._queue = QueueReader(self._entries, self._next_item)
@@ -273,6 +273,10 @@ class RobotClient:
                          {"whitelist": "all"}, largest=None)
 
     # ------------------------------------------------------------------ requests
+    def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
+        """Any request, for a check-up: an answer of success as it came. Raises RobotError."""
+        return self._request(method, path, query=query, json=json)
+
     def _get(self, path: str, read: Callable[[Any], T], query: Mapping[str, str] | None = None, *,
              largest: int | None = LARGEST_OBJECT) -> T:
         return self._read(self._request("GET", path, query=query), read, largest)
@@ -333,7 +337,7 @@ class RobotClient:
               is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
         """The answer, if its status is one of success. Raises RobotError."""
         try:
-            answer = self._transport.send(method, path, query=query, json=json, timeout=self._timeouts, is_wanted=is_wanted,
+            answer = self._transport.send(method, path, query=query, json=json, timeout=self.timeouts, is_wanted=is_wanted,
                                           with_credentials=with_credentials)
         except RobotError as error:
             self._compared_at = -math.inf            # what answers next may be another machine
