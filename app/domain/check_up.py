@@ -113,6 +113,9 @@ class RobotProfile:
         return self.serial_number == serial_number and self.software == software
 
 
+NOTHING_KNOWN = RobotProfile(None, None)
+
+
 @dataclass(frozen=True)
 class Trial:
     """Agreement that missions are queued. ``mission``: the name of a harmless one of the robot's; None: one that waits a second is made
