@@ -12,6 +12,7 @@ from app.domain.check_up import Rest
 OF_READS = 0.5
 OF_STATUS = 0.6              # without which nothing starts
 OF_ALL = 0.75
+LONGEST = 60.0               # s that are looked back, whatever was measured
 STEP = 0.05                  # s between looks whether something else is due
 
 
@@ -37,10 +38,11 @@ class Pace:
             if rest is None:
                 self._asked.clear()
                 return 0.0
-            while self._asked and self._asked[0] <= now - rest.seconds:
+            seconds = min(rest.seconds, LONGEST)
+            while self._asked and self._asked[0] <= now - seconds:
                 self._asked.popleft()
             too_many = len(self._asked) - max(1, int(share * rest.requests))
             if too_many >= 0:
-                return self._asked[too_many] + rest.seconds - now
+                return self._asked[too_many] + seconds - now
             self._asked.append(now)
             return 0.0

@@ -80,7 +80,6 @@ class Observation:
         self._robot = robot
         self._client.serial_number, self._client.identified_by = robot.serial_number, robot.identified_by
         self._client.rely_on(robot.known)
-        self._judge_check_up()
 
     @property
     def known(self) -> RobotProfile | None:
@@ -124,7 +123,6 @@ class Observation:
         self._identified, self._refused = True, False
         self.user_name = identity.user_name
         self._set_alarm("unauthorized", False)
-        self._judge_check_up()
         self._change_connection(Connection.CONNECTED, "")
 
     def recent_status(self) -> RobotStatus:
@@ -189,6 +187,8 @@ class Observation:
         trouble = in_words(status.errors) or status.mission_text or message("an error")
         self._set_alarm("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
         self._set_alarm("robot_error", status.state is RobotState.ERROR, problem=trouble)
+        if self._identified:
+            self._judge_check_up()
 
     def note_failure(self, error: RobotError) -> None:
         """Of a request other than for the status."""
@@ -259,8 +259,6 @@ class Observation:
     def _judge_check_up(self) -> None:
         """A person is told that a profile says nothing any more."""
         profile, robot = self.robot.profile, self.robot
-        if not self._identified or not robot.enabled:
-            return
         change: Message = ""
         if profile is not None and robot.serial_number != profile.serial_number:
             change = message("it is another machine now, with serial number {number}", number=robot.serial_number or "?")
