@@ -22,6 +22,7 @@ from app.domain.models import Connection, Robot, Settings
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
+from app.mir.pace import Pace
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
@@ -97,7 +98,7 @@ class Container:
         self.clock = clock = clock or SystemClock()
         self.repositories = repositories = Repositories.build()
         self.changes = Changes()
-        self.make_client = make_client or connect
+        self.make_client = make_client or Connector()
         self._settings = CachedUntilChanged(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
         self._calendar = CachedUntilChanged(lambda: working_calendar(db.read(), self.settings()), self.changes,
                                             Topic.SETTINGS, Topic.CALENDAR)
@@ -210,10 +211,17 @@ class Container:
         self.db.close()
 
 
-def connect(robot: Robot) -> RobotClient:
-    """A client over HTTP for a configured robot."""
-    return RobotClient(Address.parse(robot.address), Token.from_header(robot.token or ""), certificate_sha256=robot.certificate_sha256,
-                       serial_number=robot.serial_number, identified_by=robot.identified_by)
+class Connector:
+    """Makes clients over HTTP for configured robots. Those of one address share their pace, but for one without a profile, as a check-up
+    takes: it measures what the robot bears."""
+
+    def __init__(self) -> None:
+        self._paces: dict[str, Pace] = {}
+
+    def __call__(self, robot: Robot) -> RobotClient:
+        pace = self._paces.setdefault(robot.address, Pace()) if robot.known is not None else None
+        return RobotClient(Address.parse(robot.address), Token.from_header(robot.token or ""), certificate_sha256=robot.certificate_sha256,
+                           serial_number=robot.serial_number, identified_by=robot.identified_by, profile=robot.known, pace=pace)
 
 
 class CachedUntilChanged(Generic[T]):

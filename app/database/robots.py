@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import NamedTuple
 
+from app.database.check_ups import profile_of
 from app.database.values import placeholders
 from app.domain.drain import Drain, Used
 from app.domain.models import HandOver, IdleRule, Robot
@@ -14,8 +15,8 @@ from app.domain.robot import IdentifiedBy
 _IDENTITY = ("serial_number", "model", "software", "identified_by")
 COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", "hand_over", *_IDENTITY)
 _MACHINE = ("id", "address", "username", "certificate_sha256", "serial_number")      # whom we ask, and as whom
-_SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled
-             FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id"""
+_SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled, u.profile
+             FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id LEFT JOIN check_ups u ON u.robot_id = r.id"""
 
 
 class Accepted(NamedTuple):
@@ -56,6 +57,8 @@ class RobotRepository:
 
     def update(self, c: sqlite3.Connection, robot: Robot) -> None:
         """All of it, its idle rule included. What was learned of another machine (another serial number) is forgotten."""
+        c.execute("""DELETE FROM check_ups WHERE robot_id = ? AND left_behind IS NULL
+                     AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""", (robot.id, robot.serial_number))
         c.execute("UPDATE robots SET drain_runs = 0, drain_percent = 0, drain_hours = 0 WHERE id = ? AND serial_number <> coalesce(?, '')",
                   (robot.id, robot.serial_number))
         c.execute(f"UPDATE robots SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?", (*_values(robot), robot.id))
@@ -129,4 +132,4 @@ def _robot(row: sqlite3.Row) -> Robot:
     values = {name: row[name] for name in COLUMNS} | {
         "enabled": bool(row["enabled"]), "hand_over": HandOver(row["hand_over"]), "needs_password": bool(row["needs_password"]),
         "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"])}
-    return Robot(id=row["id"], idle=idle, **values)
+    return Robot(id=row["id"], idle=idle, **values, profile=None if row["profile"] is None else profile_of(row["profile"]))

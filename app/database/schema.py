@@ -277,6 +277,15 @@ ALTER TABLE missions ADD COLUMN charges INTEGER NOT NULL DEFAULT 0;          -- 
 ALTER TABLE executions ADD COLUMN held INTEGER NOT NULL DEFAULT 0;           -- a person keeps it back
 """
 
+_CHECK_UPS = """
+CREATE TABLE check_ups (                      -- of robots: what the last one found, and what one under way has changed
+    robot_id    INTEGER PRIMARY KEY REFERENCES robots(id) ON DELETE CASCADE,
+    profile     TEXT,                         -- JSON, as all of these: what the app may rely on
+    report      TEXT,
+    left_behind TEXT
+) STRICT;
+"""
+
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
                                _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _SKIPPED_AHEAD, _GROUPS,
-                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN, _RUN_DURATIONS)
+                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN, _RUN_DURATIONS, _CHECK_UPS)

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from app.domain import names
+from app.domain.check_up import RobotProfile
 from app.domain.message import Message, message, render
 from app.domain.robot import IdentifiedBy, QueueItem, RobotStatus
 
@@ -147,6 +148,12 @@ class Robot:
     software: str | None = None
     idle: IdleRule | None = None
     hand_over: HandOver = HandOver.AT_ONCE
+    profile: RobotProfile | None = field(default=None, hash=False, repr=False)      # by its last check-up
+
+    @property
+    def known(self) -> RobotProfile | None:
+        """Its profile, where that is of this machine with this software. None: nothing may be relied on."""
+        return self.profile if self.profile is not None and self.profile.is_of(self.serial_number, self.software) else None
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Rob
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
+LONGEST_QUIET = 600.0        # s, whatever was measured
 INTENT_LEAD = timedelta(milliseconds=250)      # before its instant an intent is on disk, so that then only the POST remains
 
 
@@ -99,6 +100,12 @@ def may_try_again(tried: Mapping[str, Any]) -> dict[str, Any]:
 def in_dispatch_order(executions: Iterable[Execution]) -> list[Execution]:
     """Due together on one robot: higher priority first, then planned time, then name."""
     return sorted(executions, key=lambda e: (-e.priority, e.planned_at, e.schedule or e.mission, e.id))
+
+
+def quiet_seconds(settings: Settings, *robots: Robot) -> float:
+    """For how long a request whose outcome is unknown may still arrive: as set, or longer where one of the robots was seen to be slow."""
+    measured = [robot.known.quiet_s for robot in robots if robot.known is not None and robot.known.quiet_s is not None]
+    return max(settings.unknown_outcome_quiet_seconds, min(max(measured, default=0.0), LONGEST_QUIET))
 
 
 def back_off(attempts: int, settings: Settings) -> float:

@@ -8,13 +8,13 @@ unless that was done in the last seconds: where it was not, the call does it fir
 """
 from __future__ import annotations
 
-import json as json_module
 import math
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 from urllib.parse import quote
 
+from app.domain.check_up import NOTHING_KNOWN, RobotProfile
 from app.domain.message import message
 from app.domain.robot import (
     IdentifiedBy,
@@ -28,8 +28,8 @@ from app.domain.robot import (
     RobotState,
     RobotStatus,
 )
+from app.mir import orders, parse
 from app.mir import parameters as mission_parameters
-from app.mir import parse
 from app.mir.address import Address
 from app.mir.credentials import Token
 from app.mir.errors import (
@@ -47,10 +47,11 @@ from app.mir.errors import (
 )
 from app.mir.http import HttpTransport
 from app.mir.mission_queue import NOT_OFFERED, QueueReader
+from app.mir.own_words import as_defined
+from app.mir.pace import OF_ALL, OF_READS, OF_STATUS, Pace
 from app.mir.texts import clean, resolve
 from app.mir.transport import API, Response, Timeouts, Transport
 
-LONGEST_DESCRIPTION = 200   # characters of message and description (MiR's REST definition 3.5.4)
 LARGEST_OBJECT = 256 * 1024              # bytes of an answer about one thing: a status, a queue item, an error
 MOST_MISSIONS = 2000        # sites have tens to hundreds
 LARGEST_MISSIONS = 1024 * 1024           # bytes of their list, three times what so many need
@@ -64,19 +65,24 @@ class RobotClient:
     """``clock`` is a monotonic clock in seconds; ``transport`` replaces HTTP in simulations.
 
     ``serial_number`` is the known one, None before the first contact. ``identified_by`` is what it was identified by the last time: a
-    robot that has shown its serial number to anybody gets no credentials when it does so no longer.
+    robot that has shown its serial number to anybody gets no credentials when it does so no longer. ``pace`` is shared by all clients of
+    the robot.
     """
 
     def __init__(self, address: Address, token: Token, *, certificate_sha256: str | None = None, serial_number: str | None = None,
                  identified_by: IdentifiedBy | None = None, transport: Transport | None = None,
-                 clock: Callable[[], float] = time.monotonic, timeouts: Timeouts | None = None) -> None:
+                 clock: Callable[[], float] = time.monotonic, timeouts: Timeouts | None = None,
+                 profile: RobotProfile | None = None, pace: Pace | None = None) -> None:
         self.address, self._serial_number, self.identified_by = address, serial_number, identified_by
         self._compared_at, self._compared_over = -math.inf, object()
         self._has_answered = False                   # as HTTP
-        self._clock, self._timeouts = clock, timeouts or Timeouts()
+        self._clock = clock
+        self.timeouts = self._usual_timeouts = timeouts or Timeouts()
         self._transport = transport or HttpTransport(address, token, certificate_sha256)
         self.give_way: Callable[[], None] = lambda: None      # called between the many requests that reading a queue may take
-        self._queue = QueueReader(self._entries, self._next_item)
+        self._queue, self._pace = QueueReader(self._entries, self._next_item), pace or Pace(clock)
+        self._known = NOTHING_KNOWN
+        self.rely_on(profile)
 
     def close(self) -> None:
         """Let go of the connection; a later call opens a new one."""
@@ -95,12 +101,21 @@ class RobotClient:
         if known != self._serial_number:
             self._serial_number, self._compared_at = known, -math.inf
 
+    def rely_on(self, known: RobotProfile | None) -> None:
+        """What a check-up has found of the robot as it is now; None: nothing."""
+        known = known or NOTHING_KNOWN
+        if known != self._known:
+            self._known, self._pace.rest = known, known.rest
+            self.timeouts = self._usual_timeouts.at_least(known.timeout_s)
+            self._queue.rely_on(known)
+
     def status(self) -> RobotStatus:
         """How the robot is, asked without credentials; with them only where it gives no status else (401).
 
         Raises AnotherRobot when its serial number is not the known one, SerialNumberHidden when it was always shown and is no longer,
         NotAMir when something else answers.
         """
+        self._pace.wait(OF_STATUS)
         began, self._compared_at = self._clock(), -math.inf
         answer, is_open = self._answer_of_status()
         status = self._status(answer, self._clock() - began)
@@ -197,30 +212,24 @@ class RobotClient:
     # ------------------------------------------------------------------ the queue
     def enqueue(self, mission_guid: str, *, description: str = "", text: str = "", priority: int = 0,
                 parameters: Mapping[str, Any] | None = None, is_wanted: Callable[[], bool] = lambda: True) -> int:
-        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201 with an integer id counts as accepted.
+        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201 with an integer id counts as accepted, unless
+        the robot is known to answer otherwise: without an id that raises Unnumbered.
 
         ``is_wanted`` is asked when the connection stands: the tablet may have slept meanwhile. If not, raises NotWanted, and nothing was
         sent.
         """
-        body: dict[str, Any] = {"mission_id": mission_guid, "priority": priority}
-        if description:
-            body["description"] = description[:LONGEST_DESCRIPTION]
-        if text:
-            body["message"] = text[:LONGEST_DESCRIPTION]
-        if parameters:
-            body["parameters"] = [{"input_name": name, "value": value} for name, value in parameters.items()]
         try:
-            json_module.dumps(body, allow_nan=False)
+            body = orders.order(mission_guid, description, text, priority, parameters or {})
         except (TypeError, ValueError, RecursionError):
             raise Rejected(status=400, reason=message("a parameter can't be written as JSON"), address=self.address.netloc) from None
         answer = self._request("POST", "/mission_queue", json=body, is_wanted=is_wanted)
-        if answer.status != 201:
-            raise Unreadable(address=self.address.netloc, problem=message("status {status} instead of 201", status=answer.status))
+        if problem := orders.problem_of(answer, self._known):
+            raise problem.at(self.address.netloc)
         return self._read(answer, parse.queue_id)
 
     def queue_item(self, queue_id: int) -> QueueItem:
         """Raises Rejected with status 404 when the robot has no such item (any more)."""
-        return self._get(f"/mission_queue/{queue_id}", parse.queue_item)
+        return self._get(f"/mission_queue/{queue_id}", lambda found: parse.queue_item(as_defined(found, self._known)))
 
     def open_items(self) -> list[QueueItem]:
         """Everything pending or executing, whoever put it there, by ascending id."""
@@ -273,6 +282,10 @@ class RobotClient:
                          {"whitelist": "all"}, largest=None)
 
     # ------------------------------------------------------------------ requests
+    def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
+        """Any request, for a check-up: an answer of success as it came. Raises RobotError."""
+        return self._request(method, path, query=query, json=json)
+
     def _get(self, path: str, read: Callable[[Any], T], query: Mapping[str, str] | None = None, *,
              largest: int | None = LARGEST_OBJECT) -> T:
         return self._read(self._request("GET", path, query=query), read, largest)
@@ -280,7 +293,8 @@ class RobotClient:
     def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
         self.give_way()
         answer = self._request(method, path, query=query, json=json)
-        return self._read(answer, lambda found: parse.objects(found, message("the mission queue")), None)
+        entries = self._read(answer, lambda found: parse.objects(found, message("the mission queue")), None)
+        return [as_defined(entry, self._known) for entry in entries]
 
     def _next_item(self, queue_id: int) -> QueueItem:
         self.give_way()
@@ -318,6 +332,8 @@ class RobotClient:
                  is_wanted: Callable[[], bool] | None = None) -> Response:
         """With credentials, to the robot that is known. Raises RobotError."""
         def send() -> Response:
+            is_read = method == "GET" or path.endswith("/search")
+            self._pace.wait(OF_READS if is_read else OF_ALL, self.give_way if is_read else lambda: None)
             self._compare()
             return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
         return _again_if_stale(send)
@@ -333,7 +349,7 @@ class RobotClient:
               is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
         """The answer, if its status is one of success. Raises RobotError."""
         try:
-            answer = self._transport.send(method, path, query=query, json=json, timeout=self._timeouts, is_wanted=is_wanted,
+            answer = self._transport.send(method, path, query=query, json=json, timeout=self.timeouts, is_wanted=is_wanted,
                                           with_credentials=with_credentials)
         except RobotError as error:
             self._compared_at = -math.inf            # what answers next may be another machine

@@ -55,6 +55,7 @@ SENTENCES: Mapping[str, str] = {
     "another_robot_did_it": "{address} has serial number {found} instead of {expected}, and that machine got the command; is it still the "
                             "same robot?",
     "unreadable": "{address} gave an answer that can't be read: {problem}",
+    "unnumbered": "{address} took the mission, but didn't say under which number",
     "too_long": "{address} gave an answer longer than {limit} MiB, or in too many pieces",
     "too_large": "{address} gave an answer larger than {limit} KiB where a short one is expected",
 }
@@ -207,3 +208,8 @@ class SerialNumberHidden(NotAMir):
 class Unreadable(RobotError):
     """The answer is not what this call's answer has to be: not JSON, wrong shape, too long."""
     code = "unreadable"
+
+
+class Unnumbered(Unreadable):
+    """The robot has taken a mission without telling under which number, as it is known to do."""
+    code = "unnumbered"

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from app.domain.check_up import RobotProfile
 from app.domain.message import message
 from app.domain.robot import QueueItem, QueueState
 from app.mir import parse
@@ -32,8 +33,14 @@ class QueueReader:
     def __init__(self, ask: Ask, read_item: Callable[[int], QueueItem]) -> None:
         self._ask, self._read_item = ask, read_item
         self._has_search: bool | None = None          # None: not known yet
-        self._does_sort = True               # the same: the newest of its list come first
+        self._page, self._limits_pages = PAGE, True           # entries that a page has at most; whether it may have fewer than there are
+        self._does_sort = True               # the newest of its list came first, when it was read last
+        self._is_complete = True             # and what was read then is all that was looked for
         self._climbed = 0                    # highest id seen, where it doesn't sort
+
+    def rely_on(self, known: RobotProfile) -> None:
+        self._has_search = known.has_search
+        self._page, self._limits_pages = min(PAGE, known.page_limit or PAGE), known.page_limit != 0
 
     def open_items(self) -> list[QueueItem]:
         states = [QueueState.PENDING.value, QueueState.EXECUTING.value]
@@ -43,7 +50,7 @@ class QueueReader:
     def items_after(self, floor: int, known: Known | None = None, highest: int = 0) -> list[QueueItem]:
         known = {} if known is None else known
         found, is_proof = self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor,
-                                       known)
+                                       known, floor)
         return found if is_proof else self._one_by_one(floor, found, known, highest)
 
     def _one_by_one(self, floor: int, listed: Sequence[QueueItem], known: Known, highest: int) -> list[QueueItem]:
@@ -115,19 +122,19 @@ class QueueReader:
         return [parse.queue_id(entry) for entry in self._ask("GET", "/mission_queue", query, None)]
 
     def _search(self, filter_: Mapping[str, Any], wanted: Wanted,
-                known: Known | None = None) -> tuple[list[QueueItem], bool]:
+                known: Known | None = None, floor: int | None = None) -> tuple[list[QueueItem], bool]:
         """By the robot's search, or where it has none, from its list: newest first, until a page has nothing wanted. Also whether that
-        proves that there are no others."""
-        entries = self._by_search(filter_, wanted) if self._has_search is not False else None
+        proves that there are no others. ``floor``: all that is wanted has higher ids."""
+        entries = self._by_search(filter_, wanted, floor) if self._has_search is not False else None
         if entries is not None:
-            return self._whole(entries, known), True
-        entries = list(self._pages("GET", "/mission_queue", None, wanted))
-        return self._whole(entries, known), self._does_sort
+            return self._whole(entries, known), self._is_complete
+        entries = list(self._pages("GET", "/mission_queue", None, wanted, floor))
+        return self._whole(entries, known), self._does_sort and self._is_complete
 
-    def _by_search(self, filter_: Mapping[str, Any], wanted: Wanted) -> list[parse.Object] | None:
+    def _by_search(self, filter_: Mapping[str, Any], wanted: Wanted, floor: int | None) -> list[parse.Object] | None:
         """None: the robot does not offer it; for now, if it has before, as one that boots."""
         try:
-            entries = list(self._pages("POST", "/mission_queue/search", {"filters": [filter_]}, wanted))
+            entries = list(self._pages("POST", "/mission_queue/search", {"filters": [filter_]}, wanted, floor))
         except Refusal as error:
             if error.status not in NOT_OFFERED:
                 raise
@@ -136,23 +143,29 @@ class QueueReader:
         self._has_search = True
         return entries
 
-    def _pages(self, method: str, path: str, body: Any, wanted: Wanted) -> Iterator[parse.Object]:
-        """Each wanted entry once, whether or not the robot supports filter, order, limit and offset."""
+    def _pages(self, method: str, path: str, body: Any, wanted: Wanted, floor: int | None) -> Iterator[parse.Object]:
+        """Each wanted entry once, whether or not the robot supports filter, order, limit and offset. A page that is shorter than what was
+        asked for is the last one only where it reaches down to the ``floor``: there are robots that give no more than 50 at once."""
         seen: set[int] = set()
-        for offset in range(0, MOST_ITEMS, PAGE):
-            query = {"whitelist": "all", "sort_by": "id,desc", "limit": str(PAGE), "offset": str(offset)}
+        self._does_sort = self._is_complete = True
+        while len(seen) < MOST_ITEMS:
+            query = {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page), "offset": str(len(seen))}
             page = {parse.queue_id(entry): entry for entry in self._ask(method, path, query, body)}
             fresh = [entry for number, entry in page.items() if number not in seen]
             found = list(filter(wanted, fresh))
-            if offset + len(found) > MOST_ITEMS:                  # a robot that does not page
+            if len(seen) + len(found) > MOST_ITEMS:               # a robot that does not page
                 break
             yield from found
-            is_last = len(page) != PAGE or not fresh              # a full page of the size asked for may have a next one
             is_sorted = list(page) == sorted(page, reverse=True)
-            self._does_sort = is_sorted
-            if is_last or (is_sorted and not found):
-                return
+            self._does_sort &= is_sorted
             seen |= page.keys()
+            is_all = floor is None or not self._limits_pages or (self._does_sort and min(seen, default=floor) <= floor + 1)
+            if page and not fresh:                                # it gives one page only
+                self._is_complete = is_all
+                return
+            is_listed_otherwise = method == "GET" and not is_sorted              # which proves nothing, however much is read
+            if (len(page) != self._page and (is_all or is_listed_otherwise)) or (is_sorted and not found):
+                return
         raise Unreadable(problem=message("more than {n} queue items", n=MOST_ITEMS))
 
     def _whole(self, entries: Sequence[parse.Object], known: Known | None = None) -> list[QueueItem]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 API = "/api/v2.0.0"
+LONGEST_ANSWER = 30.0        # s that a robot is waited for at most, whatever was measured
 
 
 @dataclass(frozen=True)
@@ -14,6 +15,11 @@ class Timeouts:
     connect: float = 3.0
     read: float = 5.0
     total: float = 10.0
+
+    def at_least(self, seconds: float | None) -> Timeouts:
+        """The same, but so long at least for an answer, of a robot that was seen to need it; never longer than ``LONGEST_ANSWER``."""
+        wanted = min(seconds or 0.0, LONGEST_ANSWER)
+        return Timeouts(self.connect, max(self.read, wanted), max(self.total, wanted))
 
 
 @dataclass(frozen=True)

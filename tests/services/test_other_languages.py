@@ -21,6 +21,7 @@ from app.services.live.alarms import SENTENCES, alarm_sentence
 from app.services.live.tablet import old_token
 from mir_sim.control import COMMANDS
 from mir_sim.state import RobotError
+from tests.support.checked_up import checked_up
 from tests.support.network import Fate
 from tests.support.site import Site
 
@@ -196,6 +197,20 @@ def adopted_unproven(site, plan):
     site.run(400)
 
 
+def unmarked_copy(site, plan):
+    site.network.forgets_descriptions = True
+    plan(START)
+    site.network.next("POST", "/mission_queue", Fate.LATE, 200.0)
+    site.run(900)
+
+
+def check_up_outdated(site, plan):
+    site.run(60)
+    robot, = site.container.repositories.robots.all(site.container.db.read())
+    site.check_up(robot, checked_up("faithful", robot.serial_number, "3.1.0"))
+    site.run(60)
+
+
 def item_unreadable(site, plan):
     plan(START)
     site.run(310)
@@ -267,7 +282,7 @@ CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     certificate_untrusted,
     needs_password, execution_failed, execution_skipped, executions_missed, app_was_off, backup_restored, clock_stepped, clock_implausible,
     duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed, chore_failed, two_tablets, late_cancelled,
-    adopted_unproven, item_unreadable, pin_guessed, question)}
+    adopted_unproven, unmarked_copy, check_up_outdated, item_unreadable, pin_guessed, question)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():

@@ -26,8 +26,8 @@ GROUP_MUTANTS = (
     Mutant(
         "given to another robot after twenty seconds",
         f"{SUBMISSION}._reconcile",
-        "quiet_left = self._s.settings().unknown_outcome_quiet_seconds - (",
-        "quiet_left = (20 if row.group_id else self._s.settings().unknown_outcome_quiet_seconds) - (",
+        "quiet_left = self._seen.quiet_seconds - (",
+        "quiet_left = (20 if row.group_id else self._seen.quiet_seconds) - (",
         "before the first was read",
         LOST,
         hours=0.5,
@@ -54,8 +54,8 @@ GROUP_MUTANTS = (
     Mutant(
         "after a crash it is any robot's at once",
         f"{SUBMISSION}.recover",
-        "self._doubt(row, ANSWERS_WITHIN)",
-        "self._failed([row], 'x') if row.group_id else self._doubt(row, ANSWERS_WITHIN)",
+        "self._doubt(row, self._client.timeouts.total)",
+        "self._failed([row], 'x') if row.group_id else self._doubt(row, self._client.timeouts.total)",
         "before the first was read",
         CRASHES,
         seed=2,

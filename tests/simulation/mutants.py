@@ -170,7 +170,7 @@ MUTANTS = (
     Mutant(
         "no quiet time",
         f"{SUBMISSION}._reconcile",
-        "quiet_left = self._s.settings().unknown_outcome_quiet_seconds - (",
+        "quiet_left = self._seen.quiet_seconds - (",
         "quiet_left = 0 * (",
         "items with one token",
         LOST,

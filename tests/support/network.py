@@ -169,6 +169,7 @@ class SimulatedTransport:
     def __init__(self, machine: SimulatedRobot, network: Network, clock: VirtualClock, name: str, token: Token) -> None:
         self._machine, self._network, self._clock, self._name = machine, network, clock, name
         self._in_a_row, self._asked_at = 0, 0.0
+        self._slowness = random.Random(name)                # of a robot whose every answer takes long
         self._headers = {"content-type": "application/json", "accept-language": "en_US"}
         self._credentials = {"authorization": token.header}
 
@@ -206,6 +207,8 @@ class SimulatedTransport:
             case Fate.NOT_FOUND:
                 return Response(404, b'{"error_code": "not_found", "error_human": "Not found"}', {})
         answer = handle()
+        if latency := self._machine.profile.latency:
+            self._answer_takes(self._slowness.uniform(*latency), timeout)
         if fate in (Fate.FINE, Fate.SLOW) and path.startswith(QUEUE) and self._name not in network.impostors:
             network.answered[self._name] = self._clock.elapsed()
         network.interrupt(f"after {method} {path}")
@@ -233,6 +236,11 @@ class SimulatedTransport:
         else:
             network.site.others_go_on(LATENCY)
         self._asked_at = self._clock.monotonic()
+
+    def _answer_takes(self, seconds: float, timeout: Timeouts) -> None:
+        self._network.time_out(min(seconds, timeout.read))
+        if seconds > timeout.read:
+            raise TimedOut(address=self._name, seconds=timeout.read)
 
     def _note(self, planned: Planned, json: Any) -> None:
         """A submission leaves."""

@@ -8,20 +8,24 @@ import heapq
 import itertools
 import math
 import sqlite3
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
 
 from app.container import Container
+from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database, DatabaseUnavailable
+from app.domain.check_up import Report, RobotProfile
 from app.domain.models import Execution, Mission, Robot, State
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
+from app.mir.pace import Pace
 from app.services.dispatch import messages
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.worker import RobotWorker
-from mir_sim import MISSIONS, SimulatedRobot
+from app.services.live.changes import Topic
+from mir_sim import MISSIONS, Profile, SimulatedRobot
 from tests.support.clock import VirtualClock
 from tests.support.network import Network, SimulatedTransport
 
@@ -35,15 +39,18 @@ class Site:
     """Robots, network, tablet. ``run`` lets time pass as the app's own threads would: ticks, cycles, workers, each at its instant."""
 
     def __init__(self, directory: Path, *, robots: int = 1, now: datetime | None = None, network: Network | None = None,
-                 with_window: bool = False, timezone: str = "UTC", robot_speed: float = 1.0) -> None:
+                 with_window: bool = False, timezone: str = "UTC", robot_speed: float = 1.0,
+                 profiles: Mapping[str, Profile] | None = None) -> None:
         self.clock = VirtualClock(now) if now else VirtualClock()
         self.network = network or Network()
         self.network.site = self
         self.directory, self._with_window = directory, with_window
         self.machines: dict[str, SimulatedRobot] = {}
         for number in range(1, robots + 1):
-            self.machines[f"R{number}"] = SimulatedRobot(f"R{number}", seed=number, clock=lambda: self.seconds() * robot_speed,
-                                                         start=self.clock.now(), timezone=timezone, battery=90.0)
+            name, own = f"R{number}", (profiles or {}).get(f"R{number}")
+            self.machines[name] = SimulatedRobot(name, seed=number, clock=lambda: self.seconds() * robot_speed, start=self.clock.now(),
+                                                 profile=own or Profile(), timezone=timezone if own is None else None, battery=90.0)
+        self._paces: dict[str, Pace] = {}
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
         self.switched_on: Callable[[], None] = lambda: None       # the simulation makes the database shaky here
@@ -116,8 +123,9 @@ class Site:
         name = robot.address.removeprefix("http://").upper()
         token = Token.from_header(robot.token or "")
         transport = SimulatedTransport(self.machines[name], self.network, self.clock, name, token)
+        pace = self._paces.setdefault(name, Pace(self.clock.monotonic, self.network.time_out))
         return RobotClient(Address.parse(robot.address), token, serial_number=robot.serial_number, identified_by=robot.identified_by,
-                           transport=transport, clock=self.clock.monotonic)
+                           transport=transport, clock=self.clock.monotonic, profile=robot.known, pace=pace)
 
     # ------------------------------------------------------------------ furnishing
     def add_robots(self) -> list[Robot]:
@@ -126,6 +134,13 @@ class Site:
 
     def add_mission(self, name: str = "Deliver") -> Mission:
         return self.container.catalogue.save_mission(Mission(name, GUIDS[name]))
+
+    def check_up(self, robot: Robot, profile: RobotProfile) -> None:
+        """As if a check-up had found this of the robot."""
+        def put(c: sqlite3.Connection) -> None:
+            CheckUpRepository().put(c, robot.id, Report(robot.name, robot.address, "", self.clock.now(), 60.0, (), profile))
+        self.container.db.write(put)
+        self.container.changes.publish(Topic.ROBOTS)
 
     # ------------------------------------------------------------------ time
     def at(self, seconds_from_now: float, call: Callable[[], None]) -> None:

@@ -119,6 +119,8 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "clock_implausible": lambda: _("set the tablet's clock, or say that it is right"),
     "database": lambda: _("check the tablet's disk"),
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
+    "unmarked_copy": lambda: _("unless somebody wants it, cancel it in the robot's queue"),
+    "check_up_outdated": lambda: _("check it up in its settings; until then it is used as one that is not known"),
     "two_tablets": lambda: _("switch the other tablet off, then release the hold"),
     "pin_guessed": lambda: _("enter the right PIN to end this"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
@@ -201,7 +203,7 @@ def alarm_icon(alarm: Alarm) -> str:
 
 # ---------------------------------------------------------------------- what can be done
 _OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed",
-                         "certificate_untrusted", "needs_password")
+                         "certificate_untrusted", "needs_password", "check_up_outdated")
 _OF_THE_TABLET = ("app_was_off", "backup_restored", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed")
 _OF_THE_DISK = ("database", "backup_failed")
 _OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed", "late_cancelled",

@@ -205,6 +205,7 @@ class Edit(GroupEdit, ScheduleEdit):
         missions = [mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id]
         removed = Removed(robot, self.robots.last_accepted(self.c, robot_id), self.robots.idle_queue_id(self.c, robot_id),
                           self.robots.drains(self.c, [robot_id])[robot_id], self.durations.of_robot(self.c, robot_id),
+                          check_up=self.check_ups.stored(self.c, robot_id),
                           schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
                           missions=missions, uses=self.places.uses_of(self.c, [mission.id for mission in missions]),
                           holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id],

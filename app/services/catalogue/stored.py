@@ -11,6 +11,7 @@ from typing import Any
 
 from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
+from app.database.check_ups import CheckUpRepository
 from app.database.errors import primary_code
 from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
@@ -76,7 +77,7 @@ def _check_objects(*values: object) -> None:
 # ---------------------------------------------------------------------- table by table
 def _sizes(c: sqlite3.Connection) -> None:
     for table in ("settings", "robots", "missions", "idle_rules", "robot_groups", "group_members", "places", "mission_places", "schedules",
-                  "skips", "watches", "calendar_days", "alarms", "holds"):
+                  "skips", "watches", "calendar_days", "alarms", "holds", "check_ups"):
         texts = [row["name"] for row in c.execute(f"PRAGMA table_info({table})") if row["type"] == "TEXT"]
         longest = ", ".join(f"coalesce(length({name}), 0)" for name in texts)
         count, length = c.execute(f"SELECT count(*), max(max(0, {longest or 0})) FROM {table}").fetchone()
@@ -190,4 +191,4 @@ def _executions(c: sqlite3.Connection) -> None:
 _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {
     "sqlite_schema": _sizes, "sqlite_sequence": _sequences, "settings": _settings, "robots": _robots, "missions": _missions,
     "robot_groups": _groups, "places": _places, "schedules": _schedules, "skips": _skips, "watches": _watches,
-    "calendar_days": _calendar, "holds": _holds, "alarms": _alarms, "executions": _executions}
+    "check_ups": CheckUpRepository().check, "calendar_days": _calendar, "holds": _holds, "alarms": _alarms, "executions": _executions}

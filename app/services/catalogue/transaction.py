@@ -8,6 +8,7 @@ from datetime import datetime
 
 from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
+from app.database.check_ups import CheckUpRepository
 from app.database.durations import DurationRepository
 from app.database.executions import ExecutionRepository
 from app.database.group_starts import GroupStartRepository
@@ -36,7 +37,7 @@ class Transaction:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self.executions, self._settings, self.holds = ExecutionRepository(), SettingsRepository(), HoldRepository()
         self.groups, self.places, self.group_starts = GroupRepository(), PlaceRepository(), GroupStartRepository()
-        self.durations = DurationRepository()
+        self.durations, self.check_ups = DurationRepository(), CheckUpRepository()
         self.days, self._alarms = CalendarRepository(), AlarmRepository()
         self.settings = self._settings.load(self.c)
 

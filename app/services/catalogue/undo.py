@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from app.database.check_ups import StoredCheckUp
 from app.database.durations import RunDuration
 from app.database.group_starts import Watch
 from app.database.holds import StoredHold
@@ -28,6 +29,7 @@ class Removed:
     idle_queue_id: int | None = None                     # of that robot
     drain: Drain | None = None                           # of that robot
     durations: Sequence[RunDuration] = ()                # of that robot
+    check_up: StoredCheckUp | None = None                # of that robot
     missions: Sequence[Mission] = ()
     schedules: Sequence[Schedule] = ()
     made_names: Collection[int] = ()                     # ids of those schedules whose names say what they do where
@@ -63,6 +65,8 @@ def restore(edit: Edit, removed: Removed) -> None:
         if removed.drain is not None:
             edit.robots.put_drain(edit.c, removed.robot.id, removed.robot.serial_number, removed.drain)
         edit.durations.put_back(edit.c, removed.durations)
+        if removed.check_up is not None:
+            edit.check_ups.put_back(edit.c, removed.robot.id, removed.check_up)
         edit.groups.join(edit.c, removed.robot.id, removed.member_of)
         for watch in removed.watches:
             edit.group_starts.watch(edit.c, watch)

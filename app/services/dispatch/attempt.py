@@ -25,6 +25,7 @@ class Attempt:
     row: Execution | None = None                 # HELD: the intent
     plan_version: int = 0                        # HELD: of the plan that the intent was written from
     in_doubt_since: float = math.inf
+    is_taken: bool = False                       # IN_DOUBT: the robot has it; only its number is not known
     accepted: Move | None = None
 
 

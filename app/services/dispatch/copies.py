@@ -6,13 +6,15 @@ not known yet whether it does, an item that may be ours is taken for ours: rathe
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import timedelta
 
+from app.domain.message import Message, message
 from app.domain.models import Execution, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
 from app.mir.errors import Refusal, Rejected, RobotError, Unreadable
+from app.services.dispatch.ledger import NOT_WITH_THE_ROBOT
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import WATCHED_FOR
@@ -37,6 +39,7 @@ class Copies:
         self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
         self._alarmed: set[tuple[str, int]] = set()             # alarms by code and queue id
+        self.note_accepted: Callable[[], None] = lambda: None    # writes which items have been told to be ours
         self._read: dict[int, QueueItem | None] = {}            # for an answer that takes several calls: items by id; None: not there
 
     # ------------------------------------------------------------------ which one is ours
@@ -46,6 +49,7 @@ class Copies:
         found = [item for item in newer if item.description == row.token]
         if found or not newer:
             return found
+        self.note_accepted()                         # while the robot was read others may have been sent
         candidates = [item for item in newer if self._may_be_of(row, item)][:1]
         do_tokens_come_back = self.do_tokens_come_back() if candidates else None
         if do_tokens_come_back:
@@ -55,8 +59,17 @@ class Copies:
         return candidates
 
     def do_tokens_come_back(self) -> bool | None:
-        """Whether this robot, as it is now, returns a description as it was sent: judged by the newest item that is certainly ours. None:
-        it has none."""
+        """Whether this robot, as it is now, returns a description as it was sent: judged by the newest item that is certainly ours, where
+        its check-up has not shown that it does not. None: not known."""
+        known = self._seen.known
+        if known is not None and known.token_field == "":
+            return False
+        if (is_returned := self._was_last_token_returned()) is not None:
+            return is_returned
+        return True if known is not None and known.token_field else None
+
+    def _was_last_token_returned(self) -> bool | None:
+        """None: the robot has no item that is certainly ours."""
         last = self._s.robots.last_accepted(self._s.db.read(), self._seen.robot.id)
         if last is None:
             return None
@@ -65,6 +78,21 @@ class Copies:
         except Rejected:                          # deleted, or its number is another item's now
             return None
         return item.description == last.token
+
+    def why_uncertain(self, row: Execution, is_taken: bool, is_for_any: bool) -> Message:
+        """Why it may be on the robot, or may have been, though it is not found there; "": it certainly is not. ``is_taken``: the robot has
+        said that it took it. ``is_for_any``: another robot would get it."""
+        if is_taken:
+            return message("it took it, but its queue does not show it")
+        if row.queue_floor and (self._client.highest_queue_id() or 0) < row.queue_floor:
+            return message("its queue was reset")
+        if is_for_any and not self._would_be_seen():
+            return message("its queue does not show whether it came")
+        return ""
+
+    def _would_be_seen(self) -> bool:
+        """Whether what came would be found: by its token, or on a robot that was checked up by its mission and our own user."""
+        return self.do_tokens_come_back() is not False or (self._seen.known is not None and bool(self._seen.user_name))
 
     def _may_be_of(self, row: Execution, item: QueueItem) -> bool:
         """Without tokens (a robot may put the mission's own description there): the same mission, put there since by the same user, claimed
@@ -158,7 +186,7 @@ class Copies:
         self._watched = {token: value for token, value in self._watched.items() if value[1] > mono - longest}
         newer = self._client.items_after(self._watched_from()) if self._watched else []
         items |= {item.id: item for item in newer if item.description in self._watched}
-        unsettled: set[str] = set()
+        unsettled = self._tell_of_unmarked(newer)
         for item in sorted(items.values(), key=lambda item: item.id):
             row = self._ledger.by_token(item.description)
             if row is None or (row.robot_id != self._seen.robot.id and row.group_id is None):
@@ -177,6 +205,20 @@ class Copies:
         self._watched = {token: (floor if token in unsettled or not newer else searched, until)
                          for token, (floor, until) in self._watched.items()
                          if until > mono or (token in unsettled and until > mono - WATCHED_FOR)}       # once more after its time
+
+    def _tell_of_unmarked(self, newer: Sequence[QueueItem]) -> set[str]:
+        """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for can't be told from one that
+        a person put there, so a person decides. Returns the tokens of those that can't be judged yet."""
+        watched = [(row, floor) for token, (floor, _until) in self._watched.items() if (row := self._ledger.by_token(token)) is not None]
+        found = [(row, item) for item in newer if item.created_by_name and ("unmarked_copy", item.id) not in self._alarmed
+                 for row, floor in watched if item.id > floor and self._may_be_of(row, item)]
+        if not found or self.do_tokens_come_back() is not False:
+            return set()
+        looked_for = {row.mission_guid for row in self._ledger.open_for(self._seen.robot.id, NOT_WITH_THE_ROBOT) if row.attempts}
+        for row, item in found:
+            if row.mission_guid not in looked_for:           # or it is taken for that one
+                self._alarm_once("unmarked_copy", row, item)
+        return {row.token for row, _item in found if row.mission_guid in looked_for}
 
     def _watched_from(self) -> int:
         """What has to be searched has a higher number, unless the robot's numbers have begun anew since."""

@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 from zoneinfo import ZoneInfo
 
+from app.domain import rules
 from app.domain.activity import SpanRecorder, activity_of
+from app.domain.check_up import RobotProfile
 from app.domain.message import Message, message, message_of, render
 from app.domain.models import Connection, Execution, Robot
 from app.domain.problems import in_words
@@ -77,6 +79,16 @@ class Observation:
             self.distrust()
         self._robot = robot
         self._client.serial_number, self._client.identified_by = robot.serial_number, robot.identified_by
+        self._client.rely_on(robot.known)
+
+    @property
+    def known(self) -> RobotProfile | None:
+        """What a check-up has found of it, where that is certainly still so: it has been asked for its software since it booted."""
+        return self.robot.known if self._identified else None
+
+    @property
+    def quiet_seconds(self) -> float:
+        return rules.quiet_seconds(self._s.settings(), self.robot)
 
     # ------------------------------------------------------------------ reading
     def read_status(self) -> RobotStatus:
@@ -87,13 +99,16 @@ class Observation:
         except RobotError as error:
             self._note_failure(error)
             raise
+        if self.robot.profile is not None and _may_have_changed(self._status, status, self.robot):
+            self._identified = False
         self._status = status
         self._answered_at = self._read_at = self._s.clock.monotonic()        # last, as other threads ask for ``fresh_status``
         self._note_answer(status)
         return status
 
     def identify(self) -> None:
-        """Once per start: does the password hold (``/status`` answers without one), and which machine is it, where that is not known?"""
+        """Once per start, and after each of the robot's where it has a profile: does the password hold (``/status`` answers without one),
+        and which machine is it, where that is not known?"""
         if self._identified:
             return
         identity = self._client.identify()
@@ -172,6 +187,8 @@ class Observation:
         trouble = in_words(status.errors) or status.mission_text or message("an error")
         self._set_alarm("emergency_stop", status.state is RobotState.EMERGENCY_STOP)
         self._set_alarm("robot_error", status.state is RobotState.ERROR, problem=trouble)
+        if self._identified:
+            self._judge_check_up()
 
     def note_failure(self, error: RobotError) -> None:
         """Of a request other than for the status."""
@@ -239,6 +256,16 @@ class Observation:
             self._s.alarms.clear(code, f"robot:{self.robot.id}")
         self._evaluated.add(code)
 
+    def _judge_check_up(self) -> None:
+        """A person is told that a profile says nothing any more."""
+        profile, robot = self.robot.profile, self.robot
+        change: Message = ""
+        if profile is not None and robot.serial_number != profile.serial_number:
+            change = message("it is another machine now, with serial number {number}", number=robot.serial_number or "?")
+        elif profile is not None and robot.software != profile.software:
+            change = message("its software is {software} now", software=robot.software or "?")
+        self._set_alarm("check_up_outdated", bool(change), change=change)
+
     def raise_about(self, row: Execution, code: str, **details: object) -> None:
         """An alarm of an execution on this robot."""
         self._s.alarms.raise_(code, f"execution:{row.id}", robot=self.robot.name, robot_id=self.robot.id, mission=row.mission, **details)
@@ -267,3 +294,11 @@ class Observation:
                 self._s.activities.prune(c, self.robot.id, self._s.clock.now(), ZoneInfo(self._s.settings().timezone))
 
         self._s.db.write(work)
+
+
+def _may_have_changed(before: RobotStatus | None, status: RobotStatus, robot: Robot) -> bool:
+    """Whether its software may be another one by now: it says so, or has booted."""
+    if status.software not in (None, robot.software):
+        return True
+    uptime = before.uptime_s if before is not None else None
+    return uptime is not None and status.uptime_s is not None and status.uptime_s < uptime

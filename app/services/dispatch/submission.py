@@ -23,7 +23,7 @@ from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
-from app.mir.errors import AnotherRobot, Delivery, RobotError, Unauthorized
+from app.mir.errors import AnotherRobot, Delivery, RobotError, Unauthorized, Unnumbered
 from app.services.allocation.belief import Out
 from app.services.dispatch.attempt import Attempt, Attempts, Phase
 from app.services.dispatch.copies import Copies
@@ -32,7 +32,7 @@ from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.refusals import refusal, tried_here
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import ANSWERS_WITHIN, INTENT_LEAD, RECHECK, RECONCILE_EVERY, WATCHED_FOR
+from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY, WATCHED_FOR
 from app.services.dispatch.waiting import Waiting, robot_off, taken_back
 
 log = logging.getLogger(__name__)
@@ -50,6 +50,7 @@ class Submission:
         self.attempts = Attempts()
         self._recovered: set[tuple[object, ...]] = set()          # intents that were looked for as those of nobody
         self._waiting = Waiting(shared, observation.robot.id, self._later)
+        copies.note_accepted = self.note
         self.seeks = False                        # something waits until the robot is free
 
     # ------------------------------------------------------------------ what the worker asks for
@@ -60,7 +61,7 @@ class Submission:
             attempt = self.attempts.get(row.id)
             if attempt is None or attempt.phase is Phase.BACKOFF:              # it does not know that its intent was written
                 self._recovered.add(_intent(row))
-                self._doubt(row, ANSWERS_WITHIN)          # it may have left this moment
+                self._doubt(row, self._client.timeouts.total)          # it may have left this moment
         self._copies.watch_again()
 
     def hold(self, intents: Iterable[Execution], plan_version: int) -> None:
@@ -324,7 +325,7 @@ class Submission:
                 else:
                     self._failed([intent], error.message)
             else:
-                self._doubt(intent)              # the quiet time begins now
+                self._doubt(intent, is_taken=isinstance(error, Unnumbered))          # the quiet time begins now
                 log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._seen.robot.name, error.text)
         else:
             self._accepted(intent, queue_id)
@@ -333,15 +334,16 @@ class Submission:
         self.attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id))
 
     # ------------------------------------------------------------------ in doubt
-    def _doubt(self, row: Execution, ahead: float = 0.0) -> None:
-        """``ahead``: s from now until its request would have been given up."""
+    def _doubt(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
+        """``ahead``: s from now until its request would have been given up. One that ``is_taken`` is looked for at once."""
         mono = self._clock.monotonic() + ahead
-        self.attempts[row.id] = Attempt(Phase.IN_DOUBT, mono + RECONCILE_EVERY, row, in_doubt_since=mono)
+        wake_at = mono if is_taken else mono + RECONCILE_EVERY
+        self.attempts[row.id] = Attempt(Phase.IN_DOUBT, wake_at, row, in_doubt_since=mono, is_taken=is_taken)
 
     def _reconcile(self, row: Execution) -> None:
         """Look for it on the robot. It is sent again only when it is certainly not there and no request can still arrive."""
         attempt = self.attempts[row.id]
-        quiet_left = self._s.settings().unknown_outcome_quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
+        quiet_left = self._seen.quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
         is_closed = self._clock.now() >= row.closes_at
         try:
             status = self._seen.read_status()          # never read another machine's queue as this one's
@@ -351,11 +353,8 @@ class Submission:
             if found := self._copies.of(row):
                 self._found(row, found)
                 return
-            if quiet_left <= 0 and row.queue_floor and (self._client.highest_queue_id() or 0) < row.queue_floor:
-                self._give_up(row, message("its queue was reset"))
-                return
-            if quiet_left <= 0 and _is_for_any(row) and self._copies.do_tokens_come_back() is False:
-                self._give_up(row, message("its queue does not show whether it came"))       # so no other robot may get it
+            if quiet_left <= 0 and (problem := self._copies.why_uncertain(row, attempt.is_taken, _is_for_any(row))):
+                self._give_up(row, problem)
                 return
         except RobotError as error:
             if quiet_left <= 0 and is_closed:

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 from app.domain.rules import INTENT_LEAD as _INTENT_LEAD
-from app.mir.transport import Timeouts
 
 # The engine
 LONGEST_WAIT = 1.0           # between two rounds: bounds what a clock step or a sleep can delay
@@ -32,7 +31,6 @@ PUT_OFF_AT_MOST = 0.5        # that everything else gives way to what is due
 RECHECK = 2.0                # between looks at what a start waits for (battery, hold)
 EARLY_RECHECK = 20.0         # the same where its instant is to come again, after the clock was set back: it may be set forward again
 AWAITED_FOR = 3 * RECHECK    # that a start that is looked for on all robots keeps them asked
-ANSWERS_WITHIN = Timeouts.total         # after which a request is given up
 RECONCILE_EVERY = 2.0        # between reads of a queue in which a request may still appear
 GONE_FOR = 10.0              # that a queue item has to be missing: a robot that boots answers 404 too
 WATCHED_FOR = 600.0          # that a robot is searched for a request that was given up

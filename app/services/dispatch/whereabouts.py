@@ -15,6 +15,7 @@ from datetime import datetime
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.database.values import to_instant, to_text
+from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import Robot, Settings
 from app.domain.robot import QueueItem
@@ -139,4 +140,4 @@ class Whereabouts:
         return self._inquiry
 
     def _final_from(self) -> float:
-        return self._inquiry.since + self._settings().unknown_outcome_quiet_seconds
+        return self._inquiry.since + rules.quiet_seconds(self._settings(), *self._robots())

@@ -45,10 +45,13 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
     "duplicate_healed": (Priority.MEDIUM, "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran"),
     "duplicate_running": (Priority.HIGH, "A second copy of {mission} has started on {robot} (queue item {queue_id})"),
+    "unmarked_copy": (Priority.HIGH, "Queue item {queue_id} of {robot} may be a second copy of {mission}: this robot does not return what "
+                                     "marks an item as ours"),
     "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
     "late_cancelled": (Priority.MEDIUM, "{mission} reached {robot} too late (queue item {queue_id}) and was cancelled"),
     "adopted_unproven": (Priority.MEDIUM, "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not "
                                           "known yet whether this robot returns what marks an item as ours"),
+    "check_up_outdated": (Priority.LOW, "{robot} has to be checked up again: {change}"),
     "item_unreadable": (Priority.MEDIUM, "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}"),
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
     "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),
@@ -62,7 +65,8 @@ LONGEST_NOTE = 200           # characters
 LONGEST_DETAIL = 300         # characters, with nothing around it
 LONGEST_SHOWN = 1000         # characters of a detail in a sentence: it may be one itself, and come from a backup
 EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "backup_restored", "clock_stepped",
-                    "duplicate_healed", "duplicate_running", "unknown_outcome", "late_cancelled", "adopted_unproven", "item_unreadable"})
+                    "duplicate_healed", "duplicate_running", "unmarked_copy", "unknown_outcome", "late_cancelled", "adopted_unproven",
+                    "item_unreadable"})
 
 
 class _Known(dict[str, Any]):

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from app.domain.check_up import RobotProfile
 from app.domain.robot import QueueItem
 from app.mir import mission_queue
 from app.mir.address import Address
@@ -29,6 +30,8 @@ class QueueTransport:
     pages: bool = True
     whitelists: bool = True
     page_of_bare_list: int | None = None
+    page_limit: int | None = None
+    offsets: bool = True
     missing_status: int = 404
     requests: list[str] = field(default_factory=list)
 
@@ -50,8 +53,8 @@ class QueueTransport:
         if self.sorts and query.get("sort_by") == "id,desc":
             entries.reverse()
         if self.pages and "limit" in query:
-            offset = int(query.get("offset", "0"))
-            entries = entries[offset:offset + int(query["limit"])]
+            offset = int(query.get("offset", "0")) if self.offsets else 0
+            entries = entries[offset:offset + min(int(query["limit"]), self.page_limit or 5000)]
         elif "limit" not in query and self.page_of_bare_list is not None:
             entries = entries[:self.page_of_bare_list]
         return entries if self.whitelists and query.get("whitelist") == "all" else [short(entry["id"], entry["state"]) for entry in entries]
@@ -103,6 +106,41 @@ def test_open_and_newer_items_are_found_whatever_the_robot_knows(done: int, exec
     assert [(one.id, one.description) for one in found] == [(n, f"token {n}") for n in range(max(floor + 1, 5000), 5000 + len(everything))]
     highest = robot.highest_queue_id()
     assert highest == max((entry["id"] for entry in everything), default=None)
+
+
+@pytest.mark.parametrize("features", [
+    {"page_limit": 50}, {"offsets": False}, {"page_limit": 50, "offsets": False}, {"page_limit": 50, "sorts": False},
+    {"page_limit": 50, "filters": False}, {"page_limit": 50, "has_search": False}, {"offsets": False, "has_search": False},
+    {"page_limit": 1}])
+@pytest.mark.parametrize("profile", [None, RobotProfile(None, None, page_limit=50)])
+def test_a_list_that_ends_early_hides_nothing(features: dict[str, Any], profile: RobotProfile | None) -> None:
+    """What is wanted is found, or it is said that it can't be; a start that is not found is sent again."""
+    robot = client(QueueTransport(history(600), **features))
+    robot.rely_on(profile)
+    assert [found.id for found in robot.items_after(595)] == [596, 597, 598, 599, 600]
+    known: dict[int, QueueItem | None] = {}
+    for _n in range(5):
+        try:
+            assert [found.id for found in robot.items_after(340, known)] == list(range(341, 601))
+            break
+        except Unreadable:
+            assert features.get("offsets") is False or features.get("sorts") is False or features.get("has_search") is False
+    else:
+        pytest.fail("not even in several calls")
+
+
+def test_where_pages_are_known_to_be_short_or_whole_no_request_is_wasted() -> None:
+    transport = QueueTransport([entry for entry in history(600) if entry["id"] not in (501, 551)], page_limit=50)
+    robot = client(transport)
+    robot.rely_on(RobotProfile(None, None, page_limit=50))
+    assert len(robot.items_after(551)) == 49
+    assert len(robot.open_items()) == 0
+    assert len(transport.requests) == 2
+    whole = QueueTransport([entry for entry in history(600) if entry["id"] != 501])
+    robot = client(whole)
+    robot.rely_on(RobotProfile(None, None, page_limit=0, has_search=True))
+    assert len(robot.items_after(500)) == 99
+    assert whole.requests == ["POST /mission_queue/search"]
 
 
 def test_an_empty_queue() -> None:

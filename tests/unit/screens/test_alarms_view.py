@@ -104,6 +104,7 @@ DESTINATIONS = {                         # code: (key as the services give it, w
     "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7), "execution_skipped": ("manual:1", LOGS, None),
     "executions_missed": ("plan", LOGS, None), "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
     "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9), "duplicate_running": ("execution:9", HOME, 1),
+    "unmarked_copy": ("execution:9", HOME, 1), "check_up_outdated": ("robot:1", SETUP, 1),
     "database": ("database", DATA, None), "backup_failed": ("backup", DATA, None),
     "late_cancelled": ("execution:9", Act.SHOW_RUN, 9), "adopted_unproven": ("execution:9", Act.SHOW_RUN, 9),
     "item_unreadable": ("execution:9", Act.SHOW_RUN, 9), "clock_implausible": ("clock", Act.CLOCK_IS_RIGHT, None),

@@ -1,0 +1,146 @@
+"""What check-ups found of robots: the last report and profile of each, and what a trial under way has changed there."""
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from app.domain.check_up import Finding, LeftBehind, Level, Report, Rest, RobotProfile, Topic
+from app.domain.message import Message, is_message
+
+LONGEST = 10_000             # characters of a text in a profile
+
+
+class StoredCheckUp(NamedTuple):
+    """A row as it is stored."""
+    profile: str | None
+    report: str | None
+    left_behind: str | None
+
+
+class CheckUpRepository:
+    def report(self, c: sqlite3.Connection, robot_id: int) -> Report | None:
+        """Of the last one."""
+        stored = self.stored(c, robot_id)
+        return None if stored is None or stored.report is None else _report(json.loads(stored.report), stored.profile)
+
+    def put(self, c: sqlite3.Connection, robot_id: int, report: Report) -> None:
+        """In the place of the one before. A robot that has been removed, or is another machine by now, gets none."""
+        self._put(c, robot_id, "report = excluded.report, profile = excluded.profile", report.profile.serial_number,
+                  profile=json.dumps(_plain(report.profile)), report=json.dumps(_without_profile(report)))
+
+    def left_behind(self, c: sqlite3.Connection) -> dict[int, LeftBehind]:
+        """By robot: what a trial has changed there and not put back."""
+        rows = c.execute("SELECT robot_id, left_behind FROM check_ups WHERE left_behind IS NOT NULL")
+        return {row[0]: _left_behind(json.loads(row[1])) for row in rows}
+
+    def note_left_behind(self, c: sqlite3.Connection, robot_id: int, left: LeftBehind | None) -> None:
+        """None: everything has been put back."""
+        if left is None:
+            c.execute("UPDATE check_ups SET left_behind = NULL WHERE robot_id = ?", (robot_id,))
+        else:
+            self._put(c, robot_id, "left_behind = excluded.left_behind", left.serial_number, left_behind=json.dumps(asdict(left)))
+
+    @staticmethod
+    def _put(c: sqlite3.Connection, robot_id: int, change: str, serial_number: str | None, **values: str) -> None:
+        names = tuple(values)
+        c.execute(f"""INSERT INTO check_ups (robot_id, {', '.join(names)}) SELECT id, {', '.join('?' for _name in names)} FROM robots
+                      WHERE id = ? AND (serial_number IS ? OR serial_number IS NULL) ON CONFLICT DO UPDATE SET {change}""",
+                  (*values.values(), robot_id, serial_number))
+
+    # ------------------------------------------------------------------ as it is stored
+    def stored(self, c: sqlite3.Connection, robot_id: int) -> StoredCheckUp | None:
+        row = c.execute("SELECT profile, report, left_behind FROM check_ups WHERE robot_id = ?", (robot_id,)).fetchone()
+        return row and StoredCheckUp(*row)
+
+    def put_back(self, c: sqlite3.Connection, robot_id: int, stored: StoredCheckUp) -> None:
+        c.execute("INSERT OR REPLACE INTO check_ups (robot_id, profile, report, left_behind) VALUES (?, ?, ?, ?)", (robot_id, *stored))
+
+    def check(self, c: sqlite3.Connection) -> None:
+        """Read all of them. Raises ValueError, TypeError or LookupError for one that can't be used."""
+        for row in c.execute("SELECT robot_id, profile FROM check_ups").fetchall():
+            self.report(c, row[0])
+            if row[1] is not None:
+                profile_of(row[1])
+        self.left_behind(c)
+
+
+@lru_cache(maxsize=1024)
+def profile_of(text: str) -> RobotProfile:
+    """Of its JSON. Raises ValueError, TypeError or LookupError."""
+    found = _object(json.loads(text))
+    latency, rest, ignores = found.pop("latency"), found.pop("rest"), found.pop("ignores")
+    for name in ("serial_number", "software", "token_field", "cancelled_message", "timezone"):
+        _check(found[name], str)
+    for name in ("has_search", "gives_id", "priority_counts"):
+        _check(found[name], bool)
+    for name in ("page_limit", "order_status"):
+        _check(found[name], int)
+    for name in ("clock_offset", "lost", "quiet_s", "timeout_s"):
+        found[name] = None if found[name] is None else float(found[name])
+    states = {_text(word): _text(state) for word, state in _object(found.pop("item_states")).items()}
+    return RobotProfile(
+        **found, item_states=states, ignores=None if ignores is None else frozenset(map(_text, ignores)),
+        latency=None if latency is None else _four(latency),
+        rest=None if rest is None else Rest(int(rest["requests"]), float(rest["seconds"])))
+
+
+def _report(found: Mapping[str, Any], profile: str | None) -> Report:
+    findings = tuple(Finding(Topic(each["topic"]), Level(each["level"]), _message(each["says"]), _message(each["means"]))
+                     for each in found["findings"])
+    began_at = datetime.fromisoformat(found["began_at"])
+    if began_at.tzinfo is None:
+        raise ValueError("began_at has no zone")
+    return Report(_text(found["robot"]), _text(found["address"]), _text(found["model"]), began_at.astimezone(UTC), float(found["took_s"]),
+                  findings, profile_of(profile or ""), _text(found["mission"]), found["is_complete"] is True)
+
+
+def _without_profile(report: Report) -> dict[str, Any]:
+    return {**asdict(replace(report, findings=())), "findings": [asdict(each) for each in report.findings], "profile": None,
+            "began_at": report.began_at.isoformat()}
+
+
+def _plain(profile: RobotProfile) -> dict[str, Any]:
+    return {**asdict(profile), "ignores": None if profile.ignores is None else sorted(profile.ignores)}
+
+
+def _left_behind(found: Any) -> LeftBehind:
+    serial, mission = found["serial_number"], found["mission"]
+    _check(serial, str)
+    _check(mission, str)
+    return LeftBehind(serial, mission, tuple(map(_text, found["tokens"])), int(found["queue_floor"]), found["is_paused"] is True)
+
+
+def _object(value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise TypeError("no JSON object")
+    return dict(value)
+
+
+def _check(value: Any, kind: type) -> None:
+    if value is not None and not (isinstance(value, kind) and type(value) is kind):
+        raise TypeError(f"{value!r:.40} is no {kind.__name__}")
+    if isinstance(value, str) and len(value) > LONGEST:
+        raise ValueError("too long a text")
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        raise TypeError("no text")
+    _check(value, str)
+    return str(value)
+
+
+def _message(value: Any) -> Message:
+    if is_message(value):
+        return value
+    return _text(value)
+
+
+def _four(value: Any) -> tuple[float, float, float, float]:
+    one, two, three, four = map(float, value)
+    return one, two, three, four

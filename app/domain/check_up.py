@@ -1,0 +1,162 @@
+"""What a check-up of a robot found, and what the app may rely on because of it.
+
+``Finding`` is for people, ``RobotProfile`` for the app: whatever is None in it was not found out, and the careful way is taken there,
+on which nothing can run twice.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from enum import StrEnum
+
+from app.domain.message import Message
+
+
+class Level(StrEnum):
+    """What a finding means for scheduling: nothing to do, something to know or to set, something that has to be put right first."""
+    GREEN = "green"
+    AMBER = "amber"
+    RED = "red"
+
+
+class Topic(StrEnum):
+    """What is looked at, in the order of the report. The first ones are read, those from ``ORDER`` on are tried."""
+    IDENTITY = "identity"
+    SOFTWARE = "software"
+    RIGHTS = "rights"
+    CERTIFICATE = "certificate"
+    CLOCK = "clock"
+    LANGUAGE = "language"
+    MISSIONS = "missions"
+    MAPS = "maps"
+    QUEUE = "queue"
+    SEARCH = "search"
+    PAGING = "paging"
+    SORTING = "sorting"
+    OTHERS = "others"
+    LATENCY = "latency"
+    LOAD = "load"
+    ORDER = "order"
+    RECOGNISED = "recognised"
+    WORDS = "words"
+    CANCELLED = "cancelled"
+    FAILED = "failed"
+    PRIORITY = "priority"
+    SECOND = "second"
+    PAUSE = "pause"
+    LEFT = "left"
+
+    @property
+    def is_tried(self) -> bool:
+        return list(Topic).index(self) >= list(Topic).index(Topic.ORDER)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """``says``: what the robot does. ``means``: what follows for scheduling, and what to do about it."""
+    topic: Topic
+    level: Level
+    says: Message
+    means: Message = ""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """More than ``requests`` within ``seconds`` make the robot stop answering or boot."""
+    requests: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class RobotProfile:
+    """What one machine with one software was seen to do. None: not found out.
+
+    Attributes:
+        serial_number, software: of the machine and what ran on it; the profile of another one says nothing.
+        has_search: whether ``POST /mission_queue/search`` exists.
+        page_limit: entries that a list has at most in one answer though more were asked for; 0: no limit was met.
+        ignores: parameters of lists without effect: whitelist, sort_by, limit, offset, filters.
+        token_field: the field of a queue item in which the description that was sent comes back; empty: in none.
+        item_states: the robot's words for states of items, each with MiR's: Pending, Executing, Abort, Done, Aborted, or ``Cancelled`` for
+            one that a person has ended.
+        cancelled_message: what the message of a cancelled item begins with, where its state is that of a failed one.
+        gives_id: whether the answer to a POST to the queue has the item's id.
+        order_status: status code of that answer.
+        timezone: IANA name of the zone of its clock; ``clock_offset``: s that it is ahead of the tablet's.
+        latency: s until an answer: fastest, median, 95th percentile, slowest. ``lost``: share of requests without an answer, 0–1.
+        rest: what it does not bear, where that was found.
+        priority_counts: whether an item of higher priority begins before an earlier one.
+        quiet_s, timeout_s: proposed from the latency: quiet time after an unknown outcome, and for a whole answer, in seconds.
+    """
+    serial_number: str | None
+    software: str | None
+    has_search: bool | None = None
+    page_limit: int | None = None
+    ignores: frozenset[str] | None = None
+    token_field: str | None = None
+    item_states: Mapping[str, str] = field(default_factory=dict)
+    cancelled_message: str | None = None
+    gives_id: bool | None = None
+    order_status: int | None = None
+    timezone: str | None = None
+    clock_offset: float | None = None
+    latency: tuple[float, float, float, float] | None = None
+    lost: float | None = None
+    rest: Rest | None = None
+    priority_counts: bool | None = None
+    quiet_s: float | None = None
+    timeout_s: float | None = None
+
+    def is_of(self, serial_number: str | None, software: str | None) -> bool:
+        """Whether it is about this machine as it is now."""
+        return self.serial_number == serial_number and self.software == software
+
+
+NOTHING_KNOWN = RobotProfile(None, None)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Agreement that missions are queued. ``mission``: the name of a harmless one of the robot's; None: one that waits a second is made
+    for it, and removed afterwards."""
+    mission: str | None = None
+
+
+@dataclass(frozen=True)
+class LeftBehind:
+    """What a trial is about to change, or has changed, on a robot, so that it can be put back whatever happens: the mission that was made
+    (its guid; None: none), the tokens of what was queued, and whether the robot was paused."""
+    serial_number: str | None
+    mission: str | None = None
+    tokens: tuple[str, ...] = ()
+    queue_floor: int = 0                 # what was queued has higher ids
+    is_paused: bool = False
+
+
+@dataclass(frozen=True)
+class Report:
+    """One check-up. ``began_at`` is aware UTC, ``took_s`` in seconds. ``mission``: what was queued; empty: nothing was."""
+    robot: str
+    address: str
+    model: str
+    began_at: datetime
+    took_s: float
+    findings: tuple[Finding, ...]
+    profile: RobotProfile
+    mission: str = ""
+    is_complete: bool = True             # not cancelled, and the robot answered to the end
+
+    @property
+    def level(self) -> Level:
+        """The worst."""
+        levels = {finding.level for finding in self.findings}
+        return next((level for level in (Level.RED, Level.AMBER) if level in levels), Level.GREEN)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """``done`` of ``of`` seconds, as far as is known."""
+    says: Message
+    done: float
+    of: float

@@ -1,0 +1,107 @@
+"""How soon the robot answers, how often it doesn't, and whether it bears as many questions as the app may have."""
+from __future__ import annotations
+
+from statistics import median
+
+from app.domain.check_up import Rest, Topic
+from app.domain.message import message
+from app.domain.robot import RobotState
+from app.mir.errors import RobotError
+from app.mir.transport import Timeouts
+from app.services.check_up.look import Look
+
+MINUTE = 60                  # questions, one a second
+LOAD_S, LOAD_A_SECOND = 10.0, 4          # how long, and how many: more than the app asks at its busiest
+BACK_WITHIN = 120.0          # s that a robot which went away is waited for
+SLOW_S, LOST = 1.0, 0.02     # from here on it is told
+TOO_SLOW_S = Timeouts().read             # an answer that takes longer is none, unless the robot's profile allows for it
+QUIET_FACTOR, TIMEOUT_FACTOR = 6, 2      # times the slowest answer
+LONGEST_QUIET, LONGEST_TIMEOUT = 600.0, 30.0
+
+
+def measure(look: Look, questions: int, after_s: float, of_s: float) -> None:
+    """``questions``: one a second."""
+    took: list[float] = []
+    lost = 0
+    for number in range(questions):
+        look.at(message("Measuring how soon it answers"), after_s + number, of_s)
+        began = look.probe.clock()
+        try:
+            look.probe.status()
+        except RobotError:
+            lost += 1
+        else:
+            took.append(look.probe.clock() - began)
+        look.pause(max(0.0, 1.0 - (look.probe.clock() - began)))
+    look.seen["lost"] = lost / questions
+    if not took:
+        look.red(Topic.LATENCY, message("It answered none of {n} questions", n=questions),
+                 message("Nothing can be scheduled before it answers: check the radio network where the robot drives."))
+        return
+    took.sort()
+    slowest = took[-1]
+    look.seen["latency"] = took[0], median(took), took[int(0.95 * (len(took) - 1))], slowest
+    _judge(look, questions, lost, median(took), slowest)
+
+
+def _judge(look: Look, questions: int, lost: int, usual: float, slowest: float) -> None:
+    says = message("Of {n} questions {lost} had no answer; half of the answers came within {usual} s, the slowest took {slowest} s",
+                   n=questions, lost=lost, usual=round(usual, 2), slowest=round(slowest, 2))
+    if slowest > TOO_SLOW_S:
+        look.seen["quiet_s"] = min(LONGEST_QUIET, max(90.0, QUIET_FACTOR * slowest))
+        look.seen["timeout_s"] = min(LONGEST_TIMEOUT, TIMEOUT_FACTOR * slowest)
+        look.red(Topic.LATENCY, says, message("The app waits up to {timeout} s for it from now on, and {quiet} s before it sends a start "
+                 "again whose answer was lost. Starts may be late: have the robot's disk and network looked at.",
+                 timeout=round(look.seen["timeout_s"]), quiet=round(look.seen["quiet_s"])))
+    elif lost > LOST * questions or slowest > SLOW_S:
+        look.amber(Topic.LATENCY, says, message(
+            "Starts may be late by as much, and one whose answer was lost is sent again only after it is certain that it did not arrive. "
+            "Better radio where the robot drives helps."))
+    else:
+        look.green(Topic.LATENCY, says)
+
+
+def load(look: Look, after_s: float, of_s: float) -> None:
+    """Ten seconds of as many questions as the app asks at its busiest, unless the robot is at work."""
+    try:
+        before = look.probe.status()
+    except RobotError:
+        before = None
+    if before is None or before.state not in (RobotState.READY, RobotState.PAUSE):
+        look.amber(Topic.LOAD, message("Not tried, as it is not standing ready"),
+                   message("Check up again while it stands: it is asked 40 times within 10 s then."))
+        return
+    began, asked = look.probe.clock(), 0
+    uptime, failed = before.uptime_s, False
+    while not failed and asked < LOAD_S * LOAD_A_SECOND:
+        look.at(message("Asking as often as the app does at its busiest"), after_s + look.probe.clock() - began, of_s)
+        asked += 1
+        try:
+            look.probe.status()
+        except RobotError:
+            failed = True
+        look.pause(max(0.0, began + asked / LOAD_A_SECOND - look.probe.clock()))
+    if not failed:
+        look.green(Topic.LOAD, message("It answered {n} questions within {seconds} s", n=asked, seconds=round(LOAD_S)))
+        return
+    has_booted = _came_back_anew(look, uptime, after_s, of_s)
+    seconds = max(1.0, look.probe.clock() - began)
+    look.seen["rest"] = Rest(max(1, asked - 1), min(LOAD_S, seconds))
+    look.red(Topic.LOAD, message("It booted when it was asked {n} times within 10 s", n=asked) if has_booted else
+             message("It stopped answering when it was asked {n} times within 10 s", n=asked),
+             message("The app asks this robot less often from now on. Look for other programs that ask it too: fleet, dashboards, "
+                     "scripts."))
+
+
+def _came_back_anew(look: Look, uptime_s: float | None, after_s: float, of_s: float) -> bool:
+    """Whether it has booted meanwhile; it is waited for."""
+    began = look.probe.clock()
+    while look.probe.clock() - began < BACK_WITHIN:
+        look.at(message("Waiting until it answers again"), after_s, of_s)
+        look.pause(1.0)
+        try:
+            status = look.probe.status()
+        except RobotError:
+            continue
+        return uptime_s is None or status.uptime_s is None or status.uptime_s < uptime_s
+    return False

@@ -1,0 +1,124 @@
+"""What a check-up reads: each deviant is named by the topics that it differs in and by no other, and nothing is written to a robot."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+import pytest
+
+from app.domain.check_up import Level, Topic
+from app.domain.message import render
+from app.mir.errors import Unreachable
+from app.mir.transport import Response
+from app.services.check_up.look import NotWanted
+from app.services.check_up.reading import read_robot
+from mir_sim import DEVIANTS, deviant
+from tests.support.asked_robot import AskedRobot
+
+READ = [topic for topic in Topic if not topic.is_tried]
+# The topics that are not green, besides the certificate: the simulator speaks http.
+NAMED: Mapping[str, dict[Topic, Level]] = {
+    "forgets-descriptions": {}, "renames-descriptions": {}, "moves-descriptions": {}, "no-id": {},          # shown by a trial only
+    "no-search": {Topic.SEARCH: Level.AMBER},
+    "pages-of-50": {Topic.PAGING: Level.AMBER},
+    "ignores-sort": {Topic.SORTING: Level.AMBER},
+    "german-texts": {Topic.LANGUAGE: Level.AMBER},
+    "german-states": {Topic.LANGUAGE: Level.AMBER},
+    "cancelled": {Topic.LANGUAGE: Level.AMBER},
+    "slow-disk": {Topic.LATENCY: Level.RED},
+    "other-zone": {Topic.CLOCK: Level.AMBER},
+    "reboots-under-load": {Topic.LOAD: Level.RED},
+    "fleet": {Topic.OTHERS: Level.AMBER},
+}
+
+
+def read(robot: AskedRobot, **values):
+    look = robot.look(**values)
+    read_robot(look)
+    return look
+
+
+def told(look) -> dict[Topic, Level]:
+    return {finding.topic: finding.level for finding in look.findings if finding.level is not Level.GREEN}
+
+
+def in_words(look) -> str:
+    return "\n".join(f"{finding.level} {finding.topic}: {render(finding.says)} - {render(finding.means)}" for finding in look.findings)
+
+
+@pytest.mark.parametrize("software", ["2.14.7", "3.5.4", "3.8.1"])
+@pytest.mark.parametrize("history", [0, 3, 400])
+def test_a_faithful_robot_is_green(software, history):
+    robot = AskedRobot(software=software, history=history)
+    look = read(robot)
+    assert told(look) == {Topic.CERTIFICATE: Level.AMBER}, in_words(look)
+    assert [finding.topic for finding in look.findings] == sorted(READ, key=[f.topic for f in look.findings].index)
+    assert set(READ) == {finding.topic for finding in look.findings}
+    assert robot.writes == []
+
+
+@pytest.mark.parametrize("name", DEVIANTS)
+def test_each_deviant_is_named_by_what_differs(name):
+    robot = AskedRobot(deviant(name))
+    robot.clock.advance(3600)
+    look = read(robot)
+    assert told(look) == {Topic.CERTIFICATE: Level.AMBER, **NAMED[name]}, in_words(look)
+    assert robot.writes == []
+
+
+ODD = {
+    "a page": Response(200, b"<html><body>Sign in</body></html>", {"Content-Type": "text/html"}),
+    "no JSON": Response(200, b"\xff\xfe{", {}),
+    "a text": Response(200, b'"yes"', {}),
+    "a number": Response(200, b"17", {}),
+    "null": Response(200, b"null", {}),
+    "an object": Response(200, b"{}", {}),
+    "a list of odd things": Response(200, b'[null, 3, "x", [], {}, {"id": "7", "guid": 5, "ordered": 9, "state": {}}]', {}),
+    "ids of all kinds": Response(200, b'[{"id": true, "state": "Done"}, {"id": -4, "state": ""}, {"id": 9e99}]', {}),
+    "nothing": Response(204, b"", {}),
+    "refused": Response(401, b"", {}),
+    "forbidden": Response(403, b"{}", {}),
+    "gone": Response(410, b"", {}),
+    "busy": Response(503, b"{}", {}),
+    "elsewhere": Response(302, b"", {"Location": "http://10.9.9.9/"}),
+}
+
+
+@pytest.mark.parametrize("but_for", ["/status", ""])
+@pytest.mark.parametrize("odd", ODD)
+def test_odd_answers_are_findings_and_nothing_else(odd, but_for):
+    """To everything, or to everything but its status."""
+    robot = AskedRobot()
+    robot.meddle = lambda method, path, answer: answer if path == but_for else ODD[odd]
+    look = read(robot)
+    assert any(finding.level is Level.RED for finding in look.findings), in_words(look)
+    assert len({finding.topic for finding in look.findings}) == len(look.findings)
+    assert robot.writes == []
+
+
+def test_a_robot_that_is_off_is_one_red_finding():
+    robot = AskedRobot()
+    robot.meddle = raises(Unreachable(code="refused"))
+    look = read(robot)
+    assert [(finding.topic, finding.level) for finding in look.findings] == [(Topic.IDENTITY, Level.RED)]
+
+
+def raises(error):
+    def meddle(method, path, answer):
+        raise error
+    return meddle
+
+
+def test_it_ends_where_somebody_wants_it_to():
+    robot = AskedRobot()
+    wanted = iter([True] * 20)
+    with pytest.raises(NotWanted):
+        read(robot, is_wanted=lambda: next(wanted, False))
+    assert len(robot.requests) < 80
+
+
+def test_it_says_how_far_it_is():
+    told = []
+    read(AskedRobot(), told=told.append)
+    assert all(0 <= before.done <= after.done <= after.of for before, after in pairwise(told))
+    assert len({render(progress.says) for progress in told}) >= 4

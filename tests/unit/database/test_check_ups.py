@@ -1,0 +1,96 @@
+"""What is kept of check-ups: it comes back as it was, holds for one machine with one software, and goes and comes with its robot."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import pytest
+
+from app.container import Container
+from app.database.check_ups import CheckUpRepository
+from app.domain.check_up import Finding, LeftBehind, Level, Report, Rest, RobotProfile, Topic
+from app.domain.message import message
+from app.domain.models import Robot
+from tests.support.clock import VirtualClock
+
+PROFILE = RobotProfile("S1", "3.5.4", has_search=False, page_limit=50, ignores=frozenset({"sort_by", "limit"}),
+                       token_field="order_description", item_states={"Fertig": "Done"}, cancelled_message="Abgebrochen",
+                       gives_id=False, order_status=200, timezone="Asia/Tokyo", clock_offset=-1.5,
+                       latency=(0.1, 0.2, 0.5, 9.0), lost=0.05, rest=Rest(30, 10.0), priority_counts=False, quiet_s=90.0, timeout_s=18.0)
+REPORT = Report("R1", "http://10.0.0.1", "MiR250", datetime(2026, 11, 23, 6, tzinfo=UTC), 81.5,
+                (Finding(Topic.SEARCH, Level.AMBER, message("Its queue can't be searched: {problem}", problem="404"), message("Nothing.")),
+                 Finding(Topic.CLOCK, Level.GREEN, message("Its clock is right, in {zone}", zone="Asia/Tokyo"))), PROFILE, "Wait", False)
+CHECK_UPS = CheckUpRepository()
+
+
+@pytest.fixture
+def container(tmp_path):
+    container = Container.open(tmp_path, VirtualClock())
+    yield container
+    container.close()
+
+
+@pytest.fixture
+def robot(container) -> Robot:
+    robot = container.catalogue.save_robot(Robot("R1", "http://10.0.0.1", "admin"), password="admin")
+    container.db.write(lambda c: container.repositories.robots.note_identity(c, robot, serial_number="S1", software="3.5.4"))
+    return current(container, robot)
+
+
+def current(container, robot) -> Robot:
+    found = container.repositories.robots.get(container.db.read(), robot.id)
+    assert found is not None
+    return found
+
+
+def put(container, robot, report=REPORT) -> None:
+    container.db.write(lambda c: CHECK_UPS.put(c, robot.id, report))
+
+
+@pytest.mark.parametrize("report", [REPORT, replace(REPORT, findings=(), profile=RobotProfile("S1", None), mission="", is_complete=True)])
+def test_it_comes_back_as_it_was(container, robot, report):
+    put(container, robot, report)
+    assert CHECK_UPS.report(container.db.read(), robot.id) == report
+
+
+def test_the_robot_has_its_profile(container, robot):
+    assert robot.known is None
+    put(container, robot)
+    assert current(container, robot).known == PROFILE
+
+
+def test_another_software_has_none_until_it_is_asked_again(container, robot):
+    put(container, robot)
+    container.db.write(lambda c: container.repositories.robots.note_identity(c, robot, software="3.8.1"))
+    assert current(container, robot).known is None
+    container.db.write(lambda c: container.repositories.robots.note_identity(c, robot, software="3.5.4"))
+    assert current(container, robot).known == PROFILE
+
+
+def test_another_machine_gets_nothing_of_it(container, robot):
+    put(container, robot)
+    container.catalogue.save_robot(replace(current(container, robot), serial_number="S2"), password="admin")
+    assert current(container, robot).known is None
+    put(container, robot)
+    assert CHECK_UPS.report(container.db.read(), robot.id) is None
+
+
+def test_it_goes_and_comes_with_its_robot(container, robot):
+    put(container, robot)
+    left = LeftBehind("S1", "guid", ("token",), 17, True)
+    container.db.write(lambda c: CHECK_UPS.note_left_behind(c, robot.id, left))
+    removed = container.catalogue.remove_robot(robot.id)
+    assert CHECK_UPS.report(container.db.read(), robot.id) is None
+    container.catalogue.restore(removed)
+    assert CHECK_UPS.report(container.db.read(), robot.id) == REPORT
+    assert CHECK_UPS.left_behind(container.db.read()) == {robot.id: left}
+
+
+def test_what_was_left_behind_is_kept_beside_it(container, robot):
+    left = LeftBehind("S1", tokens=("a", "b"))
+    container.db.write(lambda c: CHECK_UPS.note_left_behind(c, robot.id, left))
+    put(container, robot)
+    assert CHECK_UPS.left_behind(container.db.read()) == {robot.id: left}
+    container.db.write(lambda c: CHECK_UPS.note_left_behind(c, robot.id, None))
+    assert CHECK_UPS.left_behind(container.db.read()) == {}
+    assert CHECK_UPS.report(container.db.read(), robot.id) == REPORT
