@@ -30,11 +30,6 @@ def hall(tmp_path):
     hall.switch_off()
 
 
-def learn(hall):
-    reader = hall.container.mission_actions
-    reader.ask(reader.not_told())
-
-
 def stops(hall, name="Deliver"):
     return StopRepository().of(hall.container.db.read(), GUIDS[name])
 
@@ -72,7 +67,7 @@ def told(row):
 
 def test_what_a_mission_drives_to_is_read_from_a_robot_and_kept(hall):
     assert stops(hall) == ()
-    learn(hall)
+    hall.learn_stops()
     assert stops(hall) == DELIVER
     hall.switch_off()
     hall.switch_on()
@@ -80,33 +75,33 @@ def test_what_a_mission_drives_to_is_read_from_a_robot_and_kept(hall):
 
 
 def test_a_position_that_is_moved_or_a_mission_that_is_changed_is_read_again_in_time(hall):
-    learn(hall)
+    hall.learn_stops()
     for machine in hall.machines.values():
         machine.site.table("/positions").get(WAREHOUSE.guid)["pos_x"] = 1.0
-    learn(hall)
+    hall.learn_stops()
     assert stops(hall) == DELIVER
     hall.run(13 * 3600)
-    learn(hall)
+    hall.learn_stops()
     assert stops(hall)[0].spot == Spot(MAP_GUID, 1.0, 19.0)
 
 
 def test_where_a_position_is_asked_for_or_not_told_nothing_is_known_of_it(hall):
     hall.add_mission("Go to position")
     hall.network.next("GET", "/positions/" + LINE.guid, Fate.NOT_FOUND)
-    learn(hall)
+    hall.learn_stops()
     assert stops(hall, "Go to position") == (Stop(),)
     assert stops(hall) == (DELIVER[0], Stop(LINE.guid))
 
 
 def test_how_far_away_a_run_began_is_learned_with_the_robot_of_whichever_kind_it_is(hall):
-    learn(hall)
+    hall.learn_stops()
     experienced(hall)
     [*ways] = DurationRepository().usual(hall.container.db.read(), hall.robot("R2").id, GUIDS["Deliver"]).ways_m
     assert ways == pytest.approx([7.0, 27.9, 27.9], abs=2.5)
 
 
 def test_the_nearer_of_two_robots_comes_and_says_so(hall):
-    learn(hall)
+    hall.learn_stops()
     experienced(hall)
     put(hall, R2=NEAR)
     row = planned(hall)
@@ -124,7 +119,7 @@ def test_without_positions_the_first_comes_and_nothing_is_said_of_metres(hall):
 
 
 def test_on_another_map_no_way_is_known(hall):
-    learn(hall)
+    hall.learn_stops()
     experienced(hall)
     for machine in hall.machines.values():
         machine.site.table("/maps").add(machine.site.table("/maps").get(MAP_GUID) | {"guid": "another-map", "name": "Upstairs"})
@@ -138,7 +133,7 @@ def at_once(hall):
 
 
 def test_of_what_waits_in_a_queue_the_way_is_that_at_its_beginning(hall):
-    learn(hall)
+    hall.learn_stops()
     at_once(hall)
     put(hall, R2=NEAR)
     hall.hold("R1")
@@ -154,7 +149,7 @@ def test_of_what_waits_in_a_queue_the_way_is_that_at_its_beginning(hall):
 def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):
     """Both are as busy as each other: nobody knows how long that lasts. R2 will be the nearer one."""
     compactor, home = (hall.add_mission(name) for name in ("Waste to compactor", "Home"))
-    learn(hall)
+    hall.learn_stops()
     at_once(hall)
     experienced(hall)
     hall.plan("A", at=next_minute(hall))
@@ -166,7 +161,7 @@ def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):
 
 
 def test_a_start_that_is_given_back_has_no_way_until_another_robot_has_it(hall):
-    learn(hall)
+    hall.learn_stops()
     put(hall, R1=NEAR, R2=FAR)
     hall.run(5)
     hall.network.down |= {"R1"}
