@@ -12,6 +12,7 @@ from enum import Enum, IntEnum, StrEnum
 from typing import Any, NamedTuple
 
 POSITIONS = ("position", "marker")         # parameters of actions whose value is the guid of a position
+FARTHEST = 10_000.0          # m between two spots of one map
 
 
 class RobotState(IntEnum):
@@ -219,10 +220,11 @@ class Spot(NamedTuple):
 
 
 def straight_way(here: Spot | None, there: Spot | None) -> float | None:
-    """Metres; None where one of them is not known, or they are on different maps."""
+    """Metres; None where one of them is not known, they are on different maps, or it can't be."""
     if here is None or there is None or here.map_id != there.map_id:
         return None
-    return math.hypot(here.x - there.x, here.y - there.y)
+    metres = math.hypot(here.x - there.x, here.y - there.y)
+    return metres if metres <= FARTHEST else None
 
 
 @dataclass(frozen=True)

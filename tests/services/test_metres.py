@@ -146,6 +146,14 @@ def test_of_what_waits_in_a_queue_the_way_is_that_at_its_beginning(hall):
     assert hall.run_of().approach_m == pytest.approx(12.0, abs=2.5)              # from line 1 to the warehouse
 
 
+def test_where_a_robot_says_nonsense_of_its_position_it_is_not_known(hall):
+    hall.learn_stops()
+    experienced(hall)
+    put(hall, R1=Pose(1e308, -1e308, 0.0), R2=Pose(20_000.0, 0.0, 0.0))
+    row = planned(hall)
+    assert (row.robot, told(row), row.approach_m) == ("R1", "R1: free now; R2: free now", None)
+
+
 def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):
     """Both are as busy as each other: nobody knows how long that lasts. R2 will be the nearer one."""
     compactor, home = (hall.add_mission(name) for name in ("Waste to compactor", "Home"))
