@@ -58,9 +58,9 @@ from app.services.live.tablet import Tablet, machine_id
 from app.services.planning.plan import Plan
 from app.services.planning.seen import Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
-from app.services.robots.charging import ChargingMissions
 from app.services.robots.commands import ClientFactory, Operator
 from app.services.robots.maps import RobotMaps
+from app.services.robots.mission_actions import MissionActionsReader
 from app.services.robots.missions import RobotMissions
 from app.services.suggestions.suggestions import Suggestions
 
@@ -135,7 +135,7 @@ class Container:
         self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
-        self.charging_missions = ChargingMissions(db, self.catalogue, self.snapshots, self.make_client, clock)
+        self.mission_actions = MissionActionsReader(db, self.catalogue, self.snapshots, self.make_client, clock)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
                                  engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client,
                                  robot_missions=self.robot_missions)

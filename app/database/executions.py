@@ -15,8 +15,8 @@ from app.domain.models import OPEN_STATES, Execution, Mission, Reason, ReasonCod
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
-UNBOUND: dict[str, Any] = {"robot_id": None, "robot": "", "bound_at": None, "choice": {}, "queue_floor": None, "robot_address": None,
-                           "robot_serial": None}
+UNBOUND: dict[str, Any] = {"robot_id": None, "robot": "", "bound_at": None, "choice": {}, "approach_m": None, "queue_floor": None,
+                           "robot_address": None, "robot_serial": None}
 _ADDED_AT_ONCE = 100         # rows in one statement
 PRUNED_AT_ONCE = 100         # of each kind, so that due executions never wait long for the writer
 

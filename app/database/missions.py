@@ -47,12 +47,15 @@ class MissionRepository:
                                                UNION SELECT robot_id FROM idle_rules WHERE mission_id = ?""", (mission_id, mission_id))}
 
     def planned(self, c: sqlite3.Connection) -> dict[int, list[str]]:
-        """Guids of what schedules and idle rules start, by the robot's id."""
+        """Guids of what schedules and idle rules start, by the robot's id; of a robot of a group all that it may be given."""
         found: dict[int, list[str]] = {}
         for robot_id, guid in c.execute("""
                 SELECT DISTINCT used.robot_id, missions.guid FROM missions JOIN (
-                    SELECT robot_id, mission_id FROM schedules WHERE enabled = 1
-                    UNION SELECT robot_id, mission_id FROM idle_rules WHERE enabled = 1) AS used ON used.mission_id = missions.id
+                    SELECT robot_id, mission_id FROM schedules WHERE enabled = 1 AND robot_id IS NOT NULL
+                    UNION SELECT robot_id, mission_id FROM idle_rules WHERE enabled = 1
+                    UNION SELECT members.robot_id, id FROM (SELECT DISTINCT robot_id FROM group_members) AS members
+                          JOIN missions ON coalesce(missions.robot_id, members.robot_id) = members.robot_id) AS used
+                    ON used.mission_id = missions.id
                 ORDER BY used.robot_id, missions.id"""):
             found.setdefault(robot_id, []).append(guid)
         return found

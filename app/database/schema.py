@@ -5,7 +5,7 @@ AUTOINCREMENT, because the id of a deleted schedule must never come back: the to
 """
 from __future__ import annotations
 
-from app.database.schema_groups import _DRAIN, _GROUPS, _RUN_DURATIONS, _SKIPPED_AHEAD, _SUGGESTIONS_AND_GROUP_FIGURES
+from app.database.schema_groups import _DRAIN, _GROUPS, _RUN_DURATIONS, _SKIPPED_AHEAD, _SUGGESTIONS_AND_GROUP_FIGURES, _WAYS
 
 APPLICATION_ID = 0x414D5253  # "AMRS": how a file is known to be ours
 
@@ -288,4 +288,4 @@ CREATE TABLE check_ups (                      -- of robots: what the last one fo
 
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
                                _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _SKIPPED_AHEAD, _GROUPS,
-                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN, _RUN_DURATIONS, _CHECK_UPS)
+                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN, _RUN_DURATIONS, _CHECK_UPS, _WAYS)

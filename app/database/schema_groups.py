@@ -158,3 +158,34 @@ CREATE TRIGGER run_durations_complete AFTER UPDATE OF state ON executions
 WHEN NEW.state = 'completed' AND OLD.state <> 'completed' AND NEW.ended_at IS NOT NULL AND NEW.duration_s BETWEEN 0 AND 86400 BEGIN
 {_NOTE_DURATION}
 """
+
+_NOTE_RUN = """
+    INSERT INTO run_durations (robot_id, mission_guid, ended_at, execution_id, duration_s, approach_m)
+        SELECT id, NEW.mission_guid, NEW.ended_at, NEW.id, NEW.duration_s, NEW.approach_m FROM robots WHERE id = NEW.robot_id
+        ON CONFLICT DO NOTHING;
+    DELETE FROM run_durations WHERE robot_id = NEW.robot_id AND mission_guid = NEW.mission_guid AND (ended_at, execution_id) <= (
+        SELECT ended_at, execution_id FROM run_durations WHERE robot_id = NEW.robot_id AND mission_guid = NEW.mission_guid
+        ORDER BY ended_at DESC, execution_id DESC LIMIT 1 OFFSET 20);
+END;
+"""
+
+_WAYS = f"""
+CREATE TABLE mission_stops (                  -- what a mission drives to, in order, as its actions said when a robot was asked last
+    mission_guid TEXT NOT NULL,
+    number       INTEGER NOT NULL,
+    position     TEXT NOT NULL,               -- its guid; '': asked for when the mission is queued, or coordinates
+    name         TEXT NOT NULL,
+    map_id       TEXT,
+    x            REAL,                        -- m
+    y            REAL,
+    PRIMARY KEY (mission_guid, number)
+) STRICT, WITHOUT ROWID;
+ALTER TABLE run_durations ADD COLUMN approach_m REAL;         -- straight way to the first of these when it began; NULL: not known
+DROP TRIGGER run_durations_add;
+DROP TRIGGER run_durations_complete;
+CREATE TRIGGER run_durations_add AFTER INSERT ON executions
+WHEN NEW.state = 'completed' AND NEW.ended_at IS NOT NULL AND NEW.duration_s BETWEEN 0 AND 86400 BEGIN {_NOTE_RUN}
+CREATE TRIGGER run_durations_complete AFTER UPDATE OF state ON executions
+WHEN NEW.state = 'completed' AND OLD.state <> 'completed' AND NEW.ended_at IS NOT NULL AND NEW.duration_s BETWEEN 0 AND 86400 BEGIN
+{_NOTE_RUN}
+"""

@@ -4,6 +4,7 @@ Nothing here ever fails, as in ``reasons``.
 """
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from datetime import datetime, tzinfo
 from types import MappingProxyType
@@ -94,6 +95,9 @@ def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) ->
         return text.format(robot=robot["robot"], battery=round(battery) if isinstance(battery, int | float) else "–")
     if until := _time(robot.get("until"), zone, translate):
         return translate("{robot} busy until about {until}").format(robot=robot["robot"], until=until)
+    metres = robot.get("metres")
+    if isinstance(metres, int | float) and math.isfinite(metres):
+        return translate("{robot}: free now, {metres} m away").format(robot=robot["robot"], metres=round(metres))
     return translate("{robot}: free now").format(robot=robot["robot"])
 
 

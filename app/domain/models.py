@@ -238,6 +238,7 @@ class DurationEstimate:
     median_s: float
     slow_s: float
     samples_s: tuple[float, ...] = ()         # each of them, shortest first
+    ways_m: tuple[float, ...] = ()            # straight, to the mission's first stop, of those of which that is known; shortest first
     typed: bool = False
 
     @property

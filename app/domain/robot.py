@@ -5,10 +5,14 @@ robot are naive times of its own clock, which may be wrong: only differences bet
 """
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import Enum, IntEnum, StrEnum
-from typing import Any
+from typing import Any, NamedTuple
+
+POSITIONS = ("position", "marker")         # parameters of actions whose value is the guid of a position
+FARTHEST = 10_000.0          # m between two spots of one map
 
 
 class RobotState(IntEnum):
@@ -82,6 +86,11 @@ class RobotStatus:
     software: str | None = None          # header Robot-Version
     date: datetime | None = None         # header Date, aware UTC: the robot's clock when it answered
     elapsed_s: float = 0.0               # from asking to the whole answer
+
+    @property
+    def spot(self) -> Spot | None:
+        """Where it is."""
+        return None if self.position is None or self.map_id is None else Spot(self.map_id, self.position.x, self.position.y)
 
 
 class QueueState(Enum):
@@ -165,7 +174,7 @@ class MissionParameter:
     @property
     def is_position(self) -> bool:
         """Whether the robot wants the guid of a position on its map."""
-        return self.sets in ("position", "marker")
+        return self.sets in POSITIONS
 
     def value_of(self, given: Any) -> Any:
         """One of the choices: ``given`` itself, or the one that people call so; None where it is none of them."""
@@ -203,6 +212,38 @@ class Identity:
         return self.status.serial_number
 
 
+class Spot(NamedTuple):
+    """Where something is: metres on a map."""
+    map_id: str
+    x: float
+    y: float
+
+
+def straight_way(here: Spot | None, there: Spot | None) -> float | None:
+    """Metres; None where one of them is not known, they are on different maps, or it can't be."""
+    if here is None or there is None or here.map_id != there.map_id:
+        return None
+    metres = math.hypot(here.x - there.x, here.y - there.y)
+    return metres if metres <= FARTHEST else None
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A position that a mission drives to, by its guid, which is empty where the mission drives to something else: a position that is asked
+    for when it is queued, or coordinates."""
+    position: str = ""
+    name: str = ""
+    spot: Spot | None = None
+
+
+@dataclass(frozen=True)
+class MissionActions:
+    """What the actions of a mission tell. ``charges``: it brings the robot to its charger, and does nothing else. ``drives_to``: guids of
+    positions in order, empty ones as in ``Stop``."""
+    charges: bool = False
+    drives_to: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class RobotMap:
     """A map as PNG. ``origin`` is the pose of the picture's lower left corner in the map's frame (ROS convention)."""
@@ -223,3 +264,7 @@ class MapPosition:
     type_id: int | None = None
     map_id: str | None = None
     pose: Pose | None = None
+
+    @property
+    def spot(self) -> Spot | None:
+        return None if self.pose is None or self.map_id is None else Spot(self.map_id, self.pose.x, self.pose.y)

@@ -20,6 +20,7 @@ from app.domain.robot import (
     IdentifiedBy,
     Identity,
     MapPosition,
+    MissionActions,
     MissionDetail,
     MissionInfo,
     MissionParameter,
@@ -196,10 +197,10 @@ class RobotClient:
             (mission.actions_url or f"{own}/actions", mission_parameters.from_actions)))
         return mission_parameters.with_meaning(found, of_actions) if found else of_actions
 
-    def charges(self, guid: str) -> bool:
-        """Whether the mission brings the robot to its charger, as its actions say."""
+    def actions(self, guid: str) -> MissionActions:
+        """What the mission's actions tell."""
         url = self.mission(guid).actions_url or f"{API}/missions/{_segment(guid)}/actions"
-        return self._get(url.removeprefix(API), mission_parameters.is_way_to_charger, largest=None)
+        return self._get(url.removeprefix(API), mission_parameters.actions, largest=None)
 
     def _parameters(self, url: str, read: Callable[[Any], list[MissionParameter]]) -> list[MissionParameter]:
         try:
@@ -280,6 +281,10 @@ class RobotClient:
         return self._get(path, lambda found: parse.listed(found, message("the list of positions"),
                                                           lambda entry: parse.map_position(entry, map_id)),
                          {"whitelist": "all"}, largest=None)
+
+    def position(self, guid: str) -> MapPosition:
+        """With its coordinates. Raises Rejected with status 404 when the robot has no such position."""
+        return self._get(f"/positions/{_segment(guid)}", parse.position)
 
     # ------------------------------------------------------------------ requests
     def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:

@@ -14,12 +14,13 @@ from types import MappingProxyType
 from typing import Any
 
 from app.domain.message import message
-from app.domain.robot import MissionParameter
+from app.domain.robot import POSITIONS, MissionActions, MissionParameter
 from app.mir.errors import Unreadable
-from app.mir.parse import LONGEST_LIST, Object, float_or_none
+from app.mir.parse import LONGEST_LIST, Object, float_or_none, int_or_none, text_or_none
 from app.mir.texts import clean
 
 MOST_PARAMETERS = 50         # of a mission: each is a field on the screen
+MOST_STOPS = 50              # of a mission: positions that it drives to
 # Parameter of an action: its unit, and the range that holds where the robot gives none.
 _QUANTITIES: Mapping[str, tuple[str, float | None, float | None]] = MappingProxyType({
     "x": ("m", None, None), "y": ("m", None, None), "orientation": ("°", -180, 180), "distance_threshold": ("m", 0, None),
@@ -28,6 +29,7 @@ _QUANTITIES: Mapping[str, tuple[str, float | None, float | None]] = MappingProxy
 
 CHARGING = "charging"        # types of actions
 WAY_TO_CHARGER = frozenset({CHARGING, "docking", "move", "move_to_position", "relative_move", "adjust_localization", "wait"})
+_ELSEWHERE = frozenset({"move_to_position", "load_mission"})        # drives to coordinates, or wherever another mission does
 
 
 def from_definition(value: Any) -> list[MissionParameter]:
@@ -45,7 +47,19 @@ def from_actions(value: Any) -> list[MissionParameter]:
                    for action in _objects(value) for entry in _objects(action.get("parameters")))
 
 
-def is_way_to_charger(value: Any) -> bool:
+def actions(value: Any) -> MissionActions:
+    in_order = sorted(_objects(value), key=lambda action: int_or_none(action.get("priority")) or 0)
+    return MissionActions(_is_way_to_charger(value), tuple(goal for action in in_order for goal in _goals(action))[:MOST_STOPS])
+
+
+def _goals(action: Object) -> list[str]:
+    if action.get("action_type") in _ELSEWHERE:
+        return [""]
+    return ["" if entry.get("input_name") else text_or_none(entry.get("value")) or ""
+            for entry in _objects(action.get("parameters")) if entry.get("id") in POSITIONS][:1]
+
+
+def _is_way_to_charger(value: Any) -> bool:
     """Whether a mission with these actions charges the robot, and does nothing else but go there."""
     types = {str(action.get("action_type")) for action in _objects(value)}
     return isinstance(value, list) and len(value) <= LONGEST_LIST and CHARGING in types and types <= WAY_TO_CHARGER

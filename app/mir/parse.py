@@ -303,6 +303,14 @@ def map_position(value: Object, map_id: str | None) -> MapPosition | None:
                        _pose(value, "pos_x", "pos_y"))
 
 
+def position(value: Any) -> MapPosition:
+    """Raises Unreadable for something else."""
+    found = map_position(object_(value, message("the position")), None)
+    if found is None:
+        raise Unreadable(problem=message("the position has no guid"))
+    return found
+
+
 def robot_map(value: Any) -> RobotMap:
     """The picture is ``map`` on software 2.x and ``base_map`` on 3.x. Raises Unreadable when it is no PNG of a sane size."""
     found = object_(value, message("the map"))

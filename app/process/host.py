@@ -37,7 +37,7 @@ def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Map
                 furnish(container, *demo)
             container.engine.add_chore("Serving commands", Inbox(directory.path, handlers(container), began - 1.0).tick)
             container.engine.add_chore("The daily backup", DailyBackup(container.db, container.clock, container.alarms).tick)
-            container.engine.add_chore("Asking which missions charge", container.charging_missions.tick)
+            container.engine.add_chore("Asking what missions do", container.mission_actions.tick)
             log.info("%s %s schedules on %s", NAME, __version__, directory.path)
             container.runner.start()
             yield container

@@ -22,7 +22,7 @@ from typing import Any
 from app.services.allocation.belief import weight
 from app.services.allocation.decide import decide
 from tests.benchmarks.hall.day import CALM, ROUGH, Day, Trouble, figures
-from tests.benchmarks.hall.policies import POLICIES, NearestIdle, ThisApp
+from tests.benchmarks.hall.policies import NO_METRES, POLICIES, NearestIdle, ThisApp
 from tests.benchmarks.hall.site import HOUR, Learned, Run, Site, run_time
 
 LOADS = (.3, .6, .85)
@@ -40,7 +40,8 @@ def table(days: int, robots: int, fixed: float) -> None:
                 found = []
                 for seed in range(days):
                     site = Site(seed, robots, load, fixed=fixed)
-                    found.append(figures(Day(site, Learned(site, seed, error=error), make(), seed, trouble).run()))
+                    learned = Learned(site, seed, error=error, positions=name != NO_METRES)
+                    found.append(figures(Day(site, learned, make(), seed, trouble).run()))
                 means = {key: statistics.fmean(each[key] for each in found) for key in found[0]}
                 print(f"{name:32s}" + "  ".join(f"{key} {value:.1f}" for key, value in means.items()), flush=True)
 

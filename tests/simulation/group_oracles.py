@@ -3,6 +3,7 @@ robots' own histories and the diary."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from datetime import timedelta
@@ -10,7 +11,9 @@ from typing import TYPE_CHECKING
 
 from app.domain.models import Overlap, Schedule
 from mir_sim.mission_queue import QueueItem
+from mir_sim.missions import MISSIONS
 from mir_sim.state import StateId
+from mir_sim.world import STATIONS as ALL_STATIONS
 from tests.simulation.diary import Key, instants
 from tests.support.network import Fate, Submission
 
@@ -26,6 +29,8 @@ PROTECTED = 150.0  # s before a planned start that its robot may be kept for it:
 UNKNOWN = 340.0  # the same while the duration is not known, and taken for five minutes
 GIVEN_WITH = 0.5  # s after another one a start may be sent that was given to its own robot in the same moment
 BINDING = 4.0  # s that a start may have waited unseen when another one was bound
+OFF_BY = 3.0  # m that a robot may be nearer or farther than was told
+STATIONS = {station.guid: station for station in ALL_STATIONS}
 KNOWN = (Fate.FINE, Fate.SLOW, Fate.REFUSED, Fate.NOT_FOUND)
 WORKS = (StateId.READY, StateId.EXECUTING, StateId.ABORTED, StateId.COMPLETED, StateId.DOCKED, StateId.DOCKING)
 
@@ -33,6 +38,7 @@ WORKS = (StateId.READY, StateId.EXECUTING, StateId.ABORTED, StateId.COMPLETED, S
 class GroupJudge:
     def __init__(self, world: World, judge: Judge) -> None:
         self.world, self.judge, self.diary = world, judge, world.diary
+        self.told_metres = 0
         self._last_called: set[str] = set()  # tokens
         self._posts: dict[str, list[Submission]] = defaultdict(list)  # by token
         self._stopped_since: dict[str, float] = {}  # robots by when they were first seen unable to work
@@ -77,6 +83,7 @@ class GroupJudge:
         if group_id is not None:
             self._judge_unread(post, earlier, name)
             self._judge_state(post, name)
+            self._judge_metres(post, name)
             wishes = self.diary.between(post.at - 10.0, post.at)
             if not any(group_id in each.at_once or post.token in each.given for each in wishes) and self._is_judged(post.token):
                 self._judge_order(post, group_id, name)
@@ -96,6 +103,19 @@ class GroupJudge:
         machine.catch_up()
         if since is not None and post.at - since > 3.0 and not self._works(post.robot):
             self.judge.object(f"safety: given to a robot that has been stopped for {post.at - since:.0f} s: {name}")
+
+    def _judge_metres(self, post: Submission, name: str) -> None:
+        """How far away the robot is was said as it is, where it was chosen a moment ago: one that is free stands still."""
+        row = self.world.site.container.ledger.by_token(post.token)
+        if row is None or row.bound_at is None or (self.world.site.clock.now() - row.bound_at).total_seconds() > BINDING:
+            return
+        [mission] = [mission for mission in MISSIONS if mission.guid == post.mission_id]
+        goal, pose = STATIONS[mission.actions[0].parameters["position"]].pose, self.world.site.machines[post.robot].pose
+        for told in row.choice.get("robots", ())[:1]:
+            if "metres" in told:
+                self.told_metres += 1
+                if abs(told["metres"] - math.dist((pose.x, pose.y), (goal.x, goal.y))) > OFF_BY:
+                    self.judge.object(f"truth: {told['metres']} m were told: {name} at {pose.x:.0f}, {pose.y:.0f}")
 
     def _judge_place(self, post: Submission, name: str) -> None:
         guid = self.diary.guids[self._at_the_place]

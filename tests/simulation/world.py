@@ -19,8 +19,13 @@ from zoneinfo import ZoneInfo
 
 from app.database.backups import restore
 from app.database.errors import DatabaseError
+from app.database.stops import StopRepository
 from app.domain.models import Group, Overlap, Place, Schedule
+from app.domain.robot import Spot, Stop
+from mir_sim import MISSIONS as MISSIONS_OF_ROBOTS
 from mir_sim import SimulatedRobot
+from mir_sim.missions import Mission
+from mir_sim.world import MAP_GUID, STATIONS
 from tests.simulation.diary import OVERLAPS, Diary, Manual, Restore
 from tests.simulation.group_acts import GroupPerson
 from tests.simulation.group_oracles import PLACE_FOR, SAMPLED_EVERY
@@ -37,6 +42,13 @@ CHUNK = 300.0  # s between verdicts
 ATTENDED_EVERY = 900.0  # s
 SETTLING = 660.0  # s of calm, after which everything has to be in order
 FAULT_LASTS = 12.0  # s from a request that met one until the robot counts as well again
+
+
+def stops_of(mission: Mission) -> list[Stop]:
+    """As a robot that was asked would have told them."""
+    guids = [action.parameters.get("position") or action.parameters.get("marker") for action in mission.actions]
+    there = [station for guid in guids for station in STATIONS if station.guid == guid]
+    return [Stop(station.guid, station.name, Spot(MAP_GUID, station.pose.x, station.pose.y)) for station in there]
 
 
 class ShakyWriter:
@@ -171,6 +183,7 @@ class World:
         wishes.groups[group.id] = frozenset(self.diary.names[key] for key in members)
         deliver, other, _home = self.missions
         catalogue.edit(lambda edit: edit.save_place(Place("Dock", PLACE_FOR, (other,))))
+        site.container.db.write(lambda c: StopRepository().keep(c, {mission.guid: stops_of(mission) for mission in MISSIONS_OF_ROBOTS}))
         local = START.astimezone(ZoneInfo(nature.zone)).replace(tzinfo=None)
         minutes, are_equal = self.rng.choice((2, 3, 5)) * (10 if nature.every_minutes >= 60 else 1), self.rng.random() < 0.5
         kinds = (*("burst",) * (len(ids) + 3), "dock", "dock", "dock", "one by one", "one by one")

@@ -49,5 +49,10 @@ class Hall(Site):
     def alarms(self) -> list[str]:
         return [alarm.code for alarm in self.container.alarms.open()]
 
+    def learn_stops(self) -> None:
+        """What missions drive to, as robots that answer tell it."""
+        reader = self.container.mission_actions
+        reader.ask(reader.not_told())
+
     def lose_mission(self, name: str) -> None:
         self.machines[name].site.table("/missions").remove(GUIDS["Deliver"])

@@ -115,7 +115,8 @@ class Allocator:
                 waits += self._awaits(row, decision, belief)
             elif mission := belief.mission(decision.robot_id, row.mission):
                 bound.append(self._ledger.bound(row, belief.robots[decision.robot_id], mission.guid, belief.choice(decision),
-                                                self._intent_floor(row, workers[decision.robot_id])))
+                                                self._intent_floor(row, workers[decision.robot_id]),
+                                                belief.approach(decision.robot_id, mission)))
                 if decision.is_last_call or decision.start.at_once:
                     into_queue.add(row.id)
         self._ledger.make(waits, quietly=True)

@@ -10,11 +10,12 @@ from zoneinfo import ZoneInfo
 from app.database.durations import DurationRepository
 from app.database.executions import ExecutionRepository
 from app.database.group_starts import FullPlace, GroupStartRepository
+from app.database.stops import StopRepository
 from app.database.values import to_instant
 from app.domain.clock import midnight
 from app.domain.drain import Drain
 from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot, Schedule
-from app.domain.robot import QueueState, RobotStatus
+from app.domain.robot import QueueItem, QueueState, RobotStatus, Spot, Stop, straight_way
 from app.services.allocation import estimates
 from app.services.allocation.belief import Coming, Member, Out, Situation, Start
 from app.services.allocation.decide import AHEAD, Decision
@@ -30,20 +31,29 @@ KEPT_FOR = 60.0              # s that an estimate holds
 
 
 class Experience:
-    """How long missions take on robots, and how long these have run today, read once a minute from what is kept with the robots. How long
-    the history is decides nothing."""
+    """How long missions take on robots, what they drive to, and how long robots have run today, read once a minute from what is kept beside
+    the history. How long that is decides nothing."""
 
     def __init__(self, shared: Shared) -> None:
-        self._s, self._durations = shared, DurationRepository()
+        self._s, self._durations, self._all_stops = shared, DurationRepository(), StopRepository()
         self._hours: Mapping[int, float] = {}
         self._hours_hold_until = -math.inf
         self._known: dict[tuple[int, str], tuple[float, DurationEstimate | None]] = {}       # with the monotonic time until which it holds
+        self._stops: Mapping[str, Sequence[Stop]] = {}
+        self._stops_hold_until = -math.inf
 
     def usual(self, robot_id: int, guid: str) -> DurationEstimate | None:
         mono, key = self._s.clock.monotonic(), (robot_id, guid)
         if key not in self._known or self._known[key][0] < mono:
             self._known[key] = mono + KEPT_FOR, self._durations.usual(self._s.db.read(), robot_id, guid) if guid else None
         return self._known[key][1]
+
+    def stops(self) -> Mapping[str, Sequence[Stop]]:
+        """What missions drive to, by guid."""
+        mono = self._s.clock.monotonic()
+        if self._stops_hold_until < mono:
+            self._stops, self._stops_hold_until = self._all_stops.all(self._s.db.read()), mono + KEPT_FOR
+        return self._stops
 
     def hours_today(self) -> Mapping[int, float]:
         """By the robot's id; of the local day, whoever made it run."""
@@ -61,7 +71,9 @@ class Belief:
     def __init__(self, shared: Shared, experience: Experience, workers: Mapping[int, RobotWorker], members: Collection[int],
                  lacks: Callable[[int, str], bool]) -> None:
         self._s, self._executions, self._c, self._now = shared, ExecutionRepository(), shared.db.read(), shared.clock.now()
-        self._usual, self._hours, self._lacks = experience.usual, experience.hours_today(), lacks
+        self._usual, self._hours, self._stops, self._lacks = experience.usual, experience.hours_today(), experience.stops(), lacks
+        self._takes: dict[tuple[int, str, bool], float | None] = {}
+        self._spots: dict[int, Spot | None] = {}                 # of each robot when it is free
         self._missions: dict[tuple[int, str], Mission | None] = {}
         self._of_group: dict[str, DurationEstimate | None] = {}
         self._configured = self._s.missions.all(self._c)
@@ -98,6 +110,8 @@ class Belief:
         seems_free = out is None and is_free(status, queue, rows)
         if seems_free:
             self._seem_free.add(robot.id)
+        self._spots[robot.id] = status.spot if seems_free and status is not None else self._ends_at(
+            queue, at_work(rows, status))
         return Member(robot.id, robot.name, is_free=seems_free and worker.seen.fresh_status is not None,
                       free_s=0.0 if seems_free else self._free_s(robot, at_work(rows, status)),
                       battery=None if status is None else status.battery_percentage, drain=drain.per_hour,
@@ -137,6 +151,13 @@ class Belief:
         seen = {item.id for item in queue}
         return left + sum(estimates.takes(self._lasts(robot.id, row.mission_guid), None) for row in open_ones if row.queue_id not in seen)
 
+    def _ends_at(self, queue: Sequence[QueueItem], open_ones: Sequence[Execution]) -> Spot | None:
+        """Where the last mission of a robot ends, which is one of ours where its queue was read before that came there."""
+        seen = {item.id for item in queue}
+        guids = [row.mission_guid for row in open_ones if row.queue_id not in seen] or [item.mission_id or "" for item in queue]
+        stops = self._stops.get(guids[-1]) if guids else None
+        return stops[-1].spot if stops else None
+
     def _lasts(self, robot_id: int, guid: str) -> DurationEstimate | None:
         """Of whatever is in a robot's queue: by its own runs, by those of its group where it had few, or as typed."""
         own, mission = self._usual(robot_id, guid), self._by_guid.get(guid)
@@ -175,10 +196,21 @@ class Belief:
 
     def takes(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
         """Seconds; None: it lacks the mission."""
-        meant = self.mission(robot_id, mission)
-        if meant is None:
-            return None
-        return estimates.takes(expected(self._usual(robot_id, meant.guid), meant), self._pooled(mission), slow=slow)
+        key = robot_id, mission, slow
+        if key not in self._takes:
+            meant = self.mission(robot_id, mission)
+            self._takes[key] = None if meant is None else estimates.takes(
+                expected(self._usual(robot_id, meant.guid), meant), self._pooled(mission), self._way(robot_id, meant), slow=slow)
+        return self._takes[key]
+
+    def _way(self, robot_id: int, mission: Mission) -> float | None:
+        """Straight to its first stop, from where the robot will be when it is free, in m."""
+        stops = self._stops.get(mission.guid)
+        return straight_way(self._spots.get(robot_id), stops[0].spot) if stops else None
+
+    def approach(self, robot_id: int, mission: Mission) -> float | None:
+        """The same, of a robot that is free."""
+        return self._way(robot_id, mission) if robot_id in self._seem_free else None
 
     def _pooled(self, mission: str) -> DurationEstimate | None:
         if mission not in self._of_group:
@@ -193,7 +225,8 @@ class Belief:
         best_first = sorted(decision.options, key=lambda option: option.robot_id != decision.robot_id)       # the chosen one before all
         for option in best_first[:MOST_TOLD]:
             member = self.members[option.robot_id]
-            robots.append({"robot": member.name} | ({} if member.id in self._seem_free else {"until": self._in(member.free_s)}))
+            robots.append({"robot": member.name} | ({"until": self._in(member.free_s)} if member.id not in self._seem_free
+                                                    else self._metres(member.id, decision)))
         for robot_id, out in decision.out[:MOST_TOLD - len(robots)]:
             member = self.members[robot_id]
             tells_battery = out in (Out.LOW_BATTERY, Out.TOO_LITTLE_BATTERY) and member.battery is not None
@@ -202,6 +235,12 @@ class Belief:
         kept = decision.kept_for
         return {"robots": robots, **({"more": more} if more else {}), **({"kept_for": kept.mission} if kept else {}),
                 **({"last_call": True} if decision.is_last_call else {})}
+
+    def _metres(self, robot_id: int, decision: Decision) -> dict[str, int]:
+        """Told of a choice; while it waits that would only be written anew each time a robot moves."""
+        meant = self.mission(robot_id, decision.start.mission) if decision.robot_id is not None else None
+        metres = None if meant is None else self.approach(robot_id, meant)
+        return {} if metres is None else {"metres": round(metres)}
 
     def who_is_there(self, full: FullPlace) -> dict[str, Any]:
         """Of a place without room."""

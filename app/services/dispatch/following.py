@@ -4,9 +4,10 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
+from app.database.stops import StopRepository
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State
-from app.domain.robot import QueueItem, QueueState
+from app.domain.robot import QueueItem, QueueState, straight_way
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
 from app.services.dispatch.copies import Copies
@@ -19,6 +20,7 @@ from app.services.dispatch.timing import GONE_FOR
 log = logging.getLogger(__name__)
 
 USER_REQUEST = "aborted - user request"       # the message of a cancellation in the robot's language en_US
+JUST_BEGUN = 3.0             # s from the beginning of a run, in which a robot has hardly moved
 MANY = 3                     # open executions that are asked for in one request instead of one each
 
 
@@ -29,7 +31,7 @@ class Following:
     def __init__(self, client: RobotClient, shared: Shared, observation: Observation, copies: Copies, give_way: Callable[[], None]) -> None:
         self._client, self._s, self._ledger = client, shared, shared.ledger
         self._seen, self._copies, self._give_way = observation, copies, give_way
-        self._draining = Draining(shared, observation)
+        self._draining, self._stops = Draining(shared, observation), StopRepository()
         self._missing_since: dict[int, float] = {}    # queue ids that the robot does not seem to have (any more), on the monotonic clock
         self._unreadable: set[int] = set()            # queue ids about which an alarm was raised
 
@@ -124,13 +126,23 @@ class Following:
             self._draining.saw_executing(row)
         moves = []
         if item.state is not QueueState.PENDING and row.state is State.QUEUED and item.started is not None:
-            moves.append(self._ledger.started(row, delay))
+            moves.append(self._ledger.started(row, delay, self._approach(row, delay)))
         is_unknown = item.state is QueueState.UNKNOWN
         if not is_unknown:
             self._missing_since.pop(item.id, None)
         if item.state is QueueState.ABORTED or (is_unknown and (item.finished is not None or self._is_over(item.id, open_ids))):
             moves.append(self._ledger.ended(row, why_aborted(row, item), duration_s=duration))
         return moves
+
+    def _approach(self, row: Execution, delay: float | None) -> float | None:
+        """Straight way to the mission's first stop: as it was when its robot was chosen, or as it is when the run has only just begun.
+        ``delay``: from when the robot took it to when it began."""
+        status = self._seen.fresh_status
+        if row.approach_m is not None or status is None or row.submitted_at is None or delay is None:
+            return row.approach_m
+        seen_after = (self._s.clock.now() - row.submitted_at).total_seconds() - delay - self._seen.age
+        stops = self._stops.of(self._s.db.read(), row.mission_guid) if abs(seen_after) <= JUST_BEGUN else ()
+        return straight_way(status.spot, stops[0].spot) if stops else None
 
 
 def why_aborted(row: Execution, item: QueueItem) -> Reason:

@@ -210,13 +210,15 @@ class Ledger:
         return self._starts.full_place(self._db.read(), execution)
 
     def bound(self, execution: Execution, robot: Robot, mission_guid: str, choice: Mapping[str, Any],
-              intent_floor: int | None = None) -> Move:
+              intent_floor: int | None = None, approach_m: float | None = None) -> Move:
         """A robot of its group is chosen. What was ever sent to it lies above the floor of the first time, on the machine of that time.
-        ``intent_floor``: it was never there, and is about to be sent; the highest queue id known of that robot."""
+        ``intent_floor``: it was never there, and is about to be sent; the highest queue id known of that robot. ``approach_m``: straight
+        way to the mission's first stop, of a robot that goes there at once."""
         before = execution.tried.get(str(robot.id), {})
         columns: dict[str, Any] = {
             "robot_id": robot.id, "robot": robot.name, "mission_guid": mission_guid, "bound_at": self._clock.now(), "choice": choice,
-            "wait": Wait.DUE, "wait_details": {}, "queue_floor": before.get("floor"), "robot_serial": before.get("serial")}
+            "approach_m": approach_m, "wait": Wait.DUE, "wait_details": {}, "queue_floor": before.get("floor"),
+            "robot_serial": before.get("serial")}
         if intent_floor is not None:
             columns |= {**self.begun(execution, robot, intent_floor).columns, "queue_floor": intent_floor}
         return Move(execution, (State.WAITING,), columns)
@@ -268,8 +270,9 @@ class Ledger:
         return Move(execution, NOT_WITH_THE_ROBOT, {"state": State.WAITING, "attempts": attempts, "wait": Wait.RETRY,
                                                     "wait_details": {"problem": problem}})
 
-    def started(self, execution: Execution, robot_delay_s: float | None) -> Move:
-        return Move(execution, (State.QUEUED,), {"state": State.EXECUTING, "started_at": self._clock.now(), "robot_delay_s": robot_delay_s})
+    def started(self, execution: Execution, robot_delay_s: float | None, approach_m: float | None) -> Move:
+        return Move(execution, (State.QUEUED,), {"state": State.EXECUTING, "started_at": self._clock.now(), "robot_delay_s": robot_delay_s,
+                                                 "approach_m": approach_m})
 
     def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None, used: Used | None = None) -> Move:
         """Seen done; a fast one is first seen so, and then began about now."""

@@ -66,7 +66,8 @@ def pooled(estimates: Sequence[DurationEstimate]) -> DurationEstimate | None:
     samples = sorted(seconds for each in estimates for seconds in each.samples_s)
     if not samples:
         return None
-    return DurationEstimate(percentile(samples, 50) or 0.0, percentile(samples, 90) or 0.0, tuple(samples))
+    ways = sorted(metres for each in estimates for metres in each.ways_m)
+    return DurationEstimate(percentile(samples, 50) or 0.0, percentile(samples, 90) or 0.0, tuple(samples), tuple(ways))
 
 
 def percentile(ordered: Sequence[float], percent: float) -> float | None:

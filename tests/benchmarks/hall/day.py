@@ -44,7 +44,6 @@ class Robot:
     queue: list[tuple[Mission, Run | None]] = field(default_factory=list)       # None: put there by somebody else
     running: tuple[Mission, Run | None] | None = None
     began: float = 0.0
-    came_from: Place = (0.0, 0.0)
     drives_to_charger: bool = False
     charges: bool = False                # until something else comes
     battery_at: float = 0.0
@@ -172,8 +171,7 @@ class Day:
         seconds, place = 0.0, robot.place
         if robot.running is not None:
             mission = robot.running[0]
-            shift = self.learned.shift(robot.number, mission, robot.came_from)
-            seconds = remaining(self.learned.estimate(robot.number, mission), self.now - robot.began - shift)
+            seconds = remaining(self.learned.estimate(robot.number, mission), self.now - robot.began)
             place = mission.last
         elif robot.drives_to_charger:
             seconds, place = 30.0, self.site.charger
@@ -208,7 +206,7 @@ class Day:
             return
         self.level(robot)
         robot.charges = False
-        robot.running, robot.began, robot.came_from = robot.queue.pop(0), self.now, robot.place
+        robot.running, robot.began = robot.queue.pop(0), self.now
         mission, run = robot.running
         if run is not None:
             run.started = self.now

@@ -141,6 +141,8 @@ class ThisApp(Rule):
         return Situation(robots, starts, takes, coming)
 
 
+NO_METRES = "this app without positions"
 POLICIES: Mapping[str, Callable[[], Rule]] = {
     "fixed robot": FixedRobot, "random": AtRandom, "round robin": RoundRobin, "earliest completion, when due": EarliestCompletion,
-    "first idle": FirstIdle, "nearest idle": NearestIdle, "this app without look-ahead": lambda: ThisApp(0.0), "this app": ThisApp}
+    "first idle": FirstIdle, "nearest idle": NearestIdle, "this app without look-ahead": lambda: ThisApp(0.0), NO_METRES: ThisApp,
+    "this app": ThisApp}

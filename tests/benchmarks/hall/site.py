@@ -8,10 +8,11 @@ import math
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from statistics import median
 
 from app.domain.models import DurationEstimate
 from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL
-from app.services.allocation.estimates import SECONDS_PER_METRE, SHORTEST_S
+from app.services.allocation.estimates import takes
 
 MINUTE, HOUR = 60.0, 3600.0
 WIDTH, DEPTH = 100.0, 60.0   # of the hall, with one aisle along its middle and every place on a spur of it
@@ -153,13 +154,6 @@ def run_time(rng: random.Random | None, mission: Mission, machine: Machine, begi
     return smooth * rng.lognormvariate(0, .12) + (rng.expovariate(1 / 120) if rng.random() < .03 else 0.0)
 
 
-@dataclass(frozen=True)
-class Known:
-    """Durations of a mission on a robot, brought to the way to its first place that is usual there."""
-    estimate: DurationEstimate
-    usual_way: float
-
-
 class Learned:
     """What the app knows: the newest 20 runs of each mission on each robot. ``error``: so much too long or too short; ``share``: of the
     pairs of robot and mission are known by their own runs, the others by those of all robots; without ``positions`` no way is known."""
@@ -167,7 +161,7 @@ class Learned:
     def __init__(self, site: Site, seed: int, *, error: float = 0.0, share: float = 1.0, positions: bool = True) -> None:
         rng = random.Random(f"learned/{seed}")
         self._positions = positions
-        self._known: dict[tuple[int, int], Known] = {}
+        self._known: dict[tuple[int, int], DurationEstimate] = {}
         for mission in site.missions:
             factor = 1 + error * rng.choice((-1, 1)) if error else 1.0
             of_all: list[tuple[float, float]] = []
@@ -181,21 +175,14 @@ class Learned:
                 self._known.setdefault((machine.number, mission.number), _known(of_all))
 
     def takes(self, robot: int, mission: Mission, place: Place, *, slow: bool = False) -> float:
-        known = self._known[robot, mission.number]
-        usual = known.estimate.slow_s if slow else known.estimate.median_s
-        return max(SHORTEST_S, usual + self.shift(robot, mission, place))
-
-    def shift(self, robot: int, mission: Mission, place: Place) -> float:
-        """How much longer than usual it takes from there."""
-        if not self._positions:
-            return 0.0
-        return (math.dist(place, mission.first) - self._known[robot, mission.number].usual_way) * SECONDS_PER_METRE
+        way_m = math.dist(place, mission.first) if self._positions else None
+        return takes(self._known[robot, mission.number], None, way_m, slow=slow)
 
     def estimate(self, robot: int, mission: Mission) -> DurationEstimate:
-        return self._known[robot, mission.number].estimate
+        return self._known[robot, mission.number]
 
 
-def _known(seen: Sequence[tuple[float, float]]) -> Known:
-    usual_way = sorted(way for _, way in seen)[len(seen) // 2]
-    lasted = tuple(sorted(max(1.0, taken - (way - usual_way) * SECONDS_PER_METRE) for taken, way in seen))
-    return Known(DurationEstimate(lasted[len(lasted) // 2], lasted[max(0, math.ceil(.9 * len(lasted)) - 1)], lasted), usual_way)
+def _known(seen: Sequence[tuple[float, float]]) -> DurationEstimate:
+    lasted = tuple(sorted(seconds for seconds, _ in seen))
+    ways = tuple(sorted(metres for _, metres in seen))
+    return DurationEstimate(median(lasted), lasted[math.ceil(.9 * len(lasted)) - 1], lasted, ways)

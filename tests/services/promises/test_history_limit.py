@@ -184,6 +184,8 @@ class Floor(Hall):
         self.empties, self.home = self.add_mission("Collect empties"), self.add_mission("Home")
         self.plan("Home", "2026-11-23T06:01", recurrence="FREQ=MINUTELY;INTERVAL=3", mission_id=self.home.id,
                   robot_id=self.robot("R3").id, group_id=None)
+        self.run(5)
+        self.learn_stops()
 
     def charge(self, name: str, percent: float) -> None:
         self.machines[name].set_battery(percent)

@@ -160,7 +160,16 @@ def test_a_few_runs_of_one_robot_say_less_than_those_of_its_group():
     own, group = DurationEstimate(100.0, 100.0, (100.0,) * 2), DurationEstimate(250.0, 280.0, (250.0,) * 9)
     typed = DurationEstimate(60.0, 60.0, typed=True)
     assert (takes(own, group), takes(own, group, slow=True), takes(own, None), takes(None, None)) == (250.0, 280.0, 100.0, UNKNOWN_S)
-    assert (takes(typed, group), takes(typed, None, 20.0), takes(typed, None, -100.0)) == (60.0, 90.0, SHORTEST_S)
+    assert (takes(typed, group), takes(typed, None, 900.0)) == (60.0, 60.0)
+
+
+def test_a_farther_way_than_usual_takes_longer_where_both_are_known():
+    known = DurationEstimate(100.0, 130.0, (100.0,) * 5, (10.0, 20.0, 90.0))
+    few, unknown = replace(known, ways_m=(70.0, 70.0)), replace(known, ways_m=())
+    assert (takes(known, None, 40.0), takes(known, None, 40.0, slow=True), takes(known, None, 10.0)) == (130.0, 160.0, 85.0)
+    assert takes(replace(known, ways_m=(900.0,) * 3), None, 0.0) == SHORTEST_S
+    assert (takes(known, None), takes(few, None, 40.0), takes(unknown, few, 40.0), takes(None, None, 40.0)) == (100.0,) * 3 + (UNKNOWN_S,)
+    assert (takes(few, known, 40.0), takes(None, known, 40.0)) == (130.0, 130.0)
 
 
 # ---------------------------------------------------------------------- any situation

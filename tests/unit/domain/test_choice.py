@@ -11,6 +11,8 @@ AINO, SISU = {"robot": "Aino", "until": AT}, {"robot": "Sisu"}
 
 @pytest.mark.parametrize(("choice", "sentence"), [
     ({"robots": [SISU, AINO]}, "Sisu: free now; Aino busy until about 14:52"),
+    ({"robots": [{"robot": "Sisu", "metres": 22}, AINO]}, "Sisu: free now, 22 m away; Aino busy until about 14:52"),
+    ({"robots": [{"robot": "Sisu", "metres": "many"}, {"robot": "Aino", "metres": float("nan")}]}, "Sisu: free now; Aino: free now"),
     ({"robots": [SISU, {"robot": "Veikko", "out": "low_battery", "battery": 18.2}]}, "Sisu: free now; Veikko 18 % battery"),
     ({"robots": [AINO], "last_call": True}, "Aino: last call, into its queue; free about 14:52"),
     ({"robots": [SISU, AINO, AINO, AINO, AINO], "more": 3}, "Sisu: free now" + "; Aino busy until about 14:52" * 3 + "; and 4 more"),

@@ -10,7 +10,7 @@ import requests
 import urllib3
 from responses import RequestsMock, matchers
 
-from app.domain.robot import MapPosition, MissionInfo, MissionParameter, Pose, QueueState, RobotState
+from app.domain.robot import MapPosition, MissionInfo, MissionParameter, Pose, QueueState, RobotState, Spot
 from app.mir.client import RobotClient
 from app.mir.errors import (
     Busy,
@@ -238,6 +238,17 @@ def test_map_and_positions(robot: RobotClient, responses: RequestsMock) -> None:
     assert (robot.map(MAP).name, robot.map(MAP).width_px) == ("Hall", 4)
     assert robot.positions(MAP) == [MapPosition("p", "Dock", 7, MAP, Pose(1.5, -2.0, 90.0)), MapPosition("q", "Door", None, MAP)]
     assert robot.positions() == [MapPosition("r", "A", None, "m")]
+
+
+def test_one_position_comes_with_its_coordinates(robot: RobotClient, responses: RequestsMock) -> None:
+    responses.get(f"{API}/positions/p", json={
+        "guid": "p", "name": "Dock", "type_id": 11, "map_id": "m", "pos_x": 1.5, "pos_y": -2, "orientation": 90})
+    responses.get(f"{API}/positions/q", json={"guid": "q", "name": "Door", "map": "/v2.0.0/maps/m"})
+    responses.get(f"{API}/positions/r", json={"name": "Nowhere"})
+    assert (robot.position("p").spot, robot.position("p").name) == (Spot("m", 1.5, -2.0), "Dock")
+    assert robot.position("q").spot is None
+    with pytest.raises(Unreadable):
+        robot.position("r")
 
 
 # ---------------------------------------------------------------------- what goes wrong

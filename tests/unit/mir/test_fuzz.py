@@ -71,7 +71,8 @@ READS = {
     "mission": lambda robot: robot.mission("g"), "parameters": lambda robot: robot.parameters("g"),
     "queue_item": lambda robot: robot.queue_item(7), "open_items": lambda robot: robot.open_items(),
     "items_after": lambda robot: robot.items_after(7), "highest_queue_id": lambda robot: robot.highest_queue_id(),
-    "map": lambda robot: robot.map("g"), "positions": lambda robot: robot.positions("g")}
+    "map": lambda robot: robot.map("g"), "positions": lambda robot: robot.positions("g"),
+    "position": lambda robot: robot.position("g"), "actions": lambda robot: robot.actions("g")}
 
 
 @examples(150)

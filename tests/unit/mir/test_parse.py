@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from app.domain.robot import MissionParameter, Pose, QueueState, RobotProblem, RobotState, UserPrompt
+from app.domain.robot import MissionActions, MissionParameter, Pose, QueueState, RobotProblem, RobotState, UserPrompt
 from app.mir import parse
 from app.mir.errors import NotAMir, Unreadable
-from app.mir.parameters import from_actions, from_definition
+from app.mir.parameters import MOST_STOPS, actions, from_actions, from_definition
 from tests.unit.mir.answers import STATUS, item, short
 
 
@@ -206,3 +206,16 @@ def test_parameters_of_a_definition_and_of_actions() -> None:
                                {"id": "x", "input_name": "Where", "value": 1.5}]}, 7]
     assert from_actions(actions) == [MissionParameter("Where", type="x", default=1.5, sets="x", unit="m")]
     assert from_definition("x") == from_actions({}) == []
+
+
+def test_what_a_mission_drives_to_in_order() -> None:
+    def action(kind: str, priority: int, **parameters: Any) -> dict[str, Any]:
+        return {"action_type": kind, "priority": priority, "parameters": [{"id": key, "value": value} for key, value in parameters.items()]}
+    asked = {"action_type": "move", "priority": 4, "parameters": [{"id": "position", "value": "old", "input_name": "Where"}]}
+    found = actions([action("docking", 3, marker="dock", marker_type="type"), asked, action("wait", 2, time="00:00:10"),
+                     action("move", 1, position="store", cart_entry_position="main"), action("move_to_position", 5, x=1.0, y=2.0),
+                     action("load_mission", 6, mission_id="other"), action("move", 7, position=None), action("charging", 8)])
+    assert found == MissionActions(False, ("store", "dock", "", "", "", ""))
+    assert actions([action("move", 1, position="entry"), action("charging", 2)]) == MissionActions(True, ("entry",))
+    assert actions("nothing") == MissionActions()
+    assert len(actions([action("move", 1, position=f"p{n}") for n in range(400)]).drives_to) == MOST_STOPS

@@ -1,19 +1,23 @@
-"""Which missions bring a robot to its charger: they are for a low battery, so the minimum battery does not hold them up."""
+"""What the actions of missions tell: which bring a robot to its charger (they are for a low battery, so the minimum battery does not hold
+them up), and which positions they drive to."""
 from __future__ import annotations
 
 import logging
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
+from typing import NamedTuple
 
 from app.database.connection import Database
 from app.database.errors import DatabaseError
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
+from app.database.stops import StopRepository
 from app.domain.clock import Clock
 from app.domain.models import Connection, InvalidInput, Robot
+from app.domain.robot import Stop
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, Unreadable
 from app.services.catalogue.catalogue import Catalogue, Edit
@@ -23,17 +27,25 @@ log = logging.getLogger(__name__)
 
 LOOK_EVERY = 60.0            # s
 ASK_AGAIN_AFTER = 600.0      # s, a robot that told nothing
+HOLDS_FOR = 12 * 3600.0      # s for which what was told holds: an integrator may edit a mission, or move a position
 
 
-class ChargingMissions:
-    """Asks a robot for the actions of each mission that is planned on it, until one has told them. ``tick`` is called every now and then
+class _Told(NamedTuple):
+    """``at`` on the monotonic clock."""
+    at: float
+    charges: bool
+    stops: tuple[Stop, ...]
+
+
+class MissionActionsReader:
+    """Asks a robot for the actions of each mission that it may be given, until one has told them. ``tick`` is called every now and then
     (a chore of the poll loop) and returns at once; robots are asked on a thread of its own."""
 
     def __init__(self, db: Database, catalogue: Catalogue, snapshots: Snapshots, make_client: Callable[[Robot], RobotClient],
                  clock: Clock) -> None:
         self._db, self._catalogue, self._snapshots, self._make_client, self._clock = db, catalogue, snapshots, make_client, clock
-        self._robots, self._missions = RobotRepository(), MissionRepository()
-        self._told = dict[str, bool]()           # by guid
+        self._robots, self._missions, self._stops = RobotRepository(), MissionRepository(), StopRepository()
+        self._told = dict[str, _Told]()          # by guid
         self._ask_at = dict[tuple[int, str], float]()        # monotonic, where a robot told nothing about a guid
         self._look_at = -math.inf                # monotonic
         self._thread: threading.Thread | None = None
@@ -44,8 +56,8 @@ class ChargingMissions:
             return
         self._look_at = now + LOOK_EVERY
         wanted = self.not_told()
-        if wanted or self._is_behind():
-            self._thread = threading.Thread(target=self.ask, args=(wanted,), name="charging missions", daemon=True)
+        if wanted or self._is_behind() or self._stops_to_keep():
+            self._thread = threading.Thread(target=self.ask, args=(wanted,), name="mission actions", daemon=True)
             self._thread.start()
 
     def ask(self, wanted: Sequence[tuple[Robot, list[str]]]) -> None:
@@ -56,38 +68,69 @@ class ChargingMissions:
                 self._store()
             self._store()
         except DatabaseError as problem:         # stored the next time
-            log.info("Which missions charge could not be stored: %s", problem)
+            log.info("What missions do could not be stored: %s", problem)
 
     def _ask(self, robot: Robot, guids: Sequence[str]) -> None:
         try:
             with closing(self._make_client(robot)) as client:
+                positions = dict[str, Stop]()
                 for guid in guids:
                     if self._catalogue.robot(robot.id) is None:
                         return                   # removed meanwhile
+                    if self._knows(guid):
+                        continue                 # told by another robot since
                     try:
-                        self._told[guid] = client.charges(guid)
+                        found = client.actions(guid)
+                        stops = tuple(_stops(client, found.drives_to, positions))
+                        self._told[guid] = _Told(self._clock.monotonic(), found.charges, stops)
                     except (Rejected, Unreadable):       # it lacks the mission, or does not tell its actions
                         self._ask_at[robot.id, guid] = self._clock.monotonic() + ASK_AGAIN_AFTER
         except (RobotError, InvalidInput) as error:
             log.info("What its missions do was not told by %r: %s", robot.name, error)
 
     def not_told(self) -> list[tuple[Robot, list[str]]]:
-        """Guids of what is planned on robots that answer."""
+        """Guids of what robots that answer may be given."""
         c, now = self._db.read(), self._clock.monotonic()
         answering = [robot for robot in self._robots.all(c)
                      if robot.enabled and self._snapshots.get(robot.id).connection in (Connection.CONNECTED, Connection.SLOW)]
         planned = self._missions.planned(c) if answering else {}
         wanted = ((robot, [guid for guid in planned.get(robot.id, ())
-                           if guid not in self._told and self._ask_at.get((robot.id, guid), now) <= now]) for robot in answering)
+                           if not self._knows(guid) and self._ask_at.get((robot.id, guid), now) <= now]) for robot in answering)
         return [(robot, guids) for robot, guids in wanted if guids]
 
+    def _knows(self, guid: str) -> bool:
+        return guid in self._told and self._clock.monotonic() - self._told[guid].at < HOLDS_FOR
+
     def _is_behind(self) -> bool:
-        return any(mission.charges != self._told.get(mission.guid, mission.charges) for mission in self._missions.all(self._db.read()))
+        told = self._charging()
+        return any(mission.charges != told.get(mission.guid, mission.charges) for mission in self._missions.all(self._db.read()))
+
+    def _charging(self) -> dict[str, bool]:
+        return {guid: told.charges for guid, told in self._told.items()}
+
+    def _stops_to_keep(self) -> dict[str, tuple[Stop, ...]]:
+        """Of configured missions, where they are not what is known."""
+        c = self._db.read()
+        kept, guids = self._stops.all(c), {mission.guid for mission in self._missions.all(c)}
+        return {guid: told.stops for guid, told in self._told.items() if guid in guids and told.stops != kept.get(guid, ())}
 
     def _store(self) -> None:
         if self._is_behind():
-            told = dict(self._told)
+            told = self._charging()
             self._catalogue.edit(lambda edit: _note(edit, told))
+        if stops := self._stops_to_keep():
+            self._db.write(lambda c: self._stops.keep(c, stops))
+
+
+def _stops(client: RobotClient, drives_to: Sequence[str], known: dict[str, Stop]) -> Iterator[Stop]:
+    for guid in drives_to:
+        if guid and guid not in known:
+            try:
+                position = client.position(guid)
+                known[guid] = Stop(guid, position.name, position.spot)
+            except (Rejected, Unreadable):       # it lacks the position, or does not tell it
+                known[guid] = Stop(guid)
+        yield known[guid] if guid else Stop()
 
 
 def _note(edit: Edit, charging: Mapping[str, bool]) -> None:
