@@ -185,20 +185,22 @@ class Diary:
         self.troubles.append(Trouble(kind, robot, at, at + seconds))
         return self.troubles[-1]
 
+    def _in_the_way(self, robot: str, start: float, end: float, but: tuple[str, ...]) -> Iterator[Trouble]:
+        for each in self.troubles:
+            if each.end > start and each.start < end and each.robot in (None, robot) and each.kind not in but:
+                yield each
+
     def clear_spans(self, robot: str, start: float, end: float, but: tuple[str, ...] = ("slow",)) -> list[tuple[float, float]]:
         """Times in which nothing was wrong for that robot."""
         spans, at = [], start
-        found = [
-            each for each in self.troubles if each.robot in (None, robot) and each.kind not in but and each.end > start and each.start < end
-        ]
-        for trouble in sorted(found, key=lambda each: each.start):
+        for trouble in sorted(self._in_the_way(robot, start, end, but), key=lambda each: each.start):
             if trouble.start > at:
                 spans.append((at, trouble.start))
             at = max(at, trouble.end)
         return [*spans, (at, end)] if at < end else spans
 
     def is_clear(self, robot: str, start: float, end: float, but: tuple[str, ...] = ("slow",)) -> bool:
-        return self.clear_spans(robot, start, end, but) == [(start, end)]
+        return start < end and next(self._in_the_way(robot, start, end, but), None) is None
 
     def was_wrong(self, kind: str, robot: str | None, start: float, end: float) -> bool:
         return any(each.kind == kind and robot in (None, each.robot) and each.start < end and each.end > start for each in self.troubles)

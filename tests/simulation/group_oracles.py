@@ -171,14 +171,14 @@ class GroupJudge:
                 continue
             minutes = 15 if plan.start_window_minutes is None else max(1, plan.start_window_minutes)
             for instant in instants(plan, wall - timedelta(minutes=min(minutes, 60)), wall):
-                key = plan.id, instant
-                token, due = self.diary.token(key), self.judge._true(instant, now)
-                is_new = token not in self._posts and token not in self.judge._items_of and self._is_judged(token)
+                key, due = (plan.id, instant), self.judge._true(instant, now)
+                if not (due <= since and due > 120.0 and due + 60.0 * minutes > now + 10.0):
+                    continue
+                token = self.diary.token(key)
                 if (
-                    is_new
-                    and due <= since
-                    and due > 120.0
-                    and due + 60.0 * minutes > now + 10.0
+                    token not in self._posts
+                    and token not in self.judge._items_of
+                    and self._is_judged(token)
                     and self.diary.is_steady(due - 60.0)
                     and not self.diary.is_of_restored_time(instant)
                     and self.judge._is_settled(key, due - 5.0, now)
@@ -228,9 +228,9 @@ class GroupJudge:
                         yield key, robot
 
     def _is_free(self, robot: str, now: float) -> bool:
-        is_well = self.diary.is_clear(robot, now - 30.0, now, but=()) and robot not in self.diary.now.off
-        ready = self.world.site.machines[robot].state is StateId.READY
-        return is_well and self._works(robot) and ready and not self._open_items(robot)
+        if robot in self.diary.now.off or not self._works(robot) or self.world.site.machines[robot].state is not StateId.READY:
+            return False
+        return not self._open_items(robot) and self.diary.is_clear(robot, now - 30.0, now, but=())
 
     def _is_kept(self, robot: str, plan: Schedule, now: float) -> bool:
         """For a start that is planned soon: a fixed one, or one that matters more."""
