@@ -230,7 +230,9 @@ class RobotClient:
 
     def queue_item(self, queue_id: int) -> QueueItem:
         """Raises Rejected with status 404 when the robot has no such item (any more)."""
-        return self._get(f"/mission_queue/{queue_id}", lambda found: parse.queue_item(as_defined(found, self._known)))
+        item = self._get(f"/mission_queue/{queue_id}", lambda found: parse.queue_item(as_defined(found, self._known)))
+        self._queue.saw(item)
+        return item
 
     def open_items(self) -> list[QueueItem]:
         """Everything pending or executing, whoever put it there, by ascending id."""

@@ -15,6 +15,7 @@ from app.domain.robot import QueueItem, QueueState
 from app.mir import parse
 from app.mir.errors import Refusal, Rejected, RobotFault, Unreadable
 
+OPEN_STATES = [state.value for state in QueueState if state.is_open]
 PAGE = 200                  # items asked for at once
 MOST_ITEMS = 5000           # read in one call
 MOST_SINGLE_READS = 100     # asked for one by one in one call, where the robot's lists are short
@@ -34,18 +35,34 @@ class QueueReader:
         self._ask, self._read_item = ask, read_item
         self._has_search: bool | None = None          # None: not known yet
         self._page, self._limits_pages = PAGE, True           # entries that a page has at most; whether it may have fewer than there are
+        self._open_states = OPEN_STATES      # the robot's words for them
+        self._has_unknown_words = False      # it has others than MiR's
         self._does_sort = True               # the newest of its list came first, when it was read last
         self._is_complete = True             # and what was read then is all that was looked for
         self._climbed = 0                    # highest id seen, where it doesn't sort
 
     def rely_on(self, known: RobotProfile) -> None:
-        self._has_search = known.has_search
+        self._has_search, self._has_unknown_words = known.has_search, False
+        own = [word for word, state in known.item_states.items() if state in OPEN_STATES]
+        self._open_states = own if len(own) >= len(OPEN_STATES) else OPEN_STATES
         self._page, self._limits_pages = min(PAGE, known.page_limit or PAGE), known.page_limit != 0
 
+    def saw(self, item: QueueItem) -> None:
+        self._has_unknown_words |= item.state is QueueState.UNKNOWN
+
     def open_items(self) -> list[QueueItem]:
-        states = [QueueState.PENDING.value, QueueState.EXECUTING.value]
-        items, _ = self._search({"fieldname": "state", "operator": "IN", "value": states}, lambda entry: parse.queue_state(entry).is_open)
+        if self._has_unknown_words:
+            return self._without_end()
+        items, _ = self._search({"fieldname": "state", "operator": "IN", "value": self._open_states},
+                                lambda entry: parse.queue_state(entry).is_open)
         return [item for item in items if item.is_open]
+
+    def _without_end(self) -> list[QueueItem]:
+        """Among the newest, on a robot with words of its own for states, which can't be searched for."""
+        entries = self._ask("GET", "/mission_queue", {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page)}, None)
+        items = [_item(entry) for entry in entries if parse.is_whole_item(entry)]
+        return sorted((item for item in items if item.is_open or (item.state is QueueState.UNKNOWN and item.finished is None)),
+                      key=lambda item: item.id)
 
     def items_after(self, floor: int, known: Known | None = None, highest: int = 0) -> list[QueueItem]:
         known = {} if known is None else known

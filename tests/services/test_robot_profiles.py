@@ -13,7 +13,7 @@ from mir_sim.mission_queue import ItemState
 from mir_sim.site import ADMINISTRATOR
 from tests.support.checked_up import checked_up
 from tests.support.network import Fate
-from tests.support.site import Site
+from tests.support.site import USER, Site
 
 START = "2026-11-23T06:05"
 
@@ -161,6 +161,19 @@ def test_what_somebody_else_puts_there_is_no_copy(site, plan):
     site.run(600)
     assert len(items(site)) == 2
     assert alarms(site) == []
+
+
+@deviants("forgets-descriptions", "german-states")
+@pytest.mark.parametrize("is_known", [True, False])
+def test_a_start_that_the_network_has_doubled_is_told_although_the_robot_does_not_show_it_as_others_do(request, site, plan, is_known):
+    if is_known:
+        check_up(site, request.node.callspec.params["site"])
+    plan(START)
+    site.run_until(lambda: site.executions(State.QUEUED, State.EXECUTING), within=400)
+    [run], machine = site.executions(), site.machines["R1"]
+    machine.order(run.mission_guid, next(row for row in machine.site.table("/users") if row["username"] == USER), description=run.token)
+    site.run(60)
+    assert set(alarms(site)) & {"unmarked_copy", "duplicate_running", "duplicate_healed"}
 
 
 @deviants("no-id")

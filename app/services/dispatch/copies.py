@@ -23,6 +23,7 @@ from app.services.live.tablet import old_token
 log = logging.getLogger(__name__)
 
 SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched for what a restored backup does not know
+DOUBLED_WITHIN = timedelta(minutes=1)   # of a start, and a poll more: what the network may do to a request
 LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too, or that were given up
 # Nobody wanted it not to run.
 MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT, ReasonCode.NO_ROBOT)
@@ -40,6 +41,7 @@ class Copies:
         self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
         self._alarmed: set[tuple[str, int]] = set()             # alarms by code and queue id
         self.note_accepted: Callable[[], None] = lambda: None    # writes which items have been told to be ours
+        self._has_forgotten = False                             # an item that is certainly ours came without its token
         self._read: dict[int, QueueItem | None] = {}            # for an answer that takes several calls: items by id; None: not there
 
     # ------------------------------------------------------------------ which one is ours
@@ -105,7 +107,14 @@ class Copies:
         """Whether the item under our number is the one we put there; after a reset of the robot's database it may be somebody else's."""
         if looks_like_token(item.description):
             return item.description == row.token
+        self._has_forgotten |= item.mission_id == row.mission_guid
         return item.mission_id in (None, "", row.mission_guid)
+
+    @property
+    def _forgets_tokens(self) -> bool:
+        """As far as is known without asking."""
+        known = self._seen.known
+        return self._has_forgotten if known is None or known.token_field is None else known.token_field == ""
 
     def newest_of_idle_mission(self, last_queue_id: int | None, highest: int | None) -> int | None:
         """The robot's newest item, where all since its last idle mission are copies of idle missions of ours: nobody has used the robot.
@@ -186,7 +195,7 @@ class Copies:
         self._watched = {token: value for token, value in self._watched.items() if value[1] > mono - longest}
         newer = self._client.items_after(self._watched_from()) if self._watched else []
         items |= {item.id: item for item in newer if item.description in self._watched}
-        unsettled = self._tell_of_unmarked(newer)
+        unsettled = self._tell_of_unmarked(newer, open_items)
         for item in sorted(items.values(), key=lambda item: item.id):
             row = self._ledger.by_token(item.description)
             if row is None or (row.robot_id != self._seen.robot.id and row.group_id is None):
@@ -206,19 +215,34 @@ class Copies:
                          for token, (floor, until) in self._watched.items()
                          if until > mono or (token in unsettled and until > mono - WATCHED_FOR)}       # once more after its time
 
-    def _tell_of_unmarked(self, newer: Sequence[QueueItem]) -> set[str]:
-        """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for can't be told from one that
-        a person put there, so a person decides. Returns the tokens of those that can't be judged yet."""
+    def _tell_of_unmarked(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
+        """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for, or was sent lately, can't
+        be told from one that a person put there, so a person decides. Returns the tokens of those that can't be judged yet."""
         watched = [(row, floor) for token, (floor, _until) in self._watched.items() if (row := self._ledger.by_token(token)) is not None]
-        found = [(row, item) for item in newer if item.created_by_name and ("unmarked_copy", item.id) not in self._alarmed
-                 for row, floor in watched if item.id > floor and self._may_be_of(row, item)]
-        if not found or self.do_tokens_come_back() is not False:
-            return set()
-        looked_for = {row.mission_guid for row in self._ledger.open_for(self._seen.robot.id, NOT_WITH_THE_ROBOT) if row.attempts}
+        found = [(row, item) for item in filter(self._is_unmarked, newer) for row, floor in watched
+                 if item.id > floor and self._may_be_of(row, item)]
+        looked_for: set[str] = set()
+        if found and self.do_tokens_come_back() is False:
+            rows = self._ledger.open_for(self._seen.robot.id, NOT_WITH_THE_ROBOT)
+            looked_for = {row.mission_guid for row in rows if row.attempts}           # it is taken for that one
+        elif found:
+            found = []
+        unmarked = list(filter(self._is_unmarked, open_items)) if self._forgets_tokens else []
+        lately = self._sent_lately() if unmarked else []
+        found += [(row, item) for item in unmarked for row in lately if item.id > (row.queue_floor or 0) and self._may_be_of(row, item)]
         for row, item in found:
-            if row.mission_guid not in looked_for:           # or it is taken for that one
+            if row.mission_guid not in looked_for:
                 self._alarm_once("unmarked_copy", row, item)
-        return {row.token for row, _item in found if row.mission_guid in looked_for}
+        return {row.token for row, _item in found if row.mission_guid in looked_for and row.token in self._watched}
+
+    def _is_unmarked(self, item: QueueItem) -> bool:
+        return bool(item.created_by_name) and not looks_like_token(item.description) and ("unmarked_copy", item.id) not in self._alarmed
+
+    def _sent_lately(self) -> list[Execution]:
+        now = self._s.clock.now()
+        rows = self._ledger.planned_between(self._seen.robot.id, now - LOOKS_BACK, now)
+        since = now - DOUBLED_WITHIN - self._s.settings().poll_interval
+        return [row for row in rows if row.queue_id is not None and row.submitted_at is not None and row.submitted_at >= since]
 
     def _watched_from(self) -> int:
         """What has to be searched has a higher number, unless the robot's numbers have begun anew since."""
@@ -273,9 +297,10 @@ class Copies:
         row is put right."""
         is_wanted = row.reason is not None and row.reason.code in MAY_COME_TRUE
         is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
-        if item.state is QueueState.DONE or (is_wanted and not is_too_late and item.is_open):
+        may_run = item.is_open or item.state is QueueState.UNKNOWN
+        if item.state is QueueState.DONE or (is_wanted and not is_too_late and may_run):
             self._ledger.reopen(row, self._seen.robot, item.id)
-        elif item.is_open:
+        elif may_run:
             return self._cancel_late(row, item)
         return True
 
@@ -287,7 +312,7 @@ class Copies:
     def cancel_copy(self, item: QueueItem, row: Execution) -> bool:
         """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised. Returns whether all
         is done about it."""
-        runs = item.state in (QueueState.EXECUTING, QueueState.DONE)
+        runs = item.state in (QueueState.EXECUTING, QueueState.DONE, QueueState.UNKNOWN)           # or it may
         if row.trigger is Trigger.IDLE:
             self._ledger.note_idle_copy(self._seen.robot.id, item.id, runs=runs)
         if item.is_pending:
