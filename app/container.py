@@ -62,6 +62,7 @@ from app.services.robots.commands import ClientFactory, Operator
 from app.services.robots.maps import RobotMaps
 from app.services.robots.mission_actions import MissionActionsReader
 from app.services.robots.missions import RobotMissions
+from app.services.robots.proposed_places import ProposedPlaces
 from app.services.suggestions.suggestions import Suggestions
 
 log = logging.getLogger(__name__)
@@ -141,6 +142,7 @@ class Container:
                                  robot_missions=self.robot_missions)
 
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
+        self.proposed_places = ProposedPlaces(db)
         self.robot_states = RobotStates(db)
         self.forecasts = Forecasts(db, clock, seen)
         self.suggestions = Suggestions(db, clock, self._may_have)

@@ -132,9 +132,12 @@ class PlaceRepository:
         """The id of each of these missions with that of a place that it uses."""
         return [(mission_id, place_id) for mission_id in mission_ids for place_id in self.used_by(c, mission_id)]
 
-    def use_again(self, c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> None:
-        """What ``uses_of`` returned, of places that there still are."""
-        c.executemany("INSERT OR IGNORE INTO mission_places (mission_id, place_id) SELECT ?, id FROM places WHERE id = ?", uses)
+    def use_again(self, c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> frozenset[tuple[int, int]]:
+        """What ``uses_of`` returned, where mission and place are both there; returns the others."""
+        uses = frozenset(uses)
+        c.executemany("""INSERT OR IGNORE INTO mission_places (mission_id, place_id)
+                         SELECT missions.id, places.id FROM missions, places WHERE missions.id = ? AND places.id = ?""", uses)
+        return uses.difference(map(tuple, c.execute("SELECT mission_id, place_id FROM mission_places")))
 
     def remove(self, c: sqlite3.Connection, place_id: int) -> None:
         c.execute("DELETE FROM places WHERE id = ?", (place_id,))

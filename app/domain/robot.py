@@ -230,7 +230,7 @@ def straight_way(here: Spot | None, there: Spot | None) -> float | None:
 @dataclass(frozen=True)
 class Stop:
     """A position that a mission drives to, by its guid, which is empty where the mission drives to something else: a position that is asked
-    for when it is queued, or coordinates."""
+    for when it is queued, or coordinates. Without a ``name`` it is the entry of a marker or charger, where no robot stays, or not known."""
     position: str = ""
     name: str = ""
     spot: Spot | None = None

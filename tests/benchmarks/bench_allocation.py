@@ -89,7 +89,7 @@ def optimum(days: int) -> None:
             runs = site.runs()[:STARTS]
             for run in runs:
                 run.window_s = 3 * HOUR
-            Day(site, Learned(site, seed), make(), seed, CALM, runs).run()
+            Day(site, Learned(site, seed, positions=name != NO_METRES), make(), seed, CALM, runs).run()
             reached.append(sum(weight(run.priority) * run.late_s for run in runs))
             totals[name] += reached[-1]
         runs = site.runs()[:STARTS]

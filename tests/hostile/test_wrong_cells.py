@@ -45,6 +45,7 @@ WRONG = {
     "a setting that is no JSON": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', 'not json')"),
     "bottomless JSON": ("settings", f"INSERT OR REPLACE INTO settings VALUES ('working_days', '{'[' * 90_000}')"),
     "a heartbeat that is a number": ("settings", "INSERT OR REPLACE INTO settings VALUES ('heartbeat', '5')"),
+    "declined places that are a number": ("settings", "INSERT OR REPLACE INTO settings VALUES ('declined_places', '[5]')"),
     "wrong PINs that are a text": ("settings", "INSERT OR REPLACE INTO settings VALUES ('settings_pin_wrong', '\"many\"')"),
     "a PIN that is no JSON": ("settings", "INSERT INTO settings VALUES ('settings_pin', 'not json')"),
     "a PIN that is a number": ("settings", "INSERT INTO settings VALUES ('settings_pin', '1234')"),

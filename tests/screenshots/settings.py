@@ -12,8 +12,9 @@ from kivy.factory import Factory
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database
+from app.database.stops import StopRepository
 from app.domain.models import Connection, Group, HandOver, Mission, Place, Robot, Schedule
-from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState, RobotStatus
+from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState, RobotStatus, Stop
 from app.i18n import _, ngettext
 from app.mir.errors import AnotherRobot, Unauthorized, Unreachable
 from app.screens.common.pin_dialog import PinDialog
@@ -41,6 +42,8 @@ MISSIONS = ("Deliver kits to line 2", "Collect empties", "Return to charger", "B
             "Move coils to press", "Night stock count", "Floor wash, hall A", "Charge")
 PLAN = (("Aino", "Deliver kits to line 2"), ("Aino", "Collect empties"), ("Aino", "Night stock count"), ("Veikko", "Collect empties"),
         ("Veikko", "Waste to compactor"), ("Veikko", "Floor wash, hall A"), ("Sisu", "Move coils to press"))
+
+AT_LINE = ("Deliver kits to line 2", "Collect empties", "Waste to compactor")        # missions that drive to it
 
 
 def guid(name: str) -> str:
@@ -126,7 +129,7 @@ for _name in ("robots", "missions", "constraints", "idle", "scheduler", "display
 
 
 def with_groups(plant: Plant) -> Plant:
-    """Two groups, the second of which lacks a mission on one robot, and a place."""
+    """Two groups, the second of which lacks a mission on one robot, a place, and a position that may become one."""
     catalogue = plant.container.catalogue
     robots = {robot.name: robot.id for robot in catalogue.robots()}
     missions = {mission.name: mission.id for mission in catalogue.missions()}
@@ -136,6 +139,8 @@ def with_groups(plant: Plant) -> Plant:
         catalogue.save_schedule(Schedule(name, None, missions["Deliver kits to line 2"], datetime(2026, 11, 23, at, 30), "Europe/Helsinki",
                                          "FREQ=DAILY", group_id=hall.id))
     catalogue.save_place(Place("Dock 2", 3, (missions["Bring pallet to dock"], missions["Collect empties"])))
+    line = Stop("line-1", "Line 1")
+    plant.container.db.write(lambda c: StopRepository().keep(c, {guid(name): [line] for name in AT_LINE}))
     return plant
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from app.database.backups import back_up, restore
 from app.database.errors import translated
-from app.domain.models import Alarm, Priority, State
+from app.domain.models import Alarm, Group, Priority, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
 from app.mir.errors import CertificateMismatch, CertificateProblem, SerialNumberHidden, Unreachable
@@ -23,7 +23,7 @@ from mir_sim.control import COMMANDS
 from mir_sim.state import RobotError
 from tests.support.checked_up import checked_up
 from tests.support.network import Fate
-from tests.support.site import Site
+from tests.support.site import GUIDS, Site
 
 FINNISH = translation("fi").gettext
 PLACEHOLDER = re.compile(r"({[^}]*})")
@@ -41,7 +41,7 @@ def crossed(text: str) -> str:
 def readable(text: str, site: Site, *words: str) -> list[str]:
     """The words that are left but for the names of this site and ``words``."""
     text = re.sub(rf"{re.escape(str(site.directory))}[^\s:]*", "", text)
-    for known in ("R1", "Deliver", "S1", *words):
+    for known in ("R1", "Deliver", "S1", "Hall", *words):
         text = text.replace(known, "")
     return re.findall(r"[A-Za-z]{2,}", text)
 
@@ -147,6 +147,14 @@ def off(site, seconds):
     site.clock.advance(seconds)
     site.switch_on()
     site.run(30)
+
+
+def start_refused(site, plan):
+    """By the one robot of a group."""
+    group = site.container.catalogue.save_group(Group("Hall", (1,)))
+    site.container.catalogue.save_schedule(replace(plan(START), robot_id=None, group_id=group.id))
+    site.machines["R1"].site.table("/missions").remove(GUIDS["Deliver"])
+    site.run(330)
 
 
 def clock_stepped(site, plan):
@@ -279,10 +287,10 @@ def question(site, plan):
 
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
-    certificate_untrusted,
-    needs_password, execution_failed, execution_skipped, executions_missed, app_was_off, backup_restored, clock_stepped, clock_implausible,
-    duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed, chore_failed, two_tablets, late_cancelled,
-    adopted_unproven, unmarked_copy, check_up_outdated, item_unreadable, pin_guessed, question)}
+    certificate_untrusted, needs_password, execution_failed, start_refused, execution_skipped, executions_missed, app_was_off,
+    backup_restored, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed,
+    chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, item_unreadable, pin_guessed,
+    question)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():

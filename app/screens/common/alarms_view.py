@@ -206,8 +206,8 @@ _OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "serial_h
                          "certificate_untrusted", "needs_password", "check_up_outdated")
 _OF_THE_TABLET = ("app_was_off", "backup_restored", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed")
 _OF_THE_DISK = ("database", "backup_failed")
-_OF_THE_PLAN = ("execution_failed", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed", "late_cancelled",
-                "adopted_unproven", "item_unreadable")
+_OF_THE_PLAN = ("execution_failed", "start_refused", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed",
+                "late_cancelled", "adopted_unproven", "item_unreadable")
 
 
 def _id_in(key: str, wanted: str) -> int | None:

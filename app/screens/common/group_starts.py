@@ -1,4 +1,4 @@
-"""What a person does with a start that waits for a robot of its group: gives it to one, puts it before others, cancels it."""
+"""What a person does with a start that waits for a robot of its group: gives it to one, puts it before others, holds or cancels it."""
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import TypeVar
 from app.domain import choice
 from app.domain.models import Execution, Group, Mission, Robot, Settings, State, Wait
 from app.i18n import _
-from app.screens.common.holding import hold_at, until_words
+from app.screens.common.holding import HAND, hold_at, until_words
 from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.shell import Shell
@@ -75,6 +75,13 @@ class GroupStarts:
     def cancel(self, row: Execution) -> None:
         self._do(row, lambda: self._operator.cancel_execution(row.id),
                  self._saying(_("{mission} is cancelled").format(mission=row.mission), "close"))
+
+    def hold(self, row: Execution, held: bool) -> None:
+        """Keep it back, or let it go."""
+        words = _("{mission} is held until it is released") if held else _("{mission} is released")
+        said = self._saying(words.format(mission=row.mission), HAND if held else "play")
+        gone = self._saying(_("{mission} was on its way already").format(mission=row.mission), "information-outline")
+        self._do(row, lambda: self._operator.hold_starts([row.id], held), lambda number: (said if number else gone)(number))
 
     def start_on_another(self, row: Execution, robots: Sequence[Option]) -> None:
         """As well: asked first, because nobody knows whether the silent robot has it."""

@@ -9,6 +9,7 @@ from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.group_starts import has_no_robot
+from app.screens.common.holding import HAND
 from app.screens.common.options import Card, MenuItem
 from app.screens.common.priorities import word
 from app.screens.scheduler.contested import Contested
@@ -37,10 +38,11 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
 
 
 def _waiting_items(execution: Execution) -> list[MenuItem]:
-    """As on Home."""
+    """As on Home, and to keep it back."""
     off = execution.cancel_code is not None
     return [MenuItem("give", _("Give to …"), "robot-outline", disabled=off or execution.held),
             MenuItem("priority", _("Priority: {priority}").format(priority=word(execution.priority)), "chevron-double-up", disabled=off),
+            MenuItem("release", _("Release"), "play") if execution.held else MenuItem("hold", _("Hold"), HAND, disabled=off),
             MenuItem("cancel", _("Cancel"), "close", disabled=off)]
 
 

@@ -115,6 +115,8 @@ class OnTimeline(ViewModel):
                         "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(schedule_id),
                         "again": lambda: self._take_again(schedule_id, execution.planned_at),
                         "give": lambda: self._give(execution), "priority": lambda: self.group_starts.prioritise(execution),
+                        "hold": lambda: self.group_starts.hold(execution, True),
+                        "release": lambda: self.group_starts.hold(execution, False),
                         "cancel": lambda: self.group_starts.cancel(execution)}
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)

@@ -140,7 +140,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     thin = window.hours * THIN
     of_groups = (_group_lane(facts, group, planned["group", group.id], contested["group", group.id], now, read, thin) for group in groups)
     of_robots = (_lane(facts, robot, planned[robot.id], contested[robot.id], now, read, thin) for robot in shown)
-    lanes = (*of_robots, *(lane for lane in of_groups if lane.bars))
+    lanes = (*(lane for lane in of_groups if lane.bars), *of_robots)         # first what has no robot: it may need a person
     closed = tuple(axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded))
     folds = [band for band in closed if band.kind == "folded"]
     if window.left is None:                              # what moves with the time doesn't begin amid a fold

@@ -17,6 +17,7 @@ from app.services.planning.plan import Plan
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
 from app.services.robots.missions import RobotMissions
+from app.services.robots.proposed_places import ProposedPlace, ProposedPlaces
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class SettingsServices:
     access: Access
     operator: Operator
     robot_missions: RobotMissions
+    proposed_places: ProposedPlaces
     files: DataFiles
     calendar_files: CalendarFiles
 
@@ -42,6 +44,7 @@ class SettingsFacts:
     schedules: tuple[Schedule, ...] = ()
     groups: tuple[Group, ...] = ()
     places: tuple[Place, ...] = ()
+    proposed: tuple[ProposedPlace, ...] = ()
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot id
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # robot id -> guid -> name; absent: not read from the robot yet
     backups: tuple[Backup, ...] = ()                                         # newest first
@@ -112,6 +115,7 @@ def read(services: SettingsServices) -> SettingsFacts:
     facts = SettingsFacts(
         settings=settings, robots=robots, missions=tuple(catalogue.missions()), schedules=tuple(catalogue.schedules()),
         groups=tuple(catalogue.groups()), places=tuple(catalogue.places()),
+        proposed=tuple(services.proposed_places.all()),
         snapshots={robot.id: services.snapshots.get(robot.id) for robot in robots},
         names={robot_id: known for robot_id, known in names.items() if known},
         backups=tuple(services.files.backups()), exceptions=tuple(catalogue.day_exceptions()), has_regions=bool(regions),

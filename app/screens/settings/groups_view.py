@@ -59,6 +59,13 @@ class PlaceView:
     note: str
 
 
+@dataclass(frozen=True)
+class ProposalView:
+    """Values of ProposedPlaceRow; ``key``: guid of the position."""
+    key: str
+    text: str
+
+
 # ---------------------------------------------------------------------- groups
 def group_panels(facts: SettingsFacts) -> list[GroupPanelView | AddGroupPanelView]:
     return [*(_panel(facts, group) for group in facts.groups), AddGroupPanelView(first=not facts.groups)]
@@ -175,6 +182,12 @@ def _cell(facts: SettingsFacts, name: str, robot: Robot) -> str:
 # ---------------------------------------------------------------------- places
 def place_views(facts: SettingsFacts) -> list[PlaceView]:
     return [PlaceView(place.id, place.name, _place_note(facts, place)) for place in facts.places]
+
+
+def proposal_views(facts: SettingsFacts) -> list[ProposalView]:
+    """One at a time."""
+    return [ProposalView(place.position, _("{place} is used by {n} missions: make it a place?").format(
+        place=place.name, n=len(place.missions))) for place in facts.proposed[:1]]
 
 
 def _place_note(facts: SettingsFacts, place: Place) -> str:

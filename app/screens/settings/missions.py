@@ -13,7 +13,7 @@ from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
-from app.screens.settings.groups_view import place_views
+from app.screens.settings.groups_view import place_views, proposal_views
 from app.screens.settings.missions_view import (
     Offer,
     fetched_sentence,
@@ -52,6 +52,7 @@ class MissionsModel(EventDispatcher):
     outcome = ObjectProperty(NoticeView())
     part = OptionProperty("missions", options=("missions", "places"))
     places = ListProperty()
+    proposals = ListProperty()           # of places
 
 
 class MissionsPage(SettingsPage):
@@ -73,7 +74,7 @@ class MissionsPage(SettingsPage):
 
     def show(self) -> None:
         vm, facts = self.vm, self.context.facts
-        vm.places = place_views(facts)
+        vm.places, vm.proposals = place_views(facts), proposal_views(facts)
         vm.searchable = len(facts.missions) >= SEARCH_FROM
         vm.can_fetch = any(robot.enabled for robot in facts.robots)
         vm.rows = mission_views(facts, vm.query if vm.searchable else "")

@@ -11,6 +11,7 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.domain import conflicts
 from app.domain.models import InvalidInput, Place
+from app.domain.names import LONGEST
 from app.i18n import _
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
@@ -20,7 +21,7 @@ from app.screens.settings.view import NoticeView, went_wrong
 from app.services.planning.planned import Conflict
 from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
-from app.widgets.lists import RecycledRow
+from app.widgets.lists import RecycledRow, Row
 
 USUAL_MOST = 1               # as the word promises; its help says what more would do
 
@@ -29,6 +30,11 @@ class PlaceRow(RecycledRow, SectionCard):
     """A place and the missions that use it. Actions: "edit", "remove"."""
     name = StringProperty()
     note = StringProperty()
+
+
+class ProposedPlaceRow(Row, BoxLayout):
+    """A position that is no place yet. Actions: "take", "decline"."""
+    text = StringProperty()
 
 
 class PlacesBox(BoxLayout):
@@ -56,6 +62,18 @@ class PlacesPart:
             context.remove(lambda: context.services.catalogue.remove_place(place.id), _("{place} deleted").format(place=place.name))
 
 
+    def answer(self, position: str, action: str) -> None:
+        """To what is proposed."""
+        context = self._context
+        proposed = next((place for place in context.facts.proposed if place.position == position), None)
+        if proposed is None:
+            return
+        if action == "take":
+            context.shell.dialogs.open(PlaceDialog(context, proposed=Place(proposed.name[:LONGEST], USUAL_MOST, proposed.missions)))
+        elif action == "decline":
+            context.change(lambda: context.services.proposed_places.decline(position))
+
+
 class PlaceForm(EventDispatcher):
     """What is entered, with one problem per field."""
     title = StringProperty()
@@ -71,12 +89,12 @@ class PlaceForm(EventDispatcher):
 
 
 class PlaceDialog(FormDialog):
-    """Adds or edits a place."""
+    """Adds a place, perhaps one that is ``proposed``, or edits one."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
-    def __init__(self, context: PageContext, place: Place | None = None, **kwargs: Any) -> None:
+    def __init__(self, context: PageContext, place: Place | None = None, proposed: Place | None = None, **kwargs: Any) -> None:
         self._context, self._stored = context, place
-        stored = place or Place("", USUAL_MOST)
+        stored = place or proposed or Place("", USUAL_MOST)
         form = PlaceForm(title=_("Edit {place}").format(place=place.name) if place else _("Add place"), name=stored.name, most=stored.most,
                          missions=list(stored.missions))
         super().__init__(vm=form, **kwargs)

@@ -24,7 +24,7 @@ from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.services.catalogue.edit import Edit
-from app.services.catalogue.undo import Removed, restore
+from app.services.catalogue.undo import Removed, Uses, restore
 from app.services.live.changes import Changes
 from app.services.planning import public_holidays
 
@@ -42,6 +42,7 @@ class Catalogue:
         self._db, self._clock, self._changes = db, clock, changes
         self._robots, self._missions, self._schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self._calendar = CalendarRepository()
+        self._missed_uses: Uses = frozenset()    # that wait for what else may be put back
 
     # ------------------------------------------------------------------ reading
     def robots(self) -> list[Robot]:
@@ -203,4 +204,4 @@ class Catalogue:
     def restore(self, removed: Removed) -> None:
         """Undo a deletion; raises InvalidInput when one of its names, or the robot's address, has been taken meanwhile."""
         change = self.edit_rehearsed if removed.days else self.edit
-        change(lambda edit: restore(edit, removed))
+        self._missed_uses = change(lambda edit: restore(edit, removed, self._missed_uses))

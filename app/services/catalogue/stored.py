@@ -19,7 +19,7 @@ from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import WRONG_PINS, SettingsRepository
+from app.database.settings import DECLINED_PLACES, WRONG_PINS, SettingsRepository
 from app.domain.message import Message, message
 from app.domain.models import InvalidInput
 from app.services.catalogue import validation
@@ -76,8 +76,8 @@ def _check_objects(*values: object) -> None:
 
 # ---------------------------------------------------------------------- table by table
 def _sizes(c: sqlite3.Connection) -> None:
-    for table in ("settings", "robots", "missions", "idle_rules", "robot_groups", "group_members", "places", "mission_places", "schedules",
-                  "skips", "watches", "calendar_days", "alarms", "holds", "check_ups"):
+    for table in ("settings", "robots", "missions", "idle_rules", "robot_groups", "group_members", "places", "mission_places",
+                  "mission_stops", "schedules", "skips", "watches", "calendar_days", "alarms", "holds", "check_ups"):
         texts = [row["name"] for row in c.execute(f"PRAGMA table_info({table})") if row["type"] == "TEXT"]
         longest = ", ".join(f"coalesce(length({name}), 0)" for name in texts)
         count, length = c.execute(f"SELECT count(*), max(max(0, {longest or 0})) FROM {table}").fetchone()
@@ -108,6 +108,8 @@ def _settings(c: sqlite3.Connection) -> None:
         _require(instant is None or (instant.tzinfo is not None and instant.year in range(1970, 10000)), str(instant))
     pin = repository.get(c, PIN)
     _require(pin is None or is_hash(pin), PIN)
+    declined = repository.get(c, DECLINED_PLACES, [])
+    _require(isinstance(declined, list) and all(isinstance(position, str) for position in declined), DECLINED_PLACES)
     wrong, offsets = repository.get(c, WRONG_PINS, 0), repository.get(c, "confirmed_clock_offsets", {})
     _require(type(wrong) is int and wrong >= 0, f"{WRONG_PINS} {wrong!r}"[:60])
     _check_objects(offsets)

@@ -20,6 +20,8 @@ from app.services.live.changes import Topic
 if TYPE_CHECKING:
     from app.services.catalogue.edit import Edit
 
+Uses = frozenset[tuple[int, int]]        # of places by missions: ids of mission and place
+
 
 @dataclass(frozen=True)
 class Removed:
@@ -45,8 +47,9 @@ class Removed:
     uses: Sequence[tuple[int, int]] = ()                 # of places by those missions, ids of both
 
 
-def restore(edit: Edit, removed: Removed) -> None:
-    """Put back what a deletion took, under its old ids, with what waited. What would have fallen due meanwhile writes no row."""
+def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
+    """Put back what a deletion took, under its old ids, with what waited. What would have fallen due meanwhile writes no row. ``missed``:
+    uses of places that could not be put back before, as the other one was still deleted; returns those of now."""
     _check_is_gone(edit, removed)
     if removed.robot is not None:
         if edit.robots.by_name(edit.c, removed.robot.name):
@@ -73,8 +76,10 @@ def restore(edit: Edit, removed: Removed) -> None:
     if removed.group is not None:
         _restore_group(edit, removed.group)
     edit.groups.keep_fewer_free(edit.c, validation.FEWEST_TO_KEEP_FREE)      # others of its robots may be gone
+    uses = missed.union(removed.uses)
     if removed.place is not None:
         _restore_place(edit, removed.place)
+        uses = uses.union((mission_id, removed.place.id) for mission_id in removed.place.missions)
     for mission in removed.missions:
         if mission.robot_id is not None:
             edit.the_robot(mission.robot_id)
@@ -84,7 +89,7 @@ def restore(edit: Edit, removed: Removed) -> None:
         edit.missions.add(edit.c, mission)
         edit.notes.append(f"mission {mission.name!r} put back")
         edit.prefer_own(mission)
-    edit.places.use_again(edit.c, removed.uses)
+    missed = edit.places.use_again(edit.c, uses)
     if removed.robot is not None and removed.robot.idle is not None:
         _restore_idle(edit, removed.robot.id, removed.robot.idle)
     for robot_id, rule in removed.idle:
@@ -111,8 +116,9 @@ def restore(edit: Edit, removed: Removed) -> None:
             edit.days.add(edit.c, exception)
             edit.notes.append(f"{told.days(exception)} put back")
         edit.days_changed()
-        return
+        return missed
     edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}
+    return missed
 
 
 def _check_is_gone(edit: Edit, removed: Removed) -> None:
@@ -136,10 +142,9 @@ def _restore_group(edit: Edit, group: Group) -> None:
 
 
 def _restore_place(edit: Edit, place: Place) -> None:
-    """With those of its missions that there still are; those that come back later find it under its id."""
     if edit.places.by_name(edit.c, place.name):
         raise InvalidInput("name", "there is a place {name} already", name=place.name)
-    edit.places.add(edit.c, replace(place, missions=tuple(id_ for id_ in place.missions if edit.missions.get(edit.c, id_))))
+    edit.places.add(edit.c, replace(place, missions=()))
     edit.notes.append(f"place {place.name!r} put back")
 
 

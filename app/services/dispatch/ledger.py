@@ -336,9 +336,10 @@ class Ledger:
         return self._executions.drop_oldest(c, surplus)
 
     def alarm_of_refusal(self, execution: Execution, robot: Robot, reason: Reason) -> None:
-        """A robot has refused a start of a group for good, which another one will get."""
-        self._alarms.raise_("execution_failed", f"schedule:{execution.schedule_id}:robot:{robot.id}", mission=execution.mission,
-                            robot=robot.name, robot_id=robot.id, reason=to_store(reason), timezone=execution.timezone)
+        """A robot has refused a start of a group for good, which another one may get."""
+        self._alarms.raise_("start_refused", f"schedule:{execution.schedule_id}:robot:{robot.id}", mission=execution.mission,
+                            robot=robot.name, robot_id=robot.id, group=execution.robot_group, reason=to_store(reason),
+                            timezone=execution.timezone)
 
     def alarm_for(self, ended: Execution) -> None:
         """Raise the alarm of a failed or skipped execution; repetitions of one schedule are counted."""

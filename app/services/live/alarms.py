@@ -36,6 +36,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "certificate_untrusted": (Priority.HIGH, "{robot} shows a certificate that is not trusted; nothing is sent"),
     "needs_password": (Priority.HIGH, "{robot} is switched off until its password is entered; nothing is sent"),
     "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
+    "start_refused": (Priority.MEDIUM, "{robot} did not take {mission}, which is left to others of {group}: {reason}"),
     "execution_skipped": (Priority.LOW, "{mission} on {robot} was skipped: {reason}"),
     "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, its clock was wrong, "
                                              "or nothing could be written"),
@@ -64,9 +65,9 @@ SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an ala
 LONGEST_NOTE = 200           # characters
 LONGEST_DETAIL = 300         # characters, with nothing around it
 LONGEST_SHOWN = 1000         # characters of a detail in a sentence: it may be one itself, and come from a backup
-EVENTS = frozenset({"execution_failed", "execution_skipped", "executions_missed", "app_was_off", "backup_restored", "clock_stepped",
-                    "duplicate_healed", "duplicate_running", "unmarked_copy", "unknown_outcome", "late_cancelled", "adopted_unproven",
-                    "item_unreadable"})
+EVENTS = frozenset({"execution_failed", "start_refused", "execution_skipped", "executions_missed", "app_was_off", "backup_restored",
+                    "clock_stepped", "duplicate_healed", "duplicate_running", "unmarked_copy", "unknown_outcome", "late_cancelled",
+                    "adopted_unproven", "item_unreadable"})
 
 
 class _Known(dict[str, Any]):

@@ -22,6 +22,7 @@ from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, Unreadable
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.live.snapshots import Snapshots
+from app.services.robots.map_picture import ENTRIES
 
 log = logging.getLogger(__name__)
 
@@ -127,7 +128,7 @@ def _stops(client: RobotClient, drives_to: Sequence[str], known: dict[str, Stop]
         if guid and guid not in known:
             try:
                 position = client.position(guid)
-                known[guid] = Stop(guid, position.name, position.spot)
+                known[guid] = Stop(guid, "" if position.type_id in ENTRIES else position.name, position.spot)
             except (Rejected, Unreadable):       # it lacks the position, or does not tell it
                 known[guid] = Stop(guid)
         yield known[guid] if guid else Stop()

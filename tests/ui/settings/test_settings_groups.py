@@ -6,10 +6,12 @@ from datetime import datetime
 
 import pytest
 
+from app.database.stops import StopRepository
 from app.domain.models import Group, HandOver, Mission, Robot, Schedule
+from app.domain.robot import Stop
 from app.screens.settings.groups import GroupDialog, GroupMissions, GroupPanel, MissionTableRow
 from app.screens.settings.page import SwitchRow
-from app.screens.settings.places import PlaceDialog, PlaceRow
+from app.screens.settings.places import PlaceDialog, PlaceRow, ProposedPlaceRow
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import IconButton, Segment, Toggle
@@ -186,6 +188,27 @@ def test_a_place_and_the_missions_that_use_it(site, app, ui):
     turn_to(ui, "Missions")
     assert page(app).vm.part == "missions"
     assert not ui.find_all(PlaceRow)
+
+
+def test_a_position_of_several_missions_is_proposed_as_a_place(site, app, ui):
+    site.add_robots()
+    missions = site.add_missions("Deliver", "Home", "Waste to compactor")
+    line, home = Stop("p1", "Line 1"), Stop("p2", "Home")
+    told = dict(zip((mission.guid for mission in missions), ([line], [home], [home, line]), strict=True))
+    site.container.db.write(lambda c: StopRepository().keep(c, told))
+    go(ui, "missions")
+    turn_to(ui, "Places")
+    ui.wait(lambda: ui.find_all(ProposedPlaceRow))
+    assert ui.find(ProposedPlaceRow).text == "Home is used by 2 missions: make it a place?"
+    ui.tap(ui.find(IconButton, ui.find(ProposedPlaceRow), icon="close"))
+    ui.wait(lambda: ui.find_all(ProposedPlaceRow, text="Line 1 is used by 2 missions: make it a place?"))
+    press(ui, "Make it a place", ui.find(ProposedPlaceRow))
+    dialog = ui.find(PlaceDialog)
+    assert (dialog.vm.title, dialog.vm.name, dialog.vm.most) == ("Add place", "Line 1", 1)
+    assert dialog.vm.missions_phrase == "Deliver, Waste to compactor"
+    press(ui, "Save place", dialog)
+    ui.wait(lambda: ui.find_all(PlaceRow) and not ui.find_all(ProposedPlaceRow))
+    assert ui.find(PlaceRow).note == "At most 1 robot at a time · Deliver, Waste to compactor"
 
 
 def test_a_place_that_will_be_wanted_too_much_says_so_before_it_is_saved(site, app, ui):

@@ -148,6 +148,29 @@ def test_a_mission_that_is_put_back_uses_the_place_that_was_put_back_before_it(w
     assert world.catalogue.places() == [place]
 
 
+@pytest.mark.parametrize("place_first", [True, False])
+@pytest.mark.parametrize("undone_first", [True, False])
+def test_in_whichever_order_a_place_and_its_mission_are_deleted_and_put_back_one_uses_the_other(world, place_first, undone_first):
+    mission = world.catalogue.save_mission(Mission("Home", "guid-2"))
+    place = world.catalogue.save_place(Place("Dock 2", 3, (mission.id,)))
+    acts = [lambda: world.catalogue.remove_place(place.id), lambda: world.catalogue.remove_mission(mission.id)]
+    removed = [act() for act in (acts if place_first else acts[::-1])]
+    for each in removed if undone_first else removed[::-1]:
+        world.catalogue.restore(each)
+    assert world.catalogue.places() == [place]
+
+
+def test_a_use_that_was_put_back_is_not_put_back_again(world):
+    mission = world.catalogue.save_mission(Mission("Home", "guid-2"))
+    place = world.catalogue.save_place(Place("Dock 2", 3, (mission.id,)))
+    removed = [world.catalogue.remove_place(place.id), world.catalogue.remove_mission(mission.id)]
+    for each in removed:
+        world.catalogue.restore(each)
+    world.catalogue.save_place(replace(place, missions=()))
+    world.catalogue.restore(world.catalogue.remove_mission(mission.id))
+    assert world.catalogue.places() == [replace(place, missions=())]
+
+
 def test_a_place_that_is_put_back_keeps_those_of_its_missions_that_there_still_are(world):
     other = world.catalogue.save_mission(Mission("Home", "guid-2"))
     place = world.catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (world.mission.id, other.id))))

@@ -102,6 +102,7 @@ DESTINATIONS = {                         # code: (key as the services give it, w
     "certificate_changed": ("robot:1", SETUP, 1), "certificate_untrusted": ("robot:1", SETUP, 1),
     "serial_hidden": ("robot:1", SETUP, 1), "needs_password": ("robot:1", SETUP, 1),
     "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7), "execution_skipped": ("manual:1", LOGS, None),
+    "start_refused": ("schedule:7:robot:1", LOGS, None),
     "executions_missed": ("plan", LOGS, None), "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
     "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9), "duplicate_running": ("execution:9", HOME, 1),
     "unmarked_copy": ("execution:9", HOME, 1), "check_up_outdated": ("robot:1", SETUP, 1),

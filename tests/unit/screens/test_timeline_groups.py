@@ -43,7 +43,7 @@ def test_a_start_lies_where_the_forecast_has_it_and_says_that_it_is_one():
 
 
 def test_what_finds_no_robot_has_a_lane_of_its_own_and_without_any_there_is_none():
-    assert list(lanes()) == [1, 2, ("group", 5)]
+    assert list(lanes()) == [("group", 5), 1, 2]                         # where it is seen, however many robots there are
     lane = lanes()["group", 5]
     assert (lane.name, [(bar.label, bar.state) for bar in lane.bars]) == ("Any of Hall 1", [("Kits", "planned")])
     assert list(lanes(replace(FACTS, planned=(FOUND, FIXED)))) == [1, 2]
@@ -54,7 +54,11 @@ def test_what_waits_for_a_robot_now_is_in_the_lane_of_its_group():
                       group_id=5, robot_group="Hall 1", wait=Wait.ROBOT)
     lane = lanes(replace(FACTS, planned=(), past=(waits,)))["group", 5]
     assert [bar.key for bar in lane.bars] == [("execution", 11)]
-    assert "any of Hall 1" in bar_card.run_card(FACTS, waits, NOW).text
+    card = bar_card.run_card(FACTS, waits, NOW)
+    assert "any of Hall 1" in card.text
+    assert [item.text for item in card.items][:4] == ["Give to …", "Priority: Normal", "Hold", "Cancel"]
+    held = bar_card.run_card(FACTS, replace(waits, held=True), NOW).items
+    assert [(item.key, item.text) for item in held if item.key in ("hold", "release")] == [("release", "Release")]
 
 
 HOLD = Hold("cleaning", None, NOW, robot_id=1)
@@ -122,7 +126,7 @@ CROWDED = Conflict(ConflictCode.PLACE_CROWDED, AT, {"place": "Dock 2", "place_id
 
 @pytest.mark.parametrize(("conflict", "hatched", "words"), [
     (TOO_FEW, [2], "At 13:00, 4 starts want the 2 robots of Hall 1, until about 13:10"),
-    (FULL, [1, 2, ("group", 5)], "At 13:00, 2 missions want Dock 2, where no more than 1 may be at a time"),
+    (FULL, [("group", 5), 1, 2], "At 13:00, 2 missions want Dock 2, where no more than 1 may be at a time"),
     (BEHIND, [1], "Kits at 13:00 still runs on Aino nine times of ten when Bus, which matters more, starts at 13:10"), (CROWDED, [], "")])
 def test_what_wants_a_robot_or_a_place_with_too_many_others_is_hatched_and_its_card_says_so(conflict, hatched, words):
     facts = replace(FACTS, conflicts=(conflict,))
