@@ -155,6 +155,7 @@ class TrialRun:
 
     def _order(self, number: int, priority: int = 0) -> bool:
         """Whether it has been found in the queue."""
+        self._look.check_is_wanted()
         token = self._left.tokens[number]
         answer = self._probe.ask("POST", QUEUE, json={"mission_id": self._left.mission or self._left.queued, "description": token,
                                                       "priority": priority})
