@@ -163,7 +163,7 @@ def test_a_start_that_may_still_arrive_is_not_taken_for_the_trials(site, check_u
     site.container.operator.run_now(robot.id, mission.id)
     site.kick()
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
-    assert len([item for item in site.machines["R1"].queue]) == 5
+    assert len(list(site.machines["R1"].queue)) == 5
 
 
 def test_a_person_ends_it_and_the_robot_is_as_it_was(site, check_ups, robot):
