@@ -27,6 +27,7 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
 from app.services.catalogue.stored import problem_in
+from app.services.check_up.service import CheckUps
 from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.clock_guard import ClockGuard
 from app.services.dispatch.engine import Engine
@@ -38,6 +39,7 @@ from app.services.dispatch.shared import Shared
 from app.services.dispatch.whereabouts import Whereabouts
 from app.services.dispatch.worker import RobotWorker
 from app.services.files.calendar_import import CalendarFiles
+from app.services.files.check_up_files import CheckUpFiles
 from app.services.files.exports import DataFiles
 from app.services.files.log_export import LogExport
 from app.services.files.plan_export import PlanFiles
@@ -141,6 +143,8 @@ class Container:
                                  engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client,
                                  robot_missions=self.robot_missions)
 
+        self.check_ups = CheckUps(db, clock=clock, ledger=self.ledger, holds=self.holds, changes=self.changes, settings=self.settings,
+                                  make_client=self.make_client)
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.proposed_places = ProposedPlaces(db)
         self.robot_states = RobotStates(db)
@@ -149,6 +153,7 @@ class Container:
         self.pausing = Pausing(db, clock, self.changes)
         self.files = DataFiles(db, self.catalogue, clock)
         self.log_files = LogExport(db, self.catalogue, clock)
+        self.check_up_files = CheckUpFiles(db, self.catalogue, clock)
         self.plan_files = PlanFiles(db, self.catalogue, clock, self.plan)
         self.calendar_files = CalendarFiles(db, self.catalogue, clock)
         self.shift_reports = ShiftReports(db, clock)

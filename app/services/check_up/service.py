@@ -1,0 +1,204 @@
+"""Check-ups of robots: what a robot really does, found out before it is relied on.
+
+``run`` blocks for a minute or two and belongs on a background thread, or in a command. The robot's worker goes on meanwhile, on a
+connection of its own; while missions are queued for a check-up, a hold keeps the plan's starts back.
+"""
+from __future__ import annotations
+
+import logging
+import math
+import sqlite3
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import replace
+
+from app.database.check_ups import CheckUpRepository
+from app.database.connection import Database
+from app.database.errors import DatabaseError
+from app.database.robots import RobotRepository
+from app.domain.check_up import LeftBehind, Level, Progress, Report, RobotProfile, Trial
+from app.domain.check_up import Topic as CheckUpTopic
+from app.domain.clock import Clock
+from app.domain.message import Message, message
+from app.domain.models import InvalidInput, Robot, Settings
+from app.domain.robot import Identity
+from app.mir.client import RobotClient
+from app.mir.errors import RobotError
+from app.mir.probe import PATIENT, Probe
+from app.services.check_up import trial as trials
+from app.services.check_up.look import Look, NotWanted
+from app.services.check_up.reading import read_robot
+from app.services.check_up.room import check_usable
+from app.services.check_up.trying import Trials, missions_of
+from app.services.dispatch.ledger import Ledger
+from app.services.live.changes import Changes, Topic
+from app.services.live.holds import Holds
+
+log = logging.getLogger(__name__)
+
+LOOK_EVERY = 30.0            # s, for what a trial left behind
+TRIED = ("token_field", "item_states", "cancelled_message", "gives_id", "order_status", "priority_counts")    # fields of the profile
+
+
+class CheckUps:
+    def __init__(self, db: Database, *, clock: Clock, ledger: Ledger, holds: Holds, changes: Changes, settings: Callable[[], Settings],
+                 make_client: Callable[[Robot], RobotClient]) -> None:
+        self._db, self._clock, self._changes, self._settings, self._make_client = db, clock, changes, settings, make_client
+        self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
+        self._trials = Trials(db, clock=clock, ledger=ledger, holds=holds, settings=settings)
+        self._lock, self._under_way = threading.Lock(), set[int]()
+        self._look_at = -math.inf                # monotonic
+        self._thread: threading.Thread | None = None
+
+    # ------------------------------------------------------------------ before
+    def report(self, robot_id: int) -> Report | None:
+        """Of the last one."""
+        return self._check_ups.report(self._db.read(), robot_id)
+
+    def length_s(self, trial: Trial | None = None) -> float:
+        """How long it takes, about."""
+        return self._trials.length_s(trial)
+
+    def moves(self, robot_id: int, trial: Trial) -> Message:
+        """Exactly what happens on the robot in a trial, for a person to agree to."""
+        return moves(self._robot(robot_id).name, trial)
+
+    def harmless_missions(self, robot_id: int) -> Sequence[str]:
+        """Names of the robot's missions, of which a person may choose a harmless one for a trial. Asks the robot. Raises RobotError or
+        InvalidInput."""
+        with self._client(self._robot(robot_id)) as client:
+            return sorted(missions_of(client), key=str.casefold)
+
+    # ------------------------------------------------------------------ the check-up
+    def run(self, robot_id: int, trial: Trial | None = None, told: Callable[[Progress], None] = lambda progress: None,
+            is_wanted: Callable[[], bool] = lambda: True) -> Report:
+        """Read the robot and, with a ``trial``, queue missions on it. ``told`` is called with how far it is; ``is_wanted`` is asked between
+        questions, and what was changed is put back in any case. A robot that does not answer is a finding, not an error. A check-up that
+        is not complete is not kept.
+
+        Raises InvalidInput for a robot that is being checked up, and for a trial that can't be now, with the reason.
+        """
+        robot = self._robot(robot_id)
+        with self._alone_with(robot), self._client(robot) as client:
+            if trial is not None:
+                self._trials.check(robot, client, trial)
+            problem = self._tidied(robot, client)
+            if problem is not None and trial is not None:
+                raise InvalidInput("robot", "what the last check-up left is still there: {problem}", problem=problem)
+            report = self._run(robot, client, trial, told, is_wanted)
+        if report.is_complete:
+            self._db.write(lambda c: self._keep(c, robot, report))
+            self._changes.publish(Topic.ROBOTS)
+        log.info("robot %r was checked up%s: %s%s", robot.name, f" with {report.mission!r}" if report.mission else "", report.level,
+                 "" if report.is_complete else ", not complete")
+        return report
+
+    def _keep(self, c: sqlite3.Connection, robot: Robot, report: Report) -> None:
+        """With which machine it was: a profile counts for that with this software."""
+        found = {"serial_number": report.profile.serial_number, "software": report.profile.software, "model": report.model}
+        self._robots.note_identity(c, robot, **{name: value for name, value in found.items() if value})
+        self._check_ups.put(c, robot.id, report)
+
+    def _run(self, robot: Robot, client: RobotClient, trial: Trial | None, told: Callable[[Progress], None],
+             is_wanted: Callable[[], bool]) -> Report:
+        began_at, began, whole = self._clock.now(), self._clock.monotonic(), self.length_s(trial)
+        look = self._look(client, is_wanted, lambda progress: told(replace(progress, done=min(progress.done, whole), of=whole)))
+        identity: Identity | None = None
+        is_complete = False
+        try:
+            identity = read_robot(look)
+            is_complete = identity is not None and (trial is None or self._trials.run(look, robot, trial, identity))
+        except NotWanted:
+            log.info("The check-up of %r was ended by a person", robot.name)
+        serial, software = (identity.serial_number, identity.software) if identity else (robot.serial_number, robot.software)
+        was_tried = any(finding.topic is CheckUpTopic.LEFT for finding in look.findings)
+        return Report(
+            robot.name, robot.address, (identity.model if identity else robot.model) or "", began_at, self._clock.monotonic() - began,
+            tuple(look.findings), _with_known(look.profile(serial, software), look, robot.profile),
+            (trial.mission or trials.NAME) if trial is not None and was_tried else "", is_complete)
+
+    # ------------------------------------------------------------------ what a trial left
+    def left_behind(self) -> Mapping[int, LeftBehind]:
+        """By robot: what a trial that was cut off has changed there and nobody has put back yet."""
+        return {key: left for key, left in self._trials.left_behind().items() if key not in self._under_way}
+
+    def tidy(self, robot_id: int) -> Message | None:
+        """Put back what a trial that was cut off left on the robot. Returns what could not be; None: all is as it was. Raises InvalidInput
+        or RobotError."""
+        robot = self._robot(robot_id)
+        with self._alone_with(robot), self._client(robot) as client:
+            return self._trials.tidy(self._look(client), robot)
+
+    def _tidied(self, robot: Robot, client: RobotClient) -> Message | None:
+        try:
+            return self._trials.tidy(self._look(client), robot)
+        except RobotError as error:
+            return error.message
+
+    def tick(self) -> None:
+        """A chore: what a trial left is put back on a thread of its own. Returns at once."""
+        now = self._clock.monotonic()
+        if now < self._look_at or (self._thread and self._thread.is_alive()):
+            return
+        self._look_at = now + LOOK_EVERY
+        if left := list(self.left_behind()):
+            self._thread = threading.Thread(target=self.tidy_all, args=(left,), name="after a check-up", daemon=True)
+            self._thread.start()
+
+    def tidy_all(self, robot_ids: Sequence[int]) -> None:
+        """One that does not answer is asked again later."""
+        for robot_id in robot_ids:
+            try:
+                self.tidy(robot_id)
+            except (RobotError, InvalidInput, DatabaseError) as problem:
+                log.info("What a check-up left on robot %d could not be put back yet: %s", robot_id, problem)
+
+    # ------------------------------------------------------------------ inside
+    def _look(self, client: RobotClient, is_wanted: Callable[[], bool] = lambda: True,
+              told: Callable[[Progress], None] = lambda progress: None) -> Look:
+        return Look(Probe(client, self._clock.monotonic, self._clock.sleep), self._settings().timezone, self._clock.now, self._clock.sleep,
+                    is_wanted, told)
+
+    @contextmanager
+    def _alone_with(self, robot: Robot) -> Iterator[None]:
+        with self._lock:
+            if robot.id in self._under_way:
+                raise InvalidInput("robot", "{robot} is being checked up already", robot=robot.name)
+            self._under_way.add(robot.id)
+        try:
+            yield
+        finally:
+            self._under_way.discard(robot.id)
+
+    @contextmanager
+    def _client(self, robot: Robot) -> Iterator[RobotClient]:
+        """A patient connection of its own."""
+        check_usable(robot)
+        with closing(self._make_client(robot)) as client:
+            client.timeouts = PATIENT
+            yield client
+
+    def _robot(self, robot_id: int) -> Robot:
+        if robot := self._robots.get(self._db.read(), robot_id):
+            return robot
+        raise InvalidInput("robot", "this robot has been removed")
+
+
+def moves(robot: str, trial: Trial) -> Message:
+    """What happens on the robot of this name."""
+    if trial.mission is None:
+        return message("{robot} gets a mission that waits a second, four times; one of them is cancelled before it runs. The robot is "
+                       "paused twice for a few seconds and released. The mission is removed afterwards. Nothing drives.", robot=robot)
+    return message("{mission} is queued four times on {robot}; one of them is cancelled before it runs, so the robot does three times "
+                   "what the mission does, and it may drive. It is paused twice for a few seconds and released.", mission=trial.mission,
+                   robot=robot)
+
+
+def _with_known(found: RobotProfile, look: Look, known: RobotProfile | None) -> RobotProfile:
+    """What a trial of the same machine with the same software has shown before stays known."""
+    if known is None or not known.is_of(found.serial_number, found.software):
+        return found
+    has_borne = any(finding.topic is CheckUpTopic.LOAD and finding.level is Level.GREEN for finding in look.findings)
+    kept = {name: getattr(known, name) for name in TRIED if name not in look.seen}
+    return replace(found, **kept, rest=found.rest if has_borne or found.rest else known.rest)
