@@ -219,7 +219,7 @@ class Copies:
         """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for, or was sent lately, can't
         be told from one that a person put there, so a person decides. Returns the tokens of those that can't be judged yet."""
         watched = [(row, floor) for token, (floor, _until) in self._watched.items() if (row := self._ledger.by_token(token)) is not None]
-        found = [(row, item) for item in filter(self._is_unmarked, newer) for row, floor in watched
+        found = [(row, item) for item in filter(self._is_unmarked, newer) for row, floor in reversed(watched)    # most likely the last's
                  if item.id > floor and self._may_be_of(row, item)]
         looked_for: set[str] = set()
         if found and self.do_tokens_come_back() is False:
