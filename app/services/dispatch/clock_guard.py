@@ -18,7 +18,7 @@ from app.domain.message import Message, message
 from app.services.dispatch.observation import ClockReading
 from app.services.dispatch.timing import FIRST_DOUBT, REPORTED_STEP
 from app.services.live.alarms import Alarms
-from app.services.live.gaps import HEARTBEAT_EVERY, NOTEWORTHY, Downtime, Gap
+from app.services.live.gaps import EVER, HEARTBEAT_EVERY, NOTEWORTHY, Downtime, Gap
 from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
@@ -223,7 +223,10 @@ class ClockGuard:
             return
         began = now - timedelta(seconds=self._clock.monotonic() - self._started_at)
         self._started_at = None
-        if self._last_heartbeat is not None and began - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
+        if self._last_heartbeat is None:
+            self._downtime.add(Gap(EVER, began))           # a run before may have ended before its first heartbeat
+            self._absent_since = EVER
+        elif began - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
             self._away(self._last_heartbeat, began)
 
     def _away(self, start: datetime, end: datetime) -> None:

@@ -25,7 +25,7 @@ from app.services.dispatch.messages import Readiness
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
-from app.services.live.gaps import Downtime, Gap
+from app.services.live.gaps import EVER, Downtime, Gap
 from app.services.planning.first_due import first_due
 from app.services.planning.recurrence import next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
@@ -303,5 +303,5 @@ class _RowMaker:
 
     def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:
         code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN
-        details: dict[str, Any] = {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap else {}
+        details: dict[str, Any] = {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap and gap.start > EVER else {}
         return self.ended(planned_at, Reason(code, {**details, "problem": gap.problem} if gap and gap.problem else details))

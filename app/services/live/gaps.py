@@ -3,11 +3,12 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, replace
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 
 from app.domain.message import Message
 
 HEARTBEAT_EVERY = 15.0                        # s; a power cut is known to about this precision
+EVER = datetime(1, 1, 1, tzinfo=UTC)          # the start of a gap of which nothing tells when it began
 NOTEWORTHY = timedelta(seconds=60)            # a shorter gap is a restart or a slow moment, not an absence
 
 

@@ -75,6 +75,16 @@ def test_what_would_start_late_is_listed_first(window, waits, cleanly):
     assert len(items(site)) == len(site.executions())
 
 
+def test_the_very_first_run_may_end_before_its_first_heartbeat(window):
+    """Where nothing tells since when the app was off, what is late is listed all the same."""
+    site = window
+    site.power_cut(OFF + 60)
+    site.run(LISTED)
+    assert sent_at(site) == []
+    site.run(60)
+    assert len(items(site)) == 1
+
+
 @pytest.mark.parametrize("waits", WAITS)
 def test_a_hold_that_is_set_on_the_list_keeps_it_from_starting(window, waits):
     """The Hold button holds what is listed."""
