@@ -215,7 +215,7 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
         return _last_known(facts, snapshot, now)
     if status.state is RobotState.EMERGENCY_STOP:
         return MissionView(_("What to do now"), _("Release the red button, then press Reset on the robot"),
-                           _errors(status) or _("Emergency stop is pressed"), "fault")
+                           _errors(status), "fault")
     if has_errors(status):
         way_out = _("Reset errors clears it; the robot then waits for Resume") if can_reset(status) else \
             _("It can't be reset from here: check the robot itself")

@@ -14,6 +14,7 @@ from app.screens.scheduler.view import Listing
 from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadge
+from app.widgets.fields import SearchField
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 from app.widgets.pages import LowPage
@@ -81,6 +82,7 @@ class SchedulesCard(SectionCard):
     rows = ListProperty()
     note = StringProperty()
     tools = BooleanProperty(False)
+    searching = BooleanProperty(False)
     listing = ObjectProperty(Listing(), rebind=True)
     empty = StringProperty()
 
@@ -89,6 +91,11 @@ class SchedulesCard(SectionCard):
             self.vm.listed.keep()
         handled: bool | None = super().on_touch_down(touch)
         return handled
+
+
+class SchedulesSearch(SearchField):
+    """The search field of the schedules."""
+    card = ObjectProperty(None, allownone=True, rebind=True)
 
 
 class FormCard(SectionCard):
