@@ -22,6 +22,10 @@ _OUT: Mapping[str, str] = MappingProxyType({
     "off": "{robot} switched off", "silent": "{robot} silent", "wrong_robot": "{robot} is another machine", "held": "{robot} held back",
     "stopped": "{robot} stopped", "lacks_mission": "{robot} has no such mission", "tried": "{robot} refused it or did not answer",
     "low_battery": "{robot} {battery} % battery", "too_little_battery": "{robot} {battery} % battery, too little for the whole run"})
+_FREE = "{robot} was free"
+_WHY: Mapping[str, str] = MappingProxyType({
+    "soonest": "{robot} was free and will be done soonest, about {done}", "least_run": "{robot} was free and has run least today",
+    "ahead": "{robot} was free and leaves the others to what is planned"})
 
 
 def is_persons(choice: Mapping[str, Any]) -> bool:
@@ -36,8 +40,9 @@ def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate =
         return ""
     if is_persons(choice):
         return translate("{robot}: chosen by a person").format(robot=robots[0]["robot"])
-    first = _queued(robots[0], zone, translate) if choice.get("last_call") else _told(robots[0], zone, translate)
-    return "; ".join([first, *(_told(robot, zone, translate) for robot in robots[1:MOST_SHOWN]), *_more(choice, robots, translate)])
+    first = _queued(robots[0], zone, translate) if choice.get("last_call") else _why(robots[0], zone, translate)
+    others = [_told(robot, zone, translate, _FREE) for robot in robots[1:MOST_SHOWN]]
+    return "; ".join([first, *others, *_more(choice, robots, translate)])
 
 
 def moved_on(tried: Mapping[str, Any], robot: str, translate: Translate = lambda text: text) -> str:
@@ -87,20 +92,26 @@ def _robots(choice: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
     return [robot for robot in robots if isinstance(robot, Mapping) and "robot" in robot] if isinstance(robots, Sequence) else []
 
 
-def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+def _why(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+    """Of the chosen one: what it had over others that were free."""
+    why, done = str(robot.get("why")), _time(robot.get("done"), zone, translate)
+    return _told(robot, zone, translate, _FREE if why == "soonest" and not done else _WHY.get(why, _FREE), done)
+
+
+def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate, free: str = "{robot}: free now", done: str = "") -> str:
     if out := robot.get("out"):
         battery = robot.get("battery")
         text = translate(_OUT.get(str(out), "{robot}"))
         return text.format(robot=robot["robot"], battery=round(battery) if isinstance(battery, int | float) else "–")
     if until := _time(robot.get("until"), zone, translate):
         return translate("{robot} busy until about {until}").format(robot=robot["robot"], until=until)
-    return translate("{robot}: free now").format(robot=robot["robot"])
+    return translate(free).format(robot=robot["robot"], done=done)
 
 
 def _queued(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     if until := _time(robot.get("until"), zone, translate):
         return translate("{robot}: last call, into its queue; free about {until}").format(robot=robot["robot"], until=until)
-    return _told(robot, zone, translate)
+    return _why(robot, zone, translate)
 
 
 def _more(choice: Mapping[str, Any], robots: Sequence[Mapping[str, Any]], translate: Translate) -> list[str]:

@@ -103,7 +103,7 @@ def test_run_now_offers_groups_first_and_any_free_robot_comes(home, hall, ui):
     ui.wait(lambda: home.site.container.history.last_finished(1) or [row for row in home.site.container.history.open() if row.robot])
     row = (home.site.container.history.open() or home.site.container.history.last_finished(1))[0]
     assert (row.robot_group, row.priority, row.robot in ("Aino", "Veikko")) == ("Hall 1", 1, True)
-    told = f"Home is sent to {row.robot}. {row.robot}: free now", "Home is not sent yet. "           # on a slow machine
+    told = f"Home is sent to {row.robot}. {row.robot} was free", "Home is not sent yet. "           # on a slow machine
     ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(told)])
 
 

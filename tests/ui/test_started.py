@@ -66,9 +66,9 @@ def test_a_start_of_a_group_that_soon_has_a_robot_is_not_said_to_wait(world, ui)
     world.becomes(BOUND)
     assert world.told == []
     world.becomes(SENT)
-    assert world.told == ["Kits is sent to Aino. Aino: free now"]
+    assert world.told == ["Kits is sent to Aino. Aino was free"]
     ui.advance(2)
-    assert world.told == ["Kits is sent to Aino. Aino: free now"]
+    assert world.told == ["Kits is sent to Aino. Aino was free"]
 
 
 def test_one_that_still_has_none_after_a_moment_is_said_to_wait_once(world, ui):

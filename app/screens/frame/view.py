@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
-from app.domain.models import Execution, Robot, RobotSnapshot, Settings
+from app.domain.models import Alarm, Execution, Robot, RobotSnapshot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.alarm_groups import Together, group_entry, group_note, group_text, together

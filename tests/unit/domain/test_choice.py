@@ -10,13 +10,20 @@ AINO, SISU = {"robot": "Aino", "until": AT}, {"robot": "Sisu"}
 
 
 @pytest.mark.parametrize(("choice", "sentence"), [
-    ({"robots": [SISU, AINO]}, "Sisu: free now; Aino busy until about 14:52"),
-    ({"robots": [SISU, {"robot": "Veikko", "out": "low_battery", "battery": 18.2}]}, "Sisu: free now; Veikko 18 % battery"),
+    ({"robots": [SISU, AINO]}, "Sisu was free; Aino busy until about 14:52"),
+    ({"robots": [SISU, {"robot": "Veikko", "out": "low_battery", "battery": 18.2}]}, "Sisu was free; Veikko 18 % battery"),
     ({"robots": [AINO], "last_call": True}, "Aino: last call, into its queue; free about 14:52"),
-    ({"robots": [SISU, AINO, AINO, AINO, AINO], "more": 3}, "Sisu: free now" + "; Aino busy until about 14:52" * 3 + "; and 4 more"),
+    ({"robots": [SISU, AINO, AINO, AINO, AINO], "more": 3}, "Sisu was free" + "; Aino busy until about 14:52" * 3 + "; and 4 more"),
+    ({"robots": [{**SISU, "why": "soonest", "done": AT}, {"robot": "Veikko"}]},
+     "Sisu was free and will be done soonest, about 14:52; Veikko was free"),
+    ({"robots": [{**SISU, "why": "least_run"}, {"robot": "Veikko"}]}, "Sisu was free and has run least today; Veikko was free"),
+    ({"robots": [{**SISU, "why": "ahead"}, {"robot": "Veikko"}]},
+     "Sisu was free and leaves the others to what is planned; Veikko was free"),
+    ({"robots": [{**SISU, "why": "unheard of", "done": 5}]}, "Sisu was free"),
+    ({"robots": [{**SISU, "why": "soonest"}]}, "Sisu was free"),
     ({}, ""),
     ({"robots": "no list", "more": "many"}, ""),
-    ({"robots": [{"robot": "Sisu", "until": "nonsense"}, 5]}, "Sisu: free now"),
+    ({"robots": [{"robot": "Sisu", "until": "nonsense"}, 5]}, "Sisu was free"),
 ])
 def test_the_robot_that_was_chosen_comes_first(choice, sentence):
     assert chosen(choice, "UTC") == sentence

@@ -69,7 +69,7 @@ def test_of_a_group_it_is_told_which_and_why_that_robot(db):
     add(db, robot_group="Hall 1", choice={"robots": [{"robot": "Aino"}, {"robot": "Sisu", "out": "silent"}]})
     add(db, robot_group="Hall 1", robot_id=None, robot="")
     assert [(row["robot"], row["group"], row["choice"]) for row in cells(db)] == [
-        ("Aino", "Hall 1", "Aino: free now; Sisu silent"), ("", "Hall 1", "")]
+        ("Aino", "Hall 1", "Aino was free; Sisu silent"), ("", "Hall 1", "")]
 
 
 def test_rows_are_oldest_first_each_in_its_own_zone(db):

@@ -39,6 +39,7 @@ def test_what_waits_says_what_each_robot_does_and_when_it_is_put_into_a_queue():
 
 
 @pytest.mark.parametrize(("values", "note"), [
+    ({"finish_by": NOW + timedelta(minutes=23)}, "Aino busy until about 14:52; Veikko 18 % battery. Skipped if it can't be done by 15:01"),
     ({"wait": Wait.PLACE, "wait_details": {"place": "Dock 2"}}, "Waits for Dock 2 until 15:00"),
     ({"wait_details": {"group": "Hall 1"}}, "Waits for a robot of Hall 1 until 15:00"),
     ({"wait_details": {"group": "Hall 1", "robots": [BUSY], "kept_for": "Shift bus"}},
@@ -95,7 +96,7 @@ def test_the_card_says_for_what_the_robot_is_kept():
 def test_a_run_of_a_group_says_why_it_came_here():
     chosen = replace(RUNNING, choice={"robots": [{"robot": "Aino"}, LOW]})
     [entry, *_rest] = queue_entries(replace(FACTS, open=(chosen,)), NOW)
-    assert entry.origin.endswith(" · Aino: free now; Veikko 18 % battery")
+    assert entry.origin.endswith(" · Aino was free; Veikko 18 % battery")
 
 
 def test_a_start_that_a_silent_robot_may_have_is_told_and_others_are_offered():

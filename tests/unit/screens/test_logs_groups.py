@@ -23,7 +23,7 @@ def test_the_story_has_each_robot_that_was_passed_by_and_why_one_was_chosen():
     steps = [(step.label, step.time, step.note) for step in view.story(RUN, ZONE, {})]
     assert steps[:4] == [
         ("Planned", "13:30:00", "Kits · any of Hall 1"), ("Passed by", "–", "Aino: the connection was refused"),
-        ("Chosen", "13:30:01", "Sisu: free now; Veikko 18 % battery"), ("Submitted", "13:30:02", "1 attempt")]
+        ("Chosen", "13:30:01", "Sisu was free; Veikko 18 % battery"), ("Submitted", "13:30:02", "1 attempt")]
 
 
 def test_what_waits_says_what_each_robot_does_and_whose_it_is():
