@@ -11,7 +11,7 @@ from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.screens.common.holding import HAND, hold_at
-from app.screens.common.robot_appearance import ANSWERS, STOPPED
+from app.screens.common.robot_appearance import ANSWERS, LOW, STOPPED
 from app.services.live.holds import Hold
 
 
@@ -76,9 +76,9 @@ def _group_of(status: RobotStatus, settings: Settings) -> Group:
 
 
 def is_low(status: RobotStatus, settings: Settings) -> bool:
-    """Whether the battery is under the minimum, so that missions wait."""
-    minimum, percent = settings.minimum_battery_percent, status.battery_percentage
-    return minimum is not None and percent is not None and percent < minimum
+    """Whether the battery is under the minimum, so that missions wait, or nearly empty."""
+    percent = status.battery_percentage
+    return percent is not None and percent < (settings.minimum_battery_percent or LOW)
 
 
 def look_of(group: Group) -> GroupLook:

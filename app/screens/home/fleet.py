@@ -15,7 +15,7 @@ from app.domain.robot import RobotState
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.holding import HAND
-from app.screens.common.robot_appearance import battery_appearance, link_appearance, state_appearance
+from app.screens.common.robot_appearance import LOW, battery_appearance, link_appearance, state_appearance
 from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_words, look_of, ready_or_held
 from app.services.live.holds import Hold
 
@@ -108,7 +108,7 @@ def _detail(robot: Robot, snapshot: RobotSnapshot, doing: Work | None, group: Gr
         case Group.STOPPED | Group.LOOK if status is not None and status.errors:
             return render(in_words(status.errors), _)
         case Group.LOOK if status is not None and status.state in AT_REST:
-            return _("Battery under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent or 0))
+            return _("Battery under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent or LOW))
         case Group.STOPPED | Group.LOOK | Group.STARTING:
             return state
     return ""

@@ -12,7 +12,7 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.domain.models import Execution, Robot, RobotSnapshot, Settings, State
-from app.domain.robot import QueueItem, QueueState
+from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import FEW, Group, group_of, help_words
@@ -175,14 +175,14 @@ class FleetViewModel(FleetState, ViewModel):
         return is_new
 
     def _doing(self, robot_id: int, snapshot: RobotSnapshot) -> Work | None:
-        item = self._running(robot_id, snapshot)
-        if item is None:
-            return None
+        item, status = self._running(robot_id, snapshot), snapshot.status
+        if item is None:                     # of what somebody else has started its status alone knows until the queue is read
+            return Work(status.mission_text) if status is not None and status.state is RobotState.EXECUTING else None
         ours, known = self._ours_of(robot_id, item), self._known.get((robot_id, item.id))
         if known is None:
             if guid := ours.mission_guid if ours else item.mission_id:
                 self._unknown[robot_id, item.id] = guid
-            return Work(ours.mission if ours else snapshot.status.mission_text if snapshot.status else "")
+            return Work(ours.mission if ours else status.mission_text if status else "")
         if ours is None:
             return Work(known.mission)
         elapsed = (self._services.clock.now() - ours.started_at).total_seconds() if ours.started_at else None

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.models import Connection, Robot, RobotSnapshot
+from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotProblem, RobotState, RobotStatus
-from app.screens.common.robot_appearance import is_old
+from app.screens.common.robot_appearance import battery_appearance, is_old
 from app.screens.common.robot_groups import Group, group_of, help_words
 from app.screens.home import fleet
 from app.screens.home.fleet import Look, RobotTile, Work, arranged, counts, in_places, robot_tile
@@ -54,6 +54,17 @@ def test_a_robot_is_in_the_group_that_its_state_says(status, group, tone, detail
     assert (found, tile.tone, tile.detail) == (group, tone, detail)
     assert tile.loud == (group is Group.STOPPED)
     assert tile.icon
+
+
+@pytest.mark.parametrize(("percent", "group"), [(9.0, Group.LOOK), (10.0, Group.READY)])
+def test_a_battery_that_is_nearly_empty_is_looked_at_without_a_minimum(percent, group):
+    status, settings = in_state(RobotState.READY, battery_percentage=percent), Settings()
+    assert group_of(AINO, snapshot(1, status), False, settings) is group
+    tile = robot_tile(AINO, snapshot(1, status), None, group, False, settings, NOW)
+    assert tile.battery_tone == ("attention" if group is Group.LOOK else "neutral")
+    assert tile.detail == ("Battery under 10 %" if group is Group.LOOK else "")
+    charging = replace(sample.CHARGING, battery_percentage=percent)
+    assert battery_appearance(charging, settings).note == "charging"
 
 
 def test_one_that_does_not_answer_says_since_when_and_shows_no_old_values():
