@@ -15,7 +15,7 @@ from app.domain.models import Execution, Robot, RobotSnapshot, Settings, State
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _
 from app.screens.common.robot_appearance import is_old
-from app.screens.common.robot_groups import FEW, Group, group_of, help_words
+from app.screens.common.robot_groups import FEW, Group, group_of, help_words, or_held
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, ViewModel
 from app.screens.home.facts import HomeFacts, HomeServices
@@ -167,8 +167,8 @@ class FleetViewModel(FleetState, ViewModel):
         holds = tuple(hold for hold in self._holds if hold.covers(robot_id, now))
         if seen and (seen.robot, seen.old, seen.doing, seen.holds) == (robot, old, doing, holds) and seen.snapshot is snapshot:
             return False
-        group = group_of(robot, snapshot, old, self._settings)
-        tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now, holds)
+        group = or_held(group_of(robot, snapshot, old, self._settings), holds, robot, now)
+        tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now)
         self._seen[robot_id] = Seen(robot, snapshot, old, doing, holds, group, tile)
         is_new = seen is None or (seen.group, seen.tile) != (group, tile)
         self._is_behind |= is_new
