@@ -12,6 +12,7 @@ from app.screens.settings.page import SwitchRow
 from app.screens.settings.places import PlaceDialog, PlaceRow
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
+from app.services.robots import missions
 from app.widgets.buttons import IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.fields import PickField, RepeatButton
@@ -19,6 +20,7 @@ from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
 from tests.ui.integrator import enter, go, page, press, reveal, robots, schedules, undo
+from tests.ui.whole_app import api
 
 
 def groups(site):
@@ -158,6 +160,22 @@ def test_the_table_shows_which_robot_lacks_which_mission(site, app, ui, known, p
     press(ui, "Missions", ui.find(GroupPanel))
     rows = ui.find_all(MissionTableRow, ui.find(GroupMissions))
     assert [(row.name, row.note, list(row.cells)) for row in sorted(rows, key=lambda row: -row.y)] == lines
+
+
+def test_the_table_follows_what_the_robots_have_while_it_is_open(site, app, ui, monkeypatch):
+    monkeypatch.setattr(missions, "ASK_AGAIN_AFTER", 0.0)
+    site.add_robots()
+    deliver = site.add_missions("Deliver")[0]
+    save_group(site)
+    go(ui, "robots")
+    turn_to(ui, "Groups")
+    ui.wait(lambda: len(page(app).context.facts.names) == 2)
+    press(ui, "Missions", ui.find(GroupPanel))
+    table = ui.find(GroupMissions)
+    assert [line.note for line in table.lines] == [""]
+    api(site.fleet.robots[1], "DELETE", f"/missions/{deliver.guid}")
+    page(app).context.refresh()
+    ui.wait(lambda: [line.note for line in table.lines] == ["Not on Veikko"])
 
 
 def test_a_place_and_the_missions_that_use_it(site, app, ui):

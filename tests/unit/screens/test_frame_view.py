@@ -107,6 +107,7 @@ def test_a_new_alarm_comes_before_a_more_serious_one_that_was_acknowledged():
 def test_a_cleared_alarm_stays_until_acknowledged_and_says_that_it_is_over():
     view = show(alarm("unreachable", cleared_at=NOW))
     assert view.tone == "neutral"
+    assert view.text == "Over: Aino doesn't answer"
     assert view.note == "Over since 14:38"
     assert view.act is Act.ACKNOWLEDGE
 
