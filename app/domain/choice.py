@@ -33,14 +33,16 @@ def is_persons(choice: Mapping[str, Any]) -> bool:
     return choice.get("by") == "person"
 
 
-def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
-    """Of a start that was given to a robot: that one first, then the best of the others."""
+def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text, whole: bool = True) -> str:
+    """Of a start that was given to a robot: that one, and where it is the ``whole`` story the best of the others."""
     robots = _robots(choice)
     if not robots:
         return ""
     if is_persons(choice):
         return translate("{robot}: chosen by a person").format(robot=robots[0]["robot"])
     first = _queued(robots[0], zone, translate) if choice.get("last_call") else _why(robots[0], zone, translate)
+    if not whole:
+        return first
     others = [_told(robot, zone, translate, _FREE) for robot in robots[1:MOST_SHOWN]]
     return "; ".join([first, *others, *_more(choice, robots, translate)])
 

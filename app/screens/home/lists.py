@@ -159,7 +159,7 @@ def _since(facts: HomeFacts, execution: Execution) -> str:
 
 def _with_choice(words: str, facts: HomeFacts, ours: Execution | None) -> str:
     """Why a start of a group came to this robot."""
-    why = choice.chosen(ours.choice, facts.settings.timezone, _) if ours is not None else ""
+    why = choice.chosen(ours.choice, facts.settings.timezone, _, whole=False) if ours is not None else ""
     return f"{words} · {why}" if why else words
 
 

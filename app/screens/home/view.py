@@ -234,7 +234,8 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
         return kept_for(facts, robot, now) or _idle_obstacle(facts, robot, None, now) or (
             "" if facts.planned else _("nothing is planned"))
     when = held_words(facts, run, now) or formats.until(run.at, now, facts.settings.timezone)
-    planned = kept_for(facts, robot, now) or _("next: {mission}, {when}").format(mission=run.mission.name, when=when)
+    words = _("probably next: {mission}, {when}") if run.is_approximate else _("next: {mission}, {when}")
+    planned = kept_for(facts, robot, now) or words.format(mission=run.mission.name, when=when)
     return " · ".join(filter(None, (planned, _idle_obstacle(facts, robot, run.at, now))))
 
 

@@ -93,10 +93,18 @@ def test_the_card_says_for_what_the_robot_is_kept():
     assert waiting.kept_for(replace(given, open=()), AINO, NOW) == ""
 
 
+def test_what_another_robot_may_take_is_probably_next():
+    kits = Schedule("", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
+    coming = PlannedRun(NOW + timedelta(minutes=22), kits, AINO, KITS, 300.0, group=HALL, begins_at=NOW + timedelta(minutes=22))
+    given = facts(planned=(coming,), snapshots={1: snapshot(1, READY)})
+    assert present(given, NOW).card.mission.note.startswith(f"probably next: {KITS.name}, in 22 min")
+    assert present(replace(given, planned=(replace(coming, group=None),)), NOW).card.mission.note.startswith("next: ")
+
+
 def test_a_run_of_a_group_says_why_it_came_here():
     chosen = replace(RUNNING, choice={"robots": [{"robot": "Aino"}, LOW]})
     [entry, *_rest] = queue_entries(replace(FACTS, open=(chosen,)), NOW)
-    assert entry.origin.endswith(" · Aino was free; Veikko 18 % battery")
+    assert entry.origin.endswith(" · Aino was free")          # of the others tells its story in Logs
 
 
 def test_a_start_that_a_silent_robot_may_have_is_told_and_others_are_offered():
