@@ -86,6 +86,21 @@ class SchedulesCard(SectionCard):
     listing = ObjectProperty(Listing(), rebind=True)
     empty = StringProperty()
 
+    def __init__(self, **kwargs: Any) -> None:
+        self._edited: object = None
+        self._reveal = Clock.create_trigger(self._bring_in_sight, .05)       # when the rows are there
+        super().__init__(**kwargs)
+
+    def on_rows(self, *_: object) -> None:
+        """What is edited may have been chosen elsewhere."""
+        before, self._edited = self._edited, next((row.key for row in self.rows if row.selected), None)
+        if self._edited not in (None, before):
+            self._reveal()
+
+    def _bring_in_sight(self, _dt: float) -> None:
+        if self._edited not in [row.key for row in self.ids.schedule_rows.whole_rows]:
+            self.ids.schedule_rows.show(self._edited)
+
     def on_touch_down(self, touch: MotionEvent) -> bool | None:
         if self.collide_point(*touch.pos):
             self.vm.listed.keep()
