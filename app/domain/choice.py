@@ -24,7 +24,7 @@ _OUT: Mapping[str, str] = MappingProxyType({
     "low_battery": "{robot} {battery} % battery", "too_little_battery": "{robot} {battery} % battery, too little for the whole run"})
 _FREE = "{robot} was free"
 _WHY: Mapping[str, str] = MappingProxyType({
-    "soonest": "{robot} was free and will be done soonest, about {done}", "least_run": "{robot} was free and has run least today",
+    "soonest": "{robot} was free and will be done soonest, about {done}", "less_run": "{robot} was free and has run less today",
     "ahead": "{robot} was free and leaves the others to what is planned"})
 
 

@@ -303,4 +303,4 @@ def test_the_choice_says_what_its_robot_had_over_others_that_were_free(site, pla
     site.run(2200)
     first, _second, third = sorted(site.executions(), key=lambda run: run.planned_at)
     assert chosen(first.choice, "UTC") == "R1 was free; R2 was free; R3 was free"
-    assert chosen(third.choice, "UTC") == "R3 was free and has run least today; R1 was free; R2 was free"
+    assert chosen(third.choice, "UTC") == "R3 was free and has run less today; R1 was free; R2 was free"

@@ -40,7 +40,7 @@ class Option(NamedTuple):
 class Why(StrEnum):
     """What a robot had over others that were free."""
     SOONEST = "soonest"                  # it will be done before they would be
-    LEAST_RUN = "least_run"              # it has run less today
+    LESS_RUN = "less_run"                # it has run less today than those that would be done as soon
     AHEAD = "ahead"                      # they are better where they are, for what is planned
 
 
@@ -69,7 +69,7 @@ class Decision:
         if chosen.done_s < min(other.done_s for other in others):
             return Why.SOONEST
         least = min(other.score for other in others)
-        return Why.LEAST_RUN if chosen.score < least else Why.AHEAD if chosen.score > least else None
+        return Why.LESS_RUN if chosen.score < least else Why.AHEAD if chosen.score > least else None
 
 
 def decide(situation: Situation) -> list[Decision]:

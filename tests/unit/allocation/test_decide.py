@@ -47,7 +47,7 @@ def test_of_equals_the_one_that_ran_less_and_then_the_first_by_name():
 
 @pytest.mark.parametrize(("robots", "seconds", "coming", "why"), [
     ((AINO, SISU), {}, (), None), ((AINO, busy(SISU, 9.0)), {}, (), None), ((AINO, SISU), {1: 299.0}, (), Why.SOONEST),
-    ((AINO, replace(SISU, hours=.5)), {}, (), Why.LEAST_RUN), ((AINO, replace(SISU, hours=2.0)), {1: 310.0}, (), Why.LEAST_RUN),
+    ((AINO, replace(SISU, hours=.5)), {}, (), Why.LESS_RUN), ((AINO, replace(SISU, hours=2.0)), {1: 310.0}, (), Why.LESS_RUN),
     ((AINO, replace(SISU, hours=.5)), {}, (Coming("Shift bus", (1,), 60.0, 300.0, CRITICAL, is_fixed=True),), Why.AHEAD)])
 def test_why_the_chosen_one_of_several_that_are_free(robots, seconds, coming, why):
     [decision] = decide(situation(start(), robots=robots, takes=lambda robot_id, *_args, slow=False: seconds.get(robot_id, 300.0),

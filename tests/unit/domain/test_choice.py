@@ -16,7 +16,7 @@ AINO, SISU = {"robot": "Aino", "until": AT}, {"robot": "Sisu"}
     ({"robots": [SISU, AINO, AINO, AINO, AINO], "more": 3}, "Sisu was free" + "; Aino busy until about 14:52" * 3 + "; and 4 more"),
     ({"robots": [{**SISU, "why": "soonest", "done": AT}, {"robot": "Veikko"}]},
      "Sisu was free and will be done soonest, about 14:52; Veikko was free"),
-    ({"robots": [{**SISU, "why": "least_run"}, {"robot": "Veikko"}]}, "Sisu was free and has run least today; Veikko was free"),
+    ({"robots": [{**SISU, "why": "less_run"}, {"robot": "Veikko"}]}, "Sisu was free and has run less today; Veikko was free"),
     ({"robots": [{**SISU, "why": "ahead"}, {"robot": "Veikko"}]},
      "Sisu was free and leaves the others to what is planned; Veikko was free"),
     ({"robots": [{**SISU, "why": "unheard of", "done": 5}]}, "Sisu was free"),
