@@ -23,6 +23,8 @@ _OUT: Mapping[str, str] = MappingProxyType({
     "off": "{robot} switched off", "silent": "{robot} silent", "wrong_robot": "{robot} is another machine", "held": "{robot} held back",
     "stopped": "{robot} stopped", "lacks_mission": "{robot} has no such mission", "tried": "{robot} refused it or did not answer",
     "low_battery": "{robot} {battery} % battery", "too_little_battery": "{robot} {battery} % battery, too little for the whole run"})
+_WHY: Mapping[str, str] = MappingProxyType({         # of the chosen one: what it had over others that were free
+    "soonest": "will be done soonest, about {done}", "less_run": "has run less today", "ahead": "leaves the others to what is planned"})
 
 
 def is_persons(choice: Mapping[str, Any]) -> bool:
@@ -30,15 +32,18 @@ def is_persons(choice: Mapping[str, Any]) -> bool:
     return choice.get("by") == "person"
 
 
-def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
-    """Of a start that was given to a robot: that one first, then the best of the others."""
+def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text, whole: bool = True) -> str:
+    """Of a start that was given to a robot: that one, and where it is the ``whole`` story the best of the others."""
     robots = _robots(choice)
     if not robots:
         return ""
     if is_persons(choice):
         return translate("{robot}: chosen by a person").format(robot=robots[0]["robot"])
-    first = _queued(robots[0], zone, translate) if choice.get("last_call") else _told(robots[0], zone, translate)
-    return "; ".join([first, *(_told(robot, zone, translate) for robot in robots[1:MOST_SHOWN]), *_more(choice, robots, translate)])
+    first = _queued(robots[0], zone, translate) if choice.get("last_call") else _why(robots[0], zone, translate)
+    if not whole:
+        return first
+    others = [_told(robot, zone, translate) for robot in robots[1:MOST_SHOWN]]
+    return "; ".join([first, *others, *_more(choice, robots, translate)])
 
 
 def moved_on(tried: Mapping[str, Any], robot: str, translate: Translate = lambda text: text) -> str:
@@ -88,6 +93,12 @@ def _robots(choice: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
     return [robot for robot in robots if isinstance(robot, Mapping) and "robot" in robot] if isinstance(robots, Sequence) else []
 
 
+def _why(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+    told, done = _told(robot, zone, translate), _time(robot.get("done"), zone, translate)
+    why = _WHY.get(str(robot.get("why")), "")
+    return told if not why or ("{done}" in why and not done) else f"{told}, {translate(why).format(done=done)}"
+
+
 def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     if out := robot.get("out"):
         battery = robot.get("battery")
@@ -104,7 +115,7 @@ def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) ->
 def _queued(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     if until := _time(robot.get("until"), zone, translate):
         return translate("{robot}: last call, into its queue; free about {until}").format(robot=robot["robot"], until=until)
-    return _told(robot, zone, translate)
+    return _why(robot, zone, translate)
 
 
 def _more(choice: Mapping[str, Any], robots: Sequence[Mapping[str, Any]], translate: Translate) -> list[str]:

@@ -9,6 +9,7 @@ from itertools import pairwise
 import pytest
 
 from app.database.errors import DatabaseUnavailable
+from app.domain.choice import chosen
 from app.domain.models import Group, Overlap, ReasonCode, Schedule, State, Trigger, Wait
 from app.services.dispatch.ledger import Ledger
 from tests.support.network import QUEUE, Fate
@@ -294,3 +295,12 @@ def test_a_robot_on_its_way_to_the_charger_by_itself_is_free_once_it_charges(sit
     site.run(2400 + 5)
     [run] = [run for run in site.executions() if run.trigger is Trigger.SCHEDULED]
     assert (run.submitted_at - run.planned_at).total_seconds() < 3
+
+
+def test_the_choice_says_what_its_robot_had_over_others_that_were_free(site, plan):
+    for minute in (5, 20, 35):
+        plan(f"{minute}", f"2026-11-23T06:{minute:02}")
+    site.run(2200)
+    first, _second, third = sorted(site.executions(), key=lambda run: run.planned_at)
+    assert chosen(first.choice, "UTC") == "R1: free now; R2: free now; R3: free now"
+    assert chosen(third.choice, "UTC") == "R3: free now, has run less today; R1: free now; R2: free now"

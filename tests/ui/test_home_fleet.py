@@ -160,6 +160,8 @@ def test_a_run_is_named_before_the_queue_is_read_again(container, robots, ui, nu
         ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == "Collect empties")
         see(container, aino, replace(sample.EXECUTING, mission_queue_id=901), (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
         ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == sample.EXECUTING.mission_text)         # somebody else's
+        see(container, robots[1], replace(sample.EXECUTING, mission_queue_id=None))                      # whose number it does not say
+        ui.wait(lambda: ui.find(FleetTile, name=robots[1].name).detail == sample.EXECUTING.mission_text)
 
 
 def test_robots_that_are_not_heard_of_for_long_no_longer_answer(container, robots, ui):

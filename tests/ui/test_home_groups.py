@@ -107,6 +107,25 @@ def test_run_now_offers_groups_first_and_any_free_robot_comes(home, hall, ui):
     ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(told)])
 
 
+def test_of_many_groups_the_chosen_one_is_offered_and_the_list_of_all(home, hall, ui):
+    members = hall.members
+    for name in ("Hall 2", "Night crew"):
+        home.site.container.catalogue.save_group(Group(name, members))
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Groups (3)"))
+    card = ui.find(RunNowCard)
+    chips = [chip.text for chip in sorted(ui.find_all(ChoiceChip, card), key=lambda chip: (-chip.y, chip.x))]
+    assert chips[:2] == ["Groups (3)", "Aino"]
+    ui.tap(ui.find(ChoiceChip, card, text="Groups (3)"))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.3)
+    assert ui.find(OptionRow, text="Any of Night crew").note == "Aino, Veikko"
+    ui.tap(ui.find(OptionRow, text="Any of Night crew"))
+    ui.wait(lambda: ui.find_all(ChoiceChip, card, text="Any of Night crew", active=True))
+    assert not ui.find_all(ChoiceChip, card, text="Any of Hall 1")
+    choose(ui, "Home")
+    ui.wait(lambda: ui.find_all(CommandButton, card, text="Run on any of Night crew"))
+
+
 def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home, hall, ui):
     stop_both(home, ui)
     choose(ui, "Any of Hall 1")

@@ -83,6 +83,14 @@ def test_it_goes_when_a_real_keyboard_types_and_comes_back_for_a_finger(ui):
         keys.stop()
 
 
+def test_keys_of_a_narrow_window_are_still_48_wide(ui):
+    keys = DockedKeyboard(lambda: True)
+    keys._show_page("letters")
+    ui.show(keys, size=(600, 4 * 52 + 3 * 8 + 16))
+    ui.advance(.1)
+    assert min(key.width for key in ui.find_all(BoardKey)) >= 48
+
+
 @pytest.mark.parametrize("page", ["letters", "signs", "more", "numbers"])
 @pytest.mark.parametrize("width", [800, 1280])
 def test_every_key_is_for_gloves_in_both_orientations(ui, gloves, page, width):

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import pytest
 from kivy.graphics import StencilUse
+from kivy.metrics import Metrics
 from kivymd.uix.screen import MDScreen
 
 from app.domain.models import THEMES
@@ -97,6 +98,19 @@ def test_the_banner_comes_with_an_alarm_and_goes_with_it(ui):
     ui.advance()
     assert body.height == high
     assert ui.find_all(AlarmBanner) == []
+
+
+def test_the_banner_follows_the_font_scale_while_it_is_there(ui):
+    banner = ui.show(AlarmBanner(text="Aino is stopped", action="Acknowledge"))
+    usual, before = Metrics.fontscale, banner.ids.banner_text.font_size
+    try:
+        Metrics.fontscale = usual * 1.3
+        ui.advance()
+        assert banner.ids.banner_text.font_size == pytest.approx(before * 1.3)
+    finally:
+        Metrics.fontscale = usual
+    ui.advance()
+    assert banner.ids.banner_text.font_size == pytest.approx(before)
 
 
 def test_a_screen_that_is_added_to_the_frame_goes_between_bar_and_navigation(ui):

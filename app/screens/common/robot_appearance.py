@@ -13,6 +13,7 @@ from app.services.live.snapshots import is_stale
 
 ANSWERS = (Connection.CONNECTED, Connection.SLOW)
 STOPPED = (RobotState.EMERGENCY_STOP, RobotState.ERROR)
+LOW = 10.0                               # % of battery under which a person has to look, where no minimum is set
 
 
 @dataclass(frozen=True)
@@ -116,16 +117,16 @@ def battery_appearance(status: RobotStatus | None, settings: Settings) -> Batter
         return BatteryAppearance(note=_("not known"))
     charging = status.state not in STOPPED and activity_of(status) == "charging"
     tenth = min(10, max(0, round(percent / 10))) * 10
-    minimum = settings.minimum_battery_percent
-    low = False
+    minimum = settings.minimum_battery_percent or (0.0 if charging else LOW)
+    low = percent < minimum
     if charging:
         icon, note = f"battery-charging-{max(10, tenth)}" if tenth < 100 else "battery-charging-100", _("charging")
     else:
         icon = "battery" if tenth == 100 else "battery-alert-variant-outline" if tenth == 0 else f"battery-{tenth}"
         left = status.battery_time_remaining_s
         note = _("about {time} left").format(time=formats.rough_duration(left)) if left else ""
-    if minimum is not None and percent < minimum:
-        low, note = True, _("under {minimum} %").format(minimum=formats.plain(minimum))
+    if low:
+        note = _("under {minimum} %").format(minimum=formats.plain(minimum))
     return BatteryAppearance(_("{n} %").format(n=int(percent)), icon, "attention" if low else "neutral", percent / 100,
                              "attention" if low else "accent", note)
 

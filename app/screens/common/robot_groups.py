@@ -11,7 +11,7 @@ from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.screens.common.holding import HAND, hold_at
-from app.screens.common.robot_appearance import ANSWERS, STOPPED
+from app.screens.common.robot_appearance import ANSWERS, LOW, STOPPED
 from app.services.live.holds import Hold
 
 
@@ -22,6 +22,7 @@ class Group(Enum):
     SILENT = "silent"                    # no answer, or none that can be trusted
     LOOK = "look"                        # something that a person should look at, though the robot may go on
     PAUSED = "paused"
+    HELD = "held"                        # ready, and nothing is sent to it
     WORKING = "working"
     READY = "ready"
     CHARGING = "charging"
@@ -75,10 +76,15 @@ def _group_of(status: RobotStatus, settings: Settings) -> Group:
     return Group.LOOK if is_low(status, settings) else Group.READY
 
 
+def or_held(group: Group, holds: Iterable[Hold], robot: Robot, now: datetime) -> Group:
+    """One that is ready gets nothing while it is held."""
+    return Group.HELD if group is Group.READY and hold_at(holds, robot.id, now) is not None else group
+
+
 def is_low(status: RobotStatus, settings: Settings) -> bool:
-    """Whether the battery is under the minimum, so that missions wait."""
-    minimum, percent = settings.minimum_battery_percent, status.battery_percentage
-    return minimum is not None and percent is not None and percent < minimum
+    """Whether the battery is under the minimum, so that missions wait, or nearly empty."""
+    percent = status.battery_percentage
+    return percent is not None and percent < (settings.minimum_battery_percent or LOW)
 
 
 def look_of(group: Group) -> GroupLook:
@@ -89,18 +95,13 @@ def look_of(group: Group) -> GroupLook:
         Group.SILENT: GroupLook(_("No answer"), "wifi-off", "attention"),
         Group.LOOK: GroupLook(_("Look at it"), "eye-outline", "attention"),
         Group.PAUSED: GroupLook(_("Paused"), "pause-circle-outline", "action"),
+        Group.HELD: GroupLook(_("Held"), HAND),
         Group.WORKING: GroupLook(_("Working"), "play-circle-outline"),
         Group.READY: GroupLook(_("Ready"), "check-circle-outline"),
         Group.CHARGING: GroupLook(_("Charging"), "lightning-bolt"),
         Group.STARTING: GroupLook(_("Starting"), "timer-sand"),
         Group.OFF: GroupLook(_("Off"), "power-plug-off-outline"),
     }[group]
-
-
-def ready_or_held(group: Group, holds: Iterable[Hold], robot: Robot, now: datetime) -> GroupLook:
-    """How a robot of the group is shown: one that is ready gets nothing while it is held."""
-    hold = hold_at(holds, robot.id, now) if group is Group.READY else None
-    return look_of(group) if hold is None else GroupLook(_("Held"), HAND)
 
 
 def count_words(group: Group, n: int) -> str:
@@ -111,6 +112,7 @@ def count_words(group: Group, n: int) -> str:
         Group.SILENT: ngettext("{n} no answer", "{n} no answer", n),
         Group.LOOK: ngettext("{n} to look at", "{n} to look at", n),
         Group.PAUSED: ngettext("{n} paused", "{n} paused", n),
+        Group.HELD: _("{n} held"),
         Group.WORKING: ngettext("{n} working", "{n} working", n),
         Group.READY: ngettext("{n} ready", "{n} ready", n),
         Group.CHARGING: ngettext("{n} charging", "{n} charging", n),

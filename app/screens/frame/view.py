@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
-from app.domain.models import Execution, Robot, RobotSnapshot, Settings
+from app.domain.models import Alarm, Execution, Robot, RobotSnapshot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.alarm_groups import Together, group_entry, group_note, group_text, together
@@ -20,6 +20,7 @@ from app.screens.common.alarms_view import (
     alarm_note,
     alarm_text,
     alarm_tone,
+    is_over,
     is_shelved,
     open_entry,
     urgency,
@@ -138,18 +139,29 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
     seen, calm = acknowledged_words(newest, settings, now), alarm.acknowledged_at is not None
     if len(group) > 1:
         note = " · ".join(filter(None, (seen, group_note(group, settings, now))))
-        return BannerView(group_text(group, settings, now), note, alarm_tone(alarm), alarm_icon(alarm), "",
+        return BannerView(_now_or_over(alarm, group_text(group, settings, now)), note, alarm_tone(alarm), _icon(alarm), "",
                           _("Show all"), Act.SHOW_ALARMS, alarm.id, calm=calm)
     way = way_to(alarm, robots)
-    is_told = way is not None and here.is_at(way) and alarm.code == "robot_error"       # in full, by the robot's card below
+    is_told = way is not None and here.is_at(way) and alarm.code in ("robot_error", "emergency_stop")      # by the robot's card below
     if way is None or here.is_at(way):
         way = acknowledging(alarm)
     note, urgent = " · ".join(filter(None, (seen, alarm_note(alarm, settings, now, advises=not is_told)))), is_overdue(alarm, now)
     if urgent:
         since = formats.rough_duration((now - (alarm.last_at or alarm.raised_at)).total_seconds())
         note = _("Nobody has acknowledged it for {time} · {note}").format(time=since, note=note)
-    text = _("{robot} reports an error").format(robot=alarm.details["robot"]) if is_told else alarm_text(alarm, settings, now)
-    return BannerView(text, note, alarm_tone(alarm), alarm_icon(alarm), "", way.word, way.act, way.about, urgent, calm)
+    text = _("{robot} reports an error").format(robot=alarm.details["robot"]) if is_told and alarm.code == "robot_error" else \
+        alarm_text(alarm, settings, now)
+    return BannerView(_now_or_over(alarm, text), note, alarm_tone(alarm), _icon(alarm), "", way.word, way.act, way.about, urgent, calm)
+
+
+def _now_or_over(alarm: Alarm, text: str) -> str:
+    """The sentence says what is the case; of what no longer is, that comes first."""
+    return _("Over: {alarm}").format(alarm=text) if is_over(alarm) else text
+
+
+def _icon(alarm: Alarm) -> str:
+    """That somebody has seen it shows before it is read."""
+    return alarm_icon(alarm) if alarm.acknowledged_at is None else "bell-check-outline"
 
 
 # ---------------------------------------------------------------------- holds and late starts

@@ -15,9 +15,8 @@ from app.domain.robot import RobotState
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.holding import HAND
-from app.screens.common.robot_appearance import battery_appearance, link_appearance, state_appearance
-from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_words, look_of, ready_or_held
-from app.services.live.holds import Hold
+from app.screens.common.robot_appearance import LOW, battery_appearance, link_appearance, state_appearance
+from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_words, look_of
 
 LARGE_UP_TO = 20                         # robots whose tiles are large
 LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is said
@@ -82,9 +81,9 @@ def work(mission: str, elapsed_s: float | None, usual_s: float | None) -> Work:
 
 
 def robot_tile(robot: Robot, snapshot: RobotSnapshot, doing: Work | None, group: Group, old: bool, settings: Settings,
-               now: datetime, holds: Sequence[Hold] = ()) -> RobotTile:
+               now: datetime) -> RobotTile:
     """``old``: what is known of it is out of date; ``doing`` what it executes, if anything."""
-    state, kind = state_appearance(robot, snapshot, old), ready_or_held(group, holds, robot, now)
+    state, kind = state_appearance(robot, snapshot, old), look_of(group)
     battery = battery_appearance(None if old else snapshot.status, settings)             # an old level would look like a present one
     detail = " ".join(_detail(robot, snapshot, doing, group, state.word, settings, now).split())
     return RobotTile(
@@ -108,7 +107,7 @@ def _detail(robot: Robot, snapshot: RobotSnapshot, doing: Work | None, group: Gr
         case Group.STOPPED | Group.LOOK if status is not None and status.errors:
             return render(in_words(status.errors), _)
         case Group.LOOK if status is not None and status.state in AT_REST:
-            return _("Battery under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent or 0))
+            return _("Battery under {minimum} %").format(minimum=formats.plain(settings.minimum_battery_percent or LOW))
         case Group.STOPPED | Group.LOOK | Group.STARTING:
             return state
     return ""

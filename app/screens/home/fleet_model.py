@@ -12,10 +12,10 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.domain.models import Execution, Robot, RobotSnapshot, Settings, State
-from app.domain.robot import QueueItem, QueueState
+from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _
 from app.screens.common.robot_appearance import is_old
-from app.screens.common.robot_groups import FEW, Group, group_of, help_words
+from app.screens.common.robot_groups import FEW, Group, group_of, help_words, or_held
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, ViewModel
 from app.screens.home.facts import HomeFacts, HomeServices
@@ -167,22 +167,22 @@ class FleetViewModel(FleetState, ViewModel):
         holds = tuple(hold for hold in self._holds if hold.covers(robot_id, now))
         if seen and (seen.robot, seen.old, seen.doing, seen.holds) == (robot, old, doing, holds) and seen.snapshot is snapshot:
             return False
-        group = group_of(robot, snapshot, old, self._settings)
-        tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now, holds)
+        group = or_held(group_of(robot, snapshot, old, self._settings), holds, robot, now)
+        tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now)
         self._seen[robot_id] = Seen(robot, snapshot, old, doing, holds, group, tile)
         is_new = seen is None or (seen.group, seen.tile) != (group, tile)
         self._is_behind |= is_new
         return is_new
 
     def _doing(self, robot_id: int, snapshot: RobotSnapshot) -> Work | None:
-        item = self._running(robot_id, snapshot)
-        if item is None:
-            return None
+        item, status = self._running(robot_id, snapshot), snapshot.status
+        if item is None:                     # of what somebody else has started its status alone knows until the queue is read
+            return Work(status.mission_text) if status is not None and status.state is RobotState.EXECUTING else None
         ours, known = self._ours_of(robot_id, item), self._known.get((robot_id, item.id))
         if known is None:
             if guid := ours.mission_guid if ours else item.mission_id:
                 self._unknown[robot_id, item.id] = guid
-            return Work(ours.mission if ours else snapshot.status.mission_text if snapshot.status else "")
+            return Work(ours.mission if ours else status.mission_text if status else "")
         if ours is None:
             return Work(known.mission)
         elapsed = (self._services.clock.now() - ours.started_at).total_seconds() if ours.started_at else None

@@ -12,7 +12,7 @@ from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.holding import HAND, held_note
 from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, state_appearance
-from app.screens.common.robot_groups import group_of, ready_or_held
+from app.screens.common.robot_groups import group_of, look_of, or_held
 from app.screens.home.facts import HomeFacts
 from app.services.planning.plan import PlannedRun
 
@@ -79,8 +79,7 @@ def robot_summaries(facts: HomeFacts, now: datetime) -> list[RobotSummary]:
 def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datetime) -> RobotSummary:
     old, battery = is_old(snapshot, now, facts.settings), battery_appearance(snapshot.status, facts.settings)
     state = state_appearance(robot, snapshot, old)
-    group = group_of(robot, snapshot, old, facts.settings)
-    look = ready_or_held(group, facts.holds, robot, now)
+    look = look_of(or_held(group_of(robot, snapshot, old, facts.settings), facts.holds, robot, now))
     return RobotSummary(robot.id, robot.name, look.word, state.icon if look.icon != HAND else HAND, state.tone, battery.text, battery.icon,
                         "offline" if old else battery.tone, robot is facts.robot)
 
@@ -160,7 +159,7 @@ def _since(facts: HomeFacts, execution: Execution) -> str:
 
 def _with_choice(words: str, facts: HomeFacts, ours: Execution | None) -> str:
     """Why a start of a group came to this robot."""
-    why = choice.chosen(ours.choice, facts.settings.timezone, _) if ours is not None else ""
+    why = choice.chosen(ours.choice, facts.settings.timezone, _, whole=False) if ours is not None else ""
     return f"{words} · {why}" if why else words
 
 

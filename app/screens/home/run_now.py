@@ -20,6 +20,8 @@ from app.services.live.holds import Hold
 from app.services.robots.commands import Operator
 
 CHIPS = 4                                # missions offered by one tap where none is marked as a favourite
+FEW_GROUPS = 2                           # each offered by one tap; more of them in a list
+MANY_GROUPS = ("groups", 0)              # key of the way to that
 
 
 @dataclass(frozen=True)
@@ -108,13 +110,25 @@ class Target:
 
 
 def target_chips(facts: HomeFacts, target: Target) -> tuple[Option, ...]:
-    """Groups first, then the selected robot; none where there is no group."""
+    """Groups first, then the selected robot; none where there is no group. Of many groups the chosen one, and the way to their list."""
     robot, group = facts.robot, chosen_group(facts, target)
     if robot is None or not facts.groups:
         return ()
-    return (*(Option(("group", each.id), _("Any of {group}").format(group=each.name), "select-group", selected=each is group)
-              for each in facts.groups),
+    are_many = len(facts.groups) > FEW_GROUPS
+    shown = [each for each in facts.groups if each is group or not are_many]
+    more = [Option(MANY_GROUPS, _("Groups ({n})").format(n=len(facts.groups)), "select-group")] if are_many else []
+    return (*(_any_of(each, each is group) for each in shown), *more,
             Option(("robot", robot.id), robot.name, "robot-outline", selected=group is None))
+
+
+def group_options(facts: HomeFacts) -> list[Option]:
+    """All groups, each with its robots."""
+    called = {robot.id: robot.name for robot in facts.robots}
+    return [replace(_any_of(each), note=", ".join(called[member] for member in each.members if member in called)) for each in facts.groups]
+
+
+def _any_of(group: Group, selected: bool = False) -> Option:
+    return Option(("group", group.id), _("Any of {group}").format(group=group.name), "select-group", selected=selected)
 
 
 def chosen_group(facts: HomeFacts, target: Target) -> Group | None:

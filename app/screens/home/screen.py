@@ -28,7 +28,7 @@ from app.screens.home.map_dialog import MapDialog
 from app.screens.home.pages import ALL_ROBOTS, NO_ROBOT, Pages
 from app.screens.home.reset import ResetReport
 from app.screens.home.run_dialog import RunDialog
-from app.screens.home.run_now import Target, aimed, chosen_group, mission_options, start
+from app.screens.home.run_now import MANY_GROUPS, Target, aimed, chosen_group, group_options, mission_options, start
 from app.screens.home.view import present
 from app.screens.home.waiting_model import WaitingModel
 from app.services.live.changes import Topic
@@ -182,7 +182,10 @@ class HomeViewModel(HomeState, ViewModel):
         self._show()
 
     def choose_target(self, target: tuple[str, int]) -> None:
-        """Of Run now: ("group", id), or ("robot", id of the selected one)."""
+        """Of Run now: ("group", id), ("robot", id of the selected one), or the list of groups."""
+        if target == MANY_GROUPS:
+            self._shell.dialogs.choose(_("Run on"), group_options(self.facts), self.choose_target)
+            return
         self._target = Target(target[1]) if target[0] == "group" else Target()
         if (group := chosen_group(self.facts, self._target)) is not None:
             self._learning.learn_names(group.members)

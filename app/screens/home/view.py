@@ -215,7 +215,7 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
         return _last_known(facts, snapshot, now)
     if status.state is RobotState.EMERGENCY_STOP:
         return MissionView(_("What to do now"), _("Release the red button, then press Reset on the robot"),
-                           _errors(status) or _("Emergency stop is pressed"), "fault")
+                           _errors(status), "fault")
     if has_errors(status):
         way_out = _("Reset errors clears it; the robot then waits for Resume") if can_reset(status) else \
             _("It can't be reset from here: check the robot itself")
@@ -234,7 +234,8 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
         return kept_for(facts, robot, now) or _idle_obstacle(facts, robot, None, now) or (
             "" if facts.planned else _("nothing is planned"))
     when = held_words(facts, run, now) or formats.until(run.at, now, facts.settings.timezone)
-    planned = kept_for(facts, robot, now) or _("next: {mission}, {when}").format(mission=run.mission.name, when=when)
+    words = _("probably next: {mission}, {when}") if run.is_approximate else _("next: {mission}, {when}")
+    planned = kept_for(facts, robot, now) or words.format(mission=run.mission.name, when=when)
     return " · ".join(filter(None, (planned, _idle_obstacle(facts, robot, run.at, now))))
 
 

@@ -79,8 +79,10 @@ def waits_for(row: Execution, settings: Settings) -> str:
     passed = choice.moved_on(row.tried, row.robot, _)
     if row.wait is Wait.ROBOT and (told := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)):
         last_call = formats.clock_time(row.closes_at - timedelta(seconds=LAST_CALL), zone)
-        is_possible = choice.may_any(row.wait_details)
-        end = _("Goes into a queue at {time} at the latest") if is_possible else _("Given up at {time} if none can by then")
+        end = _("Goes into a queue at {time} at the latest") if choice.may_any(row.wait_details) else \
+            _("Given up at {time} if none can by then")
+        if row.finish_by is not None:
+            end, last_call = _("Skipped if it can't be done by {time}"), formats.clock_time(row.finish_by, zone)
         parts = [told, end.format(time=last_call)]
     return ". ".join(filter(None, (passed, *parts)))
 

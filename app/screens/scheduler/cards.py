@@ -14,6 +14,7 @@ from app.screens.scheduler.view import Listing
 from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadge
+from app.widgets.fields import SearchField
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 from app.widgets.pages import LowPage
@@ -81,14 +82,35 @@ class SchedulesCard(SectionCard):
     rows = ListProperty()
     note = StringProperty()
     tools = BooleanProperty(False)
+    searching = BooleanProperty(False)
     listing = ObjectProperty(Listing(), rebind=True)
     empty = StringProperty()
+
+    def __init__(self, **kwargs: Any) -> None:
+        self._edited: object = None
+        self._reveal = Clock.create_trigger(self._bring_in_sight, .05)       # when the rows are there
+        super().__init__(**kwargs)
+
+    def on_rows(self, *_: object) -> None:
+        """What is edited may have been chosen elsewhere."""
+        before, self._edited = self._edited, next((row.key for row in self.rows if row.selected), None)
+        if self._edited not in (None, before):
+            self._reveal()
+
+    def _bring_in_sight(self, _dt: float) -> None:
+        if self._edited not in [row.key for row in self.ids.schedule_rows.whole_rows]:
+            self.ids.schedule_rows.show(self._edited)
 
     def on_touch_down(self, touch: MotionEvent) -> bool | None:
         if self.collide_point(*touch.pos):
             self.vm.listed.keep()
         handled: bool | None = super().on_touch_down(touch)
         return handled
+
+
+class SchedulesSearch(SearchField):
+    """The search field of the schedules."""
+    card = ObjectProperty(None, allownone=True, rebind=True)
 
 
 class FormCard(SectionCard):

@@ -289,7 +289,7 @@ def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
         return Steps(_("How late it may start"), label, _("1 to 1440 min"), 1, 1440, 5, _("min"), (
             (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), *common), {None: max(1, minutes), 0: 1})
     if name == "finish_by_minutes":
-        return Steps(_("When it has to be done"), label, _("1 to 1440 min after its start; one that can't be done by then is left out"),
+        return Steps(_("When it has to be done"), label, _("1 to 1440 min after its start; one that can't be done by then is skipped"),
                      1, 1440, 5, _("min"), ((None, of_groups.finish_by_text(None)),
                                             *((value, formats.duration(value * 60)) for value in of_groups.FINISH_BY)),
                      {None: of_groups.FINISH_BY[0]})

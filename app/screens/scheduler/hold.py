@@ -46,7 +46,8 @@ class HoldDialog(FormDialog):
         self.robot = hold_view.robot_name(self._facts, int(self.robot_id))
         self.reasons = hold_view.reason_chips(self.reason)
         self.ends = hold_view.end_chips(self._end, self._chosen, self._zone, now)
-        self.follows = hold_view.what_follows(hold_view.end_of(self._end, self._chosen, self._zone, now), self._zone, now)
+        end = hold_view.end_of(self._end, self._chosen, self._zone, now)
+        self.follows = hold_view.what_follows(end, self._zone, now, hold_view.shares(self._facts, int(self.robot_id)))
         self.present = hold_view.held_sentence(hold_view.held(self._facts, int(self.robot_id)), self._zone, now)
         self.reason_problem = self.end_problem = self.problem = ""
 

@@ -87,12 +87,19 @@ def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:
     return f"{text} · {reason}" if reason else text
 
 
-def what_follows(until: datetime | None, zone: str, now: datetime) -> str:
-    """What will happen to the starts meanwhile."""
+def what_follows(until: datetime | None, zone: str, now: datetime, shares: bool = False) -> str:
+    """What will happen to the starts meanwhile; ``shares``: it is one robot of a group."""
     if until is None:
-        return _("Starts wait until somebody releases it; those that get too late meanwhile are skipped. Running missions go on.")
-    return _("Starts wait until {time}; those that are too late by then are skipped. Running missions go on.").format(
-        time=formats.day_or_time(until, zone, now))
+        text = _("Starts wait until somebody releases it; those that get too late meanwhile are skipped. Running missions go on.")
+    else:
+        text = _("Starts wait until {time}; those that are too late by then are skipped. Running missions go on.").format(
+            time=formats.day_or_time(until, zone, now))
+    return text + " " + _("Starts for a group go to its other robots.") if shares else text
+
+
+def shares(facts: SchedulerFacts, robot_id: int) -> bool:
+    """Whether others of a group can stand in for it."""
+    return any(robot_id in group.members and len(group.members) > 1 for group in facts.groups)
 
 
 def held_message(robot: str | None, until: datetime | None, zone: str, now: datetime) -> str:

@@ -28,6 +28,7 @@ class ScheduleList(EventDispatcher):
     empty = StringProperty()             # said once it is known that there are none
     listing = ObjectProperty(view.Listing(), rebind=True)
     has_tools = BooleanProperty(False)
+    searching = BooleanProperty(False)
 
     def __init__(self, shell: Shell, now: Callable[[], datetime]) -> None:
         super().__init__()
@@ -60,6 +61,12 @@ class ScheduleList(EventDispatcher):
 
     def set(self, **values: Any) -> None:
         self.listing = replace(self.listing, **values)
+
+    def toggle_search(self) -> None:
+        """Closing the search also clears it."""
+        self.searching = not self.searching
+        if not self.searching:
+            self.set(query="")
 
     def choose_robot(self) -> None:
         self._shell.dialogs.choose(_("Schedules of"), view.robot_options(self._facts), lambda target: self.set(target=target or None),

@@ -12,6 +12,7 @@ from app.domain.models import Group, HandOver, InvalidInput
 from app.i18n import _
 from app.screens.common.problems import sentence_of
 from app.screens.settings import groups_view as view
+from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
 from app.services.catalogue import validation
@@ -47,11 +48,20 @@ class GroupsPart:
 
     def __init__(self, context: PageContext) -> None:
         self._context = context
+        self._table: GroupMissions | None = None
+
+    def show(self) -> None:
+        if self._table is not None:
+            self._table.show(self._context.facts)
 
     def act(self, key: Any, action: str) -> None:
         group = self._context.facts.group(key[1]) if isinstance(key, tuple) else None
         if action == "missions" and group is not None:
-            self._context.shell.dialogs.open(GroupMissions(self._context, group))
+            self._table = table = GroupMissions(group)
+            table.bind(on_dismiss=lambda *_args: setattr(self, "_table", None))
+            self.show()
+            self._context.shell.dialogs.open(table)
+            self._context.refresh()                      # what the robots have now
         elif action == "add" or group is not None:
             self._open(group)
 
@@ -202,10 +212,12 @@ class GroupMissions(Dialog):
     names = ListProperty()
     lines = ListProperty()
 
-    def __init__(self, context: PageContext, group: Group, **kwargs: Any) -> None:
-        facts = context.facts
-        members, lines = facts.members(group), view.mission_lines(facts, group)
-        names = [robot.name for robot in members]
-        if len(members) > view.MOST_COLUMNS:
-            names, lines = [], [replace(line, cells=()) for line in lines]
-        super().__init__(title=_("Missions of {group}").format(group=group.name), names=names, lines=lines, **kwargs)
+    def __init__(self, group: Group, **kwargs: Any) -> None:
+        self._group = group
+        super().__init__(title=_("Missions of {group}").format(group=group.name), **kwargs)
+
+    def show(self, facts: SettingsFacts) -> None:
+        members, lines = facts.members(self._group), view.mission_lines(facts, self._group)
+        has_columns = len(members) <= view.MOST_COLUMNS
+        self.names = [robot.name for robot in members] if has_columns else []
+        self.lines = lines if has_columns else [replace(line, cells=()) for line in lines]

@@ -164,7 +164,7 @@ def _line(facts: SettingsFacts, name: str, members: Sequence[Robot]) -> MissionL
     elif unknown:
         note = _("Not known yet of {robots}").format(robots=", ".join(unknown))
     else:
-        note = _("On all of them")
+        note = ""
     return MissionLine(name, name, note, "attention" if lacking else "neutral", cells)
 
 

@@ -73,6 +73,7 @@ class RobotsPage(SettingsPage):
 
     def show(self) -> None:
         facts = self.context.facts
+        self._groups.show()
         if self.parts and self.vm.part == "groups":
             self.vm.panels = group_panels(facts)
             return

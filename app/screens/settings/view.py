@@ -109,7 +109,9 @@ def _robots_note(facts: SettingsFacts) -> NoticeView:
                           tone="attention")
     if not facts.robots:
         return NoticeView(_("none yet"))
-    return NoticeView(ngettext("{n} robot", "{n} robots", len(facts.robots)).format(n=len(facts.robots)))
+    robots = ngettext("{n} robot", "{n} robots", len(facts.robots)).format(n=len(facts.robots))
+    groups = ngettext("{n} group", "{n} groups", len(facts.groups)).format(n=len(facts.groups)) if facts.groups else ""
+    return NoticeView(", ".join(filter(None, (robots, groups))))
 
 
 def _missions_note(facts: SettingsFacts) -> NoticeView:

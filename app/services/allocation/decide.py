@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import NamedTuple
 
 from app.services.allocation.belief import HIGH, Coming, Member, Out, Situation, Start, weight
@@ -36,6 +37,13 @@ class Option(NamedTuple):
     is_free: bool
 
 
+class Why(StrEnum):
+    """What a robot had over others that were free."""
+    SOONEST = "soonest"                  # it will be done before they would be
+    LESS_RUN = "less_run"                # it has run less today than those that would be done as soon
+    AHEAD = "ahead"                      # they are better where they are, for what is planned
+
+
 @dataclass(frozen=True)
 class Decision:
     """``robot_id``: who gets it now; None: nobody yet. ``options`` best first; ``out`` says why the other robots are none. ``kept_for``: it
@@ -49,6 +57,19 @@ class Decision:
     is_last_call: bool = False
     too_late: bool = False
     full: str | None = None
+
+    @property
+    def why(self) -> Why | None:
+        """What the chosen robot has over others that are free; None: nothing, or no other is."""
+        free = [option for option in self.options if option.is_free]
+        chosen = next((option for option in free if option.robot_id == self.robot_id), None)
+        others = [option for option in free if option is not chosen]
+        if chosen is None or not others:
+            return None
+        if chosen.done_s < min(other.done_s for other in others):
+            return Why.SOONEST
+        least = min(other.score for other in others)
+        return Why.LESS_RUN if chosen.score < least else Why.AHEAD if chosen.score > least else None
 
 
 def decide(situation: Situation) -> list[Decision]:

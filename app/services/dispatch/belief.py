@@ -18,7 +18,7 @@ from app.domain.models import Connection, DurationEstimate, Execution, Group, Ha
 from app.domain.robot import QueueItem, QueueState, RobotStatus, Spot, Stop, straight_way
 from app.services.allocation import estimates
 from app.services.allocation.belief import Coming, Member, Out, Situation, Start
-from app.services.allocation.decide import AHEAD, Decision
+from app.services.allocation.decide import AHEAD, Decision, Why
 from app.services.dispatch.freedom import at_work, can_work, is_free
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.worker import RobotWorker
@@ -227,6 +227,8 @@ class Belief:
             member = self.members[option.robot_id]
             robots.append({"robot": member.name} | ({"until": self._in(member.free_s)} if member.id not in self._seem_free
                                                     else self._metres(member.id, decision)))
+            if option.robot_id == decision.robot_id and (why := decision.why):
+                robots[-1] |= {"why": why} | ({"done": self._in(option.done_s)} if why == Why.SOONEST else {})
         for robot_id, out in decision.out[:MOST_TOLD - len(robots)]:
             member = self.members[robot_id]
             tells_battery = out in (Out.LOW_BATTERY, Out.TOO_LITTLE_BATTERY) and member.battery is not None

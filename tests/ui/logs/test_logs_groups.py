@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import timedelta
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from app.screens.logs.cards import GroupCard
 from app.screens.logs.of_groups import OfGroup
 from app.widgets.buttons import CommandButton, MenuChip, Segment
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.rows import LogRow, OptionRow
+from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.snackbar import Snackbar
 from tests.support.stored import Stored
 from tests.ui.logbook import settle, show_anew, tap
@@ -50,6 +51,8 @@ def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, 
     assert f"{names[0]}: free now; {names[1]} silent" in [step.note for step in ui.find(LogRow).steps]
     assert ui.find(LogRow).steps[0].note.endswith(" · any of Hall 1")
     assert "Chosen" in [step.label for step in ui.find(LogRow).steps]
+    steps = sorted(ui.find_all(StoryStep), key=lambda step: step.x)
+    assert all(right.x - max(words.right for words in left.children) >= 8 for left, right in pairwise(steps))
     tap(logs, ui, ui.find(MenuChip, text="Any of Hall 1"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(.3)

@@ -235,6 +235,8 @@ def test_the_schedules_are_searched_sorted_and_narrowed_to_a_robot(screen, conta
     settle(screen, ui)
     assert listed(ui) == ["Collect empties", "Floor wash, hall A", WASTE]
     assert "Veikko · 2 of 3 on" in ui.texts(ui.find(SchedulesCard))
+    ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="magnify"))
+    ui.advance(.2)
     ui.type(ui.find(SearchField, ui.find(SchedulesCard)), "first mon")      # of the rule
     ui.advance(.2)
     assert listed(ui) == ["Floor wash, hall A"]
@@ -242,6 +244,25 @@ def test_the_schedules_are_searched_sorted_and_narrowed_to_a_robot(screen, conta
     screen.shell.go("scheduler")
     settle(screen, ui)
     assert listed(ui) == ["Floor wash, hall A"]               # kept while the app runs
+    ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="magnify"))
+    settle(screen, ui)
+    assert not ui.find_all(SearchField, root=ui.find(SchedulesCard))
+    assert len(listed(ui)) == 3                               # without the field nothing is searched for
+
+
+def test_the_row_of_what_is_edited_comes_in_sight(screen, container, ui):
+    rows = ui.find(LongList, ui.find(SchedulesCard))
+    last = screen.plan.listed.rows[-1].key
+    assert last not in [row.key for row in rows.whole_rows]
+    screen.plan.edit(last)
+    settle(screen, ui)
+    ui.advance(.3)
+    assert last in [row.key for row in rows.whole_rows]
+    before = [row.key for row in rows.whole_rows]
+    screen.plan.edit(before[-1])
+    settle(screen, ui)
+    ui.advance(.3)
+    assert [row.key for row in rows.whole_rows] == before     # nothing moves where it is in sight already
 
 
 def test_a_row_is_72_dp_high_and_a_list_of_few_has_no_tools(screen, container, ui):

@@ -18,6 +18,8 @@ from tests.services import test_suggestions as month_of_kits
 from tests.support.clock import VirtualClock
 from tests.ui.planner import opened, save, settle
 
+BULB = "lightbulb-on-outline"            # on what opens the suggestions
+
 
 @pytest.fixture
 def container(tmp_path):
@@ -39,9 +41,9 @@ def app(container, ui, silent_robots):
 
 def open_all(app, ui) -> None:
     ui.skip(SOON + 1)
-    ui.wait(lambda: ui.find_all(CommandButton, text="Suggestions (1)"))
+    ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))
     ui.advance(.3)
-    ui.tap(ui.find(CommandButton, text="Suggestions (1)"))
+    ui.tap(ui.find(CommandButton, icon=BULB))
     ui.wait(lambda: ui.find_all(SuggestionsDialog))
     ui.advance(.3)
 
@@ -70,7 +72,7 @@ def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app
     assert kits(container) == before                          # nothing is changed before it is saved
     save(app, ui)
     ui.wait(lambda: kits(container).group_id is not None)
-    ui.wait(lambda: not ui.find_all(CommandButton, text="Suggestions (1)"))
+    ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
     undo(app, ui, "Kits: the suggestion is taken")
     ui.wait(lambda: kits(container).robot_id == before.robot_id and kits(container).group_id is None)
 
@@ -118,6 +120,6 @@ def test_not_now_is_silent_and_can_be_undone(app, container, ui):
     open_all(app, ui)
     ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Not now"))
     ui.wait(lambda: not ui.find_all(SuggestionsDialog))
-    ui.wait(lambda: not ui.find_all(CommandButton, text="Suggestions (1)"))
+    ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
     undo(app, ui, "Kits: nothing more about it for 60 days")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Suggestions (1)"))
+    ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))

@@ -6,6 +6,7 @@ import weakref
 from threading import Event
 
 import pytest
+from kivy.core.window import Window
 
 from app.database.errors import DatabaseUnavailable
 from app.domain.models import Robot
@@ -16,7 +17,7 @@ from app.screens.settings.idle import IdlePanel
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import AddPanel, RobotPanel
-from app.screens.settings.screen import PAGES
+from app.screens.settings.screen import PAGES, SectionList
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickBox, PickField, RepeatButton, SearchField, StepField
@@ -25,6 +26,7 @@ from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import OptionRow, SectionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
+from tests.ui import checks
 from tests.ui.integrator import enter, go, is_saved, page, press, robots, says, settings
 from tests.ui.wear import CACHED
 from tests.ui.whole_app import PASSWORD, POLL, USER
@@ -303,3 +305,22 @@ def test_nothing_passes_for_a_setting_before_settings_are_read(site, app, ui, mo
     ui.wait(lambda: ui.find_all(SectionRow, key="scheduler"))
     ui.tap(ui.find(SectionRow, key="scheduler"))
     assert ui.find(StepField, heading="Ask the robots every (s)").value == POLL
+
+
+# ---------------------------------------------------------------------- a low window
+@pytest.fixture
+def low_window():
+    before = Window.size
+    Window.size = 1024, 600
+    yield
+    Window.size = before
+
+
+def test_all_sections_are_in_sight_in_a_low_window_with_their_values(low_window, site, app, ui):
+    ui.advance(.5)
+    rows = ui.find_all(SectionRow)
+    assert len(rows) == 8
+    for row in rows:
+        assert checks.visible_area(row, checks.parents(row)) == pytest.approx(checks.area(row), abs=1)
+        assert row.height >= 48
+    assert checks.problems(ui.find(SectionList)) == []

@@ -14,6 +14,7 @@ from app.screens.settings.page import SwitchRow
 from app.screens.settings.places import PlaceDialog, PlaceRow, ProposedPlaceRow
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import RobotPanel
+from app.services.robots import missions
 from app.widgets.buttons import IconButton, Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.fields import PickField, RepeatButton
@@ -21,6 +22,7 @@ from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
 from tests.ui.integrator import enter, go, page, press, reveal, robots, schedules, undo
+from tests.ui.whole_app import api
 
 
 def groups(site):
@@ -144,9 +146,9 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
 
 
 @pytest.mark.parametrize(("known", "panel", "lines"), [
-    ("both", "on all its robots", [("Deliver", "On all of them", ["check", "check"])]),
+    ("both", "on all its robots", [("Deliver", "", ["check", "check"])]),
     ("one lacks it", "1 not on every robot", [("Away", "Not on Veikko", ["check", "close-thick"]),
-                                              ("Deliver", "On all of them", ["check", "check"])]),
+                                              ("Deliver", "", ["check", "check"])]),
 ])
 def test_the_table_shows_which_robot_lacks_which_mission(site, app, ui, known, panel, lines):
     aino, _veikko = site.add_robots()
@@ -160,6 +162,22 @@ def test_the_table_shows_which_robot_lacks_which_mission(site, app, ui, known, p
     press(ui, "Missions", ui.find(GroupPanel))
     rows = ui.find_all(MissionTableRow, ui.find(GroupMissions))
     assert [(row.name, row.note, list(row.cells)) for row in sorted(rows, key=lambda row: -row.y)] == lines
+
+
+def test_the_table_follows_what_the_robots_have_while_it_is_open(site, app, ui, monkeypatch):
+    monkeypatch.setattr(missions, "ASK_AGAIN_AFTER", 0.0)
+    site.add_robots()
+    deliver = site.add_missions("Deliver")[0]
+    save_group(site)
+    go(ui, "robots")
+    turn_to(ui, "Groups")
+    ui.wait(lambda: len(page(app).context.facts.names) == 2)
+    press(ui, "Missions", ui.find(GroupPanel))
+    table = ui.find(GroupMissions)
+    assert [line.note for line in table.lines] == [""]
+    api(site.fleet.robots[1], "DELETE", f"/missions/{deliver.guid}")
+    page(app).context.refresh()
+    ui.wait(lambda: [line.note for line in table.lines] == ["Not on Veikko"])
 
 
 def test_a_place_and_the_missions_that_use_it(site, app, ui):

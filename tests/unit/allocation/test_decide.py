@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from app.domain.models import DurationEstimate
 from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL, Coming, Member, Out, Situation, Start, weight
-from app.services.allocation.decide import EVEN, LAST_CALL, PATIENCE, RESERVE, decide
+from app.services.allocation.decide import EVEN, LAST_CALL, PATIENCE, RESERVE, Why, decide
 from app.services.allocation.delay import delay
 from app.services.allocation.estimates import SHORTEST_S, UNKNOWN_S, remaining, takes
 
@@ -43,6 +43,17 @@ def test_of_equals_the_one_that_ran_less_and_then_the_first_by_name():
     assert given_to(start(), robots=(replace(AINO, hours=1.0), SISU, VEIKKO)) == {1: SISU.id}
     assert given_to(start(), takes=lambda robot_id, mission, slow=False: 300.0 + 2 * EVEN * (robot_id == 2),
                     robots=(replace(AINO, hours=1.0), SISU, replace(VEIKKO, hours=3.0))) == {1: AINO.id}
+
+
+@pytest.mark.parametrize(("robots", "seconds", "coming", "why"), [
+    ((AINO, SISU), {}, (), None), ((AINO, busy(SISU, 9.0)), {}, (), None), ((AINO, SISU), {1: 299.0}, (), Why.SOONEST),
+    ((AINO, replace(SISU, hours=.5)), {}, (), Why.LESS_RUN), ((AINO, replace(SISU, hours=2.0)), {1: 310.0}, (), Why.LESS_RUN),
+    ((AINO, replace(SISU, hours=.5)), {}, (Coming("Shift bus", (1,), 60.0, 300.0, CRITICAL, is_fixed=True),), Why.AHEAD)])
+def test_why_the_chosen_one_of_several_that_are_free(robots, seconds, coming, why):
+    [decision] = decide(situation(start(), robots=robots, takes=lambda robot_id, *_args, slow=False: seconds.get(robot_id, 300.0),
+                                  coming=coming))
+    assert decision.robot_id is not None
+    assert decision.why == why
 
 
 def test_a_busy_robot_is_waited_for_only_if_it_is_done_much_sooner():

@@ -75,15 +75,17 @@ def test_an_error_is_told_in_full_by_the_banner_or_by_the_card_below_it():
     assert show(alarm("robot_error")).text == "Aino: it broke"
     view = show(alarm("robot_error"), here=HOME)
     assert (view.text, view.note) == ("Aino reports an error", "Since 14:36")
+    view = show(alarm("emergency_stop"), here=HOME)
+    assert (view.text, view.note) == ("Aino is stopped: emergency stop pressed", "Since 14:36")
 
 
 def test_one_that_was_acknowledged_is_calm_and_says_when_first():
     view = show(alarm("emergency_stop", acknowledged_at=NOW, note="Pallet fell over"))
     assert view.note == "Acknowledged 14:38: Pallet fell over · Since 14:36 · release the red button, then press Reset on the robot"
-    assert (view.tone, view.calm) == ("fault", True)
+    assert (view.tone, view.calm, view.icon) == ("fault", True, "bell-check-outline")
     assert not show(alarm("emergency_stop")).calm
     several = show(*(alarm("unreachable", f"robot:{n}", id=n, acknowledged_at=NOW, details={"robot": f"R{n}"}) for n in range(3)))
-    assert several.calm
+    assert (several.calm, several.icon) == (True, "bell-check-outline")
     assert several.note.startswith("Acknowledged 14:38 · ")
 
 
@@ -105,6 +107,7 @@ def test_a_new_alarm_comes_before_a_more_serious_one_that_was_acknowledged():
 def test_a_cleared_alarm_stays_until_acknowledged_and_says_that_it_is_over():
     view = show(alarm("unreachable", cleared_at=NOW))
     assert view.tone == "neutral"
+    assert view.text == "Over: Aino doesn't answer"
     assert view.note == "Over since 14:38"
     assert view.act is Act.ACKNOWLEDGE
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.models import Connection, Robot, RobotSnapshot
+from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotProblem, RobotState, RobotStatus
-from app.screens.common.robot_appearance import is_old
-from app.screens.common.robot_groups import Group, group_of, help_words
+from app.screens.common.holding import HAND
+from app.screens.common.robot_appearance import battery_appearance, is_old
+from app.screens.common.robot_groups import Group, group_of, help_words, or_held
 from app.screens.home import fleet
 from app.screens.home.fleet import Look, RobotTile, Work, arranged, counts, in_places, robot_tile
 from app.services.live.holds import Hold
@@ -24,9 +25,13 @@ def look(status: RobotStatus | None, robot: Robot = AINO, doing: Work | None = N
 
 
 def test_one_that_is_ready_and_held_is_not_called_ready():
-    seen = snapshot(1, sample.READY)
-    assert robot_tile(AINO, seen, None, Group.READY, False, SETTINGS, NOW, (Hold(robot_id=1),)).word == "Held"
-    assert robot_tile(AINO, seen, None, Group.READY, False, SETTINGS, NOW, (Hold(robot_id=2),)).word == "Ready"
+    group, _tile = look(sample.READY)
+    assert or_held(group, (Hold(robot_id=2),), AINO, NOW) is Group.READY
+    assert or_held(Group.WORKING, (Hold(robot_id=1),), AINO, NOW) is Group.WORKING
+    held = or_held(group, (Hold(robot_id=1),), AINO, NOW)
+    tile = robot_tile(AINO, snapshot(1, sample.READY), None, held, False, SETTINGS, NOW)
+    assert (tile.word, tile.icon, tile.tone) == ("Held", HAND, "neutral")
+    assert [count.text for count in counts({1: held, 2: group}, Look())] == ["1 held", "1 ready"]
 
 
 def in_state(state: RobotState, **values) -> RobotStatus:
@@ -54,6 +59,17 @@ def test_a_robot_is_in_the_group_that_its_state_says(status, group, tone, detail
     assert (found, tile.tone, tile.detail) == (group, tone, detail)
     assert tile.loud == (group is Group.STOPPED)
     assert tile.icon
+
+
+@pytest.mark.parametrize(("percent", "group"), [(9.0, Group.LOOK), (10.0, Group.READY)])
+def test_a_battery_that_is_nearly_empty_is_looked_at_without_a_minimum(percent, group):
+    status, settings = in_state(RobotState.READY, battery_percentage=percent), Settings()
+    assert group_of(AINO, snapshot(1, status), False, settings) is group
+    tile = robot_tile(AINO, snapshot(1, status), None, group, False, settings, NOW)
+    assert tile.battery_tone == ("attention" if group is Group.LOOK else "neutral")
+    assert tile.detail == ("Battery under 10 %" if group is Group.LOOK else "")
+    charging = replace(sample.CHARGING, battery_percentage=percent)
+    assert battery_appearance(charging, settings).note == "charging"
 
 
 def test_one_that_does_not_answer_says_since_when_and_shows_no_old_values():

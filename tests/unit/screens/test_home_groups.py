@@ -39,6 +39,7 @@ def test_what_waits_says_what_each_robot_does_and_when_it_is_put_into_a_queue():
 
 
 @pytest.mark.parametrize(("values", "note"), [
+    ({"finish_by": NOW + timedelta(minutes=23)}, "Aino busy until about 14:52; Veikko 18 % battery. Skipped if it can't be done by 15:01"),
     ({"wait": Wait.PLACE, "wait_details": {"place": "Dock 2"}}, "Waits for Dock 2 until 15:00"),
     ({"wait_details": {"group": "Hall 1"}}, "Waits for a robot of Hall 1 until 15:00"),
     ({"wait_details": {"group": "Hall 1", "robots": [BUSY], "kept_for": "Shift bus"}},
@@ -92,10 +93,18 @@ def test_the_card_says_for_what_the_robot_is_kept():
     assert waiting.kept_for(replace(given, open=()), AINO, NOW) == ""
 
 
+def test_what_another_robot_may_take_is_probably_next():
+    kits = Schedule("", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
+    coming = PlannedRun(NOW + timedelta(minutes=22), kits, AINO, KITS, 300.0, group=HALL, begins_at=NOW + timedelta(minutes=22))
+    given = facts(planned=(coming,), snapshots={1: snapshot(1, READY)})
+    assert present(given, NOW).card.mission.note.startswith(f"probably next: {KITS.name}, in 22 min")
+    assert present(replace(given, planned=(replace(coming, group=None),)), NOW).card.mission.note.startswith("next: ")
+
+
 def test_a_run_of_a_group_says_why_it_came_here():
     chosen = replace(RUNNING, choice={"robots": [{"robot": "Aino"}, LOW]})
     [entry, *_rest] = queue_entries(replace(FACTS, open=(chosen,)), NOW)
-    assert entry.origin.endswith(" · Aino: free now; Veikko 18 % battery")
+    assert entry.origin.endswith(" · Aino: free now")          # of the others tells its story in Logs
 
 
 def test_a_start_that_a_silent_robot_may_have_is_told_and_others_are_offered():

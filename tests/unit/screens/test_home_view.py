@@ -148,7 +148,7 @@ def test_emergency_stop_says_what_hands_must_do_and_offers_nothing_that_cannot_w
     shown = view(with_aino(STOPPED))
     assert (shown.card.state, shown.card.tone, shown.card.loud) == ("Emergency stop", "fault", True)
     assert shown.card.mission.name == "Release the red button, then press Reset on the robot"
-    assert shown.card.mission.note == "Emergency stop is pressed"
+    assert shown.card.mission.note == ""                      # the state's word says it
     assert shown.controls.next_step == ""
     assert shown.controls.pause == "Resume"
     assert shown.controls.pause_off

@@ -5,7 +5,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.domain.models import Execution, Mission, Robot, Schedule, Settings, State, Trigger
+from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings, State, Trigger
 from app.screens.scheduler import hold_view, view
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
@@ -30,6 +30,13 @@ def planned(minutes, robot=AINO):
 
 
 # ---------------------------------------------------------------------- the dialog
+def test_starts_for_a_group_go_to_its_other_robots_while_one_is_held():
+    here = facts(groups=(Group("Hall 1", (1, 2), id=1), Group("Alone", (3,), id=2)))
+    assert [hold_view.shares(here, robot_id) for robot_id in (1, 3, hold_view.ALL)] == [True, False, False]
+    assert hold_view.what_follows(None, ZONE, NOW, True).endswith(" go on. Starts for a group go to its other robots.")
+    assert hold_view.what_follows(None, ZONE, NOW).endswith(" go on.")
+
+
 def test_a_reason_that_is_offered_is_stored_in_english():
     assert [chip.text for chip in hold_view.reason_chips("Audit") if chip.selected] == ["Audit"]
     assert hold_view.reason_of(" Audit ") == "Audit"

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from app.domain.message import message
-from app.domain.models import Connection, IdleRule, InvalidInput, Mission, Robot, RobotSnapshot, Schedule, Settings
+from app.domain.models import Connection, Group, IdleRule, InvalidInput, Mission, Robot, RobotSnapshot, Schedule, Settings
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotStatus
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, CertificateMismatch, CertificateProblem, TimedOut, Unreachable
@@ -37,6 +37,10 @@ def notes(given):
 
 
 # ---------------------------------------------------------------------- sections
+def test_groups_are_counted_beside_the_robots_that_they_are_found_with():
+    assert view.section_notes(facts(groups=(Group("Hall 1", (1, 2), id=1),)), NOW)["robots"].text == "2 robots, 1 group"
+
+
 def test_every_section_says_its_present_value():
     given = facts(settings=Settings(timezone="Europe/Helsinki", minimum_battery_percent=30.0, language="fi", theme="dark"),
                   robots=(replace(AINO, idle=IdleRule(11, 15)), SISU),
