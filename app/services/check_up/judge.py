@@ -102,14 +102,15 @@ def _words(look: Look, seen: Seen) -> list[str]:
     phases: dict[str, set[QueueState]] = {}
     for item in runs:
         for phase, word in item.words.items():
-            phases.setdefault(word, set()).add(phase)
+            phases.setdefault(word, set()).add(QueueState.ABORTED if seen.is_in_error and phase is QueueState.DONE else phase)
     if seen.cancelled is not None and seen.cancelled.has_ended:
         phases.setdefault(clean(seen.cancelled.now.get("state"), LONGEST_WORD), set()).add(QueueState.ABORTED)
     unknown = {word: found for word, found in phases.items() if _is_unknown(word)}
     own = {word: WORDS[phase] for word, (phase, *others) in unknown.items() if not others and phase in WORDS}
     shared = [word for word, found in unknown.items() if len(found) > 1]
     look.seen["item_states"] = dict(own)
-    failed = next((item for item in runs if parse.queue_state(item.now) is QueueState.ABORTED), None)
+    failed = next((item for item in runs if item.has_ended
+                   and (seen.is_in_error or parse.queue_state(item.now) is QueueState.ABORTED)), None)
     not_ended = next((item for item in runs if not item.has_ended), None)
     if failed is not None:
         look.red(Topic.WORDS, message("The mission of the trial did not complete: {text}", text=resolve(failed.now.get("message")) or "?"),

@@ -67,6 +67,7 @@ class Seen:
     pause_problem: RobotError | None = None
     waits_in_pause: bool | None = None           # what is queued meanwhile
     runs_on: bool | None = None                  # after a pause, what ran before
+    is_in_error: bool = False                    # at the end: what ended may have failed
     may_not_make: bool = False                   # a mission
     problem: RobotError | None = None            # that ended the trial early
 
@@ -128,6 +129,7 @@ class TrialRun:
             self.seen.waits_in_pause = not any(item.has_begun for item in self.seen.items if item is not self.seen.cancelled)
             self._release()
         self._follow()
+        self.seen.is_in_error = self._probe.status().state is RobotState.ERROR
 
     # ------------------------------------------------------------------ steps
     def _make(self, guid: str) -> None:
