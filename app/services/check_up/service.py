@@ -175,9 +175,9 @@ class CheckUps:
 
     @contextmanager
     def _client(self, robot: Robot) -> Iterator[RobotClient]:
-        """A patient connection of its own."""
+        """A patient connection of its own, to the robot as it is and not as an earlier check-up has found it."""
         check_usable(robot)
-        with closing(self._make_client(robot)) as client:
+        with closing(self._make_client(replace(robot, profile=None))) as client:
             client.timeouts = PATIENT
             yield client
 

@@ -96,3 +96,13 @@ def test_its_files_lie_where_people_look_for_theirs(robot, tmp_path):
         "amr-scheduler-check-up-2026-11-23.html", "amr-scheduler-check-up-2026-11-23.json", "amr-scheduler-check-up-2026-11-23-2.json")
     assert page.read_text(encoding="utf-8") == reports.page(report, "UTC")
     assert profile.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_robot_is_asked_as_it_is_and_not_as_it_was_found_before(robot):
+    asked = []
+    make = robot.asked.client
+    robot.check_ups._make_client = lambda row: asked.append(row.profile) or make(row)
+    robot.check_ups.run(robot.id)
+    robot.check_ups.run(robot.id)
+    assert robot.container.catalogue.robot(robot.id).known is not None
+    assert asked == [None, None]
