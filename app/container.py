@@ -26,6 +26,7 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
 from app.services.catalogue.stored import problem_in
+from app.services.check_up.service import CheckUps
 from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.clock_guard import ClockGuard
 from app.services.dispatch.engine import Engine
@@ -139,6 +140,8 @@ class Container:
                                  engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client,
                                  robot_missions=self.robot_missions)
 
+        self.check_ups = CheckUps(db, clock=clock, ledger=self.ledger, holds=self.holds, changes=self.changes, settings=self.settings,
+                                  make_client=self.make_client)
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.robot_states = RobotStates(db)
         self.forecasts = Forecasts(db, clock, seen)
