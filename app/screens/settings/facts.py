@@ -5,9 +5,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from app.domain.check_up import Report
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
 from app.services.catalogue.catalogue import Catalogue
+from app.services.check_up.service import CheckUps
 from app.services.files.calendar_import import CalendarFiles
 from app.services.files.exports import Backup, DataFiles
 from app.services.live.access import Access
@@ -30,6 +32,7 @@ class SettingsServices:
     access: Access
     operator: Operator
     robot_missions: RobotMissions
+    check_ups: CheckUps
     files: DataFiles
     calendar_files: CalendarFiles
 
@@ -44,6 +47,7 @@ class SettingsFacts:
     places: tuple[Place, ...] = ()
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot id
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # robot id -> guid -> name; absent: not read from the robot yet
+    reports: Mapping[int, Report] = field(default_factory=dict)              # of check-ups, by robot id; absent: never checked up
     backups: tuple[Backup, ...] = ()                                         # newest first
     exceptions: tuple[DayException, ...] = ()                                # closed days and extra working days
     country: str = ""                                                        # name of the country of the public holidays; empty: none
@@ -114,6 +118,7 @@ def read(services: SettingsServices) -> SettingsFacts:
         groups=tuple(catalogue.groups()), places=tuple(catalogue.places()),
         snapshots={robot.id: services.snapshots.get(robot.id) for robot in robots},
         names={robot_id: known for robot_id, known in names.items() if known},
+        reports={robot.id: report for robot in robots if (report := services.check_ups.report(robot.id))},
         backups=tuple(services.files.backups()), exceptions=tuple(catalogue.day_exceptions()), has_regions=bool(regions),
         country=public_holidays.countries().get(country, country) if country else "",
         region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision))

@@ -1,0 +1,186 @@
+"""Texts and values that Settings shows of the check-up of a robot: how it stands, what was found, what will move. Pure functions."""
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import NamedTuple
+
+from app.domain.check_up import Finding, Level, Progress, Report, Topic, Trial
+from app.domain.models import Robot
+from app.i18n import _, ngettext
+from app.screens.common import formats
+from app.screens.common.options import Option
+from app.screens.common.problems import words_of
+from app.screens.settings.view import NoticeView
+
+OFFERED = ""                 # in place of a mission's name: the one that waits a second
+QUEUED = 4                   # missions of a trial
+
+
+class Appearance(NamedTuple):
+    """Of a level: never the colour alone."""
+    icon: str
+    word: str
+    tone: str
+
+
+@dataclass(frozen=True)
+class FindingView:
+    """Values of FindingRow."""
+    key: str
+    icon: str
+    word: str
+    tone: str
+    text: str
+    note: str
+
+
+def appearance(level: Level) -> Appearance:
+    return {Level.RED: Appearance("alert-octagon", _("Put right first"), "fault"),
+            Level.AMBER: Appearance("alert", _("To know"), "attention"),
+            Level.GREEN: Appearance("check-circle", _("In order"), "done")}[level]
+
+
+def topic_names() -> dict[Topic, str]:
+    return {
+        Topic.IDENTITY: _("Who it is"), Topic.SOFTWARE: _("Software"), Topic.RIGHTS: _("Rights of the user"),
+        Topic.CERTIFICATE: _("Encryption"), Topic.CLOCK: _("Clock"), Topic.LANGUAGE: _("Language"), Topic.MISSIONS: _("Missions"),
+        Topic.MAPS: _("Maps"), Topic.QUEUE: _("Mission queue"), Topic.SEARCH: _("Search in the queue"), Topic.PAGING: _("Long lists"),
+        Topic.SORTING: _("Order of lists"), Topic.OTHERS: _("Missions of others"), Topic.LATENCY: _("How soon it answers"),
+        Topic.LOAD: _("Many questions"), Topic.ORDER: _("Starting a mission"), Topic.RECOGNISED: _("Finding a start again"),
+        Topic.WORDS: _("Words for states"), Topic.CANCELLED: _("A cancelled mission"), Topic.FAILED: _("A failed mission"),
+        Topic.PRIORITY: _("Priority"), Topic.SECOND: _("Two starts"), Topic.PAUSE: _("Pause and resume"), Topic.LEFT: _("What stays there")}
+
+
+# ---------------------------------------------------------------------- how a robot stands
+def standing(robot: Robot, report: Report | None, now: datetime, zone: str) -> NoticeView:
+    """In one line: when it was checked up, and what came of it."""
+    if report is None:
+        return NoticeView(_("Never checked up"), icon="clipboard-outline")
+    if outdated := _outdated(robot, report):
+        return NoticeView(outdated, tone="attention", icon="update")
+    when = formats.local(report.began_at, zone).date()
+    day = _("today") if when == formats.local(now, zone).date() else formats.wall_day(when, year=when.year != now.year)
+    seen = appearance(report.level)
+    if not report.is_complete:
+        return NoticeView(_("Check-up of {day} not to the end: {found}").format(day=day, found=counts(report.findings)),
+                          tone="attention" if report.level is not Level.RED else seen.tone, icon="clipboard-alert-outline")
+    return NoticeView(_("Checked up {day}: {found}").format(day=day, found=counts(report.findings)), tone=seen.tone, icon=seen.icon)
+
+
+def _outdated(robot: Robot, report: Report) -> str:
+    """Why the report is of before; empty: it is not."""
+    profile = report.profile
+    if profile.serial_number != robot.serial_number:
+        return _("It is another machine now: check it up")
+    if profile.software != robot.software:
+        return _("Software is {version} now: check it up again").format(version=robot.software or "?")
+    return ""
+
+
+def counts(findings: Sequence[Finding]) -> str:
+    """1 to put right, 2 to know"""
+    red, amber = (sum(finding.level is level for finding in findings) for level in (Level.RED, Level.AMBER))
+    words = [ngettext("{n} to put right", "{n} to put right", red).format(n=red)] if red else []
+    words += [ngettext("{n} to know", "{n} to know", amber).format(n=amber)] if amber else []
+    return ", ".join(words) or _("all in order")
+
+
+# ---------------------------------------------------------------------- the report
+def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
+    """Its head: what came of it, when it was made, and whether anything was queued."""
+    seen = appearance(report.level)
+    found = counts(report.findings)
+    text = found[:1].upper() + found[1:]
+    lines = [_("Checked up {when}, in {time}").format(when=formats.day_and_time(report.began_at, zone),
+                                                     time=formats.duration(report.took_s)),
+             queued_sentence(report)]
+    if not report.is_complete:
+        lines.append(_("It was stopped, or the robot did not answer to the end: check it up again."))
+    if outdated := _outdated(robot, report):
+        lines.append(outdated)
+    tone = "attention" if seen.tone == "done" and len(lines) > 2 else seen.tone
+    return NoticeView(text, "\n".join(lines), tone, seen.icon)
+
+
+def queued_sentence(report: Report) -> str:
+    return _("Tried with the mission {mission}").format(mission=report.mission) if report.mission else _("Only read; nothing was queued")
+
+
+def finding_views(findings: Sequence[Finding], *levels: Level) -> list[FindingView]:
+    """Of these levels, the worst first, in the order of the report."""
+    names = topic_names()
+    views = []
+    for level in (Level.RED, Level.AMBER, Level.GREEN):
+        seen = appearance(level)
+        views += [FindingView(f"{finding.topic} {n}", seen.icon, _("{level} · {topic}").format(level=seen.word, topic=names[finding.topic]),
+                              seen.tone, words_of(finding.says), words_of(finding.means))
+                  for n, finding in enumerate(findings) if finding.level is level and level in levels]
+    return views
+
+
+def in_order(findings: Sequence[Finding]) -> str:
+    """How many more are there than are shown; empty: none."""
+    n = sum(finding.level is Level.GREEN for finding in findings)
+    return ngettext("{n} in order", "{n} in order", n).format(n=n) if n else ""
+
+
+# ---------------------------------------------------------------------- before
+def begins(trial: Trial | None, seconds: float) -> str:
+    """How long it takes, and whether anything moves."""
+    if trial is None:
+        return _("Reads only: takes about {time}, nothing moves").format(time=formats.duration(seconds))
+    return _("Reads first, then queues missions: takes about {time}").format(time=formats.duration(seconds))
+
+
+def mission_options(names: Sequence[str]) -> list[Option]:
+    """The offered one first, then the robot's own."""
+    offered = Option(OFFERED, mission_word(OFFERED), "timer-sand", _("Nothing drives"))
+    return [offered, *(Option(name, name, "flag-outline") for name in names)]
+
+
+def mission_word(mission: str) -> str:
+    return mission or _("One that waits a second, made and removed again")
+
+
+def begin_word(robot: Robot, trial: Trial | None) -> str:
+    """What the button does, by its name."""
+    if trial is None:
+        return _("Check up, only reading")
+    return _("Check up and queue {n} missions on {robot}").format(n=QUEUED, robot=robot.name)
+
+
+# ---------------------------------------------------------------------- while it runs
+def progress_words(progress: Progress | None, *, stopping: bool = False) -> tuple[str, str, float]:
+    """What it is doing, how far it is, and the share of that (0–1)."""
+    if progress is None:
+        return _("Asking the robot …"), "", 0.0
+    share = min(1.0, progress.done / progress.of) if progress.of else 0.0
+    says = _("Stopping; what was changed on the robot is put back") if stopping else words_of(progress.says)
+    return says, how_far(progress), share
+
+
+def how_far(progress: Progress) -> str:
+    return _("{done} of about {of}").format(done=formats.duration(progress.done), of=formats.duration(progress.of))
+
+
+def under_way(progress: Progress | None) -> NoticeView:
+    """For the robot's panel."""
+    if progress is None:
+        return NoticeView(_("Is being checked up"), icon="clipboard-clock-outline")
+    return NoticeView(_("Is being checked up: {progress}").format(progress=how_far(progress)), icon="clipboard-clock-outline")
+
+
+def ended_sentence(report: Report) -> NoticeView:
+    """For the snackbar."""
+    found = counts(report.findings)
+    text = _("{robot} is checked up: {found}") if report.is_complete else _("The check-up of {robot} has ended early: {found}")
+    return NoticeView(text.format(robot=report.robot, found=found), icon=appearance(report.level).icon)
+
+
+def file_stem(report: Report) -> str:
+    """Of the files of a report: letters, digits and dashes of the robot's name."""
+    name = "-".join(re.findall(r"\w+", report.robot)).lower()
+    return f"check-up-{name or 'robot'}"
