@@ -109,10 +109,11 @@ def _plain(profile: RobotProfile) -> dict[str, Any]:
 
 
 def _left_behind(found: Any) -> LeftBehind:
-    serial, mission = found["serial_number"], found["mission"]
-    _check(serial, str)
-    _check(mission, str)
-    return LeftBehind(serial, mission, tuple(map(_text, found["tokens"])), int(found["queue_floor"]), found["is_paused"] is True)
+    for name in ("serial_number", "mission", "queued"):
+        _check(found[name], str)
+    _check(found["hold"], int)
+    return LeftBehind(found["serial_number"], found["mission"], found["queued"], tuple(map(_text, found["tokens"])),
+                      int(found["queue_floor"]), found["is_paused"] is True, found["hold"])
 
 
 def _object(value: Any) -> dict[str, Any]:

@@ -122,13 +122,16 @@ class Trial:
 
 @dataclass(frozen=True)
 class LeftBehind:
-    """What a trial is about to change, or has changed, on a robot, so that it can be put back whatever happens: the mission that was made
-    (its guid; None: none), the tokens of what was queued, and whether the robot was paused."""
+    """What a trial is about to change, or has changed, so that it can be put back whatever happens: the mission that was made (its guid;
+    None: none) or the robot's own one that was ``queued`` (its guid), the tokens of what was queued, whether the robot was paused, and the
+    ``hold`` (its id) that keeps the plan's starts back meanwhile."""
     serial_number: str | None
     mission: str | None = None
+    queued: str | None = None
     tokens: tuple[str, ...] = ()
     queue_floor: int = 0                 # what was queued has higher ids
     is_paused: bool = False
+    hold: int | None = None
 
 
 @dataclass(frozen=True)

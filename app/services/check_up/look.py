@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -27,6 +27,7 @@ class Look:
         is_wanted: whether the check-up is to go on; asked between questions.
         told: called with how far it is.
         seen: fields of the robot's profile, by name.
+        entries: the newest items of its queue when it was read, as they came.
     """
     probe: Probe
     zone: str = "UTC"
@@ -36,6 +37,7 @@ class Look:
     told: Callable[[Progress], None] = lambda progress: None
     findings: list[Finding] = field(default_factory=list)
     seen: dict[str, Any] = field(default_factory=dict)
+    entries: Sequence[Mapping[str, Any]] = ()
 
     def green(self, topic: Topic, says: Message, means: Message = "") -> None:
         self._found(topic, Level.GREEN, says, means)

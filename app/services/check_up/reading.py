@@ -56,7 +56,7 @@ def read_robot(look: Look, questions: int = pace.MINUTE) -> Identity | None:
     _missions(look, missions)
     _maps(look, status, maps)
     look.at(message("Reading its queue"), 18.0, whole)
-    entries = QueueLists(look, identity.user_name).look()
+    look.entries = entries = QueueLists(look, identity.user_name).look()
     look_at_language(look, status, entries)
     look_at_others(look, entries, identity.user_name)
     pace.measure(look, questions, READS_S, whole)

@@ -6,39 +6,49 @@ connection of its own; while missions are queued for a check-up, a hold keeps th
 from __future__ import annotations
 
 import logging
+import math
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from datetime import timedelta
 
 from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
+from app.database.errors import DatabaseError
 from app.database.robots import RobotRepository
-from app.domain.check_up import LeftBehind, Progress, Report, Trial
+from app.domain.check_up import LeftBehind, Level, Progress, Report, RobotProfile, Trial
+from app.domain.check_up import Topic as CheckUpTopic
 from app.domain.clock import Clock
 from app.domain.message import Message, message
 from app.domain.models import InvalidInput, Robot, Settings
 from app.domain.robot import Identity
 from app.mir.client import RobotClient
+from app.mir.errors import RobotError
 from app.mir.probe import PATIENT, Probe
-from app.services.check_up import reading
+from app.services.check_up import trial as trials
 from app.services.check_up.look import Look, NotWanted
-from app.services.check_up.room import check_room, check_usable
+from app.services.check_up.reading import read_robot
+from app.services.check_up.room import check_usable
+from app.services.check_up.trying import Trials, missions_of
 from app.services.dispatch.ledger import Ledger
 from app.services.live.changes import Changes, Topic
 from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
+LOOK_EVERY = 30.0            # s, for what a trial left behind
+TRIED = ("token_field", "item_states", "cancelled_message", "gives_id", "order_status", "priority_counts")    # fields of the profile
+
 
 class CheckUps:
     def __init__(self, db: Database, *, clock: Clock, ledger: Ledger, holds: Holds, changes: Changes, settings: Callable[[], Settings],
                  make_client: Callable[[Robot], RobotClient]) -> None:
-        self._db, self._clock, self._ledger, self._holds, self._changes = db, clock, ledger, holds, changes
-        self._settings, self._make_client = settings, make_client
+        self._db, self._clock, self._changes, self._settings, self._make_client = db, clock, changes, settings, make_client
         self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
+        self._trials = Trials(db, clock=clock, ledger=ledger, holds=holds, settings=settings)
         self._lock, self._under_way = threading.Lock(), set[int]()
+        self._look_at = -math.inf                # monotonic
+        self._thread: threading.Thread | None = None
 
     # ------------------------------------------------------------------ before
     def report(self, robot_id: int) -> Report | None:
@@ -47,7 +57,7 @@ class CheckUps:
 
     def length_s(self, trial: Trial | None = None) -> float:
         """How long it takes, about."""
-        return reading.length_s()
+        return self._trials.length_s(trial)
 
     def moves(self, robot_id: int, trial: Trial) -> Message:
         """Exactly what happens on the robot in a trial, for a person to agree to."""
@@ -60,55 +70,94 @@ class CheckUps:
                        robot=robot)
 
     def harmless_missions(self, robot_id: int) -> Sequence[str]:
-        """Names of the robot's missions that a person may choose for a trial. Asks the robot. Raises RobotError or InvalidInput."""
+        """Names of the robot's missions, of which a person may choose a harmless one for a trial. Asks the robot. Raises RobotError or
+        InvalidInput."""
         with self._client(self._robot(robot_id)) as client:
-            return sorted({mission.name for mission in client.missions() if not mission.guid.startswith("mirconst")}, key=str.casefold)
+            return sorted(missions_of(client), key=str.casefold)
 
     # ------------------------------------------------------------------ the check-up
     def run(self, robot_id: int, trial: Trial | None = None, told: Callable[[Progress], None] = lambda progress: None,
             is_wanted: Callable[[], bool] = lambda: True) -> Report:
         """Read the robot and, with a ``trial``, queue missions on it. ``told`` is called with how far it is; ``is_wanted`` is asked between
-        questions, and what was changed is put back in any case. A robot that does not answer is a finding, not an error.
+        questions, and what was changed is put back in any case. A robot that does not answer is a finding, not an error. A check-up that
+        is not complete is not kept.
 
         Raises InvalidInput for a robot that is being checked up, and for a trial that can't be now, with the reason.
         """
         robot = self._robot(robot_id)
-        check_usable(robot)
         with self._alone_with(robot), self._client(robot) as client:
-            self._check_room(robot, trial)
-            return self._run(robot, client, trial, told, is_wanted)
+            if trial is not None:
+                self._trials.check(robot, client, trial)
+            problem = self._tidied(robot, client)
+            if problem is not None and trial is not None:
+                raise InvalidInput("robot", "what the last check-up left is still there: {problem}", problem=problem)
+            report = self._run(robot, client, trial, told, is_wanted)
+        if report.is_complete:
+            self._db.write(lambda c: self._check_ups.put(c, robot.id, report))
+            self._changes.publish(Topic.ROBOTS)
+        log.info("robot %r was checked up%s: %s%s", robot.name, f" with {report.mission!r}" if report.mission else "", report.level,
+                 "" if report.is_complete else ", not complete")
+        return report
 
     def _run(self, robot: Robot, client: RobotClient, trial: Trial | None, told: Callable[[Progress], None],
              is_wanted: Callable[[], bool]) -> Report:
         began_at, began, whole = self._clock.now(), self._clock.monotonic(), self.length_s(trial)
-        look = Look(Probe(client, self._clock.monotonic, self._clock.sleep), self._settings().timezone, self._clock.now, self._clock.sleep,
-                    is_wanted, lambda progress: told(replace(progress, of=whole)))
+        look = self._look(client, is_wanted, lambda progress: told(replace(progress, done=min(progress.done, whole), of=whole)))
         identity: Identity | None = None
         is_complete = False
         try:
-            identity = reading.read_robot(look)
-            is_complete = identity is not None
+            identity = read_robot(look)
+            is_complete = identity is not None and (trial is None or self._trials.run(look, robot, trial, identity))
         except NotWanted:
             log.info("The check-up of %r was ended by a person", robot.name)
         serial, software = (identity.serial_number, identity.software) if identity else (robot.serial_number, robot.software)
-        report = Report(robot.name, robot.address, (identity.model if identity else robot.model) or "", began_at,
-                        self._clock.monotonic() - began, tuple(look.findings), look.profile(serial, software), is_complete=is_complete)
-        if is_complete:
-            self._db.write(lambda c: self._check_ups.put(c, robot.id, report))
-            self._changes.publish(Topic.ROBOTS)
-        log.info("robot %r was checked up: %s", robot.name, report.level)
-        return report
+        was_tried = any(finding.topic is CheckUpTopic.LEFT for finding in look.findings)
+        return Report(
+            robot.name, robot.address, (identity.model if identity else robot.model) or "", began_at, self._clock.monotonic() - began,
+            tuple(look.findings), _with_known(look.profile(serial, software), look, robot.profile),
+            (trial.mission or trials.NAME) if trial is not None and was_tried else "", is_complete)
 
     # ------------------------------------------------------------------ what a trial left
     def left_behind(self) -> Mapping[int, LeftBehind]:
         """By robot: what a trial that was cut off has changed there and nobody has put back yet."""
-        return {key: left for key, left in self._check_ups.left_behind(self._db.read()).items() if key not in self._under_way}
+        return {key: left for key, left in self._trials.left_behind().items() if key not in self._under_way}
+
+    def tidy(self, robot_id: int) -> Message | None:
+        """Put back what a trial that was cut off left on the robot. Returns what could not be; None: all is as it was. Raises InvalidInput
+        or RobotError."""
+        robot = self._robot(robot_id)
+        with self._alone_with(robot), self._client(robot) as client:
+            return self._trials.tidy(self._look(client), robot)
+
+    def _tidied(self, robot: Robot, client: RobotClient) -> Message | None:
+        try:
+            return self._trials.tidy(self._look(client), robot)
+        except RobotError as error:
+            return error.message
+
+    def tick(self) -> None:
+        """A chore: what a trial left is put back on a thread of its own. Returns at once."""
+        now = self._clock.monotonic()
+        if now < self._look_at or (self._thread and self._thread.is_alive()):
+            return
+        self._look_at = now + LOOK_EVERY
+        if left := list(self.left_behind()):
+            self._thread = threading.Thread(target=self.tidy_all, args=(left,), name="after a check-up", daemon=True)
+            self._thread.start()
+
+    def tidy_all(self, robot_ids: Sequence[int]) -> None:
+        """One that does not answer is asked again later."""
+        for robot_id in robot_ids:
+            try:
+                self.tidy(robot_id)
+            except (RobotError, InvalidInput, DatabaseError) as problem:
+                log.info("What a check-up left on robot %d could not be put back yet: %s", robot_id, problem)
 
     # ------------------------------------------------------------------ inside
-    def _check_room(self, robot: Robot, trial: Trial | None) -> None:
-        if trial is not None:
-            check_room(self._db.read(), robot, self._ledger, self._holds, self._settings(), self._clock.now(),
-                       timedelta(seconds=self.length_s(trial)))
+    def _look(self, client: RobotClient, is_wanted: Callable[[], bool] = lambda: True,
+              told: Callable[[Progress], None] = lambda progress: None) -> Look:
+        return Look(Probe(client, self._clock.monotonic, self._clock.sleep), self._settings().timezone, self._clock.now, self._clock.sleep,
+                    is_wanted, told)
 
     @contextmanager
     def _alone_with(self, robot: Robot) -> Iterator[None]:
@@ -133,3 +182,12 @@ class CheckUps:
         if robot := self._robots.get(self._db.read(), robot_id):
             return robot
         raise InvalidInput("robot", "this robot has been removed")
+
+
+def _with_known(found: RobotProfile, look: Look, known: RobotProfile | None) -> RobotProfile:
+    """What a trial of the same machine with the same software has shown before stays known."""
+    if known is None or not known.is_of(found.serial_number, found.software):
+        return found
+    has_borne = any(finding.topic is CheckUpTopic.LOAD and finding.level is Level.GREEN for finding in look.findings)
+    kept = {name: getattr(known, name) for name in TRIED if name not in look.seen}
+    return replace(found, **kept, rest=found.rest if has_borne or found.rest else known.rest)

@@ -1,0 +1,246 @@
+"""The second stage of a check-up: a harmless mission is queued, to see what becomes of it.
+
+Four items, while the robot is paused: one, the same once more, one that is cancelled, one of higher priority. Then the robot is released,
+and paused once more while one of them runs. What is about to change is noted before it is changed.
+"""
+from __future__ import annotations
+
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from app.domain.check_up import LeftBehind
+from app.domain.message import message
+from app.domain.robot import QueueState, RobotState
+from app.mir import parse
+from app.mir.errors import Refusal, RobotError
+from app.mir.probe import QUEUE, Answer, ids_of
+from app.services.check_up.look import Look
+from app.services.check_up.restore import Note, has_ended, items_above, read_item, set_state, with_pause
+
+NAME, SECOND = "AMR Scheduler check-up", "00:00:01.000000"
+GROUP = "Missions"           # of missions, on every robot from the factory on
+URGENT = 10                  # priority
+PAUSE_S = 3.0                # that the robot is paused at a time, at least
+STATE_WITHIN = 10.0          # s until it shows that it is paused
+ENDS_WITHIN, OWN_ENDS_WITHIN = 90.0, 900.0           # s for all items to end: of the mission that waits a second, of another one
+TAKES_S, OWN_TAKES_S = 40.0, 240.0                   # that a trial takes, about
+FIRST, AGAIN, CANCELLED, PREFERRED = range(4)        # items, in the order in which they are queued
+
+
+@dataclass
+class Item:
+    """One that was queued. ``words``: what its state was called in each phase. ``now``: as it was read last."""
+    token: str
+    answer: Answer
+    id: int | None = None
+    words: dict[QueueState, str] = field(default_factory=dict)
+    now: parse.Object = field(default_factory=dict)
+
+    @property
+    def given_id(self) -> int | None:
+        """By the answer to its order."""
+        return next(iter(ids_of(Answer(found=[self.answer.one]))), None)
+
+    @property
+    def has_ended(self) -> bool:
+        return has_ended(self.now)
+
+    @property
+    def has_begun(self) -> bool:
+        return bool(self.now.get("started")) or parse.queue_state(self.now) is QueueState.EXECUTING or self.has_ended
+
+
+@dataclass
+class Seen:
+    """What a trial has seen, for ``judge``. None: not tried, or it could not be told."""
+    items: list[Item] = field(default_factory=list)
+    cancelled: Item | None = None                # one of them, as is the one of higher priority
+    preferred: Item | None = None
+    places: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)      # the first item in: item, list, search
+    second: Answer | None = None
+    cancel: Answer | None = None
+    pause_problem: RobotError | None = None
+    waits_in_pause: bool | None = None           # what is queued meanwhile
+    runs_on: bool | None = None                  # after a pause, what ran before
+    problem: RobotError | None = None            # that ended the trial early
+
+
+def length_s(mission: str | None) -> float:
+    return TAKES_S if mission is None else OWN_TAKES_S
+
+
+def tokens() -> tuple[str, ...]:
+    """As those of starts are: a robot that shortens them shows it. The second item has that of the first."""
+    one, two, three = (str(uuid.uuid4()) for _ in range(3))
+    return one, one, two, three
+
+
+class TrialRun:
+    """``left`` has been noted; ``done_s`` of ``of_s`` seconds of the check-up are over."""
+
+    def __init__(self, look: Look, left: LeftBehind, note: Note, done_s: float, of_s: float) -> None:
+        self._look, self._probe, self._left, self._note = look, look.probe, left, note
+        self._began, self._done_s, self._of_s = look.probe.clock(), done_s, of_s
+        self._highest = left.queue_floor
+        self.seen = Seen()
+
+    @property
+    def left(self) -> LeftBehind:
+        """As it is noted."""
+        return self._left
+
+    def run(self) -> Seen:
+        """Raises NotWanted; a robot that doesn't answer is part of what was seen."""
+        try:
+            self._run()
+        except RobotError as error:
+            self.seen.problem = error
+        return self.seen
+
+    def _run(self) -> None:
+        if self._left.mission is not None:
+            self._make(self._left.mission)
+        self._at(message("Pausing it"))
+        is_paused = self._pause()
+        self._at(message("Queueing missions"))
+        if not self._order(FIRST):
+            return
+        self._look_where_it_is(self.seen.items[FIRST])
+        self._order(AGAIN)
+        if self._order(CANCELLED):
+            self.seen.cancelled = self.seen.items[-1]
+            self.seen.cancel = self._probe.ask("DELETE", f"{QUEUE}/{self.seen.cancelled.id}")
+        if self._order(PREFERRED, URGENT):
+            self.seen.preferred = self.seen.items[-1]
+        self._wait(PAUSE_S)
+        self._read()
+        if is_paused:
+            self.seen.waits_in_pause = not any(item.has_begun for item in self.seen.items if item is not self.seen.cancelled)
+            self._release()
+        self._follow()
+
+    # ------------------------------------------------------------------ steps
+    def _make(self, guid: str) -> None:
+        """The mission that waits a second."""
+        self._at(message("Making a mission that waits a second"))
+        groups = self._must(self._probe.get("/mission_groups")).rows
+        group = next((each for each in groups if each.get("name") == GROUP), groups[0] if groups else {})
+        self._must(self._probe.ask("POST", "/missions", json={"guid": guid, "name": NAME, "description": NAME,
+                                                              "group_id": group.get("guid", "")}))
+        self._must(self._probe.ask("POST", f"/missions/{guid}/actions", json={
+            "action_type": "wait", "mission_id": guid, "priority": 1, "parameters": [{"id": "time", "value": SECOND}]}))
+
+    def _pause(self) -> bool:
+        """Whether it stands in Pause then."""
+        self._left = with_pause(self._left, True, self._note)
+        try:
+            set_state(self._look, RobotState.PAUSE)
+        except Refusal as error:
+            self.seen.pause_problem = error
+            return False
+        return self._shows(lambda state: state is RobotState.PAUSE)
+
+    def _release(self) -> None:
+        set_state(self._look, RobotState.READY)
+        if self._shows(lambda state: state is not RobotState.PAUSE):
+            self._left = with_pause(self._left, False, self._note)
+
+    def _shows(self, wanted: Any) -> bool:
+        began = self._probe.clock()
+        while not (shown := wanted(self._probe.status().state)) and self._probe.clock() - began < STATE_WITHIN:
+            self._wait(0.5)
+        return bool(shown)
+
+    def _order(self, number: int, priority: int = 0) -> bool:
+        """Whether it has been found in the queue."""
+        token = self._left.tokens[number]
+        answer = self._probe.ask("POST", QUEUE, json={"mission_id": self._left.mission or self._left.queued, "description": token,
+                                                      "priority": priority})
+        if number == AGAIN:
+            self.seen.second = answer
+        if answer.error is not None and not isinstance(answer.error, Refusal):
+            raise answer.error
+        item = Item(token, answer)
+        if number != AGAIN or answer.is_good:
+            self.seen.items.append(item)
+        if not answer.is_good:
+            return False
+        item.id = item.given_id or self._newest()
+        if item.id is not None:
+            self._highest = max(self._highest, item.id)
+            self._note_of(item)
+        return item.id is not None
+
+    def _newest(self) -> int | None:
+        """The id of the item that has just been queued, where the answer doesn't have it."""
+        mission = self._left.mission or self._left.queued
+        return max((item["id"] for item in items_above(self._look, self._highest) if item.get("mission_id") in (mission, None)),
+                   default=None)
+
+    def _look_where_it_is(self, item: Item) -> None:
+        queries = {"whitelist": "all", "sort_by": "id,desc", "limit": "20"}
+        rows = {"item": [item.now], "list": self._probe.queue(**queries).rows,
+                "search": self._probe.search([{"fieldname": "id", "operator": ">", "value": (item.id or 0) - 1}], **queries).rows}
+        self.seen.places = {place: row for place, found in rows.items() for row in found if row.get("id", item.id) == item.id}
+
+    def _follow(self) -> None:
+        """Until all have ended, with a pause while the first one runs that is seen running."""
+        began, within = self._probe.clock(), ENDS_WITHIN if self._left.mission is not None else OWN_ENDS_WITHIN
+        while any(item.id is not None and not item.has_ended for item in self.seen.items) and self._probe.clock() - began < within:
+            self._at(message("Waiting until the missions have ended"))
+            self._read()
+            running = next((item for item in self.seen.items if item.has_begun and not item.has_ended), None)
+            if running is not None and self.seen.runs_on is None and self.seen.waits_in_pause is not None:
+                self._pause_while(running)
+
+    def _pause_while(self, running: Item) -> None:
+        if self._pause():
+            self._wait(PAUSE_S)
+            self._note_of(running)
+            stood = not running.has_ended
+            self._release()
+            if stood:
+                self._until_ended(running)
+                self.seen.runs_on = running.has_ended and not _is_aborted(running)
+
+    def _until_ended(self, item: Item) -> None:
+        began, within = self._probe.clock(), ENDS_WITHIN if self._left.mission is not None else OWN_ENDS_WITHIN
+        while not item.has_ended and self._probe.clock() - began < within:
+            self._at(message("Waiting until the missions have ended"))
+            self._note_of(item)
+
+    # ------------------------------------------------------------------ looking
+    def _read(self) -> None:
+        for item in self.seen.items:
+            if item.id is not None and not item.has_ended:
+                self._note_of(item)
+
+    def _note_of(self, item: Item) -> None:
+        item.now = read_item(self._look, item.id or 0)
+        if word := item.now.get("state"):
+            item.words[_phase(item)] = str(word)
+
+    def _wait(self, seconds: float) -> None:
+        self._look.check_is_wanted()
+        self._look.pause(seconds)
+
+    def _at(self, says: Any) -> None:
+        self._look.at(says, min(self._of_s, self._done_s + self._probe.clock() - self._began), self._of_s)
+
+    @staticmethod
+    def _must(answer: Answer) -> Answer:
+        if answer.error is not None:
+            raise answer.error
+        return answer
+
+
+def _phase(item: Item) -> QueueState:
+    if item.has_ended:
+        return QueueState.DONE
+    return QueueState.EXECUTING if item.has_begun else QueueState.PENDING
+
+
+def _is_aborted(item: Item) -> bool:
+    return parse.queue_state(item.now) is QueueState.ABORTED

@@ -1,0 +1,175 @@
+"""Trials on robots that the app schedules on: in room that the plan leaves, noted in the database, and put back whatever happens."""
+from __future__ import annotations
+
+import logging
+import uuid
+from collections.abc import Callable, Mapping
+from datetime import timedelta
+
+from app.database.check_ups import CheckUpRepository
+from app.database.connection import Database
+from app.database.robots import RobotRepository
+from app.domain.check_up import LeftBehind, Topic, Trial
+from app.domain.clock import Clock
+from app.domain.message import Message, message
+from app.domain.models import InvalidInput, Robot, Settings
+from app.domain.robot import Identity, RobotState
+from app.mir.client import RobotClient
+from app.mir.errors import RobotError
+from app.services.check_up import reading, trial
+from app.services.check_up.judge import judge
+from app.services.check_up.look import Look
+from app.services.check_up.restore import Note, put_back
+from app.services.check_up.room import check_room
+from app.services.dispatch.ledger import Ledger
+from app.services.live.holds import Holds
+
+log = logging.getLogger(__name__)
+
+READY_FOR, READY_WITHIN = 3.0, 120.0     # s that a robot must have stood ready; that is waited for
+HOLD = "Check-up"            # reason of the hold that keeps the plan's starts back meanwhile
+BUILT_IN = "mirconst"        # guids of the missions that every robot has begin so
+
+
+class Trials:
+    def __init__(self, db: Database, *, clock: Clock, ledger: Ledger, holds: Holds, settings: Callable[[], Settings]) -> None:
+        self._db, self._clock, self._ledger, self._holds, self._settings = db, clock, ledger, holds, settings
+        self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
+
+    @staticmethod
+    def length_s(agreed: Trial | None) -> float:
+        """Of the whole check-up, about."""
+        return reading.length_s() + (0.0 if agreed is None else trial.length_s(agreed.mission))
+
+    def check(self, robot: Robot, client: RobotClient, agreed: Trial) -> None:
+        """Before the robot is read for a minute; one that doesn't answer is told by reading it. Raises InvalidInput with what is in the
+        way."""
+        self._check_room(robot, agreed)
+        try:
+            is_in_the_way = not _is_ready(client)
+            _mission(client, agreed)
+        except RobotError:
+            return
+        if is_in_the_way:
+            raise _not_ready(robot)
+
+    def run(self, look: Look, robot: Robot, agreed: Trial, identity: Identity) -> bool:
+        """Whether it was tried to the end; if not, a finding says why. Raises NotWanted."""
+        try:
+            self._check_room(robot, agreed)
+            self._wait_until_ready(look, robot)
+            queued = _mission(look.probe.client, agreed)
+            floor = look.probe.client.highest_queue_id() or 0
+        except (InvalidInput, RobotError) as refused:
+            look.amber(Topic.ORDER, message("Not tried: {problem}", problem=refused.message), message("Check up again."))
+            return False
+        hold = self._holds.hold(HOLD, self._clock.now() + timedelta(seconds=_longest_s(agreed)), robot.id)
+        made = None if queued else str(uuid.uuid4())
+        left = LeftBehind(identity.serial_number or robot.serial_number, made, queued, trial.tokens(), floor, hold=hold.id)
+        try:
+            note = self._noting(robot)
+            note(left)
+            run = trial.TrialRun(look, left, note, reading.length_s(), self.length_s(agreed))
+            try:
+                judge(look, seen := run.run(), identity.user_name)
+            finally:
+                self._finish(look, robot, run.left, identity.user_name)
+        finally:
+            self._release(robot, hold.id)
+        return seen.problem is None
+
+    def _wait_until_ready(self, look: Look, robot: Robot) -> None:
+        """After so many questions it may have booted, and what others queued may run. Raises InvalidInput, RobotError or NotWanted."""
+        began = ready_since = self._clock.monotonic()
+        while self._clock.monotonic() - ready_since < READY_FOR:
+            look.at(message("Waiting until it stands ready"), reading.length_s(), self.length_s(None))
+            if not _is_ready(look.probe.client):
+                ready_since = self._clock.monotonic()
+            if ready_since - began > READY_WITHIN:
+                raise _not_ready(robot)
+            self._clock.sleep(1.0)
+
+    def _finish(self, look: Look, robot: Robot, left: LeftBehind, user: str) -> None:
+        """Everything as it was, and a finding of it."""
+        try:
+            problem = self._put_back(look, robot, left, user)
+        except RobotError as error:
+            problem = error.message
+        if problem is None:
+            look.green(Topic.LEFT, message("It is as it was before: nothing is queued, no mission was left, it is not paused"))
+        else:
+            look.red(Topic.LEFT, message("It is not as it was before: {problem}", problem=problem),
+                     message("The app puts it back as soon as it can; until then look at the robot."))
+
+    # ------------------------------------------------------------------ what was cut off
+    def left_behind(self) -> Mapping[int, LeftBehind]:
+        return self._check_ups.left_behind(self._db.read())
+
+    def tidy(self, look: Look, robot: Robot) -> Message | None:
+        """Put back what a trial that was cut off left there. Returns what could not be. Raises RobotError."""
+        left = self.left_behind().get(robot.id)
+        if left is None:
+            return None
+        if left.hold is not None:
+            self._release(robot, left.hold)
+        problem = self._put_back(look, robot, left, look.probe.identity().user_name, is_late=True)
+        log.info("robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there")
+        return problem
+
+    def _put_back(self, look: Look, robot: Robot, left: LeftBehind, user: str, *, is_late: bool = False) -> Message | None:
+        problem = put_back(look, left, self._noting(robot), user, lambda queue_id: self._ledger.is_claimed(robot.id, queue_id),
+                           is_late=is_late)
+        if problem is None and self._robots.idle_queue_id(self._db.read(), robot.id) == left.queue_floor:
+            highest = look.probe.client.highest_queue_id()           # nobody has used the robot meanwhile: its idle period goes on
+            if highest is not None and highest <= left.queue_floor + len(left.tokens):
+                self._ledger.note_idle_copy(robot.id, highest, runs=True)
+        return problem
+
+    # ------------------------------------------------------------------ inside
+    def _check_room(self, robot: Robot, agreed: Trial) -> None:
+        check_room(self._db.read(), robot, self._ledger, self._holds, self._settings(), self._clock.now(),
+                   timedelta(seconds=self.length_s(agreed)))
+
+    def _noting(self, robot: Robot) -> Note:
+        """On the disk when it returns. Raises InvalidInput where the robot has been removed or replaced."""
+        def note(left: LeftBehind | None) -> None:
+            self._db.write(lambda c: self._check_ups.note_left_behind(c, robot.id, left))
+            if left is not None and self.left_behind().get(robot.id) != left:
+                raise InvalidInput("robot", "this robot has been removed")
+        return note
+
+    def _release(self, robot: Robot, hold_id: int) -> None:
+        """Unless a person has set another hold meanwhile."""
+        if any(hold.id == hold_id and hold.robot_id == robot.id for hold in self._holds.current()):
+            self._holds.release(robot.id)
+
+
+def missions_of(client: RobotClient) -> Mapping[str, str]:
+    """Names of the missions that people made on the robot, with their guids. Raises RobotError."""
+    return {mission.name: mission.guid for mission in client.missions() if not mission.guid.startswith(BUILT_IN)}
+
+
+def _mission(client: RobotClient, agreed: Trial) -> str | None:
+    """The guid of the robot's own mission; None: one is made. Raises InvalidInput or RobotError."""
+    if agreed.mission is None:
+        return None
+    guid = missions_of(client).get(agreed.mission)
+    if guid is None:
+        raise InvalidInput("mission", "the robot has no mission {mission}", mission=agreed.mission)
+    if any(parameter.default in (None, "") for parameter in client.parameters(guid)):
+        raise InvalidInput("mission", "{mission} asks for values when it is started: choose another mission", mission=agreed.mission)
+    return guid
+
+
+def _is_ready(client: RobotClient) -> bool:
+    """Whether it stands ready and nothing is in its queue. Raises RobotError."""
+    return client.status().state is RobotState.READY and not client.open_items()
+
+
+def _not_ready(robot: Robot) -> InvalidInput:
+    return InvalidInput("robot", "{robot} does not stand ready with an empty queue: check up when it does", robot=robot.name)
+
+
+def _longest_s(agreed: Trial) -> float:
+    """That the plan's starts are held back, should nothing release them."""
+    return 2 * (trial.ENDS_WITHIN if agreed.mission is None else trial.OWN_ENDS_WITHIN) + trial.length_s(agreed.mission)

@@ -1,0 +1,78 @@
+"""What a check-up tries: each deviant is named by the topics that it differs in and by no other, and the robot is as it was."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from app.domain.check_up import Level, Report, RobotProfile, Topic, Trial
+from app.domain.message import render
+from mir_sim import DEVIANTS, deviant
+from tests.services.check_up.test_reading import NAMED as READ
+from tests.support.checked_robot import CheckedRobot
+
+AMBER = Level.AMBER
+# The topics that are not green, besides those that are read.
+TRIED: Mapping[str, dict[Topic, Level]] = {
+    "forgets-descriptions": {Topic.RECOGNISED: AMBER},
+    "renames-descriptions": {Topic.RECOGNISED: AMBER},
+    "moves-descriptions": {Topic.RECOGNISED: AMBER},
+    "no-id": {Topic.ORDER: AMBER},
+    "german-texts": {Topic.CANCELLED: AMBER},
+    "german-states": {Topic.WORDS: AMBER, Topic.CANCELLED: AMBER},
+    "cancelled": {Topic.CANCELLED: AMBER},
+}
+# What else than on a faithful robot stands in the profile.
+KNOWN: Mapping[str, dict[str, object]] = {
+    "forgets-descriptions": {"token_field": ""},
+    "renames-descriptions": {"token_field": ""},
+    "moves-descriptions": {"token_field": "order_description"},
+    "no-id": {"gives_id": False},
+    "german-texts": {"cancelled_message": "Abgebrochen - Benutzeranforderung"},
+    "german-states": {"item_states": {"Ausstehend": "Pending", "Aktiv": "Executing", "Fertig": "Done", "Abgebrochen": "Aborted"}},
+    "cancelled": {"item_states": {"Cancelled": "Cancelled"}, "cancelled_message": None},
+}
+FAITHFUL = {"token_field": "description", "item_states": {}, "cancelled_message": "Aborted - User Request", "gives_id": True,
+            "order_status": 201, "priority_counts": False}
+
+
+def told(report: Report) -> dict[Topic, Level]:
+    return {finding.topic: finding.level for finding in report.findings if finding.level is not Level.GREEN}
+
+
+def in_words(report: Report) -> str:
+    return "\n".join(f"{finding.level} {finding.topic}: {render(finding.says)} - {render(finding.means)}" for finding in report.findings)
+
+
+def tried(profile: RobotProfile) -> dict[str, object]:
+    return {name: getattr(profile, name) for name in FAITHFUL}
+
+
+@pytest.mark.parametrize("software", ["2.14.7", "3.5.4", "3.8.1"])
+@pytest.mark.parametrize("history", [0, 400])
+@pytest.mark.parametrize("mission", [None, "Home"])
+def test_a_faithful_robot_is_green(tmp_path, software, history, mission):
+    robot = CheckedRobot(tmp_path, software=software, history=history)
+    before = robot.as_it_is()
+    report = robot.check_ups.run(robot.id, Trial(mission))
+    assert told(report) == {Topic.CERTIFICATE: AMBER}, in_words(report)
+    assert [finding.topic for finding in report.findings] == sorted(Topic, key=[each.topic for each in report.findings].index)
+    assert tried(report.profile) == FAITHFUL
+    assert report.is_complete
+    assert robot.as_it_is() == before
+    assert robot.check_ups.report(robot.id) == report
+    assert robot.container.catalogue.robot(robot.id).profile == report.profile
+    assert not robot.check_ups.left_behind()
+    assert not robot.container.holds.current()
+
+
+@pytest.mark.parametrize("name", DEVIANTS)
+def test_each_deviant_is_named_by_what_differs(tmp_path, name):
+    robot = CheckedRobot(tmp_path, deviant(name))
+    robot.asked.clock.advance(3630)
+    before = robot.as_it_is()
+    report = robot.check_ups.run(robot.id, Trial())
+    assert told(report) == {Topic.CERTIFICATE: AMBER, **READ[name], **TRIED.get(name, {})}, in_words(report)
+    assert tried(report.profile) == FAITHFUL | KNOWN.get(name, {})
+    assert report.is_complete
+    assert robot.as_it_is() == before
