@@ -113,7 +113,7 @@ class CheckUp(EventDispatcher):
         self._context.shell.dialogs.choose(_("Mission"), view.mission_options(names), self._chosen, selected=self.mission)
 
     def _not_asked(self, problem: BaseException) -> None:
-        self.asking_missions, self.outcome = False, went_wrong(problem)
+        self.asking_missions, self.outcome = False, view.refused(problem)
 
     def _chosen(self, mission: str) -> None:
         self.mission, self.outcome = mission, NoticeView()
@@ -138,7 +138,7 @@ class CheckUp(EventDispatcher):
             self.will_do, self.can_begin = words_of(says), True
 
     def _not_announced(self, problem: BaseException) -> None:
-        self.outcome = went_wrong(problem)
+        self.outcome = view.refused(problem)
 
     # ------------------------------------------------------------------ while it runs
     def begin(self) -> None:
@@ -187,7 +187,7 @@ class CheckUp(EventDispatcher):
     def _refused(self, problem: BaseException) -> None:
         """Where it was pressed, else where it can be seen."""
         is_seen = self._over()
-        self.part, self.outcome = "CheckUpBefore", went_wrong(problem)
+        self.part, self.outcome = "CheckUpBefore", view.refused(problem)
         if not is_seen:
             self._context.shell.say_problem(problem)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 from html import escape
 
 from app import __version__
-from app.domain.check_up import Finding, Level, Report
+from app.domain.check_up import Finding, Level, Report, Topic
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.printed import document, table, unbroken
@@ -40,10 +40,10 @@ def _head(report: Report, title: str, zone: str) -> str:
 def _table(level: Level, findings: list[Finding]) -> str:
     if not findings:
         return ""
-    names = topic_names()
+    names, order = topic_names(), list(Topic)
     return table(appearance(level).word, (_("What"), _("The robot"), _("For scheduling")), [
         (escape(names[finding.topic]), escape(unbroken(words_of(finding.says))), escape(unbroken(words_of(finding.means))))
-        for finding in findings], some=(0,))
+        for finding in sorted(findings, key=lambda finding: order.index(finding.topic))], some=(0,))
 
 
 def _foot() -> str:

@@ -8,12 +8,12 @@ from datetime import datetime
 from typing import NamedTuple
 
 from app.domain.check_up import Finding, Level, Progress, Report, Topic, Trial
-from app.domain.models import Robot
+from app.domain.models import InvalidInput, Robot
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.options import Option
-from app.screens.common.problems import words_of
-from app.screens.settings.view import NoticeView
+from app.screens.common.problems import sentence_of, words_of
+from app.screens.settings.view import NoticeView, went_wrong
 
 OFFERED = ""                 # in place of a mission's name: the one that waits a second
 QUEUED = 4                   # missions of a trial
@@ -51,12 +51,15 @@ def topic_names() -> dict[Topic, str]:
         Topic.SORTING: _("Order of lists"), Topic.OTHERS: _("Missions of others"), Topic.LATENCY: _("How soon it answers"),
         Topic.LOAD: _("Many questions"), Topic.ORDER: _("Starting a mission"), Topic.RECOGNISED: _("Finding a start again"),
         Topic.WORDS: _("Words for states"), Topic.CANCELLED: _("A cancelled mission"), Topic.FAILED: _("A failed mission"),
-        Topic.PRIORITY: _("Priority"), Topic.SECOND: _("Two starts"), Topic.PAUSE: _("Pause and resume"), Topic.LEFT: _("What stays there")}
+        Topic.PRIORITY: _("Priority"), Topic.SECOND: _("The same order twice"), Topic.PAUSE: _("Pause and resume"),
+        Topic.LEFT: _("As it was before")}
 
 
 # ---------------------------------------------------------------------- how a robot stands
-def standing(robot: Robot, report: Report | None, now: datetime, zone: str) -> NoticeView:
-    """In one line: when it was checked up, and what came of it."""
+def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, is_left: bool = False) -> NoticeView:
+    """In one line: when it was checked up, and what came of it. ``is_left``: something of a trial that was cut off is still there."""
+    if is_left:
+        return NoticeView(_("What a check-up changed there is still to be put back"), tone="attention", icon="backup-restore")
     if report is None:
         return NoticeView(_("Never checked up"), icon="clipboard-outline")
     if outdated := _outdated(robot, report):
@@ -110,14 +113,15 @@ def queued_sentence(report: Report) -> str:
 
 
 def finding_views(findings: Sequence[Finding], *levels: Level) -> list[FindingView]:
-    """Of these levels, the worst first, in the order of the report."""
-    names = topic_names()
+    """Of these levels, the worst first, then in the order of topics."""
+    names, order = topic_names(), list(Topic)
     views = []
     for level in (Level.RED, Level.AMBER, Level.GREEN):
         seen = appearance(level)
         views += [FindingView(f"{finding.topic} {n}", seen.icon, _("{level} · {topic}").format(level=seen.word, topic=names[finding.topic]),
                               seen.tone, words_of(finding.says), words_of(finding.means))
-                  for n, finding in enumerate(findings) if finding.level is level and level in levels]
+                  for n, finding in enumerate(sorted(findings, key=lambda finding: order.index(finding.topic)))
+                  if finding.level is level and level in levels]
     return views
 
 
@@ -150,6 +154,13 @@ def begin_word(robot: Robot, trial: Trial | None) -> str:
     if trial is None:
         return _("Check up, only reading")
     return _("Check up and queue {n} missions on {robot}").format(n=QUEUED, robot=robot.name)
+
+
+def refused(problem: BaseException) -> NoticeView:
+    """Why it can't be now, which is nobody's fault, or what went wrong."""
+    if isinstance(problem, InvalidInput):
+        return NoticeView(sentence_of(problem), tone="attention", icon="clock-alert-outline")
+    return went_wrong(problem)
 
 
 # ---------------------------------------------------------------------- while it runs

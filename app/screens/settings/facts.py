@@ -48,6 +48,7 @@ class SettingsFacts:
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot id
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # robot id -> guid -> name; absent: not read from the robot yet
     reports: Mapping[int, Report] = field(default_factory=dict)              # of check-ups, by robot id; absent: never checked up
+    left_behind: frozenset[int] = frozenset()                                # robots on which something of a check-up is still there
     backups: tuple[Backup, ...] = ()                                         # newest first
     exceptions: tuple[DayException, ...] = ()                                # closed days and extra working days
     country: str = ""                                                        # name of the country of the public holidays; empty: none
@@ -119,6 +120,7 @@ def read(services: SettingsServices) -> SettingsFacts:
         snapshots={robot.id: services.snapshots.get(robot.id) for robot in robots},
         names={robot_id: known for robot_id, known in names.items() if known},
         reports={robot.id: report for robot in robots if (report := services.check_ups.report(robot.id))},
+        left_behind=frozenset(services.check_ups.left_behind()),
         backups=tuple(services.files.backups()), exceptions=tuple(catalogue.day_exceptions()), has_regions=bool(regions),
         country=public_holidays.countries().get(country, country) if country else "",
         region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision))

@@ -149,7 +149,8 @@ class RobotsPage(SettingsPage):
         robot, report = facts.robot(robot_id), facts.reports.get(robot_id)
         if robot is None:
             return {}
-        stands = (running and running.standing) or standing(robot, report, self.context.now(), facts.settings.timezone)
+        stands = (running and running.standing) or standing(robot, report, self.context.now(), facts.settings.timezone,
+                                                            is_left=robot.id in facts.left_behind)
         return {"check_up": stands, "check_up_word": _("Check-up") if report or (running and running.is_running) else _("Check up")}
 
     def _open_check_up(self, robot: Robot) -> None:

@@ -5,23 +5,20 @@ import json
 
 import pytest
 
-from app.domain.check_up import Report, RobotProfile, Topic
-from app.services.check_up.reading import read_robot
+from app.domain.check_up import Report, RobotProfile, Topic, Trial
 from app.services.files.check_up_file import simulator_profile
 from mir_sim import DEVIANTS, deviant
 from mir_sim.profile import Profile, profile_of
-from tests.support.asked_robot import START, TOKEN, AskedRobot
+from tests.support.asked_robot import START, TOKEN
+from tests.support.checked_robot import CheckedRobot
 
-NOT_LEARNED = {"german-texts", "fleet", "german-states", "cancelled"}      # texts, who else queues; words are learned by a trial
+NOT_LEARNED = {"german-texts", "fleet"}      # all that it says, and who else queues there
 
 
-def check_up(profile: Profile | None = None, **values) -> Report:
-    robot = AskedRobot(profile, **values)
-    look = robot.look()
-    identity = read_robot(look)
-    assert identity is not None
-    return Report("Aino", "http://10.0.0.1", identity.model or "", START, 95.0, tuple(look.findings),
-                  look.profile(identity.serial_number, identity.software))
+def check_up(directory, profile: Profile | None = None) -> Report:
+    directory.mkdir()
+    robot = CheckedRobot(directory, profile)
+    return robot.check_ups.run(robot.id, Trial())
 
 
 def levels(report: Report) -> dict[Topic, str]:
@@ -29,9 +26,9 @@ def levels(report: Report) -> dict[Topic, str]:
 
 
 @pytest.mark.parametrize("name", sorted(set(DEVIANTS) - NOT_LEARNED))
-def test_a_robot_made_from_the_file_is_found_to_be_the_same(name):
-    found = check_up(deviant(name))
-    again = check_up(profile_of(json.loads(simulator_profile(found))))
+def test_a_robot_made_from_the_file_is_found_to_be_the_same(tmp_path, name):
+    found = check_up(tmp_path / "found", deviant(name))
+    again = check_up(tmp_path / "again", profile_of(json.loads(simulator_profile(found))))
     assert levels(again) == levels(found)
 
 
@@ -55,8 +52,8 @@ def test_words_ids_and_descriptions_that_a_trial_has_found_are_in_it():
     assert made.description_text == ""
 
 
-def test_it_has_neither_password_nor_token_nor_serial_number():
-    report = check_up()
+def test_it_has_neither_password_nor_token_nor_serial_number(tmp_path):
+    report = check_up(tmp_path / "found", deviant("cancelled"))
     text = simulator_profile(report)
     assert str(report.profile.serial_number) not in text
     assert TOKEN.header.split()[-1] not in text
