@@ -36,10 +36,15 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("--export-config", metavar="FILE", help="write the configuration, without secrets (- = stdout)")
     one.add_argument("--export-log", metavar="FILE", help="write the execution history as CSV (- = stdout)")
     one.add_argument("--run-now", nargs=2, metavar=("ROBOT", "MISSION"), help="start one mission and print its queue id")
+    one.add_argument("--check-up", metavar="ROBOT", help="find out what a robot really does, and print the report")
     one.add_argument("--restore-backup", type=Path, metavar="FILE", help="put a backup in the place of the database")
     one.add_argument("--remove-pin", action="store_true", help="open Settings again when its PIN is forgotten")
     one.add_argument("--move-here", action="store_true", help="go on here with a data directory that was copied from another tablet")
-    p.add_argument("--yes", action="store_true", help="confirms that --import-config may delete runs, by a lower history limit")
+    p.add_argument("--with-mission", nargs="?", const="", metavar="NAME",
+                   help="with --check-up: queue this harmless mission too; without NAME one that waits a second, made and removed")
+    p.add_argument("--report", metavar="FILE", help="with --check-up: write the report as JSON, which python -m mir_sim --profile takes")
+    p.add_argument("--yes", action="store_true", help="confirms that --import-config may delete runs, by a lower history limit, and that "
+                                                      "--with-mission may queue missions")
     p.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the mission of --run-now")
     return p
 
@@ -68,18 +73,22 @@ def _say(problem: object, code: int) -> int:
 
 
 def _one_shot(options: argparse.Namespace) -> bool:
-    return any((options.import_config, options.export_config, options.export_log, options.run_now, options.restore_backup,
-                options.remove_pin, options.move_here))
+    return any((options.import_config, options.export_config, options.export_log, options.run_now, options.check_up,
+                options.restore_backup, options.remove_pin, options.move_here))
 
 
 def _check(options: argparse.Namespace) -> None:
-    for name in ("import_config", "export_config", "export_log"):
+    for name in ("import_config", "export_config", "export_log", "report"):
         if getattr(options, name) == "":          # of a variable that is not set, in a script
             raise BadInput(f"--{name.replace('_', '-')} needs the name of a file")
     if options.parameter and not options.run_now:
         raise BadInput("--parameter belongs to --run-now ROBOT MISSION")
-    if options.yes and not options.import_config:
-        raise BadInput("--yes belongs to --import-config FILE")
+    if options.check_up == "":
+        raise BadInput("--check-up needs the name of a robot")
+    if not options.check_up and (options.with_mission is not None or options.report):
+        raise BadInput("--with-mission and --report belong to --check-up ROBOT")
+    if options.yes and not (options.import_config or options.with_mission is not None):
+        raise BadInput("--yes belongs to --import-config FILE, or to --check-up ROBOT --with-mission")
     if _one_shot(options) and (options.headless or options.demo or options.kiosk):
         raise BadInput("a command that exits can't be combined with --headless, --demo or --kiosk; give it alone")
     if options.headless and options.kiosk:

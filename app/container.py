@@ -38,6 +38,7 @@ from app.services.dispatch.shared import Shared
 from app.services.dispatch.whereabouts import Whereabouts
 from app.services.dispatch.worker import RobotWorker
 from app.services.files.calendar_import import CalendarFiles
+from app.services.files.check_up_files import CheckUpFiles
 from app.services.files.exports import DataFiles
 from app.services.files.log_export import LogExport
 from app.services.files.plan_export import PlanFiles
@@ -149,6 +150,7 @@ class Container:
         self.pausing = Pausing(db, clock, self.changes)
         self.files = DataFiles(db, self.catalogue, clock)
         self.log_files = LogExport(db, self.catalogue, clock)
+        self.check_up_files = CheckUpFiles(db, self.catalogue, clock)
         self.plan_files = PlanFiles(db, self.catalogue, clock, self.plan)
         self.calendar_files = CalendarFiles(db, self.catalogue, clock)
         self.shift_reports = ShiftReports(db, clock)

@@ -184,6 +184,7 @@ def _reboots(value: Any, name: str) -> Reboots:
 
 
 WHOLE = "A profile"
+REPORT = "report"             # key for what a client that wrote the file has found besides; anything
 KEYS: dict[str, Callable[[Any, str], Any]] = {
     "about": _any_text,
     "software": lambda value, name: checks.one_of(value, name, definition.SOFTWARE),
@@ -203,12 +204,13 @@ KEYS: dict[str, Callable[[Any, str], Any]] = {
     "latency": _latency,
     "reboots": _reboots,
     "fleet": _fleet,
+    REPORT: lambda value, name: value,
 }
 
 
 def profile_of(document: Any) -> Profile:
     """The profile of a parsed JSON document. Raises WrongValue."""
-    return Profile(**_object(document, WHOLE, KEYS))
+    return Profile(**{name: value for name, value in _object(document, WHOLE, KEYS).items() if name != REPORT})
 
 
 def read(path: Path) -> Profile:

@@ -112,8 +112,8 @@ def _left_behind(found: Any) -> LeftBehind:
     for name in ("serial_number", "mission", "queued"):
         _check(found[name], str)
     _check(found["hold"], int)
-    return LeftBehind(found["serial_number"], found["mission"], found["queued"], tuple(map(_text, found["tokens"])),
-                      int(found["queue_floor"]), found["is_paused"] is True, found["hold"])
+    return LeftBehind(found["serial_number"], found["mission"], tuple(map(_text, found["tokens"])), int(found["queue_floor"]),
+                      found["is_paused"] is True, found["queued"], found["hold"])
 
 
 def _object(value: Any) -> dict[str, Any]:

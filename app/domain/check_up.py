@@ -127,10 +127,10 @@ class LeftBehind:
     ``hold`` (its id) that keeps the plan's starts back meanwhile."""
     serial_number: str | None
     mission: str | None = None
-    queued: str | None = None
     tokens: tuple[str, ...] = ()
     queue_floor: int = 0                 # what was queued has higher ids
     is_paused: bool = False
+    queued: str | None = None
     hold: int | None = None
 
 

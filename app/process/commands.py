@@ -1,4 +1,4 @@
-"""The one-shot commands: import, export, run now, remove the PIN, restore.
+"""The one-shot commands: import, export, run now, check-up, remove the PIN, restore.
 
 Exports read beside a running app; changes are handed to it when there is one, but for restoring a backup, which needs it closed.
 """
@@ -22,6 +22,7 @@ from typing import Any, TextIO
 
 from app.container import Container
 from app.database.executions import ExecutionRepository
+from app.domain.check_up import Trial
 from app.domain.message import render
 from app.domain.models import Execution, InvalidInput, State
 from app.failures import BadInput, Failure
@@ -31,15 +32,17 @@ from app.process.data_directory import DataDirectory
 from app.process.inbox import HolderGone, NoAnswer, ask
 from app.process.lock import InstanceLock
 from app.process.opening import open_container, open_for_reading
-from app.process.requests import MORE_THAN_A_WINDOW, outcome, run_now
+from app.process.requests import MORE_THAN_A_WINDOW, check_up, find_robot, outcome, run_now
 from app.process.restoring import restore_backup
 from app.services.catalogue import configuration
+from app.services.check_up.service import moves
 from app.services.dispatch.worker import RobotWorker
 from app.services.files.history_export import write_history
 from app.services.files.reading import read_file
 from app.services.files.shared_places import draft_of, open_in_place, without_links
 
 CHANGED_WITHIN = 120.0      # s for the running app to carry out a change: several times what the largest import takes
+CHECKED_UP_WITHIN = 3600.0  # s for the running app to check a robot up: with a long mission that is tried three times
 HEARD_WITHIN = 1.0          # s for the robots of a group to answer before one of them is chosen
 WAIT_FOR_COMMAND = 0.1      # s between looks whether another command has ended
 
@@ -58,6 +61,8 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
     if options.run_now:
         robot, mission = options.run_now
         return _run_now(directory, robot, mission, options.parameter)
+    if options.check_up:
+        return _check_up(directory, options)
     _begin_if_new(directory)
     db = open_for_reading(directory)
     try:
@@ -225,6 +230,42 @@ class _Reader:
     def _run(self) -> None:
         with contextlib.suppress(RobotError):
             self.worker.seen.read_status()
+
+
+# ------------------------------------------------------------------ check-up
+def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
+    """Prints the report, of one that is not complete as well; with ``--report`` it is written as a file too."""
+    trial = None if options.with_mission is None else Trial(options.with_mission or None)
+    if trial is not None and not options.yes:
+        raise BadInput(f"{_moves(directory, options.check_up, trial)} With --yes this is done")
+
+    def check_up_here(container: Container) -> dict[str, Any]:
+        try:
+            return check_up(container, options.check_up, trial)
+        except InvalidInput as error:
+            raise BadInput(str(error)) from None
+
+    try:
+        answer = _here_or_by_the_running_app(directory, check_up_here, "check_up", CHECKED_UP_WITHIN, robot=options.check_up,
+                                             is_tried=trial is not None, mission=trial.mission if trial else None)
+    except NoAnswer as error:
+        raise Failure(f"{error}; give the command again") from None
+    if "text" in answer:
+        print(answer["text"], end="")
+        if options.report:
+            _write(options.report, answer["document"].encode("utf-8"))
+    _raise_for(answer)
+    return 0
+
+
+def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:
+    db = open_for_reading(directory)
+    try:
+        return render(moves(find_robot(db.read(), robot).name, trial))
+    except InvalidInput as error:
+        raise BadInput(str(error)) from None
+    finally:
+        db.close()
 
 
 # ------------------------------------------------------------------ a forgotten PIN

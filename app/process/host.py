@@ -38,6 +38,7 @@ def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Map
             container.engine.add_chore("Serving commands", Inbox(directory.path, handlers(container), began - 1.0).tick)
             container.engine.add_chore("The daily backup", DailyBackup(container.db, container.clock, container.alarms).tick)
             container.engine.add_chore("Asking which missions charge", container.charging_missions.tick)
+            container.engine.add_chore("Putting back what a check-up left", container.check_ups.tick)
             log.info("%s %s schedules on %s", NAME, __version__, directory.path)
             container.runner.start()
             yield container

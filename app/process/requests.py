@@ -1,19 +1,23 @@
 """What one-shot commands may ask of the running app, and the answers (app.process.inbox carries them)."""
 from __future__ import annotations
 
+import sqlite3
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 from app.container import Container
+from app.database.robots import RobotRepository
 from app.domain import names
+from app.domain.check_up import Level, Trial
 from app.domain.message import render
 from app.domain.models import Execution, Group, InvalidInput, Mission, Robot, State
 from app.domain.reasons import sentence
 from app.process.inbox import Handler
 from app.services.catalogue import configuration
+from app.services.check_up import report as reports
 
 MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0      # s: the longest start window and what an unknown outcome may take beyond
 
@@ -58,11 +62,33 @@ def outcome(execution: Execution) -> dict[str, Any]:
     return {"exit": 1, "error": f"{execution.mission} on {execution.robot or execution.robot_group} was not started: {reason}"}
 
 
-class _Imports:
-    """Imports on threads of their own: the scheduler's thread starts nothing while it reads, checks or plans."""
+def check_up(container: Container, robot: str, trial: Trial | None, is_wanted: Callable[[], bool] = lambda: True) -> dict[str, Any]:
+    """The answer to ``--check-up``: the report as text and as a file, and what keeps it from being complete. Raises InvalidInput."""
+    report = container.check_ups.run(find_robot(container.db.read(), robot).id, trial, is_wanted=is_wanted)
+    zone = container.settings().timezone
+    answer = {"text": reports.text(report, zone), "document": reports.document(report, zone)}
+    if report.is_complete:
+        return answer
+    problem = next((finding for finding in reversed(report.findings) if finding.level is not Level.GREEN), None)
+    why = f": {render(problem.says)}" if problem and is_wanted() else ""
+    return {**answer, "exit": 1, "error": f"the check-up of {report.robot} is not complete{why}"}
 
-    def __init__(self, container: Container) -> None:
-        self._container = container
+
+def find_robot(c: sqlite3.Connection, name: str) -> Robot:
+    """Raises InvalidInput."""
+    robots = RobotRepository().all(c)
+    for each in robots:
+        if each.name in (name, names.normal(name)):
+            return each
+    known = ", ".join(each.name for each in robots) or "none yet"
+    raise InvalidInput("robot", "there is no robot {name}; known: {known}", name=repr(name), known=known)
+
+
+class _InBackground:
+    """Requests on threads of their own: the scheduler's thread starts nothing while one of them reads, checks or asks a robot."""
+
+    def __init__(self, name: str, work: Callable[[Mapping[str, Any]], Mapping[str, Any]]) -> None:
+        self._name, self._work = name, work
         self._begun: dict[str, Future[Mapping[str, Any]]] = {}       # by request
 
     def take(self, request: Mapping[str, Any]) -> Mapping[str, Any] | None:
@@ -70,18 +96,12 @@ class _Imports:
         answer = self._begun.get(request["id"])
         if answer is None:
             self._begun = {request["id"]: (answer := Future()), **{key: one for key, one in self._begun.items() if not one.done()}}
-            threading.Thread(target=self._run, args=(request, answer), name="import", daemon=True).start()
+            threading.Thread(target=self._run, args=(request, answer), name=self._name, daemon=True).start()
         return self._begun.pop(request["id"]).result() if answer.done() else None
 
     def _run(self, request: Mapping[str, Any], answer: Future[Mapping[str, Any]]) -> None:
-        file, path = Path(request["content"]), request["path"]
         try:
-            content = file.read_bytes()
-            file.unlink()
-            changes = configuration.import_configuration(self._container.catalogue, content, may_delete=request.get("may_delete", False))
-            answer.set_result({"changes": [render(line) for line in changes]})
-        except InvalidInput as error:
-            answer.set_result({"exit": 2, "error": f"{path}: {error}; nothing was changed"})
+            answer.set_result(self._work(request))
         except BaseException as error:
             answer.set_exception(error)
 
@@ -105,4 +125,23 @@ def handlers(container: Container) -> Mapping[str, Handler]:
     def take_move_here(_request: Mapping[str, Any]) -> Mapping[str, Any]:
         return {"was_copy": container.tablet.move_here()}
 
-    return {"import": _Imports(container).take, "run_now": take_run_now, "remove_pin": take_remove_pin, "move_here": take_move_here}
+    def do_import(request: Mapping[str, Any]) -> Mapping[str, Any]:
+        file, path = Path(request["content"]), request["path"]
+        content = file.read_bytes()
+        file.unlink()
+        try:
+            changes = configuration.import_configuration(container.catalogue, content, may_delete=request.get("may_delete", False))
+        except InvalidInput as error:
+            return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
+        return {"changes": [render(line) for line in changes]}
+
+    def do_check_up(request: Mapping[str, Any]) -> Mapping[str, Any]:
+        asked = Path(request["content"]).with_suffix(".request")         # is withdrawn by a command that somebody has ended
+        trial = Trial(request["mission"]) if request["is_tried"] else None
+        try:
+            return check_up(container, request["robot"], trial, asked.exists)
+        except InvalidInput as error:
+            return {"exit": 2, "error": str(error)}
+
+    return {"import": _InBackground("import", do_import).take, "check_up": _InBackground("check-up", do_check_up).take,
+            "run_now": take_run_now, "remove_pin": take_remove_pin, "move_here": take_move_here}

@@ -17,6 +17,7 @@ from app.services.check_up.trial import FIRST, Item, Seen
 
 DESCRIPTION, CREATED = "description", 201
 LONGEST_PREFIX = 200         # characters of what a cancelled mission says
+PLACES = {"item": message("the item itself"), "list": message("lists"), "search": message("searches")}
 WORDS = {QueueState.PENDING: "Pending", QueueState.EXECUTING: "Executing", QueueState.DONE: "Done"}
 
 
@@ -72,8 +73,7 @@ def _recognised(look: Look, seen: Seen) -> None:
     field = DESCRIPTION if DESCRIPTION in fields else next(iter(fields), "")
     look.seen["token_field"] = field
     places = [place for place, names in found.items() if field and field in names]
-    where = message("its {place}", place=places[0]) if places else ""
-    where = reduce(lambda some, more: message("{some}, {more}", some=some, more=more), places[1:], where)
+    where = reduce(lambda some, more: message("{some}, {more}", some=some, more=more), [PLACES[place] for place in places] or [""])
     if field == DESCRIPTION:
         look.green(Topic.RECOGNISED, message("The app's mark comes back in the description: in {where}", where=where))
     elif field:

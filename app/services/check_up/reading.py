@@ -24,15 +24,14 @@ SMALL_OFFSET_S, LARGE_OFFSET_S = 10.0, 600.0         # of clocks; from the secon
 DEFINITIONS: Mapping[str, tuple[bool, bool]] = {"2.14.7": (False, False), "3.5.4": (True, False), "3.8.1": (True, True)}
 
 
-def length_s(questions: int = pace.MINUTE) -> float:
+def length_s() -> float:
     """How long it takes, about."""
-    return READS_S + questions + pace.LOAD_S
+    return READS_S + pace.MINUTE + pace.LOAD_S
 
 
-def read_robot(look: Look, questions: int = pace.MINUTE) -> Identity | None:
-    """All topics that are read. ``questions``: of the measurement, one a second. Returns who answers; None, with what is wrong as a
-    finding, where nobody does. Raises NotWanted."""
-    whole = length_s(questions)
+def read_robot(look: Look) -> Identity | None:
+    """All topics that are read. Returns who answers; None, with what is wrong as a finding, where nobody does. Raises NotWanted."""
+    whole = length_s()
     look.at(message("Asking who it is"), 0.0, whole)
     try:
         identity = look.probe.identity()
@@ -59,8 +58,8 @@ def read_robot(look: Look, questions: int = pace.MINUTE) -> Identity | None:
     look.entries = entries = QueueLists(look, identity.user_name).look()
     look_at_language(look, status, entries)
     look_at_others(look, entries, identity.user_name)
-    pace.measure(look, questions, READS_S, whole)
-    pace.load(look, READS_S + questions, whole)
+    pace.measure(look, pace.MINUTE, READS_S, whole)
+    pace.load(look, READS_S + pace.MINUTE, whole)
     return identity
 
 

@@ -61,13 +61,7 @@ class CheckUps:
 
     def moves(self, robot_id: int, trial: Trial) -> Message:
         """Exactly what happens on the robot in a trial, for a person to agree to."""
-        robot = self._robot(robot_id).name
-        if trial.mission is None:
-            return message("{robot} gets a mission that waits a second, four times; one of them is cancelled before it runs. The robot is "
-                           "paused twice for about 3 s and released. The mission is removed afterwards. Nothing drives.", robot=robot)
-        return message("{mission} is queued four times on {robot}; one of them is cancelled before it runs, so the robot does three times "
-                       "what the mission does, and it may drive. It is paused twice for about 3 s and released.", mission=trial.mission,
-                       robot=robot)
+        return moves(self._robot(robot_id).name, trial)
 
     def harmless_missions(self, robot_id: int) -> Sequence[str]:
         """Names of the robot's missions, of which a person may choose a harmless one for a trial. Asks the robot. Raises RobotError or
@@ -182,6 +176,16 @@ class CheckUps:
         if robot := self._robots.get(self._db.read(), robot_id):
             return robot
         raise InvalidInput("robot", "this robot has been removed")
+
+
+def moves(robot: str, trial: Trial) -> Message:
+    """What happens on the robot of this name."""
+    if trial.mission is None:
+        return message("{robot} gets a mission that waits a second, four times; one of them is cancelled before it runs. The robot is "
+                       "paused twice for about 3 s and released. The mission is removed afterwards. Nothing drives.", robot=robot)
+    return message("{mission} is queued four times on {robot}; one of them is cancelled before it runs, so the robot does three times "
+                   "what the mission does, and it may drive. It is paused twice for about 3 s and released.", mission=trial.mission,
+                   robot=robot)
 
 
 def _with_known(found: RobotProfile, look: Look, known: RobotProfile | None) -> RobotProfile:

@@ -155,6 +155,7 @@ class TrialRun:
 
     def _order(self, number: int, priority: int = 0) -> bool:
         """Whether it has been found in the queue."""
+        self._look.check_is_wanted()
         token = self._left.tokens[number]
         answer = self._probe.ask("POST", QUEUE, json={"mission_id": self._left.mission or self._left.queued, "description": token,
                                                       "priority": priority})
@@ -186,17 +187,25 @@ class TrialRun:
         self.seen.places = {place: row for place, found in rows.items() for row in found if row.get("id", item.id) == item.id}
 
     def _follow(self) -> None:
-        """Until all have ended, with a pause while the first one runs that is seen running."""
-        began, within = self._probe.clock(), ENDS_WITHIN if self._left.mission is not None else OWN_ENDS_WITHIN
-        while any(item.id is not None and not item.has_ended for item in self.seen.items) and self._probe.clock() - began < within:
+        """Until all have ended, with a pause as soon as the first one runs."""
+        began, first = self._probe.clock(), self.seen.items[FIRST]
+        to_pause = self.seen.waits_in_pause is not None
+        while any(item.id is not None and not item.has_ended for item in self.seen.items) and self._probe.clock() - began < self._within:
             self._at(message("Waiting until the missions have ended"))
-            self._read()
-            running = next((item for item in self.seen.items if item.has_begun and not item.has_ended), None)
-            if running is not None and self.seen.runs_on is None and self.seen.waits_in_pause is not None:
-                self._pause_while(running)
+            if not to_pause:
+                self._read()
+                continue
+            self._note_of(first)                 # it alone, so that not much of a second is gone when it is seen running
+            if first.has_begun:
+                to_pause = False
+                self._pause_while(first)
+
+    @property
+    def _within(self) -> float:
+        return ENDS_WITHIN if self._left.mission is not None else OWN_ENDS_WITHIN
 
     def _pause_while(self, running: Item) -> None:
-        if self._pause():
+        if not running.has_ended and self._pause():
             self._wait(PAUSE_S)
             self._note_of(running)
             stood = not running.has_ended
@@ -206,8 +215,8 @@ class TrialRun:
                 self.seen.runs_on = running.has_ended and not _is_aborted(running)
 
     def _until_ended(self, item: Item) -> None:
-        began, within = self._probe.clock(), ENDS_WITHIN if self._left.mission is not None else OWN_ENDS_WITHIN
-        while not item.has_ended and self._probe.clock() - began < within:
+        began = self._probe.clock()
+        while not item.has_ended and self._probe.clock() - began < self._within:
             self._at(message("Waiting until the missions have ended"))
             self._note_of(item)
 

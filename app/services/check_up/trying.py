@@ -65,7 +65,7 @@ class Trials:
             return False
         hold = self._holds.hold(HOLD, self._clock.now() + timedelta(seconds=_longest_s(agreed)), robot.id)
         made = None if queued else str(uuid.uuid4())
-        left = LeftBehind(identity.serial_number or robot.serial_number, made, queued, trial.tokens(), floor, hold=hold.id)
+        left = LeftBehind(identity.serial_number or robot.serial_number, made, trial.tokens(), floor, queued=queued, hold=hold.id)
         try:
             note = self._noting(robot)
             note(left)

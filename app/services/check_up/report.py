@@ -1,0 +1,151 @@
+"""A check-up's report for people, as text and as a page to print, and as a file: what the robot was found to be, without secrets.
+
+The file is a profile of ``python -m mir_sim --profile FILE``: a simulated robot that behaves as this one was found to.
+"""
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from datetime import datetime
+from html import escape
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from app.domain.check_up import Finding, Level, Report, RobotProfile, Topic
+from app.domain.message import Message, message, render
+from app.services.check_up.robot_words import USER_REQUEST
+
+Language = Callable[[str], str]            # a text in it, from English
+
+# For people. Of a robot's topics, in the report's order.
+TOPICS: Mapping[Topic, Message] = {
+    Topic.IDENTITY: message("Who it is"), Topic.SOFTWARE: message("Software"), Topic.RIGHTS: message("Rights"),
+    Topic.CERTIFICATE: message("Encryption"), Topic.CLOCK: message("Clock"), Topic.LANGUAGE: message("Language"),
+    Topic.MISSIONS: message("Missions"), Topic.MAPS: message("Maps"), Topic.QUEUE: message("Mission queue"),
+    Topic.SEARCH: message("Search"), Topic.PAGING: message("Lists"), Topic.SORTING: message("Order of lists"),
+    Topic.OTHERS: message("Other users"), Topic.LATENCY: message("Answer time"), Topic.LOAD: message("Load"),
+    Topic.ORDER: message("Taking a mission"), Topic.RECOGNISED: message("Recognising a mission"), Topic.WORDS: message("Words"),
+    Topic.CANCELLED: message("Cancelling"), Topic.FAILED: message("Failing"), Topic.PRIORITY: message("Priority"),
+    Topic.SECOND: message("Sent twice"), Topic.PAUSE: message("Pause"), Topic.LEFT: message("Afterwards")}
+LEVELS: Mapping[Level, Message] = {Level.GREEN: message("Fine"), Level.AMBER: message("To know"), Level.RED: message("To put right")}
+DEFINITIONS = {(2, 0): "2.14.7", (3, 0): "3.5.4", (3, 8): "3.8.1"}       # the simulator's, each from that software on
+OFFLINE_S = 40.0             # that a robot boots, where only that it does is known
+SMALL_OFFSET_S = 2.0         # of clocks: not more than the resolution of what robots tell
+
+STYLE = """
+@page { size: A4; margin: 12mm }
+body { margin: 0 auto; max-width: 190mm; padding: 8mm; font: 10pt/1.3 system-ui, "Segoe UI", Roboto, sans-serif; color: #101c25;
+  background: #fff }
+h1 { font-size: 18pt; line-height: 1.1; margin: 0 }
+h2 { font-size: 11pt; margin: 4mm 0 1mm; border-bottom: 1px solid #76838f; break-after: avoid }
+p { margin: 1mm 0 }
+.quiet { color: #44525f }
+table { width: 100%; border-collapse: collapse; font-size: 9pt }
+tr { break-inside: avoid }
+th, td { text-align: left; vertical-align: top; padding: .8mm 3mm .8mm 0; border-bottom: 1px solid #c3cad1 }
+th { font-weight: 600; width: 34mm }
+@media print { body { padding: 0; max-width: none; font-size: 9pt } }
+"""
+
+
+def heading(report: Report, zone: str, language: Language = str) -> list[str]:
+    """Lines: which robot, when, and how it was checked up."""
+    at = report.began_at.astimezone(ZoneInfo(zone))
+    profile = report.profile
+    lines = [message("Check-up of {robot}", robot=report.robot),
+             message("{model}, serial number {number}, software {software}, at {address}", model=report.model or "?",
+                     number=profile.serial_number or "?", software=profile.software or "?", address=report.address),
+             message("{time} ({zone}); it took {seconds} s", time=_stamp(at), zone=zone, seconds=round(report.took_s)),
+             message("Tried with the mission {mission}", mission=report.mission) if report.mission else
+             message("Only read: no mission was queued")]
+    if not report.is_complete:
+        lines.append(message("It is not complete"))
+    return [render(line, language) for line in lines]
+
+
+def text(report: Report, zone: str, language: Language = str) -> str:
+    """Plain text: what has to be put right first, each finding with what it means."""
+    lines = heading(report, zone, language)
+    for level, findings in _by_level(report).items():
+        lines += ["", render(LEVELS[level], language)]
+        for finding in findings:
+            means = render(finding.means, language)
+            lines.append(f"- {render(TOPICS[finding.topic], language)}: {_sentence(finding, language)}")
+            lines += [f"  {means}"] if means else []
+    return "\n".join(lines) + "\n"
+
+
+def page(report: Report, zone: str, language: Language = str, code: str = "en") -> str:
+    """One HTML page without scripts or other files, for printing on A4."""
+    title, *more = heading(report, zone, language)
+    parts = [f"<h1>{escape(title)}</h1>", *(f'<p class="quiet">{escape(line)}</p>' for line in more)]
+    for level, findings in _by_level(report).items():
+        rows = (f"<tr><th>{escape(render(TOPICS[finding.topic], language))}</th><td>{escape(_sentence(finding, language))}"
+                f"{_paragraph(render(finding.means, language))}</td></tr>" for finding in findings)
+        parts.append(f"<h2>{escape(render(LEVELS[level], language))}</h2><table>{''.join(rows)}</table>")
+    return (f'<!DOCTYPE html><html lang="{escape(code)}"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+            f"<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n")
+
+
+def document(report: Report, zone: str) -> str:
+    """The file: keys of a simulated robot's profile, and under ``report`` everything that was found."""
+    known = {**asdict(report.profile), "ignores": None if report.profile.ignores is None else sorted(report.profile.ignores)}
+    findings = [{"topic": each.topic, "level": each.level, "says": render(each.says), "means": render(each.means)}
+                for each in report.findings]
+    told = {"robot": report.robot, "address": report.address, "began_at": report.began_at.isoformat(timespec="seconds"),
+            "took_s": round(report.took_s, 1), "mission": report.mission, "is_complete": report.is_complete, "level": report.level,
+            "findings": findings, "profile": known, "text": text(report, zone)}
+    return json.dumps({**_simulated(report), "report": told}, ensure_ascii=False, indent=1) + "\n"
+
+
+def _simulated(report: Report) -> dict[str, Any]:
+    """What is known, in the simulator's words; what is not known is as on its faithful robot."""
+    found = report.profile
+    values: dict[str, Any] = {
+        "about": f"{report.robot}, as it was found on {report.began_at:%Y-%m-%d}.",
+        "software": _definition(found.software), "model": report.model or None, "timezone": found.timezone,
+        "clock_offset": found.clock_offset if found.clock_offset is not None and abs(found.clock_offset) > SMALL_OFFSET_S else None,
+        "search": found.has_search, "ignores": sorted(found.ignores) if found.ignores else None, "page_limit": found.page_limit or None,
+        "fields": {"order": ["state"]} if found.gives_id is False else None,
+        "order_status": found.order_status, **_description(found),
+        "item_states": {state: word for word, state in found.item_states.items()} or None,
+        "texts": {USER_REQUEST: found.cancelled_message} if found.cancelled_message not in (None, "", USER_REQUEST) else None,
+        "latency": [round(found.latency[0], 3), round(found.latency[3], 3)] if found.latency else None,
+        "reboots": {"requests": found.rest.requests, "within_seconds": found.rest.seconds, "offline_seconds": OFFLINE_S}
+        if found.rest else None}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _description(found: RobotProfile) -> dict[str, str]:
+    if found.token_field == "":
+        return {"description_text": ""}
+    return {} if found.token_field in (None, "description") else {"description_field": str(found.token_field)}
+
+
+def _definition(software: str | None) -> str | None:
+    """The simulator's software that is nearest to it."""
+    parts = (software or "").split(".")
+    if len(parts) < 2 or not all(part.isdecimal() and len(part) < 5 for part in parts[:2]):
+        return None
+    version = int(parts[0]), int(parts[1])
+    return next((name for since, name in reversed(DEFINITIONS.items()) if version >= since), None)
+
+
+def _by_level(report: Report) -> dict[Level, list[Finding]]:
+    """Those that there are, the worst first."""
+    levels = {level: [finding for finding in report.findings if finding.level is level] for level in (Level.RED, Level.AMBER, Level.GREEN)}
+    return {level: findings for level, findings in levels.items() if findings}
+
+
+def _sentence(finding: Finding, language: Language) -> str:
+    says = render(finding.says, language)
+    return says if says.endswith((".", "…")) else f"{says}."
+
+
+def _paragraph(means: str) -> str:
+    return f"<p>{escape(means)}</p>" if means else ""
+
+
+def _stamp(at: datetime) -> str:
+    return f"{at:%Y-%m-%d %H:%M}"

@@ -1,0 +1,180 @@
+"""``main.py --check-up`` as a real process, against a robot on a socket; its measurement is shortened from a minute to two questions."""
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+
+import mir_sim
+from app.container import Container
+from app.domain.check_up import Report
+from app.process.data_directory import DataDirectory
+from mir_sim.profile import read
+from tests.support.process import ROOT, configuration_of, environment, is_one_line, once_now, prepared, wait_for
+
+QUICK = """
+import sys
+from app.mir.probe import Probe
+from app.services.check_up import pace
+pace.MINUTE, pace.LOAD_S = 2, 1.0
+Probe.__init__.__defaults__ = (*Probe.__init__.__defaults__[:-1], 0.05)
+import main
+sys.argv[0] = "main.py"
+sys.exit(main.main(sys.argv[1:]))
+"""
+WITHIN = 60.0
+
+
+def start(data: Path, *arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen([sys.executable, "-c", QUICK, "--data-dir", str(data), *arguments], stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, encoding="utf-8", env=environment(), cwd=ROOT)
+
+
+def run(data: Path, *arguments: str) -> tuple[int, str, str]:
+    process = start(data, *arguments)
+    try:
+        out, err = process.communicate(timeout=WITHIN)
+    finally:
+        process.kill()
+    return process.returncode, out, err
+
+
+@contextmanager
+def headless(data: Path) -> Iterator[None]:
+    process = start(data, "--headless")
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        yield
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=WITHIN)
+        assert process.returncode == 0
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def fleet() -> Iterator[mir_sim.Fleet]:
+    with mir_sim.serve(robots=1, profile=mir_sim.deviant("moves-descriptions")) as fleet:
+        yield fleet
+
+
+@pytest.fixture
+def data(tmp_path, fleet) -> Path:
+    prepared(tmp_path / "data", configuration_of(fleet))
+    return tmp_path / "data"
+
+
+@pytest.fixture
+def robot(fleet) -> mir_sim.FleetRobot:
+    return fleet.robots[0]
+
+
+def queue(robot) -> list[str]:
+    return [item["state"] for item in robot.state()["queue"]]
+
+
+def missions(robot) -> int:
+    return len(list(robot.model.site.table("/missions")))
+
+
+def kept(data: Path) -> Report | None:
+    with closing(Container.open(DataDirectory.prepare(data).path)) as container:
+        return container.check_ups.report(container.catalogue.robots()[0].id)
+
+
+def test_it_prints_the_report_keeps_it_and_writes_what_was_found(data, robot, tmp_path):
+    file = tmp_path / "found.json"
+    code, out, err = run(data, "--check-up", robot.name, "--report", str(file))
+    assert (code, err) == (0, "")
+    assert out.startswith(f"Check-up of {robot.name}\nMiR250, serial number ")
+    assert "Only read: no mission was queued" in out
+    assert queue(robot) == []
+    found = json.loads(file.read_text(encoding="utf-8"))
+    assert found["report"]["text"] == out
+    assert read(file).search is True
+    assert file.stat().st_mode & 0o777 == 0o600
+    report = kept(data)
+    assert report is not None
+    assert [finding.topic for finding in report.findings] == [finding["topic"] for finding in found["report"]["findings"]]
+
+
+def test_a_trial_is_asked_for_and_then_done(data, robot, tmp_path):
+    before = missions(robot)
+    code, out, err = run(data, "--check-up", robot.name, "--with-mission")
+    assert (code, out) == (2, "")
+    assert is_one_line(err)
+    assert f"{robot.name} gets a mission that waits a second" in err
+    assert "--yes" in err
+    assert queue(robot) == []
+    file = tmp_path / "found.json"
+    code, out, err = run(data, "--check-up", robot.name, "--with-mission", "--yes", "--report", str(file))
+    assert (code, err) == (0, "")
+    assert "The app's mark comes back in the field order_description" in out
+    assert queue(robot) == ["Done", "Done", "Aborted", "Done"]
+    assert missions(robot) == before
+    assert robot.state()["state_id"] == 3
+    assert read(file).description_field == "order_description"
+
+
+def test_beside_a_running_app_that_does_it_and_goes_on(data, robot):
+    with headless(data):
+        code, out, err = run(data, "--check-up", robot.name, "--with-mission", "Home", "--yes")
+        assert (code, err) == (0, "")
+        assert "Tried with the mission Home" in out
+        assert queue(robot) == ["Done", "Done", "Aborted", "Done"]
+    report = kept(data)
+    assert report is not None
+    assert report.mission == "Home"
+
+
+def test_a_start_of_the_plan_goes_first(tmp_path, fleet, robot):
+    data = tmp_path / "data"
+    prepared(data, configuration_of(fleet, schedules=[once_now(robot.name, "Deliver", "Morning")]))
+    code, out, err = run(data, "--check-up", robot.name, "--with-mission", "--yes")
+    assert (code, out) == (2, "")
+    assert is_one_line(err)
+    assert "Morning is planned at" in err
+    assert queue(robot) == []
+
+
+def test_what_can_not_be_is_said_in_one_line(data, fleet, robot):
+    for arguments, words in ((("--check-up", "Nobody"), f"there is no robot 'Nobody'; known: {robot.name}"),
+                             (("--check-up", robot.name, "--with-mission", "Dance", "--yes"), "the robot has no mission Dance"),
+                             (("--check-up", ""), "--check-up needs the name of a robot"),
+                             (("--with-mission",), "--with-mission and --report belong to --check-up ROBOT"),
+                             (("--check-up", robot.name, "--yes"), "--yes belongs to"),
+                             (("--check-up", robot.name, "--headless"), "can't be combined")):
+        code, out, err = run(data, *arguments)
+        assert (code, out) == (2, ""), arguments
+        assert is_one_line(err)
+        assert words in err
+    fleet.stop()
+    code, out, err = run(data, "--check-up", robot.name)
+    assert code == 1
+    assert is_one_line(err)
+    assert f"the check-up of {robot.name} is not complete: It could not be asked" in err
+    assert "To put right" in out
+    assert kept(data) is None
+
+
+def test_killed_in_the_middle_the_app_puts_everything_back_when_it_starts(data, robot):
+    before = missions(robot)
+    process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
+    try:
+        wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
+    finally:
+        process.kill()
+        process.communicate(timeout=WITHIN)
+    assert missions(robot) == before + 1
+    assert robot.state()["state_id"] == 4
+    with headless(data):
+        wait_for(lambda: missions(robot) == before and robot.state()["state_id"] == 3, within=WITHIN)
+        assert set(queue(robot)) == {"Aborted"}

@@ -1,0 +1,178 @@
+"""A trial beside a running app: refused where the plan or a person has the robot, and of no effect on the plan and the idle rule."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from app.domain.check_up import Level, Topic, Trial
+from app.domain.message import render
+from app.domain.models import Group, InvalidInput, State, Trigger
+from app.services.check_up.service import CheckUps
+from tests.support.site import Site
+
+
+class RunningClock:
+    """Of the site; while somebody waits, everybody else goes on."""
+
+    def __init__(self, site: Site) -> None:
+        self._site = site
+        self.now, self.monotonic = site.clock.now, site.clock.monotonic
+
+    def sleep(self, seconds: float) -> None:
+        self._site.run(seconds)
+
+
+@pytest.fixture
+def check_ups(site) -> CheckUps:
+    site.run(10)                         # robot and clock have been looked at
+    c = site.container
+    return CheckUps(c.db, clock=RunningClock(site), ledger=c.ledger, holds=c.holds, changes=c.changes, settings=c.settings,
+                    make_client=c.make_client)
+
+
+@pytest.fixture
+def robot(site):
+    return site.container.catalogue.robots()[0]
+
+
+def refused(check_ups, robot, trial=None) -> str:
+    with pytest.raises(InvalidInput) as refusal:
+        check_ups.run(robot.id, trial or Trial())
+    return str(refusal.value)
+
+
+# ---------------------------------------------------------------------- refused
+def test_a_start_that_is_due_soon_goes_first(site, plan, check_ups, robot):
+    plan("2026-11-23T06:05")
+    assert refused(check_ups, robot) == "S1 is planned at 06:05: check up after it"
+    assert not site.network.submissions
+
+
+def test_one_that_is_skipped_or_later_is_not_in_the_way(site, plan, check_ups, robot):
+    plan("2026-11-23T06:07")
+    plan("2026-11-23T06:05", enabled=False)
+    paused = plan("2026-11-23T06:05", recurrence="FREQ=DAILY")
+    site.container.pausing.pause(paused.id, datetime(2026, 11, 24, tzinfo=UTC))
+    assert check_ups.run(robot.id, Trial()).is_complete
+
+
+def test_a_start_of_its_group_goes_first_too(site, plan, check_ups, robot):
+    group = site.container.catalogue.save_group(Group("Tuggers", (robot.id,)))
+    schedule = plan("2026-11-23T06:05")
+    site.container.catalogue.save_schedule(replace(schedule, robot_id=None, group_id=group.id))
+    assert refused(check_ups, robot) == "S1 is planned at 06:05: check up after it"
+
+
+def test_a_start_that_is_open_goes_first(site, check_ups, robot):
+    mission = site.container.catalogue.missions()[0]
+    site.container.operator.run_now(robot.id, mission.id)
+    assert refused(check_ups, robot) == "Deliver waits for R1 or runs there: check up after it"
+
+
+def test_a_robot_that_is_held_switched_off_or_busy_is_left_alone(site, check_ups, robot):
+    site.container.holds.hold("Cleaning", robot_id=robot.id)
+    assert refused(check_ups, robot) == "R1 is held back: check up when it is released"
+    site.container.holds.release(robot.id)
+    site.machines["R1"].pause()
+    assert refused(check_ups, robot) == "R1 does not stand ready with an empty queue: check up when it does"
+    site.machines["R1"].resume()
+    assert refused(check_ups, robot, Trial("Dance")) == "the robot has no mission Dance"
+    assert refused(check_ups, robot, Trial("Go to position")) == \
+        "Go to position asks for values when it is started: choose another mission"
+    site.container.catalogue.save_robot(replace(site.container.catalogue.robot(robot.id), enabled=False))
+    assert refused(check_ups, robot) == "R1 is switched off in Settings"
+    assert not site.network.submissions
+
+
+def test_it_can_be_read_all_the_same(site, plan, check_ups, robot):
+    plan("2026-11-23T06:05")
+    site.container.holds.hold("Cleaning", robot_id=robot.id)
+    assert check_ups.run(robot.id).is_complete
+    assert not site.network.submissions
+
+
+def test_one_check_up_at_a_time(check_ups, robot):
+    met = []
+
+    def told(progress):
+        if not met:
+            met.append(refused(check_ups, robot))
+
+    assert check_ups.run(robot.id, told=told).is_complete
+    assert met == ["R1 is being checked up already"]
+
+
+def test_what_begins_while_the_robot_is_read_goes_first(site, check_ups, robot):
+    mission = site.container.catalogue.missions()[0]
+    site.at(60.0, lambda: site.container.operator.run_now(robot.id, mission.id))
+    report = check_ups.run(robot.id, Trial())
+    [finding] = [finding for finding in report.findings if finding.topic.is_tried]
+    assert (finding.topic, finding.level) == (Topic.ORDER, Level.AMBER)
+    assert render(finding.says) == "Not tried: Deliver waits for R1 or runs there: check up after it"
+    assert not report.is_complete
+    assert check_ups.report(robot.id) is None
+
+
+# ---------------------------------------------------------------------- beside
+def test_a_start_made_meanwhile_waits_and_completes(site, check_ups, robot):
+    mission = site.container.catalogue.missions()[0]
+
+    def told(progress):
+        if site.container.holds.active(robot.id) and not site.executions():
+            site.container.operator.run_now(robot.id, mission.id)
+            site.kick()
+
+    assert check_ups.run(robot.id, Trial(), told).is_complete
+    [row] = site.executions()
+    assert row.state is State.WAITING
+    site.run_until(lambda: site.executions(State.COMPLETED), within=600)
+    assert [item.mission_id for item in site.machines["R1"].queue].count(mission.guid) == 1
+    assert not site.container.alarms.open()
+
+
+def test_the_plan_is_kept_afterwards(site, plan, check_ups, robot):
+    plan("2026-11-23T06:30")
+    assert check_ups.run(robot.id, Trial("Deliver")).is_complete
+    site.run(3600)
+    [row] = site.executions()
+    assert (row.state, row.planned_at) == (State.COMPLETED, datetime(2026, 11, 23, 6, 30, tzinfo=UTC))
+    assert row.submitted_at - row.planned_at < timedelta(seconds=2)
+    assert not site.container.alarms.open()
+
+
+@pytest.mark.parametrize("had_its_mission", [True, False])
+def test_a_trial_is_no_use_of_the_robot_by_anybody(site, check_ups, robot, had_its_mission):
+    home = site.add_mission("Home")
+    site.container.catalogue.save_idle_rule(robot.id, home.id, after_minutes=10)
+    if had_its_mission:
+        site.run_until(lambda: site.executions(State.COMPLETED), within=3600)
+        site.run(60)
+    assert check_ups.run(robot.id, Trial()).is_complete
+    site.run(7200)
+    assert [(row.trigger, row.state) for row in site.executions()] == [(Trigger.IDLE, State.COMPLETED)]
+
+
+def test_a_start_that_may_still_arrive_is_not_taken_for_the_trials(site, check_ups, robot):
+    """On a robot that forgets descriptions, with the same mission."""
+    site.network.forgets_descriptions = True
+    report = check_ups.run(robot.id, Trial("Deliver"))
+    assert report.is_complete
+    mission = site.container.catalogue.missions()[0]
+    site.container.operator.run_now(robot.id, mission.id)
+    site.kick()
+    site.run_until(lambda: site.executions(State.COMPLETED), within=600)
+    assert len(list(site.machines["R1"].queue)) == 5
+
+
+def test_a_person_ends_it_and_the_robot_is_as_it_was(site, check_ups, robot):
+    report = check_ups.run(robot.id, Trial("Deliver"), is_wanted=lambda: len(site.network.submissions) < 3)
+    machine = site.machines["R1"]
+    assert len(site.network.submissions) == 3
+    assert [str(item.state) for item in machine.queue] == ["Aborted"] * 3
+    assert not machine.paused
+    assert not report.is_complete
+    assert not site.container.holds.current()
+    assert not check_ups.left_behind()
+    assert check_ups.report(robot.id) is None

@@ -1,0 +1,95 @@
+"""A trial that is cut off at any moment leaves nothing on the robot once the app runs again."""
+from __future__ import annotations
+
+import pytest
+
+from app.domain.check_up import Level, Trial
+from app.mir.errors import ConnectionLost, Unreachable
+from mir_sim import deviant
+from tests.support.checked_robot import CheckedRobot
+
+
+class Killed(BaseException):
+    """The process ends here: nothing catches it, and nothing that follows has an effect."""
+
+
+def kill_at(robot: CheckedRobot, number: int, *, is_handled: bool) -> None:
+    """At that request from now on, before or after the robot has handled it, and at every later one."""
+    count = 0
+
+    def die_before(method, path):
+        nonlocal count
+        count += 1
+        if count > number or (count == number and not is_handled):
+            raise Killed
+
+    def die_after(method, path, answer):
+        if count == number:
+            raise Killed
+        return answer
+
+    def release(robot_id=None):
+        raise Killed
+
+    robot.asked.before, robot.asked.meddle = die_before, die_after
+    robot.container.holds.release = release
+
+
+def start_again(robot: CheckedRobot) -> None:
+    robot.asked.before, robot.asked.meddle = lambda method, path: None, lambda method, path, answer: answer
+    robot.container.db.close()
+    robot.open()
+
+
+def requests_of(directory, profile, trial) -> tuple[int, int]:
+    """How many there are until the first that changes something, and in all."""
+    robot = CheckedRobot(directory, profile)
+    robot.check_ups.run(robot.id, trial)
+    first = next(number for number, request in enumerate(robot.asked.requests) if request in robot.asked.writes)
+    return first, len(robot.asked.requests)
+
+
+@pytest.mark.parametrize(("name", "mission", "is_handled"), [
+    (None, None, True), (None, None, False), (None, "Home", True), ("forgets-descriptions", "Home", True), ("german-states", None, True)])
+def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, is_handled):
+    profile = deviant(name) if name else None
+    (tmp_path / "whole").mkdir()
+    first, of = requests_of(tmp_path / "whole", profile, Trial(mission))
+    for number in range(first, of + 1):
+        (directory := tmp_path / str(number)).mkdir()
+        robot = CheckedRobot(directory, profile)
+        before = robot.as_it_is()
+        kill_at(robot, number, is_handled=is_handled)
+        with pytest.raises(Killed):
+            robot.check_ups.run(robot.id, Trial(mission))
+        start_again(robot)
+        robot.check_ups.tidy_all(list(robot.check_ups.left_behind()))
+        assert robot.as_it_is() == before, number
+        assert not robot.check_ups.left_behind()
+        assert not robot.container.holds.current()
+        robot.container.db.close()
+
+
+@pytest.mark.parametrize("error", [ConnectionLost(address="10.0.0.1"), Unreachable(code="refused", address="10.0.0.1")])
+def test_a_robot_that_goes_away_for_a_request_is_as_it_was_at_the_end(tmp_path, error):
+    (tmp_path / "whole").mkdir()
+    first, of = requests_of(tmp_path / "whole", None, Trial())
+    for number in range(first, of + 1):
+        (directory := tmp_path / str(number)).mkdir()
+        robot = CheckedRobot(directory)
+        before, count = robot.as_it_is(), 0
+
+        def fail_once(method, path, answer, number=number):
+            nonlocal count
+            count += 1
+            if count == number:
+                raise error
+            return answer
+
+        robot.asked.meddle = fail_once
+        report = robot.check_ups.run(robot.id, Trial())
+        assert report.is_complete or any(finding.topic.is_tried and finding.level is not Level.GREEN for finding in report.findings), number
+        robot.asked.meddle = lambda method, path, answer: answer
+        robot.check_ups.tidy_all(list(robot.check_ups.left_behind()))
+        assert robot.as_it_is() == before, number
+        robot.container.db.close()
