@@ -30,7 +30,6 @@ T = TypeVar("T")
 MAX_ROWS = 5000              # kept in the list; older runs are found with the filters
 SEARCH_DELAY_S = 0.3         # after the last key
 REFRESH_S = 60.0             # the figures depend on the time of day too
-REPORT = "amr-scheduler-report"          # how the name of its file begins
 PATH_SHOWN_S = 12.0          # long enough to read where a file was written
 
 
@@ -306,7 +305,7 @@ class LogsViewModel(ViewModel):
             return services.shift_reports.make(ReportPeriod(key), group=group.name, members=group.members)
 
         def write(key: str) -> None:
-            self._write("reporting", lambda: services.log_files.write_page(report_page.page(make(key)), REPORT),
+            self._write("reporting", lambda: services.log_files.write_page(report_page.page(make(key))),
                         lambda path: _("Report written to {path}").format(path=path))
 
         self._shell.dialogs.choose(_("Shift report, {robot}").format(robot=robot), view.report_options(), write)

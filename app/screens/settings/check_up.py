@@ -20,6 +20,7 @@ from app.screens.settings import check_up_page
 from app.screens.settings import check_up_view as view
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, done, went_wrong
+from app.services.check_up.report import document
 from app.widgets import slots  # noqa: F401  (registers kivy classes)
 from app.widgets.dialogs import FormDialog
 from app.widgets.lists import Row
@@ -50,8 +51,8 @@ class CheckUp(EventDispatcher):
     # the report
     verdict = ObjectProperty(NoticeView())
     found = ListProperty()
-    good = ListProperty()
-    in_order = StringProperty()
+    fine_findings = ListProperty()
+    fine = StringProperty()
     shows_all = BooleanProperty(False)
     saving_page = BooleanProperty(False)
     saving_file = BooleanProperty(False)
@@ -196,8 +197,8 @@ class CheckUp(EventDispatcher):
         self._report, self.part, self.outcome, self.shows_all = report, "CheckUpReport", NoticeView(), False
         self.verdict = view.verdict(self._robot, report, self._zone)
         self.found = view.finding_views(report.findings, Level.RED, Level.AMBER)
-        self.good = view.finding_views(report.findings, Level.GREEN)
-        self.in_order = view.in_order(report.findings)
+        self.fine_findings = view.finding_views(report.findings, Level.GREEN)
+        self.fine = view.fine(report.findings)
 
     @property
     def _zone(self) -> str:
@@ -208,14 +209,14 @@ class CheckUp(EventDispatcher):
         self.shows_all = not self.shows_all
 
     def save_page(self) -> None:
-        report, zone, files = self._report, self._zone, self._context.services.files
+        report, zone, files = self._report, self._zone, self._context.services.check_up_files
         if report is not None:
-            self._save("saving_page", lambda: files.write_page(check_up_page.page(report, zone), view.file_stem(report)))
+            self._save("saving_page", lambda: files.write_page(check_up_page.page(report, zone), report.robot))
 
     def save_file(self) -> None:
-        report, files = self._report, self._context.services.files
+        report, zone, files = self._report, self._zone, self._context.services.check_up_files
         if report is not None:
-            self._save("saving_file", lambda: files.write_check_up(report, view.file_stem(report)))
+            self._save("saving_file", lambda: files.write_profile(document(report, zone), report.robot))
 
     def _save(self, busy: str, work: Callable[[], Path]) -> None:
         """Write a file and say where it is; the property ``busy`` is True meanwhile."""

@@ -9,8 +9,9 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.printed import document, table, unbroken
 from app.screens.common.problems import words_of
-from app.screens.settings.check_up_view import appearance, counts, queued_sentence, topic_names
+from app.screens.settings.check_up_view import appearance, counts, queued_sentence
 from app.screens.settings.view import plain_address
+from app.services.check_up.report import TOPICS
 
 
 def page(report: Report, zone: str) -> str:
@@ -40,9 +41,9 @@ def _head(report: Report, title: str, zone: str) -> str:
 def _table(level: Level, findings: list[Finding]) -> str:
     if not findings:
         return ""
-    names, order = topic_names(), list(Topic)
+    order = list(Topic)
     return table(appearance(level).word, (_("What"), _("The robot"), _("For scheduling")), [
-        (escape(names[finding.topic]), escape(unbroken(words_of(finding.says))), escape(unbroken(words_of(finding.means))))
+        (escape(words_of(TOPICS[finding.topic])), escape(unbroken(words_of(finding.says))), escape(unbroken(words_of(finding.means))))
         for finding in sorted(findings, key=lambda finding: order.index(finding.topic))], some=(0,))
 
 

@@ -1,7 +1,6 @@
 """Texts and values that Settings shows of the check-up of a robot: how it stands, what was found, what will move. Pure functions."""
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -14,6 +13,7 @@ from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.settings.view import NoticeView, went_wrong
+from app.services.check_up.report import LEVELS, TOPICS
 
 OFFERED = ""                 # in place of a mission's name: the one that waits a second
 QUEUED = 4                   # missions of a trial
@@ -38,21 +38,8 @@ class FindingView:
 
 
 def appearance(level: Level) -> Appearance:
-    return {Level.RED: Appearance("alert-octagon", _("Put right first"), "fault"),
-            Level.AMBER: Appearance("alert", _("To know"), "attention"),
-            Level.GREEN: Appearance("check-circle", _("In order"), "done")}[level]
-
-
-def topic_names() -> dict[Topic, str]:
-    return {
-        Topic.IDENTITY: _("Who it is"), Topic.SOFTWARE: _("Software"), Topic.RIGHTS: _("Rights of the user"),
-        Topic.CERTIFICATE: _("Encryption"), Topic.CLOCK: _("Clock"), Topic.LANGUAGE: _("Language"), Topic.MISSIONS: _("Missions"),
-        Topic.MAPS: _("Maps"), Topic.QUEUE: _("Mission queue"), Topic.SEARCH: _("Search in the queue"), Topic.PAGING: _("Long lists"),
-        Topic.SORTING: _("Order of lists"), Topic.OTHERS: _("Missions of others"), Topic.LATENCY: _("How soon it answers"),
-        Topic.LOAD: _("Many questions"), Topic.ORDER: _("Starting a mission"), Topic.RECOGNISED: _("Finding a start again"),
-        Topic.WORDS: _("Words for states"), Topic.CANCELLED: _("A cancelled mission"), Topic.FAILED: _("A failed mission"),
-        Topic.PRIORITY: _("Priority"), Topic.SECOND: _("The same order twice"), Topic.PAUSE: _("Pause and resume"),
-        Topic.LEFT: _("As it was before")}
+    icon, tone = {Level.RED: ("alert-octagon", "fault"), Level.AMBER: ("alert", "attention"), Level.GREEN: ("check-circle", "done")}[level]
+    return Appearance(icon, words_of(LEVELS[level]), tone)
 
 
 # ---------------------------------------------------------------------- how a robot stands
@@ -88,7 +75,7 @@ def counts(findings: Sequence[Finding]) -> str:
     red, amber = (sum(finding.level is level for finding in findings) for level in (Level.RED, Level.AMBER))
     words = [ngettext("{n} to put right", "{n} to put right", red).format(n=red)] if red else []
     words += [ngettext("{n} to know", "{n} to know", amber).format(n=amber)] if amber else []
-    return ", ".join(words) or _("all in order")
+    return ", ".join(words) or _("all fine")
 
 
 # ---------------------------------------------------------------------- the report
@@ -114,21 +101,22 @@ def queued_sentence(report: Report) -> str:
 
 def finding_views(findings: Sequence[Finding], *levels: Level) -> list[FindingView]:
     """Of these levels, the worst first, then in the order of topics."""
-    names, order = topic_names(), list(Topic)
-    views = []
-    for level in (Level.RED, Level.AMBER, Level.GREEN):
-        seen = appearance(level)
-        views += [FindingView(f"{finding.topic} {n}", seen.icon, _("{level} · {topic}").format(level=seen.word, topic=names[finding.topic]),
-                              seen.tone, words_of(finding.says), words_of(finding.means))
-                  for n, finding in enumerate(sorted(findings, key=lambda finding: order.index(finding.topic)))
-                  if finding.level is level and level in levels]
-    return views
+    order, shown = list(Topic), [level for level in (Level.RED, Level.AMBER, Level.GREEN) if level in levels]
+    wanted = [finding for finding in findings if finding.level in shown]
+    wanted.sort(key=lambda finding: (shown.index(finding.level), order.index(finding.topic)))
+    return [_finding(n, finding) for n, finding in enumerate(wanted)]
 
 
-def in_order(findings: Sequence[Finding]) -> str:
+def _finding(n: int, finding: Finding) -> FindingView:
+    seen = appearance(finding.level)
+    word = _("{level} · {topic}").format(level=seen.word, topic=words_of(TOPICS[finding.topic]))
+    return FindingView(f"{finding.topic} {n}", seen.icon, word, seen.tone, words_of(finding.says), words_of(finding.means))
+
+
+def fine(findings: Sequence[Finding]) -> str:
     """How many more are there than are shown; empty: none."""
     n = sum(finding.level is Level.GREEN for finding in findings)
-    return ngettext("{n} in order", "{n} in order", n).format(n=n) if n else ""
+    return ngettext("{n} fine", "{n} fine", n).format(n=n) if n else ""
 
 
 # ---------------------------------------------------------------------- before
@@ -189,9 +177,3 @@ def ended_sentence(report: Report) -> NoticeView:
     found = counts(report.findings)
     text = _("{robot} is checked up: {found}") if report.is_complete else _("The check-up of {robot} has ended early: {found}")
     return NoticeView(text.format(robot=report.robot, found=found), icon=appearance(report.level).icon)
-
-
-def file_stem(report: Report) -> str:
-    """Of the files of a report: letters, digits and dashes of the robot's name."""
-    name = "-".join(re.findall(r"\w+", report.robot)).lower()
-    return f"check-up-{name or 'robot'}"

@@ -11,6 +11,7 @@ from app.domain.models import DayException, Group, Mission, Place, Robot, RobotS
 from app.services.catalogue.catalogue import Catalogue
 from app.services.check_up.service import CheckUps
 from app.services.files.calendar_import import CalendarFiles
+from app.services.files.check_up_files import CheckUpFiles
 from app.services.files.exports import Backup, DataFiles
 from app.services.live.access import Access
 from app.services.live.snapshots import Snapshots
@@ -33,6 +34,7 @@ class SettingsServices:
     operator: Operator
     robot_missions: RobotMissions
     check_ups: CheckUps
+    check_up_files: CheckUpFiles
     files: DataFiles
     calendar_files: CalendarFiles
 

@@ -17,7 +17,6 @@ import platformdirs
 from app.database.backups import BACKUPS, NOT_RESTORED, back_up, backups_of, problem_of
 from app.database.connection import Database
 from app.database.errors import DatabaseError
-from app.domain.check_up import Report
 from app.domain.clock import Clock
 from app.domain.message import Message, message_of_system
 from app.domain.models import InvalidInput
@@ -25,7 +24,6 @@ from app.services.catalogue import configuration
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.catalogue.stored import problem_in
-from app.services.files.check_up_file import simulator_profile
 from app.services.files.history_export import write_history
 from app.services.files.places import Place, PlaceKind, mounted
 from app.services.files.reading import read_file
@@ -82,18 +80,6 @@ class DataFiles:
         """Write every execution as CSV. Returns the file."""
         with self._new_file(path, ".csv") as (target, file):
             write_history(self._db.read(), file)
-        return target
-
-    def write_page(self, html: str, stem: str) -> Path:
-        """A report to print, as an HTML file; returns it. Raises InvalidInput when it can't be written."""
-        with self._new_file(str(self.suggested(stem, ".html")), ".html") as (target, file):
-            file.write(html.encode("utf-8", "replace").decode())
-        return target
-
-    def write_check_up(self, report: Report, stem: str) -> Path:
-        """What was found of a robot, for the simulator and for support; returns the file. Raises InvalidInput when it can't be written."""
-        with self._new_file(str(self.suggested(stem, ".json")), ".json") as (target, file):
-            file.write(simulator_profile(report).encode("utf-8", "replace").decode())
         return target
 
     # ------------------------------------------------------------------ in

@@ -1,4 +1,4 @@
-"""The runs that the Logs show, as CSV where people look for their files."""
+"""What the Logs show, as files where people look for theirs: the runs as CSV, a report as a page to print."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -7,7 +7,7 @@ from app.database.executions import ExecutionFilter
 from app.services.files.exports import DataFiles
 from app.services.files.history_export import write_history
 
-STEM = "amr-scheduler-log"
+STEM, REPORT_STEM = "amr-scheduler-log", "amr-scheduler-report"
 
 
 class LogExport(DataFiles):
@@ -17,3 +17,9 @@ class LogExport(DataFiles):
         """Returns the new file and how many executions it has. Raises InvalidInput when it can't be written."""
         with self._new_file(str(self.suggested(STEM, ".csv")), ".csv") as (target, file):
             return target, write_history(self._db.read(), file, wanted)
+
+    def write_page(self, html: str) -> Path:
+        """A report as an HTML file; returns it. Raises InvalidInput when it can't be written."""
+        with self._new_file(str(self.suggested(REPORT_STEM, ".html")), ".html") as (target, file):
+            file.write(html.encode("utf-8", "replace").decode())
+        return target

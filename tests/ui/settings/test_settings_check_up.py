@@ -105,9 +105,9 @@ def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, 
     assert found == {"To know · Encryption": "It is asked over http: whoever listens on the network can read the password"}
     assert dialog.vm.verdict.text == "1 to know"
     assert "Only read; nothing was queued" in dialog.vm.verdict.note
-    press(ui, dialog.vm.in_order, dialog)
+    press(ui, dialog.vm.fine, dialog)
     ui.wait(lambda: len(ui.find_all(FindingRow, dialog)) > 1)
-    assert "In order · Clock" in {finding.word for finding in dialog.vm.good}
+    assert "Fine · Clock" in {finding.word for finding in dialog.vm.fine_findings}
     press(ui, "Close", dialog)
     ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 1 to know")
     assert panel(ui).check_up.tone == "attention"
@@ -132,8 +132,8 @@ def test_a_robot_that_does_not_answer_is_told_and_stays_unchecked(site, app, ui,
     dialog = opened(ui)
     begin(ui, dialog)
     found = until_reported(ui, dialog)
-    assert list(found) == ["Put right first · Who it is"]
-    assert found["Put right first · Who it is"].startswith("It could not be asked")
+    assert list(found) == ["To put right · Who it is"]
+    assert found["To put right · Who it is"].startswith("It could not be asked")
     assert "did not answer to the end" in dialog.vm.verdict.note
     press(ui, "Close", dialog)
     ui.wait(lambda: app.shell.background.idle)
@@ -216,7 +216,7 @@ def test_a_trial_says_what_moves_names_it_on_the_button_and_leaves_the_robot_as_
     ui.wait(lambda: dialog.vm.part == "CheckUpRunning")
     assert says(ui, "Aino gets a mission that waits a second")           # what was agreed to stays in sight
     found = until_reported(ui, dialog)
-    assert found["To know · Starting a mission"] == "It takes a mission, but does not tell its number"
+    assert found["To know · Taking a mission"] == "It takes a mission, but does not tell its number"
     assert "Tried with the mission AMR Scheduler check-up" in dialog.vm.verdict.note
     assert state_of(aino) == (missions, queued + 4, False)
     assert site.container.holds.current() == []
@@ -258,8 +258,8 @@ def test_the_report_and_the_file_lie_where_people_look_and_have_no_password(site
         press(ui, word, dialog)
         ui.wait(lambda ending=ending: dialog.vm.outcome.note.endswith(ending))
         assert dialog.vm.outcome.text == "Written, without passwords"
-    html, = site.documents.glob("check-up-aino-*.html")
-    file, = site.documents.glob("check-up-aino-*.json")
+    html, = site.documents.glob("amr-scheduler-check-up-aino-*.html")
+    file, = site.documents.glob("amr-scheduler-check-up-aino-*.json")
     assert "Check-up of Aino" in html.read_text("utf-8")
     assert profile_of(json.loads(file.read_text("utf-8"))).software == robots(site)[0].software
     for text in (html.read_text("utf-8"), file.read_text("utf-8")):
