@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import reduce
 from typing import Any
 
 from app.domain.check_up import Topic
@@ -73,7 +72,9 @@ def _recognised(look: Look, seen: Seen) -> None:
     field = DESCRIPTION if DESCRIPTION in fields else next(iter(fields), "")
     look.seen["token_field"] = field
     places = [place for place, names in found.items() if field and field in names]
-    where = reduce(lambda some, more: message("{some}, {more}", some=some, more=more), [PLACES[place] for place in places] or [""])
+    where: Message = ""
+    for place in places:
+        where = message("{some}, {more}", some=where, more=PLACES[place]) if where else PLACES[place]
     if field == DESCRIPTION:
         look.green(Topic.RECOGNISED, message("The app's mark comes back in the description: in {where}", where=where))
     elif field:

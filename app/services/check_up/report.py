@@ -22,7 +22,7 @@ TOPICS: Mapping[Topic, Message] = {
     Topic.IDENTITY: message("Who it is"), Topic.SOFTWARE: message("Software"), Topic.RIGHTS: message("Rights"),
     Topic.CERTIFICATE: message("Encryption"), Topic.CLOCK: message("Clock"), Topic.LANGUAGE: message("Language"),
     Topic.MISSIONS: message("Missions"), Topic.MAPS: message("Maps"), Topic.QUEUE: message("Mission queue"),
-    Topic.SEARCH: message("Search"), Topic.PAGING: message("Lists"), Topic.SORTING: message("Order of lists"),
+    Topic.SEARCH: message("Searching"), Topic.PAGING: message("Lists"), Topic.SORTING: message("Order of lists"),
     Topic.OTHERS: message("Other users"), Topic.LATENCY: message("Answer time"), Topic.LOAD: message("Load"),
     Topic.ORDER: message("Taking a mission"), Topic.RECOGNISED: message("Recognising a mission"), Topic.WORDS: message("Words"),
     Topic.CANCELLED: message("Cancelling"), Topic.FAILED: message("Failing"), Topic.PRIORITY: message("Priority"),

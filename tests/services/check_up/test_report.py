@@ -60,7 +60,7 @@ def test_the_text_has_every_finding_and_the_worst_first():
     assert lines[:4] == ["Check-up of Aino <&>", "MiR250, serial number S1, software 3.5.4, at http://10.0.0.1",
                          "2026-11-23 08:00 (Europe/Helsinki); it took 95 s", "Only read: no mission was queued"]
     assert lines[5:] == ["To put right", "- Load: It booted when it was asked 31 times within 10 s.", "  The app asks less.", "",
-                         "To know", "- Search: Its queue can't be searched: <b>no</b>.", "  Nothing to do.", "",
+                         "To know", "- Searching: Its queue can't be searched: <b>no</b>.", "  Nothing to do.", "",
                          "Fine", "- Software: Its software is 3.5.4; MiR's definition of 3.5.4 fits."]
 
 
