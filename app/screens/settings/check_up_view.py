@@ -54,9 +54,6 @@ def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, i
     when = formats.local(report.began_at, zone).date()
     day = _("today") if when == formats.local(now, zone).date() else formats.wall_day(when, year=when.year != now.year)
     seen = appearance(report.level)
-    if not report.is_complete:
-        return NoticeView(_("Check-up of {day} not to the end: {found}").format(day=day, found=counts(report.findings)),
-                          tone="attention" if report.level is not Level.RED else seen.tone, icon="clipboard-alert-outline")
     return NoticeView(_("Checked up {day}: {found}").format(day=day, found=counts(report.findings)), tone=seen.tone, icon=seen.icon)
 
 
@@ -96,7 +93,7 @@ def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
 
 
 def queued_sentence(report: Report) -> str:
-    return _("Tried with the mission {mission}").format(mission=report.mission) if report.mission else _("Only read; nothing was queued")
+    return _("Tried with the mission {mission}").format(mission=report.mission) if report.mission else _("Only read: no mission was queued")
 
 
 def finding_views(findings: Sequence[Finding], *levels: Level) -> list[FindingView]:

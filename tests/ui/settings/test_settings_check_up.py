@@ -104,7 +104,7 @@ def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, 
     found = until_reported(ui, dialog)
     assert found == {"To know · Encryption": "It is asked over http: whoever listens on the network can read the password"}
     assert dialog.vm.verdict.text == "1 to know"
-    assert "Only read; nothing was queued" in dialog.vm.verdict.note
+    assert "Only read: no mission was queued" in dialog.vm.verdict.note
     press(ui, dialog.vm.fine, dialog)
     ui.wait(lambda: len(ui.find_all(FindingRow, dialog)) > 1)
     assert "Fine · Clock" in {finding.word for finding in dialog.vm.fine_findings}

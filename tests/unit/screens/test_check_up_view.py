@@ -69,7 +69,7 @@ def test_the_worst_comes_first_and_what_is_in_order_is_counted():
 
 def test_the_verdict_says_whether_anything_was_queued_and_whether_it_came_to_its_end():
     read = check_up_view.verdict(AINO, report(MAPS), ZONE)
-    assert read.note == "Checked up Mon 23 Nov 10:20, in 1 min 35 s\nOnly read; nothing was queued"
+    assert read.note == "Checked up Mon 23 Nov 10:20, in 1 min 35 s\nOnly read: no mission was queued"
     tried = check_up_view.verdict(AINO, report(MAPS, mission="Wait"), ZONE)
     assert (tried.text, tried.tone) == ("All fine", "done")
     assert "Tried with the mission Wait" in tried.note
