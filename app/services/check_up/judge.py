@@ -22,6 +22,9 @@ WORDS = {QueueState.PENDING: "Pending", QueueState.EXECUTING: "Executing", Queue
 
 def judge(look: Look, seen: Seen, user: str) -> None:
     """Adds a finding for each topic that was tried, and what is known now to the profile."""
+    if seen.may_not_make:
+        look.amber(Topic.ORDER, message("User {user} may not make a mission for the trial", user=user or "?"),
+                   message("Choose a harmless one of the robot's missions, or give the user more rights."))
     if seen.items:
         _order(look, seen, user)
     if seen.items and seen.items[FIRST].id is not None:
@@ -98,8 +101,12 @@ def _words(look: Look, seen: Seen) -> list[str]:
     words = {phase: word for item in runs for phase, word in item.words.items()}
     own = {word: WORDS[phase] for phase, word in words.items() if _is_unknown(word)}
     look.seen["item_states"] = dict(own)
+    failed = next((item for item in runs if parse.queue_state(item.now) is QueueState.ABORTED), None)
     not_ended = next((item for item in runs if not item.has_ended), None)
-    if not_ended is not None:
+    if failed is not None:
+        look.red(Topic.WORDS, message("The mission of the trial did not complete: {text}", text=resolve(failed.now.get("message")) or "?"),
+                 message("Run it on the robot itself, and look why."))
+    elif not_ended is not None:
         look.amber(Topic.WORDS, message("A mission of the trial did not end in time; its state is {state}",
                                         state=clean(not_ended.now.get("state"), 40)),
                    message("Look at the robot, and check up again with a shorter mission."))
@@ -107,10 +114,6 @@ def _words(look: Look, seen: Seen) -> list[str]:
         pairs = ", ".join(f"{word} = {state}" for word, state in own.items())
         look.amber(Topic.WORDS, message("It has words of its own for the states of missions: {words}", words=pairs),
                    message("The app knows them from now on. Nothing to do."))
-    elif any(parse.queue_state(item.now) is QueueState.ABORTED for item in runs):
-        text = next(resolve(item.now.get("message")) for item in runs if parse.queue_state(item.now) is QueueState.ABORTED)
-        look.red(Topic.WORDS, message("The mission of the trial did not complete: {text}", text=text or "?"),
-                 message("Run it on the robot itself, and look why."))
     else:
         look.green(Topic.WORDS, message("Its words for the states of missions are MiR's"))
     return list(own)
@@ -204,7 +207,7 @@ def _pause(look: Look, seen: Seen) -> None:
     elif seen.waits_in_pause is False:
         look.red(Topic.PAUSE, message("It began a mission while it was paused"),
                  message("Pause in the app does not keep it from driving: use the robot's own stop."))
-    elif seen.runs_on is False:
+    elif seen.runs_on is False and all(parse.queue_state(item.now) is not QueueState.PENDING for item in seen.items):
         look.amber(Topic.PAUSE, message("A mission that is paused does not go on when the robot is released"),
                    message("After Pause and Resume a run counts as failed: start it again."))
     elif seen.waits_in_pause:

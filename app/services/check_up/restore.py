@@ -8,7 +8,7 @@ from app.domain.check_up import LeftBehind
 from app.domain.message import Message, message
 from app.domain.robot import QueueState, RobotState
 from app.mir import parse
-from app.mir.errors import Refusal, RobotError
+from app.mir.errors import Refusal, RobotError, Unreadable
 from app.mir.probe import QUEUE, Answer
 from app.services.check_up.look import Look
 
@@ -52,7 +52,10 @@ def _remove(look: Look, path: str) -> None:
     """A mission, and first its actions: whether they go with it is not known of every robot. Raises RobotError."""
     actions = look.probe.get(f"{path}/actions")
     _check(actions, NOT_THERE)
-    for guid in filter(None, (parse.text_or_none(action.get("guid")) for action in actions.rows)):
+    guids = [parse.text_or_none(action.get("guid")) for action in actions.rows]
+    if actions.is_good and not (isinstance(actions.found, list) and len(guids) == len(actions.found) and all(guids)):
+        raise Unreadable(address=look.probe.client.address.netloc, problem=message("the answer is no list of actions"))
+    for guid in guids:
         _check(look.probe.ask("DELETE", f"{path}/actions/{guid}"), NOT_THERE)
     _check(look.probe.ask("DELETE", path), NOT_THERE)
 
@@ -68,7 +71,12 @@ def read_item(look: Look, queue_id: int) -> parse.Object:
     """Empty: there is none. Raises RobotError."""
     answer = look.probe.get(f"{QUEUE}/{queue_id}")
     _check(answer, NOT_THERE)
-    return answer.one if answer.is_good else {}
+    if not answer.is_good:
+        return {}
+    item = answer.one
+    if item.get("id", queue_id) != queue_id or not parse.text_or_none(item.get("state")):
+        raise Unreadable(address=look.probe.client.address.netloc, problem=message("the answer is no queue item"))
+    return item
 
 
 def items_above(look: Look, floor: int) -> Iterable[parse.Object]:

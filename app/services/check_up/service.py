@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import math
+import sqlite3
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
@@ -87,11 +88,17 @@ class CheckUps:
                 raise InvalidInput("robot", "what the last check-up left is still there: {problem}", problem=problem)
             report = self._run(robot, client, trial, told, is_wanted)
         if report.is_complete:
-            self._db.write(lambda c: self._check_ups.put(c, robot.id, report))
+            self._db.write(lambda c: self._keep(c, robot, report))
             self._changes.publish(Topic.ROBOTS)
         log.info("robot %r was checked up%s: %s%s", robot.name, f" with {report.mission!r}" if report.mission else "", report.level,
                  "" if report.is_complete else ", not complete")
         return report
+
+    def _keep(self, c: sqlite3.Connection, robot: Robot, report: Report) -> None:
+        """With which machine it was: a profile counts for that with this software."""
+        found = {"serial_number": report.profile.serial_number, "software": report.profile.software, "model": report.model}
+        self._robots.note_identity(c, robot, **{name: value for name, value in found.items() if value})
+        self._check_ups.put(c, robot.id, report)
 
     def _run(self, robot: Robot, client: RobotClient, trial: Trial | None, told: Callable[[Progress], None],
              is_wanted: Callable[[], bool]) -> Report:
@@ -182,9 +189,9 @@ def moves(robot: str, trial: Trial) -> Message:
     """What happens on the robot of this name."""
     if trial.mission is None:
         return message("{robot} gets a mission that waits a second, four times; one of them is cancelled before it runs. The robot is "
-                       "paused twice for about 3 s and released. The mission is removed afterwards. Nothing drives.", robot=robot)
+                       "paused twice for a few seconds and released. The mission is removed afterwards. Nothing drives.", robot=robot)
     return message("{mission} is queued four times on {robot}; one of them is cancelled before it runs, so the robot does three times "
-                   "what the mission does, and it may drive. It is paused twice for about 3 s and released.", mission=trial.mission,
+                   "what the mission does, and it may drive. It is paused twice for a few seconds and released.", mission=trial.mission,
                    robot=robot)
 
 

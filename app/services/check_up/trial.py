@@ -14,7 +14,7 @@ from app.domain.check_up import LeftBehind
 from app.domain.message import message
 from app.domain.robot import QueueState, RobotState
 from app.mir import parse
-from app.mir.errors import Refusal, RobotError
+from app.mir.errors import Refusal, RobotError, Unauthorized
 from app.mir.probe import QUEUE, Answer, ids_of
 from app.services.check_up.look import Look
 from app.services.check_up.restore import Note, has_ended, items_above, read_item, set_state, with_pause
@@ -64,6 +64,7 @@ class Seen:
     pause_problem: RobotError | None = None
     waits_in_pause: bool | None = None           # what is queued meanwhile
     runs_on: bool | None = None                  # after a pause, what ran before
+    may_not_make: bool = False                   # a mission
     problem: RobotError | None = None            # that ended the trial early
 
 
@@ -101,7 +102,11 @@ class TrialRun:
 
     def _run(self) -> None:
         if self._left.mission is not None:
-            self._make(self._left.mission)
+            try:
+                self._make(self._left.mission)
+            except Unauthorized:
+                self.seen.may_not_make = True
+                return
         self._at(message("Pausing it"))
         is_paused = self._pause()
         self._at(message("Queueing missions"))

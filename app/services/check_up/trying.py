@@ -76,7 +76,7 @@ class Trials:
                 self._finish(look, robot, run.left, identity.user_name)
         finally:
             self._release(robot, hold.id)
-        return seen.problem is None
+        return seen.problem is None and not seen.may_not_make
 
     def _wait_until_ready(self, look: Look, robot: Robot) -> None:
         """After so many questions it may have booted, and what others queued may run. Raises InvalidInput, RobotError or NotWanted."""
@@ -93,13 +93,17 @@ class Trials:
         """Everything as it was, and a finding of it."""
         try:
             problem = self._put_back(look, robot, left, user)
+            is_in_error = look.probe.status().state is RobotState.ERROR
         except RobotError as error:
-            problem = error.message
-        if problem is None:
-            look.green(Topic.LEFT, message("It is as it was before: nothing is queued, no mission was left, it is not paused"))
-        else:
+            problem, is_in_error = error.message, False
+        if problem is not None:
             look.red(Topic.LEFT, message("It is not as it was before: {problem}", problem=problem),
                      message("The app puts it back as soon as it can; until then look at the robot."))
+        elif is_in_error:
+            look.red(Topic.LEFT, message("Nothing of the trial is left on it, but it stands with an error"),
+                     message("Look at the robot, then reset the error there or in the app."))
+        else:
+            look.green(Topic.LEFT, message("It is as it was before: nothing is queued, no mission was left, it is not paused"))
 
     # ------------------------------------------------------------------ what was cut off
     def left_behind(self) -> Mapping[int, LeftBehind]:
@@ -112,6 +116,10 @@ class Trials:
             return None
         if left.hold is not None:
             self._release(robot, left.hold)
+        if left.serial_number and robot.serial_number not in (None, left.serial_number):
+            log.warning("robot %r: what a check-up left is on the machine with serial number %s", robot.name, left.serial_number)
+            self._noting(robot)(None)
+            return None
         problem = self._put_back(look, robot, left, look.probe.identity().user_name, is_late=True)
         log.info("robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there")
         return problem

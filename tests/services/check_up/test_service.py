@@ -1,0 +1,98 @@
+"""The service of check-ups: what it offers, keeps and puts back."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.database.check_ups import CheckUpRepository
+from app.domain.check_up import LeftBehind, Level, Topic, Trial
+from app.domain.message import render
+from app.domain.models import InvalidInput
+from app.mir.errors import Unreachable
+from app.services.check_up import report as reports
+from app.services.live.changes import Topic as Change
+from mir_sim import MISSIONS
+from tests.support.checked_robot import CheckedRobot
+
+
+@pytest.fixture
+def robot(tmp_path) -> CheckedRobot:
+    return CheckedRobot(tmp_path)
+
+
+def test_it_says_what_will_happen(robot):
+    assert render(robot.check_ups.moves(robot.id, Trial())).startswith("Aino gets a mission that waits a second, four times;")
+    assert render(robot.check_ups.moves(robot.id, Trial())).endswith("Nothing drives.")
+    assert render(robot.check_ups.moves(robot.id, Trial("Home"))).startswith("Home is queued four times on Aino;")
+    assert 60 < robot.check_ups.length_s() < robot.check_ups.length_s(Trial()) < robot.check_ups.length_s(Trial("Home"))
+
+
+def test_it_offers_the_missions_that_people_made(robot):
+    assert list(robot.check_ups.harmless_missions(robot.id)) == sorted((mission.name for mission in MISSIONS), key=str.casefold)
+
+
+def test_reading_changes_nothing_and_is_kept_and_told(robot):
+    told = []
+    robot.container.changes.subscribe(lambda topic, _about: told.append(topic))
+    progress = []
+    report = robot.check_ups.run(robot.id, told=progress.append)
+    assert robot.asked.writes == []
+    assert robot.check_ups.report(robot.id) == report
+    assert Change.ROBOTS in told
+    assert {each.of for each in progress} == {robot.check_ups.length_s()}
+    known = robot.container.catalogue.robot(robot.id)
+    assert (known.software, known.model) == ("3.5.4", "MiR250")
+    assert known.known == report.profile
+
+
+def test_the_progress_of_a_trial_never_goes_back(robot):
+    progress = []
+    robot.check_ups.run(robot.id, Trial(), progress.append)
+    done = [each.done for each in progress]
+    assert done == sorted(done)
+    assert all(each.done <= each.of == robot.check_ups.length_s(Trial()) for each in progress)
+
+
+def test_a_robot_that_is_off_is_a_finding_and_the_report_before_stays(robot):
+    before = robot.check_ups.run(robot.id)
+
+    def refuse(method, path):
+        raise Unreachable(code="refused", address="10.0.0.1")
+    robot.asked.before = refuse
+    for trial in (None, Trial()):
+        report = robot.check_ups.run(robot.id, trial)
+        assert [(finding.topic, finding.level) for finding in report.findings] == [(Topic.IDENTITY, Level.RED)]
+        assert not report.is_complete
+    assert robot.check_ups.report(robot.id) == before
+
+
+def test_robots_that_can_not_be_asked_are_refused(robot):
+    with pytest.raises(InvalidInput, match="this robot has been removed"):
+        robot.check_ups.run(robot.id + 1)
+    robot.container.catalogue.save_robot(replace(robot.container.catalogue.robot(robot.id), address="http://10.0.0.2", enabled=False))
+    with pytest.raises(InvalidInput, match="until its password is entered"):
+        robot.check_ups.run(robot.id)
+    assert robot.asked.requests == []
+
+
+def test_what_was_left_on_another_machine_is_not_looked_for_on_this_one(robot):
+    left = LeftBehind(robot.machine.serial_number, "guid", ("token",), 400, is_paused=True)
+    robot.container.db.write(lambda c: CheckUpRepository().note_left_behind(c, robot.id, left))
+    robot.container.db.write(lambda c: c.execute("UPDATE robots SET serial_number = 'another'"))
+    robot.machine.pause()
+    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.asked.requests == []
+    assert not robot.check_ups.left_behind()
+
+
+def test_its_files_lie_where_people_look_for_theirs(robot, tmp_path):
+    files = robot.container.check_up_files
+    files._documents = tmp_path
+    report = robot.check_ups.run(robot.id)
+    page = files.write_page(reports.page(report, "UTC"))
+    profile, second = (files.write_profile(reports.document(report, "UTC")) for _ in range(2))
+    assert (page.name, profile.name, second.name) == (
+        "amr-scheduler-check-up-2026-11-23.html", "amr-scheduler-check-up-2026-11-23.json", "amr-scheduler-check-up-2026-11-23-2.json")
+    assert page.read_text(encoding="utf-8") == reports.page(report, "UTC")
+    assert profile.stat().st_mode & 0o777 == 0o600

@@ -1,0 +1,201 @@
+"""Trials on robots that answer nonsense, refuse or lose things: a report in any case, and nothing left."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from app.domain.check_up import Level, Topic, Trial
+from app.domain.message import render
+from app.mir.errors import ConnectionLost
+from app.mir.transport import Response
+from tests.services.check_up.test_reading import ODD
+from tests.services.check_up.test_trial import in_words, told
+from tests.support.checked_robot import CheckedRobot
+
+FORBIDDEN = Response(403, b'{"error_code": "unauthorized", "error_human": "no"}', {})
+QUEUE = "/mission_queue"
+
+
+def first_write(robot: CheckedRobot) -> bool:
+    return bool(robot.asked.writes)
+
+
+def answers(robot: CheckedRobot, answer: Response | Exception, is_meant: Callable[[str, str], bool]) -> None:
+    """What the robot gives instead of its own answer, from the first change on."""
+    def meddle(method, path, own):
+        if not (first_write(robot) and is_meant(method, path)):
+            return own
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+    robot.asked.meddle = meddle
+
+
+def finding(report, topic):
+    [found] = [finding for finding in report.findings if finding.topic is topic]
+    return found
+
+
+MEANT: dict[str, Callable[[str, str], bool]] = {
+    "the list": lambda method, path: (method, path) == ("GET", QUEUE),
+    "the search": lambda method, path: path == f"{QUEUE}/search",
+    "orders": lambda method, path: (method, path) == ("POST", QUEUE),
+    "missions": lambda method, path: path.startswith("/missions") or path == "/mission_groups",
+    "items": lambda method, path: method == "GET" and path.startswith(f"{QUEUE}/"),
+    "cancelling": lambda method, path: method == "DELETE" and path.startswith(QUEUE),
+    "pausing": lambda method, path: (method, path) == ("PUT", "/status"),
+    "everything": lambda method, path: True,
+}
+
+
+@pytest.mark.parametrize("meant", MEANT)
+@pytest.mark.parametrize("odd", [odd for odd in ODD if odd != "gone"])           # which is said of what is not there
+def test_odd_answers_make_a_report_and_leave_nothing(tmp_path, odd, meant):
+    robot = CheckedRobot(tmp_path)
+    before = robot.as_it_is()
+    answers(robot, ODD[odd], MEANT[meant])
+    report = robot.check_ups.run(robot.id, Trial())
+    topics = [each.topic for each in report.findings]
+    assert len(set(topics)) == len(topics), in_words(report)
+    assert Topic.LEFT in topics
+    if meant in ("orders", "everything"):
+        assert any(each.topic.is_tried and each.level is not Level.GREEN for each in report.findings), in_words(report)
+    robot.asked.meddle = lambda method, path, answer: answer
+    robot.check_ups.tidy_all(list(robot.check_ups.left_behind()))
+    assert robot.as_it_is() == before, in_words(report)
+    assert not robot.check_ups.left_behind()
+
+
+def test_a_user_who_may_not_start_missions_is_a_red_finding(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    robot.asked.meddle = lambda method, path, answer: FORBIDDEN if (method, path) == ("POST", QUEUE) else answer
+    report = robot.check_ups.run(robot.id, Trial("Home"))
+    assert (finding(report, Topic.ORDER).level, render(finding(report, Topic.ORDER).says)) == \
+        (Level.RED, "User Distributor may not start missions")
+
+
+def test_a_user_who_may_not_make_missions_is_told_to_choose_one(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    before = robot.as_it_is()
+    robot.asked.before = lambda method, path: None
+    answers(robot, FORBIDDEN, lambda method, path: (method, path) == ("POST", "/missions"))
+    report = robot.check_ups.run(robot.id, Trial())
+    assert finding(report, Topic.ORDER).level is Level.AMBER
+    assert render(finding(report, Topic.ORDER).says) == "User Distributor may not make a mission for the trial"
+    assert not report.is_complete
+    robot.asked.meddle = lambda method, path, answer: answer
+    robot.check_ups.tidy_all(list(robot.check_ups.left_behind()))
+    assert robot.as_it_is() == before
+
+
+def test_a_user_who_may_not_pause_the_robot_learns_the_rest(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    robot.asked.meddle = lambda method, path, answer: FORBIDDEN if method == "PUT" else answer
+    real = robot.machine.pause
+    robot.machine.pause = lambda: None
+    report = robot.check_ups.run(robot.id, Trial())
+    robot.machine.pause = real
+    assert told(report) == {Topic.CERTIFICATE: Level.AMBER, Topic.PAUSE: Level.AMBER}, in_words(report)
+    assert report.profile.token_field == "description"
+
+
+def test_a_robot_that_does_not_pause_is_a_red_finding(tmp_path):
+    """It says that it stands in Pause, and drives on."""
+    robot = CheckedRobot(tmp_path)
+    robot.machine._settle_paused = robot.machine._settle
+
+    def settle():
+        paused, robot.machine.paused = robot.machine.paused, False
+        robot.machine._settle_paused()
+        robot.machine.paused = paused
+    robot.machine._settle = settle
+    report = robot.check_ups.run(robot.id, Trial())
+    assert finding(report, Topic.PAUSE).level is Level.RED, in_words(report)
+
+
+def test_a_robot_on_which_priority_counts_is_known_to(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    queue = robot.machine.queue
+    pending = queue.pending
+    queue.pending = lambda: sorted(pending(), key=lambda item: (-item.priority, item.id))
+    report = robot.check_ups.run(robot.id, Trial())
+    assert report.profile.priority_counts is True
+    assert told(report) == {Topic.CERTIFICATE: Level.AMBER}, in_words(report)
+    assert render(finding(report, Topic.PAUSE).says) == "While it is paused missions wait, and what ran goes on afterwards"
+
+
+def test_a_mission_that_fails_is_a_red_finding(tmp_path):
+    robot = CheckedRobot(tmp_path, history=0)
+    robot.asked.before = lambda method, path: setattr(robot.machine, "failure_rate", 1.0) if path == "/mission_groups" else None
+    report = robot.check_ups.run(robot.id, Trial())
+    assert told(report) == {Topic.CERTIFICATE: Level.AMBER, Topic.WORDS: Level.RED, Topic.LEFT: Level.RED}, in_words(report)
+    assert render(finding(report, Topic.LEFT).says) == "Nothing of the trial is left on it, but it stands with an error"
+    assert robot.as_it_is()["open"] == []
+
+
+def test_while_something_can_not_be_put_back_it_is_told_and_tried_again(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    before = robot.as_it_is()
+    robot.asked.meddle = _lost_when_deleted
+    report = robot.check_ups.run(robot.id, Trial())
+    assert finding(report, Topic.LEFT).level is Level.RED
+    assert list(robot.check_ups.left_behind()) == [robot.id]
+    robot.check_ups.tidy_all([robot.id])
+    assert list(robot.check_ups.left_behind()) == [robot.id]
+    assert _refusal(robot).startswith("what the last check-up left is still there")
+    robot.asked.meddle = lambda method, path, answer: answer
+    robot.check_ups.tidy_all([robot.id])
+    assert not robot.check_ups.left_behind()
+    assert robot.as_it_is() == before
+
+
+def _lost_when_deleted(method, path, answer):
+    if method == "GET" and path.endswith("/actions"):
+        raise ConnectionLost(address="10.0.0.1")
+    return answer
+
+
+def _refusal(robot) -> str:
+    with pytest.raises(ValueError, match="still there") as refusal:
+        robot.check_ups.run(robot.id, Trial())
+    return str(refusal.value)
+
+
+def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    robot.asked.before = _die_when_released
+    with pytest.raises(KeyboardInterrupt):
+        robot.check_ups.run(robot.id, Trial())
+    robot.asked.before = lambda method, path: None
+    machine = robot.machine
+    home = next(row["guid"] for row in machine.site.table("/missions") if row["name"] == "Home")
+    user = next(row for row in machine.site.table("/users") if row["name"] == "Administrator")
+    machine.order(home, user)
+    assert machine.paused
+    problem = robot.check_ups.tidy(robot.id)
+    assert render(problem) == "it stands in Pause, with missions of others in its queue; release it there or in the app"
+    assert [str(item.state) for item in machine.queue][-1] == "Pending"
+    machine.resume()
+    assert robot.check_ups.tidy(robot.id) is None
+    assert not robot.check_ups.left_behind()
+
+
+_released = []
+
+
+def _die_when_released(method, path):
+    if method == "PUT":
+        _released.append(path)
+    if len(_released) >= 2:
+        raise KeyboardInterrupt
+
+
+def test_what_a_trial_showed_stays_known_when_the_robot_is_only_read(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    tried = robot.check_ups.run(robot.id, Trial()).profile
+    read = robot.check_ups.run(robot.id).profile
+    assert read.token_field == tried.token_field == "description"
+    assert read.cancelled_message == tried.cancelled_message
+    assert read.priority_counts is False
+    assert robot.container.catalogue.robot(robot.id).known == read
