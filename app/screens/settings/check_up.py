@@ -19,7 +19,7 @@ from app.screens.common.threads import Job
 from app.screens.settings import check_up_page
 from app.screens.settings import check_up_view as view
 from app.screens.settings.page import PageContext
-from app.screens.settings.view import NoticeView, done, went_wrong
+from app.screens.settings.view import NoticeView, asking_robot, done, went_wrong
 from app.services.check_up.report import document
 from app.widgets import slots  # noqa: F401  (registers kivy classes)
 from app.widgets.dialogs import FormDialog
@@ -68,10 +68,9 @@ class CheckUp(EventDispatcher):
         self._dialog: CheckUpDialog | None = None
 
     # ------------------------------------------------------------------ its dialog
-    def open(self, robot: Robot, report: Report | None) -> None:
+    def open(self, report: Report | None) -> None:
         """Show how far it is, else what was found, else what it would do."""
-        self._robot = robot
-        self.title = _("Check-up of {robot}").format(robot=robot.name)
+        self.title = _("Check-up of {robot}").format(robot=self._robot.name)
         if not self.is_running and report is not None:
             self._show_report(report)
         elif not self.is_running:
@@ -105,12 +104,12 @@ class CheckUp(EventDispatcher):
         """Ask the robot for its own."""
         if self.asking_missions:
             return
-        self.asking_missions, self.outcome = True, NoticeView()
+        self.asking_missions, self.outcome = True, asking_robot()
         check_ups, robot = self._context.services.check_ups, self._robot
         self._context.run(lambda: check_ups.harmless_missions(robot.id), self._choose, self._not_asked)
 
     def _choose(self, names: Sequence[str]) -> None:
-        self.asking_missions = False
+        self.asking_missions, self.outcome = False, NoticeView()
         self._context.shell.dialogs.choose(_("Mission"), view.mission_options(names), self._chosen, selected=self.mission)
 
     def _not_asked(self, problem: BaseException) -> None:

@@ -154,8 +154,11 @@ class RobotsPage(SettingsPage):
         return {"check_up": stands, "check_up_word": _("Check-up") if report or (running and running.is_running) else _("Check up")}
 
     def _open_check_up(self, robot: Robot) -> None:
-        check_up = self._check_ups.setdefault(robot.id, CheckUp(self.context, robot, self.show))
-        check_up.open(robot, self.context.facts.reports.get(robot.id))
+        """That which runs, else a new one."""
+        check_up = self._check_ups.get(robot.id)
+        if check_up is None or not check_up.is_running:
+            check_up = self._check_ups[robot.id] = CheckUp(self.context, robot, self.show)
+        check_up.open(self.context.facts.reports.get(robot.id))
 
     # ------------------------------------------------------------------ adding, editing, deleting
     def _open(self, robot: Robot | None) -> None:

@@ -203,6 +203,17 @@ def test_it_goes_on_while_its_dialog_is_closed_and_tells_its_end(site, app, ui, 
     ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 1 to know")
 
 
+def test_the_end_of_the_app_ends_it(site, app, ui, waiting):
+    dialog = opened(ui)
+    begin(ui, dialog)
+    ui.wait(lambda: dialog.vm.doing == "Asking who it is")
+    dialog.vm._job.cancel()                              # as the window does with all that is under way when it closes
+    waiting.go_on.set()
+    robot = robots(site)[0]
+    ui.wait(lambda: app.shell.background.idle and not site.container.check_ups._under_way)
+    assert site.container.check_ups.report(robot.id) is None
+
+
 # ---------------------------------------------------------------------- trying it
 def test_a_trial_says_what_moves_names_it_on_the_button_and_leaves_the_robot_as_it_was(site, app, ui, aino, clock):
     clock.hurry = 12

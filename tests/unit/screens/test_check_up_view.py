@@ -8,10 +8,12 @@ import pytest
 
 from app.domain.check_up import Finding, Level, Progress, Report, RobotProfile, Topic, Trial
 from app.domain.message import message
-from app.domain.models import Robot
+from app.domain.models import InvalidInput, Robot
 from app.i18n import translator
+from app.mir.errors import Unreachable
 from app.screens.settings import check_up_page, check_up_view
 from app.screens.settings.check_up_view import standing
+from app.services.check_up.trial import tokens
 from tests.support.html_page import Strict
 
 ZONE = "Europe/Helsinki"
@@ -50,6 +52,21 @@ def test_a_robot_says_when_it_was_checked_up_and_how_it_stands(found, shown):
 def test_what_is_another_machine_or_another_software_by_now_has_to_be_checked_up_again():
     assert line(replace(AINO, software="3.8.1"), report(LOAD)) == ("Software is 3.8.1 now: check it up again", "attention")
     assert line(replace(AINO, serial_number="9"), report(MAPS)) == ("It is another machine now: check it up", "attention")
+
+
+def test_what_is_still_to_be_put_back_is_said_before_all_else():
+    notice = standing(AINO, report(MAPS), NOW, ZONE, is_left=True)
+    assert (notice.text, notice.tone) == ("What a check-up changed there is still to be put back", "attention")
+
+
+def test_as_many_missions_are_named_as_are_queued():
+    assert len(tokens()) == check_up_view.QUEUED
+
+
+def test_why_it_cannot_be_now_is_nobodys_fault():
+    later = check_up_view.refused(InvalidInput("robot", "{robot} is held back: check up when it is released", robot="Aino"))
+    assert (later.text, later.tone) == ("Aino is held back: check up when it is released", "attention")
+    assert check_up_view.refused(Unreachable(code="no_answer", address="10.40.12.21")).tone == "fault"
 
 
 def test_no_two_levels_share_an_icon_or_a_word():
