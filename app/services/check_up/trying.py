@@ -67,7 +67,7 @@ class Trials:
         made = None if queued else str(uuid.uuid4())
         left = LeftBehind(identity.serial_number or robot.serial_number, made, trial.tokens(), floor, queued=queued, hold=hold.id)
         try:
-            note = self._noting(robot)
+            note = self._noting(robot, hold.id)
             note(left)
             run = trial.TrialRun(look, left, note, reading.length_s(), self.length_s(agreed))
             try:
@@ -92,8 +92,8 @@ class Trials:
     def _finish(self, look: Look, robot: Robot, left: LeftBehind, user: str) -> None:
         """Everything as it was, and a finding of it."""
         try:
-            problem = self._put_back(look, robot, left, user)
             is_in_error = look.probe.status().state is RobotState.ERROR
+            problem = self._put_back(look, robot, left, user)
         except RobotError as error:
             problem, is_in_error = error.message, False
         if problem is not None:
@@ -114,23 +114,21 @@ class Trials:
         left = self.left_behind().get(robot.id)
         if left is None:
             return None
-        if left.hold is not None:
-            self._release(robot, left.hold)
         if left.serial_number and robot.serial_number not in (None, left.serial_number):
             log.warning("robot %r: what a check-up left is on the machine with serial number %s", robot.name, left.serial_number)
-            self._noting(robot)(None)
+            self._noting(robot, left.hold)(None)
             return None
         problem = self._put_back(look, robot, left, look.probe.identity().user_name, is_late=True)
         log.info("robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there")
         return problem
 
     def _put_back(self, look: Look, robot: Robot, left: LeftBehind, user: str, *, is_late: bool = False) -> Message | None:
-        problem = put_back(look, left, self._noting(robot), user, lambda queue_id: self._ledger.is_claimed(robot.id, queue_id),
+        is_idle_period = self._robots.idle_queue_id(self._db.read(), robot.id) == left.queue_floor
+        highest = look.probe.client.highest_queue_id() if is_idle_period else None
+        problem = put_back(look, left, self._noting(robot, left.hold), user, lambda queue_id: self._ledger.is_claimed(robot.id, queue_id),
                            is_late=is_late)
-        if problem is None and self._robots.idle_queue_id(self._db.read(), robot.id) == left.queue_floor:
-            highest = look.probe.client.highest_queue_id()           # nobody has used the robot meanwhile: its idle period goes on
-            if highest is not None and highest <= left.queue_floor + len(left.tokens):
-                self._ledger.note_idle_copy(robot.id, highest, runs=True)
+        if problem is None and highest is not None and highest <= left.queue_floor + len(left.tokens):
+            self._ledger.note_idle_copy(robot.id, highest, runs=True)          # nobody has used the robot meanwhile
         return problem
 
     # ------------------------------------------------------------------ inside
@@ -138,15 +136,18 @@ class Trials:
         check_room(self._db.read(), robot, self._ledger, self._holds, self._settings(), self._clock.now(),
                    timedelta(seconds=self.length_s(agreed)))
 
-    def _noting(self, robot: Robot) -> Note:
-        """On the disk when it returns. Raises InvalidInput where the robot has been removed or replaced."""
+    def _noting(self, robot: Robot, hold_id: int | None) -> Note:
+        """On the disk when it returns; with the note taken back, the plan's starts are held back no longer. Raises InvalidInput where the
+        robot has been removed or replaced."""
         def note(left: LeftBehind | None) -> None:
+            if left is None:
+                self._release(robot, hold_id)
             self._db.write(lambda c: self._check_ups.note_left_behind(c, robot.id, left))
             if left is not None and self.left_behind().get(robot.id) != left:
                 raise InvalidInput("robot", "this robot has been removed")
         return note
 
-    def _release(self, robot: Robot, hold_id: int) -> None:
+    def _release(self, robot: Robot, hold_id: int | None) -> None:
         """Unless a person has set another hold meanwhile."""
         if any(hold.id == hold_id and hold.robot_id == robot.id for hold in self._holds.current()):
             self._holds.release(robot.id)

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
@@ -178,3 +178,21 @@ def test_killed_in_the_middle_the_app_puts_everything_back_when_it_starts(data, 
     with headless(data):
         wait_for(lambda: missions(robot) == before and robot.state()["state_id"] == 3, within=WITHIN)
         assert set(queue(robot)) == {"Aborted"}
+
+
+@pytest.mark.parametrize("is_beside_an_app", [False, True])
+def test_who_interrupts_it_leaves_nothing(data, robot, is_beside_an_app):
+    before = missions(robot)
+    with headless(data) if is_beside_an_app else nullcontext():
+        process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
+        try:
+            wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=WITHIN)
+        finally:
+            process.kill()
+        assert (process.returncode, out) == (1, "")
+        assert is_one_line(err)
+        wait_for(lambda: missions(robot) == before and robot.state()["state_id"] == 3, within=WITHIN)
+        assert set(queue(robot)) <= {"Aborted", "Done"}
+    assert kept(data) is None

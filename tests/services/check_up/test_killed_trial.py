@@ -50,7 +50,8 @@ def requests_of(directory, profile, trial) -> tuple[int, int]:
 
 
 @pytest.mark.parametrize(("name", "mission", "is_handled"), [
-    (None, None, True), (None, None, False), (None, "Home", True), ("forgets-descriptions", "Home", True), ("german-states", None, True)])
+    (None, None, True), *(pytest.param(*way, marks=pytest.mark.long) for way in (
+        (None, None, False), (None, "Home", True), ("forgets-descriptions", "Home", True), ("german-states", None, True)))])
 def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, is_handled):
     profile = deviant(name) if name else None
     (tmp_path / "whole").mkdir()
@@ -70,7 +71,8 @@ def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, i
         robot.container.db.close()
 
 
-@pytest.mark.parametrize("error", [ConnectionLost(address="10.0.0.1"), Unreachable(code="refused", address="10.0.0.1")])
+@pytest.mark.parametrize("error", [ConnectionLost(address="10.0.0.1"),
+                                   pytest.param(Unreachable(code="refused", address="10.0.0.1"), marks=pytest.mark.long)])
 def test_a_robot_that_goes_away_for_a_request_is_as_it_was_at_the_end(tmp_path, error):
     (tmp_path / "whole").mkdir()
     first, of = requests_of(tmp_path / "whole", None, Trial())
