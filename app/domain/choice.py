@@ -95,8 +95,8 @@ def _robots(choice: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
 
 def _why(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     told, done = _told(robot, zone, translate), _time(robot.get("done"), zone, translate)
-    why = _WHY.get(str(robot.get("why")), "")
-    return told if not why or ("{done}" in why and not done) else f"{told}, {translate(why).format(done=done)}"
+    why = str(robot.get("why"))
+    return told if why not in _WHY or (why == "soonest" and not done) else f"{told}, {translate(_WHY[why]).format(done=done)}"
 
 
 def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:

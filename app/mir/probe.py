@@ -19,6 +19,7 @@ from app.mir.transport import Timeouts
 
 QUEUE = "/mission_queue"
 EVERY = 0.4                  # s between two questions
+SPARING = 1.5                # times the pause between requests that a robot does not bear
 PATIENT = Timeouts(connect=5.0, read=30.0, total=60.0)
 
 
@@ -56,6 +57,10 @@ class Probe:
                  every_s: float = EVERY) -> None:
         self.client, self.clock, self._pause, self._every = client, clock, pause, every_s
         self._last = -math.inf
+
+    def spare(self, requests: int, seconds: float) -> None:
+        """From now on it is asked clearly less often than so many times within so many seconds."""
+        self._every = max(self._every, SPARING * seconds / requests)
 
     def ask(self, method: str, path: str, query: Mapping[str, str] | None = None, json: Any = None) -> Answer:
         """Raises nothing: an error is part of the answer."""

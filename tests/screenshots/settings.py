@@ -203,8 +203,8 @@ def empty_missions(studio):
 
 
 # ---------------------------------------------------------------------- what a press brings
-def identity(serial: str = "180003127") -> Identity:
-    return Identity(RobotStatus(robot_name="Veikko", robot_model="MiR100", serial_number=serial, elapsed_s=.038), "scheduler", "2.13.4")
+def identity(serial: str = "180003127", name: str = "Veikko", model: str = "MiR100", software: str = "2.13.4") -> Identity:
+    return Identity(RobotStatus(robot_name=name, robot_model=model, serial_number=serial, elapsed_s=.038), "scheduler", software)
 
 
 @picture("settings-robots-tested")
@@ -259,8 +259,8 @@ def robot_dialog_new(context: PageContext):
 
 @dialog("robot-dialog")
 def robot_dialog(context: PageContext):
-    dialog = RobotDialog(context, context.facts.robots[2])
-    dialog._passed(dialog.vm.connection, identity(), lambda: None)
+    dialog = RobotDialog(context, context.facts.robots[0])
+    dialog._passed(dialog.vm.connection, identity("200104012", "Aino", "MiR250", "3.5.4"), lambda: None)
     return dialog
 
 

@@ -5,10 +5,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from app.domain.check_up import Report
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
 from app.services.catalogue.catalogue import Catalogue
+from app.services.check_up.service import CheckUps
 from app.services.files.calendar_import import CalendarFiles
+from app.services.files.check_up_files import CheckUpFiles
 from app.services.files.exports import Backup, DataFiles
 from app.services.live.access import Access
 from app.services.live.snapshots import Snapshots
@@ -32,6 +35,8 @@ class SettingsServices:
     operator: Operator
     robot_missions: RobotMissions
     proposed_places: ProposedPlaces
+    check_ups: CheckUps
+    check_up_files: CheckUpFiles
     files: DataFiles
     calendar_files: CalendarFiles
 
@@ -47,6 +52,8 @@ class SettingsFacts:
     proposed: tuple[ProposedPlace, ...] = ()
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot id
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # robot id -> guid -> name; absent: not read from the robot yet
+    reports: Mapping[int, Report] = field(default_factory=dict)              # of check-ups, by robot id; absent: never checked up
+    left_behind: frozenset[int] = frozenset()                                # robots on which something of a check-up is still there
     backups: tuple[Backup, ...] = ()                                         # newest first
     exceptions: tuple[DayException, ...] = ()                                # closed days and extra working days
     country: str = ""                                                        # name of the country of the public holidays; empty: none
@@ -118,6 +125,8 @@ def read(services: SettingsServices) -> SettingsFacts:
         proposed=tuple(services.proposed_places.all()),
         snapshots={robot.id: services.snapshots.get(robot.id) for robot in robots},
         names={robot_id: known for robot_id, known in names.items() if known},
+        reports={robot.id: report for robot in robots if (report := services.check_ups.report(robot.id))},
+        left_behind=frozenset(services.check_ups.left_behind()),
         backups=tuple(services.files.backups()), exceptions=tuple(catalogue.day_exceptions()), has_regions=bool(regions),
         country=public_holidays.countries().get(country, country) if country else "",
         region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision))

@@ -18,6 +18,7 @@ from app.domain.models import InvalidInput
 from app.i18n import ngettext
 from app.mir.errors import RobotError
 from app.screens.common.shell import Shell
+from app.screens.common.threads import Job
 from app.screens.settings.facts import SettingsFacts, SettingsServices
 from app.screens.settings.view import NoticeView
 from app.services.catalogue.catalogue import Removed
@@ -64,14 +65,14 @@ class PageContext:
         return self.now().astimezone(ZoneInfo(self.facts.settings.timezone)).date()
 
     def run(self, work: Callable[[], T], done: Callable[[T], object] | None = None,
-            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None, apart: str = "") -> None:
+            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None, apart: str = "") -> Job:
         """Run ``work`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread; without ``failed`` a snackbar
         shows the problem. Of several runs with one ``key`` only the newest delivers."""
         def not_done(problem: BaseException) -> None:
             if not isinstance(problem, EXPECTED):
                 log.error("work for Settings failed", exc_info=problem)
             (failed or self.shell.say_problem)(problem)
-        self.shell.background.run(work, done, not_done, key=key, apart=apart)
+        return self.shell.background.run(work, done, not_done, key=key, apart=apart)
 
     def change(self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None) -> None:
         """Make a change, then read the facts again."""

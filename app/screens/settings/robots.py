@@ -9,6 +9,8 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, Optio
 
 from app.domain.models import Robot
 from app.i18n import _
+from app.screens.settings.check_up import CheckUp
+from app.screens.settings.check_up_view import standing
 from app.screens.settings.groups import GroupsPart
 from app.screens.settings.groups_view import group_panels
 from app.screens.settings.missions_view import robot_removal_question, robot_removal_sentence
@@ -18,11 +20,12 @@ from app.screens.settings.view import NoticeView, asking_robot, connection_found
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 from app.widgets.surfaces import Surface, Toned
+from app.widgets.text import Ico
 from app.widgets.tokens import TONES
 
 
 class RobotPanel(RecycledRow, Toned, SectionCard):
-    """A robot's data sheet. Actions: "test", "edit"."""
+    """A robot's data sheet. Actions: "check up", "test", "edit"."""
     name = StringProperty()
     model = StringProperty()
     address = StringProperty()
@@ -36,6 +39,12 @@ class RobotPanel(RecycledRow, Toned, SectionCard):
     badge_icon = StringProperty()
     testing = BooleanProperty(False)
     result = ObjectProperty(NoticeView(), rebind=True)
+    check_up = ObjectProperty(NoticeView(), rebind=True)
+    check_up_word = StringProperty()
+
+
+class StandingIcon(Toned, Ico):
+    """Of what a check-up came to."""
 
 
 class AddPanel(RecycledRow, Surface):
@@ -64,6 +73,7 @@ class RobotsPage(SettingsPage):
         self._results: dict[int, tuple[Robot, NoticeView]] = {}      # of tests on this visit, with what was tested
         self._asked: set[int] = set()
         self._groups = GroupsPart(context)
+        self._check_ups: dict[int, CheckUp] = {}         # by robot id
 
     @property
     def parts(self) -> list[tuple[str, str]]:
@@ -78,13 +88,13 @@ class RobotsPage(SettingsPage):
             self.vm.panels = group_panels(facts)
             return
         self.vm.part = "robots"
-        panels = [replace(panel, testing=panel.key in self._asked, result=self._result(facts.robot(panel.key)))
+        panels = [replace(panel, testing=panel.key in self._asked, result=self._result(facts.robot(panel.key)), **self._check_up(panel.key))
                   for panel in robot_panels(facts, self.context.now())]
         self.vm.panels = [*panels, AddPanelView(first=not panels)]
 
     @property
     def is_busy(self) -> bool:
-        return bool(self._asked)
+        return bool(self._asked) or any(check_up.is_running for check_up in self._check_ups.values())
 
     def reached(self, **intent: Any) -> None:
         self._results.clear()
@@ -103,6 +113,8 @@ class RobotsPage(SettingsPage):
         robot = self.context.facts.robot(key)
         if action == "test" and robot is not None:
             self._test(robot)
+        elif action == "check up" and robot is not None:
+            self._open_check_up(robot)
         elif action == "add" or robot is not None:
             self._open(robot)
 
@@ -131,6 +143,25 @@ class RobotsPage(SettingsPage):
         tested, notice = self._results[robot.id]
         return notice if _connection(robot) == _connection(tested) else NoticeView()
 
+    # ------------------------------------------------------------------ check-ups
+    def _check_up(self, robot_id: int) -> dict[str, Any]:
+        """How the robot stands; while it is checked up, how far that is."""
+        facts, running = self.context.facts, self._check_ups.get(robot_id)
+        robot, report = facts.robot(robot_id), facts.reports.get(robot_id)
+        if robot is None:
+            return {}
+        stands = (running and running.standing) or standing(robot, report, self.context.now(), facts.settings.timezone,
+                                                            is_left=robot.id in facts.left_behind)
+        return {"check_up": stands, "check_up_word": _("Check-up") if report or (running and running.is_running) else _("Check up")}
+
+    def _open_check_up(self, robot: Robot) -> None:
+        """That which runs, else a new one."""
+        check_up = self._check_ups.get(robot.id)
+        if check_up is None or not check_up.is_running:
+            check_up = self._check_ups[robot.id] = CheckUp(self.context, robot, self.show)
+        check_up.open(self.context.facts.reports.get(robot.id))
+
+    # ------------------------------------------------------------------ adding, editing, deleting
     def _open(self, robot: Robot | None) -> None:
         dialog = RobotDialog(self.context, robot)
         dialog.bind(on_remove=lambda _dialog, robot: self._remove(robot))

@@ -73,6 +73,8 @@ class RobotPanelView:
     has_default_password: bool = False   # one that is printed in manuals
     testing: bool = False
     result: NoticeView = NoticeView()
+    check_up: NoticeView = NoticeView()  # how it stands
+    check_up_word: str = ""
 
 
 # ---------------------------------------------------------------------- sections

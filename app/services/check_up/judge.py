@@ -12,9 +12,10 @@ from app.mir.errors import Refusal, Unauthorized
 from app.mir.texts import clean, resolve
 from app.services.check_up.look import Look, why
 from app.services.check_up.robot_words import CANCELLED, USER_REQUEST
-from app.services.check_up.trial import FIRST, Item, Seen
+from app.services.check_up.trial import FIRST, LONGEST_WORD, Item, Seen
 
 DESCRIPTION, CREATED = "description", 201
+LONGEST_NAME = 80            # characters of a field's name
 LONGEST_PREFIX = 200         # characters of what a cancelled mission says
 PLACES = {"item": message("the item itself"), "list": message("lists"), "search": message("searches")}
 WORDS = {QueueState.PENDING: "Pending", QueueState.EXECUTING: "Executing", QueueState.DONE: "Done"}
@@ -92,31 +93,42 @@ def _recognised(look: Look, seen: Seen) -> None:
 
 
 def _fields_with(row: Mapping[str, Any], token: str) -> list[str]:
-    return [name for name, value in row.items() if value == token]
+    return [name for name, value in row.items() if value == token and clean(name, LONGEST_NAME) == name]
 
 
 def _words(look: Look, seen: Seen) -> list[str]:
-    """Learns the words for states that are not MiR's; returns them."""
+    """Learns the words for states that are not MiR's, each for one state; returns them, and those that stand for several."""
     runs = [item for item in seen.items if item.id is not None and item is not seen.cancelled]
-    words = {phase: word for item in runs for phase, word in item.words.items()}
-    own = {word: WORDS[phase] for phase, word in words.items() if _is_unknown(word)}
+    phases: dict[str, set[QueueState]] = {}
+    for item in runs:
+        for phase, word in item.words.items():
+            phases.setdefault(word, set()).add(QueueState.ABORTED if seen.is_in_error and phase is QueueState.DONE else phase)
+    if seen.cancelled is not None and seen.cancelled.has_ended:
+        phases.setdefault(clean(seen.cancelled.now.get("state"), LONGEST_WORD), set()).add(QueueState.ABORTED)
+    unknown = {word: found for word, found in phases.items() if _is_unknown(word)}
+    own = {word: WORDS[phase] for word, (phase, *others) in unknown.items() if not others and phase in WORDS}
+    shared = [word for word, found in unknown.items() if len(found) > 1]
     look.seen["item_states"] = dict(own)
-    failed = next((item for item in runs if parse.queue_state(item.now) is QueueState.ABORTED), None)
+    failed = next((item for item in runs if item.has_ended
+                   and (seen.is_in_error or parse.queue_state(item.now) is QueueState.ABORTED)), None)
     not_ended = next((item for item in runs if not item.has_ended), None)
     if failed is not None:
         look.red(Topic.WORDS, message("The mission of the trial did not complete: {text}", text=resolve(failed.now.get("message")) or "?"),
                  message("Run it on the robot itself, and look why."))
     elif not_ended is not None:
         look.amber(Topic.WORDS, message("A mission of the trial did not end in time; its state is {state}",
-                                        state=clean(not_ended.now.get("state"), 40)),
+                                        state=clean(not_ended.now.get("state"), LONGEST_WORD)),
                    message("Look at the robot, and check up again with a shorter mission."))
+    elif shared:
+        look.amber(Topic.WORDS, message("It has one word for several states of missions: {words}", words=", ".join(shared)),
+                   message("A run whose word is not known is followed until the robot has ended it, and shown as failed with that word."))
     elif own:
         pairs = ", ".join(f"{word} = {state}" for word, state in own.items())
         look.amber(Topic.WORDS, message("It has words of its own for the states of missions: {words}", words=pairs),
                    message("The app knows them from now on. Nothing to do."))
     else:
         look.green(Topic.WORDS, message("Its words for the states of missions are MiR's"))
-    return list(own)
+    return [*own, *shared]
 
 
 def _is_unknown(word: str) -> bool:
@@ -124,7 +136,7 @@ def _is_unknown(word: str) -> bool:
 
 
 def _cancelled(look: Look, seen: Seen, item: Item, own_words: Sequence[str]) -> None:
-    word, text = clean(item.now.get("state"), 40), resolve(item.now.get("message"))[:LONGEST_PREFIX]
+    word, text = clean(item.now.get("state"), LONGEST_WORD), resolve(item.now.get("message"))[:LONGEST_PREFIX]
     if seen.cancel is not None and isinstance(seen.cancel.error, Refusal):
         look.red(Topic.CANCELLED, message("A mission can't be cancelled: {problem}", problem=why(seen.cancel)),
                  message("What the app has started can only be stopped on the robot: give the user more rights there."))
@@ -133,9 +145,10 @@ def _cancelled(look: Look, seen: Seen, item: Item, own_words: Sequence[str]) -> 
         look.amber(Topic.CANCELLED, message("A cancelled mission stays {state}", state=word or "?"),
                    message("Look at the robot, and check up again."))
         return
-    failed = {clean(entry.get("state"), 40) for entry in _failures(look, text)}
-    is_word_enough = _is_unknown(word) and word not in failed and (bool(failed) or not own_words)
-    if _is_unknown(word):
+    failed = {clean(entry.get("state"), LONGEST_WORD) for entry in _failures(look, text)}
+    is_shared = _is_unknown(word) and word in own_words
+    is_word_enough = _is_unknown(word) and not is_shared and word not in failed and (bool(failed) or not own_words)
+    if _is_unknown(word) and not is_shared:
         look.seen["item_states"][word] = CANCELLED if is_word_enough else "Aborted"
     if is_word_enough:
         look.amber(Topic.CANCELLED, message("It calls a cancelled mission {word}", word=word),

@@ -1,4 +1,4 @@
-"""A check-up's report for people, as text and as a page to print, and as a file: what the robot was found to be, without secrets.
+"""A check-up's report for people, as text, and as a file: what the robot was found to be, without secrets.
 
 The file is a profile of ``python -m mir_sim --profile FILE``: a simulated robot that behaves as this one was found to.
 """
@@ -8,7 +8,6 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from datetime import datetime
-from html import escape
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -32,21 +31,6 @@ LEVELS: Mapping[Level, Message] = {Level.GREEN: message("Fine"), Level.AMBER: me
 DEFINITIONS = {(2, 0): "2.14.7", (3, 0): "3.5.4", (3, 8): "3.8.1"}       # the simulator's, each from that software on
 OFFLINE_S = 40.0             # that a robot boots, where only that it does is known
 SMALL_OFFSET_S = 2.0         # of clocks: not more than the resolution of what robots tell
-
-STYLE = """
-@page { size: A4; margin: 12mm }
-body { margin: 0 auto; max-width: 190mm; padding: 8mm; font: 10pt/1.3 system-ui, "Segoe UI", Roboto, sans-serif; color: #101c25;
-  background: #fff }
-h1 { font-size: 18pt; line-height: 1.1; margin: 0 }
-h2 { font-size: 11pt; margin: 4mm 0 1mm; border-bottom: 1px solid #76838f; break-after: avoid }
-p { margin: 1mm 0 }
-.quiet { color: #44525f }
-table { width: 100%; border-collapse: collapse; font-size: 9pt }
-tr { break-inside: avoid }
-th, td { text-align: left; vertical-align: top; padding: .8mm 3mm .8mm 0; border-bottom: 1px solid #c3cad1 }
-th { font-weight: 600; width: 34mm }
-@media print { body { padding: 0; max-width: none; font-size: 9pt } }
-"""
 
 
 def heading(report: Report, zone: str, language: Language = str) -> list[str]:
@@ -74,18 +58,6 @@ def text(report: Report, zone: str, language: Language = str) -> str:
             lines.append(f"- {render(TOPICS[finding.topic], language)}: {_sentence(finding, language)}")
             lines += [f"  {means}"] if means else []
     return "\n".join(lines) + "\n"
-
-
-def page(report: Report, zone: str, language: Language = str, code: str = "en") -> str:
-    """One HTML page without scripts or other files, for printing on A4."""
-    title, *more = heading(report, zone, language)
-    parts = [f"<h1>{escape(title)}</h1>", *(f'<p class="quiet">{escape(line)}</p>' for line in more)]
-    for level, findings in _by_level(report).items():
-        rows = (f"<tr><th>{escape(render(TOPICS[finding.topic], language))}</th><td>{escape(_sentence(finding, language))}"
-                f"{_paragraph(render(finding.means, language))}</td></tr>" for finding in findings)
-        parts.append(f"<h2>{escape(render(LEVELS[level], language))}</h2><table>{''.join(rows)}</table>")
-    return (f'<!DOCTYPE html><html lang="{escape(code)}"><head><meta charset="utf-8"><title>{escape(title)}</title>'
-            f"<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n")
 
 
 def document(report: Report, zone: str) -> str:
@@ -141,10 +113,6 @@ def _by_level(report: Report) -> dict[Level, list[Finding]]:
 def _sentence(finding: Finding, language: Language) -> str:
     says = render(finding.says, language)
     return says if says.endswith((".", "…")) else f"{says}."
-
-
-def _paragraph(means: str) -> str:
-    return f"<p>{escape(means)}</p>" if means else ""
 
 
 def _stamp(at: datetime) -> str:

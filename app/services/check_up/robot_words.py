@@ -21,8 +21,8 @@ def look_at_language(look: Look, status: RobotStatus, entries: Sequence[parse.Ob
     unknown = sorted({state for entry in entries if (state := clean(entry.get("state"), 40)) and state not in ITEM_STATES})
     if unknown:
         look.amber(Topic.LANGUAGE, message("It has words of its own for the states of missions: {words}", words=", ".join(unknown)),
-                   message("Until it is tried with a mission, a run whose word is not known is followed until the robot has ended it, and "
-                           "shown as failed with that word. Try it with a mission."))
+                   message("Trying it with a mission shows what they mean; until then a run whose word is not known is followed until the "
+                           "robot has ended it, and shown as failed with that word."))
     elif status.state is not RobotState.UNKNOWN and status.state_text and not _is_english(status):
         look.amber(Topic.LANGUAGE, message("It speaks another language: its state is {text}", text=status.state_text),
                    message("Its texts are shown as it says them. What it says of a cancelled mission is learned by trying it with one; "

@@ -27,7 +27,10 @@ def check_room(c: Any, robot: Robot, ledger: Ledger, holds: Holds, settings: Set
         raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
     if holds.is_copy is not None:
         raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
-    if holds.active(robot.id) is not None:
+    if (hold := holds.active(robot.id)) is not None:
+        if hold.reason:
+            raise InvalidInput("robot", "{robot} is held back ({reason}): check up when it is released", robot=robot.name,
+                               reason=hold.reason)
         raise InvalidInput("robot", "{robot} is held back: check up when it is released", robot=robot.name)
     rows = [*ledger.open_for(robot.id), *(row for row in ledger.unbound() if row.group_id in groups)]
     if rows:

@@ -104,6 +104,8 @@ class CheckUps:
              is_wanted: Callable[[], bool]) -> Report:
         began_at, began, whole = self._clock.now(), self._clock.monotonic(), self.length_s(trial)
         look = self._look(client, is_wanted, lambda progress: told(replace(progress, done=min(progress.done, whole), of=whole)))
+        if robot.known is not None and robot.known.rest is not None:
+            look.probe.spare(robot.known.rest.requests, robot.known.rest.seconds)
         identity: Identity | None = None
         is_complete = False
         try:
@@ -173,9 +175,9 @@ class CheckUps:
 
     @contextmanager
     def _client(self, robot: Robot) -> Iterator[RobotClient]:
-        """A patient connection of its own."""
+        """A patient connection of its own, to the robot as it is and not as an earlier check-up has found it."""
         check_usable(robot)
-        with closing(self._make_client(robot)) as client:
+        with closing(self._make_client(replace(robot, profile=None))) as client:
             client.timeouts = PATIENT
             yield client
 

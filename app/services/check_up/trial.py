@@ -16,6 +16,7 @@ from app.domain.robot import QueueState, RobotState
 from app.mir import parse
 from app.mir.errors import Refusal, RobotError, Unauthorized
 from app.mir.probe import QUEUE, Answer, ids_of
+from app.mir.texts import clean
 from app.services.check_up.look import Look
 from app.services.check_up.restore import Note, has_ended, items_above, read_item, set_state, with_pause
 
@@ -26,6 +27,8 @@ PAUSE_S = 3.0                # that the robot is paused at a time, at least
 STATE_WITHIN = 10.0          # s until it shows that it is paused
 ENDS_WITHIN, OWN_ENDS_WITHIN = 90.0, 900.0           # s for all items to end: of the mission that waits a second, of another one
 TAKES_S, OWN_TAKES_S = 40.0, 240.0                   # that a trial takes, about
+READ_EVERY = 1.0             # s between two looks at all items
+LONGEST_WORD = 40            # characters for a state
 FIRST, AGAIN, CANCELLED, PREFERRED = range(4)        # items, in the order in which they are queued
 
 
@@ -64,6 +67,7 @@ class Seen:
     pause_problem: RobotError | None = None
     waits_in_pause: bool | None = None           # what is queued meanwhile
     runs_on: bool | None = None                  # after a pause, what ran before
+    is_in_error: bool = False                    # at the end: what ended may have failed
     may_not_make: bool = False                   # a mission
     problem: RobotError | None = None            # that ended the trial early
 
@@ -125,6 +129,7 @@ class TrialRun:
             self.seen.waits_in_pause = not any(item.has_begun for item in self.seen.items if item is not self.seen.cancelled)
             self._release()
         self._follow()
+        self.seen.is_in_error = self._probe.status().state is RobotState.ERROR
 
     # ------------------------------------------------------------------ steps
     def _make(self, guid: str) -> None:
@@ -199,6 +204,7 @@ class TrialRun:
             self._at(message("Waiting until the missions have ended"))
             if not to_pause:
                 self._read()
+                self._wait(READ_EVERY)
                 continue
             self._note_of(first)                 # it alone, so that not much of a second is gone when it is seen running
             if first.has_begun:
@@ -233,8 +239,8 @@ class TrialRun:
 
     def _note_of(self, item: Item) -> None:
         item.now = read_item(self._look, item.id or 0)
-        if word := item.now.get("state"):
-            item.words[_phase(item)] = str(word)
+        if word := clean(item.now.get("state"), LONGEST_WORD):
+            item.words[_phase(item)] = word
 
     def _wait(self, seconds: float) -> None:
         self._look.check_is_wanted()

@@ -55,6 +55,8 @@ class Trials:
 
     def run(self, look: Look, robot: Robot, agreed: Trial, identity: Identity) -> bool:
         """Whether it was tried to the end; if not, a finding says why. Raises NotWanted."""
+        if (rest := look.seen.get("rest")) is not None:
+            look.probe.spare(rest.requests, rest.seconds)
         try:
             self._check_room(robot, agreed)
             self._wait_until_ready(look, robot)

@@ -1,6 +1,7 @@
 """Reports of check-ups as files where people look for theirs: a page to print, and what the robot was found to be."""
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from app.services.files.exports import DataFiles
@@ -9,17 +10,18 @@ STEM = "amr-scheduler-check-up"
 
 
 class CheckUpFiles(DataFiles):
-    """Never writes over a file that is there."""
+    """Files have the robot in their names. Never writes over one that is there."""
 
-    def write_page(self, html: str) -> Path:
+    def write_page(self, html: str, robot: str) -> Path:
         """An HTML file; returns it. Raises InvalidInput when it can't be written."""
-        return self._write(html, ".html")
+        return self._write(html, robot, ".html")
 
-    def write_profile(self, document: str) -> Path:
+    def write_profile(self, document: str, robot: str) -> Path:
         """A JSON file that ``python -m mir_sim --profile`` takes; returns it. Raises InvalidInput when it can't be written."""
-        return self._write(document, ".json")
+        return self._write(document, robot, ".json")
 
-    def _write(self, text: str, suffix: str) -> Path:
-        with self._new_file(str(self.suggested(STEM, suffix)), suffix) as (target, file):
+    def _write(self, text: str, robot: str, suffix: str) -> Path:
+        stem = "-".join([STEM, *re.findall(r"\w+", robot.lower())])         # a name is no path
+        with self._new_file(str(self.suggested(stem, suffix)), suffix) as (target, file):
             file.write(text.encode("utf-8", "replace").decode())
         return target

@@ -73,7 +73,7 @@ def test_a_start_that_is_open_goes_first(site, check_ups, robot):
 
 def test_a_robot_that_is_held_switched_off_or_busy_is_left_alone(site, check_ups, robot):
     site.container.holds.hold("Cleaning", robot_id=robot.id)
-    assert refused(check_ups, robot) == "R1 is held back: check up when it is released"
+    assert refused(check_ups, robot) == "R1 is held back (Cleaning): check up when it is released"
     site.container.holds.release(robot.id)
     site.machines["R1"].pause()
     assert refused(check_ups, robot) == "R1 does not stand ready with an empty queue: check up when it does"

@@ -1,4 +1,4 @@
-"""The report of a check-up: as text, as a page, and as a file that makes a simulated robot of what was found."""
+"""The report of a check-up: as text, and as a file that makes a simulated robot of what was found."""
 from __future__ import annotations
 
 import json
@@ -62,14 +62,6 @@ def test_the_text_has_every_finding_and_the_worst_first():
     assert lines[5:] == ["To put right", "- Load: It booted when it was asked 31 times within 10 s.", "  The app asks less.", "",
                          "To know", "- Searching: Its queue can't be searched: <b>no</b>.", "  Nothing to do.", "",
                          "Fine", "- Software: Its software is 3.5.4; MiR's definition of 3.5.4 fits."]
-
-
-def test_the_page_shows_what_robots_say_as_text():
-    page = reports.page(REPORT, ZONE)
-    assert "<h1>Check-up of Aino &lt;&amp;&gt;</h1>" in page
-    assert "&lt;b&gt;no&lt;/b&gt;" in page
-    assert "<b>" not in page
-    assert "<script" not in page
 
 
 def test_every_topic_and_level_has_its_name():

@@ -10,7 +10,6 @@ from app.domain.check_up import LeftBehind, Level, Topic, Trial
 from app.domain.message import render
 from app.domain.models import InvalidInput
 from app.mir.errors import Unreachable
-from app.services.check_up import report as reports
 from app.services.live.changes import Topic as Change
 from mir_sim import MISSIONS
 from tests.support.checked_robot import CheckedRobot
@@ -86,13 +85,11 @@ def test_what_was_left_on_another_machine_is_not_looked_for_on_this_one(robot):
     assert not robot.check_ups.left_behind()
 
 
-def test_its_files_lie_where_people_look_for_theirs(robot, tmp_path):
-    files = robot.container.check_up_files
-    files._documents = tmp_path
-    report = robot.check_ups.run(robot.id)
-    page = files.write_page(reports.page(report, "UTC"))
-    profile, second = (files.write_profile(reports.document(report, "UTC")) for _ in range(2))
-    assert (page.name, profile.name, second.name) == (
-        "amr-scheduler-check-up-2026-11-23.html", "amr-scheduler-check-up-2026-11-23.json", "amr-scheduler-check-up-2026-11-23-2.json")
-    assert page.read_text(encoding="utf-8") == reports.page(report, "UTC")
-    assert profile.stat().st_mode & 0o777 == 0o600
+def test_a_robot_is_asked_as_it_is_and_not_as_it_was_found_before(robot):
+    asked = []
+    make = robot.asked.client
+    robot.check_ups._make_client = lambda row: asked.append(row.profile) or make(row)
+    robot.check_ups.run(robot.id)
+    robot.check_ups.run(robot.id)
+    assert robot.container.catalogue.robot(robot.id).known is not None
+    assert asked == [None, None]

@@ -5,7 +5,6 @@ import re
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from html import unescape
-from html.parser import HTMLParser
 
 import pytest
 
@@ -15,40 +14,10 @@ from app.screens.logs import report_page
 from app.services.history.kpi import KpiFilter
 from app.services.history.shift_report import LINES, SHIFT, ReportPeriod, ShiftReports, bounds, shared
 from tests.support import month
+from tests.support.html_page import Strict
 from tests.support.kpi_world import HELSINKI, NOON, World
 
 EVIL = "<script>alert('x')</script> & \"Deliver\""
-VOID = {"meta"}
-
-
-class Strict(HTMLParser):
-    """Every element is closed in its turn; remembers texts and elements."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(convert_charrefs=True)
-        self.open: list[str] = []
-        self.elements: list[str] = []
-        self.attributes: list[tuple[str, str | None]] = []
-        self.cells: list[str] = []
-        self.feed(text)
-        self.close()
-        assert self.open == []
-
-    def handle_starttag(self, tag, attrs):
-        self.elements.append(tag)
-        self.attributes += attrs
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if data.strip() and "style" not in self.open:
-            self.cells.append(data.strip())
-
-    def error(self, message):
-        raise AssertionError(message)
 
 
 @pytest.fixture

@@ -1,0 +1,176 @@
+"""Texts and values that Settings shows of the check-up of a robot: how it stands, what was found, what will move. Pure functions."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import NamedTuple
+
+from app.domain.check_up import Finding, Level, Progress, Report, Topic, Trial
+from app.domain.models import InvalidInput, Robot
+from app.i18n import _, ngettext
+from app.screens.common import formats
+from app.screens.common.options import Option
+from app.screens.common.problems import sentence_of, words_of
+from app.screens.settings.view import NoticeView, went_wrong
+from app.services.check_up.report import LEVELS, TOPICS
+
+OFFERED = ""                 # in place of a mission's name: the one that waits a second
+QUEUED = 4                   # missions of a trial
+
+
+class Appearance(NamedTuple):
+    """Of a level: never the colour alone."""
+    icon: str
+    word: str
+    tone: str
+
+
+@dataclass(frozen=True)
+class FindingView:
+    """Values of FindingRow."""
+    key: str
+    icon: str
+    word: str
+    tone: str
+    text: str
+    note: str
+
+
+def appearance(level: Level) -> Appearance:
+    icon, tone = {Level.RED: ("alert-octagon", "fault"), Level.AMBER: ("alert", "attention"), Level.GREEN: ("check-circle", "done")}[level]
+    return Appearance(icon, words_of(LEVELS[level]), tone)
+
+
+# ---------------------------------------------------------------------- how a robot stands
+def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, is_left: bool = False) -> NoticeView:
+    """In one line: when it was checked up, and what came of it. ``is_left``: something of a trial that was cut off is still there."""
+    if is_left:
+        return NoticeView(_("What a check-up changed there is still to be put back"), tone="attention", icon="backup-restore")
+    if report is None:
+        return NoticeView(_("Never checked up"), icon="clipboard-outline")
+    if outdated := _outdated(robot, report):
+        return NoticeView(outdated, tone="attention", icon="update")
+    when = formats.local(report.began_at, zone).date()
+    day = _("today") if when == formats.local(now, zone).date() else formats.wall_day(when, year=when.year != now.year)
+    seen = appearance(report.level)
+    return NoticeView(_("Checked up {day}: {found}").format(day=day, found=counts(report.findings)), tone=seen.tone, icon=seen.icon)
+
+
+def _outdated(robot: Robot, report: Report) -> str:
+    """Why the report is of before; empty: it is not."""
+    profile = report.profile
+    if profile.serial_number != robot.serial_number:
+        return _("It is another machine now: check it up")
+    if profile.software != robot.software:
+        return _("Software is {version} now: check it up again").format(version=robot.software or "?")
+    return ""
+
+
+def counts(findings: Sequence[Finding]) -> str:
+    """1 to put right, 2 to know"""
+    red, amber = (sum(finding.level is level for finding in findings) for level in (Level.RED, Level.AMBER))
+    words = [ngettext("{n} to put right", "{n} to put right", red).format(n=red)] if red else []
+    words += [ngettext("{n} to know", "{n} to know", amber).format(n=amber)] if amber else []
+    return ", ".join(words) or _("all fine")
+
+
+# ---------------------------------------------------------------------- the report
+def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
+    """Its head: what came of it, when it was made, and whether anything was queued."""
+    seen = appearance(report.level)
+    found = counts(report.findings)
+    text = found[:1].upper() + found[1:]
+    lines = [_("Checked up {when}, in {time}").format(when=formats.day_and_time(report.began_at, zone),
+                                                     time=formats.duration(report.took_s)),
+             queued_sentence(report)]
+    if not report.is_complete:
+        lines.append(_("It was stopped, or the robot did not answer to the end: check it up again."))
+    if outdated := _outdated(robot, report):
+        lines.append(outdated)
+    tone = "attention" if seen.tone == "done" and len(lines) > 2 else seen.tone
+    return NoticeView(text, "\n".join(lines), tone, seen.icon)
+
+
+def queued_sentence(report: Report) -> str:
+    return _("Tried with the mission {mission}").format(mission=report.mission) if report.mission else _("Only read: no mission was queued")
+
+
+def finding_views(findings: Sequence[Finding], *levels: Level) -> list[FindingView]:
+    """Of these levels, the worst first, then in the order of topics."""
+    order, shown = list(Topic), [level for level in (Level.RED, Level.AMBER, Level.GREEN) if level in levels]
+    wanted = [finding for finding in findings if finding.level in shown]
+    wanted.sort(key=lambda finding: (shown.index(finding.level), order.index(finding.topic)))
+    return [_finding(n, finding) for n, finding in enumerate(wanted)]
+
+
+def _finding(n: int, finding: Finding) -> FindingView:
+    seen = appearance(finding.level)
+    word = _("{level} · {topic}").format(level=seen.word, topic=words_of(TOPICS[finding.topic]))
+    return FindingView(f"{finding.topic} {n}", seen.icon, word, seen.tone, words_of(finding.says), words_of(finding.means))
+
+
+def fine(findings: Sequence[Finding]) -> str:
+    """How many more are there than are shown; empty: none."""
+    n = sum(finding.level is Level.GREEN for finding in findings)
+    return ngettext("{n} fine", "{n} fine", n).format(n=n) if n else ""
+
+
+# ---------------------------------------------------------------------- before
+def begins(trial: Trial | None, seconds: float) -> str:
+    """How long it takes, and whether anything moves."""
+    if trial is None:
+        return _("Reads only: takes about {time}, nothing moves").format(time=formats.duration(seconds))
+    return _("Reads first, then queues missions: takes about {time}").format(time=formats.duration(seconds))
+
+
+def mission_options(names: Sequence[str]) -> list[Option]:
+    """The offered one first, then the robot's own."""
+    offered = Option(OFFERED, mission_word(OFFERED), "timer-sand", _("Nothing drives"))
+    return [offered, *(Option(name, name, "flag-outline") for name in names)]
+
+
+def mission_word(mission: str) -> str:
+    return mission or _("One that waits a second, made and removed again")
+
+
+def begin_word(robot: Robot, trial: Trial | None) -> str:
+    """What the button does, by its name."""
+    if trial is None:
+        return _("Check up, only reading")
+    return _("Check up and queue {n} missions on {robot}").format(n=QUEUED, robot=robot.name)
+
+
+def refused(problem: BaseException) -> NoticeView:
+    """Why it can't be now, which is nobody's fault, or what went wrong."""
+    if isinstance(problem, InvalidInput):
+        return NoticeView(sentence_of(problem), tone="attention", icon="clock-alert-outline")
+    return went_wrong(problem)
+
+
+# ---------------------------------------------------------------------- while it runs
+def progress_words(progress: Progress | None, *, stopping: bool = False) -> tuple[str, str, float]:
+    """What it is doing, how far it is, and the share of that (0–1)."""
+    if progress is None:
+        return _("Asking the robot …"), "", 0.0
+    share = min(1.0, progress.done / progress.of) if progress.of else 0.0
+    says = _("Stopping; what was changed on the robot is put back") if stopping else words_of(progress.says)
+    return says, how_far(progress), share
+
+
+def how_far(progress: Progress) -> str:
+    return _("{done} of about {of}").format(done=formats.duration(progress.done), of=formats.duration(progress.of))
+
+
+def under_way(progress: Progress | None) -> NoticeView:
+    """For the robot's panel."""
+    if progress is None:
+        return NoticeView(_("Is being checked up"), icon="clipboard-clock-outline")
+    return NoticeView(_("Is being checked up: {progress}").format(progress=how_far(progress)), icon="clipboard-clock-outline")
+
+
+def ended_sentence(report: Report) -> NoticeView:
+    """For the snackbar."""
+    found = counts(report.findings)
+    text = _("{robot} is checked up: {found}") if report.is_complete else _("The check-up of {robot} has ended early: {found}")
+    return NoticeView(text.format(robot=report.robot, found=found), icon=appearance(report.level).icon)

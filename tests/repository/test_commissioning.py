@@ -1,0 +1,99 @@
+"""docs/commissioning.md says of every amber and red finding that a check-up can have what to do, and the pictures that it shows exist."""
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from app.domain.check_up import Level, Topic
+from app.domain.message import render
+from app.services.check_up.report import LEVELS, TOPICS
+
+ROOT = Path(__file__).parents[2]
+GUIDE = ROOT / "docs" / "commissioning.md"
+CODE = sorted((ROOT / "app" / "services" / "check_up").glob("*.py"))
+
+
+class Told(NamedTuple):
+    """A finding as the code has it; ``topic`` None: of several."""
+    topic: Topic | None
+    level: Level
+    says: str
+
+
+def told() -> Iterator[Told]:
+    for path in CODE:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        functions = {node.name: node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+        for function in functions.values():
+            for node in ast.walk(function):
+                if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("amber", "red"):
+                    topic, says, *_means = node.args
+                    for text in texts(says, function, functions):
+                        yield Told(topic_of(topic), Level(node.func.attr), text)
+
+
+def topic_of(node: ast.expr) -> Topic | None:
+    return Topic[node.attr] if isinstance(node, ast.Attribute) else None
+
+
+def texts(node: ast.expr, function: ast.FunctionDef, functions: dict[str, ast.FunctionDef]) -> Iterator[str]:
+    """The sentences that an expression may be."""
+    if isinstance(node, ast.IfExp):
+        yield from texts(node.body, function, functions)
+        yield from texts(node.orelse, function, functions)
+    elif isinstance(node, ast.Name):
+        values = [each.value for each in ast.walk(function) if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == node.id]
+        for value in values:
+            yield from texts(value, function, functions)
+    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "message":
+        assert isinstance(node.args[0], ast.Constant)
+        yield node.args[0].value
+    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+        for returned in ast.walk(functions[node.func.id]):
+            if isinstance(returned, ast.Return) and returned.value is not None:
+                yield from texts(returned.value, functions[node.func.id], functions)
+
+
+def as_written(text: str) -> str:
+    """With "…" in place of what differs from robot to robot."""
+    return re.sub(r"\{\w+\}", "…", text)
+
+
+def rows() -> list[list[str]]:
+    """The cells of the tables of findings: topic, level, sentence, what to do."""
+    lines = GUIDE.read_text(encoding="utf-8").splitlines()
+    cells = [[cell.strip() for cell in line.strip("| ").split(" | ")] for line in lines if line.startswith("| ")]
+    return [row for row in cells if len(row) == 4]
+
+
+FINDINGS = sorted(set(told()), key=str)
+
+
+def test_the_findings_are_found():
+    assert len(FINDINGS) > 40
+    assert {finding.level for finding in FINDINGS} == {Level.AMBER, Level.RED}
+    assert all(finding.says for finding in FINDINGS)
+
+
+@pytest.mark.parametrize("finding", FINDINGS, ids=lambda finding: as_written(finding.says)[:60])
+def test_each_has_a_line_that_says_what_to_do(finding):
+    topic, level = render(TOPICS[finding.topic]) if finding.topic else "", render(LEVELS[finding.level])
+    found = [row for row in rows() if row[2] == as_written(finding.says) and row[1] == level and topic in row[0]]
+    assert len(found) == 1
+    assert len(found[0][3]) > 5
+
+
+def test_no_line_is_about_what_is_never_told():
+    known = {as_written(finding.says) for finding in FINDINGS}
+    assert [row for row in rows()[1:] if row[2] not in known and row[0] != "topic"] == []
+
+
+def test_every_picture_that_it_shows_exists_and_has_words():
+    shown = re.findall(r"!\[([^\]]*)\]\(([^)]*)\)", GUIDE.read_text(encoding="utf-8"))
+    assert len(shown) >= 8
+    assert [path for words, path in shown if not words or not (GUIDE.parent / path).is_file()] == []

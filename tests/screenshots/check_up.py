@@ -1,0 +1,107 @@
+"""The check-up of a robot in Settings: before it, while it runs, what it found of simulated robots, and how the robots stand."""
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from datetime import timedelta
+from functools import cache
+from pathlib import Path
+
+from app.database.check_ups import CheckUpRepository
+from app.domain.check_up import Progress, Report, Trial
+from app.domain.message import message
+from mir_sim import Profile, deviant
+from mir_sim.profile import Reboots
+from tests.screenshots.registry import picture
+from tests.screenshots.settings import EVERY_SIZE, NOW, Plant
+from tests.support.checked_robot import CheckedRobot
+
+KINDS = {"good": Profile(),
+         "odd": replace(deviant("german-states"), clock_offset=-42.0, reboots=Reboots(30, 10.0, 20.0))}
+SOFTWARE = "3.5.4"
+
+
+@cache
+def found(kind: str, software: str = SOFTWARE, trial: Trial | None = None) -> Report:
+    """By a check-up of a robot of that kind."""
+    robot = CheckedRobot(Path(tempfile.mkdtemp(prefix="amr-pictures-")), KINDS[kind], software=software)
+    return robot.check_ups.run(robot.id, trial)
+
+
+class Checked(Plant):
+    """``reports`` by the name of the robot."""
+    def __init__(self, studio, **reports: Report) -> None:
+        super().__init__(studio)
+        container, check_ups = self.container, CheckUpRepository()
+        for robot in container.catalogue.robots():
+            if report := reports.get(robot.name):
+                stored = replace(report, robot=robot.name, address=robot.address, model=robot.model, began_at=NOW - timedelta(days=1),
+                                 profile=replace(report.profile, serial_number=robot.serial_number))
+                container.db.write(lambda c, robot=robot, stored=stored: check_ups.put(c, robot.id, stored))
+
+    def dialog(self, studio, name: str = "Aino"):
+        """The check-up of a robot, with its dialog open."""
+        page = self.screen(studio).page
+        robot = next(robot for robot in page.context.facts.robots if robot.name == name)
+        page.act(robot.id, "check up")
+        self.settle(studio)
+        return page._check_ups[robot.id]
+
+    def settle(self, studio):
+        studio.driver.wait(lambda: self.shell.background.idle)
+        studio.driver.advance(.2)
+        return studio.dialogs.top
+
+
+@picture("check-up-robots", sizes=EVERY_SIZE)
+def robots(studio):
+    return Checked(studio, Aino=found("good"), Sisu=found("odd"), Veikko=found("good", "2.14.7")).screen(studio)
+
+
+@picture("check-up-before", sizes=EVERY_SIZE)
+def before(studio):
+    Checked(studio).dialog(studio)
+    return studio.dialogs.top
+
+
+@picture("check-up-trial", sizes=EVERY_SIZE)
+def trial(studio):
+    plant = Checked(studio)
+    plant.dialog(studio).choose_trial(True)
+    return plant.settle(studio)
+
+
+@picture("check-up-refused", sizes=EVERY_SIZE)
+def refused(studio):
+    plant = Checked(studio)
+    plant.clock.advance((plant.container.catalogue.schedules()[0].next_at - NOW).total_seconds() - 120)
+    check_up = plant.dialog(studio)
+    check_up.choose_trial(True)
+    plant.settle(studio)
+    check_up.begin()
+    return plant.settle(studio)
+
+
+@picture("check-up-running", sizes=EVERY_SIZE)
+def running(studio):
+    plant = Checked(studio)
+    check_up = plant.dialog(studio)
+    check_up.choose_trial(True)
+    plant.settle(studio)
+    check_up.part = "CheckUpRunning"
+    check_up._progress = Progress(message("Measuring how soon it answers"), 35.0, plant.container.check_ups.length_s(Trial()))
+    check_up._show_progress()
+    return plant.settle(studio)
+
+
+@picture("check-up-good", sizes=EVERY_SIZE)
+def good(studio):
+    plant = Checked(studio, Aino=found("good", trial=Trial()))
+    plant.dialog(studio).turn_all()
+    return plant.settle(studio)
+
+
+@picture("check-up-report", sizes=EVERY_SIZE)
+def report(studio):
+    Checked(studio, Aino=found("odd", trial=Trial())).dialog(studio)
+    return studio.dialogs.top

@@ -1,0 +1,24 @@
+"""Where the report of a check-up is written: the name of a robot is in the name of the file, and is no path."""
+from __future__ import annotations
+
+import pytest
+
+from app.database.connection import Database
+from app.services.catalogue.catalogue import Catalogue
+from app.services.files.check_up_files import CheckUpFiles
+from app.services.live.changes import Changes
+from tests.support.clock import VirtualClock
+
+
+@pytest.mark.parametrize(("robot", "stem"), [
+    ("Aino", "check-up-aino"), ("Hall 2 / R#1", "check-up-hall-2-r-1"), ("../../etc", "check-up-etc"), ("..", "check-up"),
+    ("Täti", "check-up-täti")])
+def test_both_files_lie_where_people_look_and_are_named_after_the_robot(tmp_path, robot, stem):
+    clock, documents = VirtualClock(), tmp_path / "Documents"
+    documents.mkdir()
+    db = Database.open(tmp_path / "amr-scheduler.db", clock=clock, threaded=False, durable=False)
+    files = CheckUpFiles(db, Catalogue(db, clock, Changes()), clock, documents)
+    assert files.write_page("<p>", robot) == documents / f"amr-scheduler-{stem}-2026-11-23.html"
+    assert files.write_page("<p>", robot) == documents / f"amr-scheduler-{stem}-2026-11-23-2.html"
+    assert files.write_profile("{}", robot) == documents / f"amr-scheduler-{stem}-2026-11-23.json"
+    db.close()

@@ -1,0 +1,289 @@
+"""The check-up of a robot in Settings, as an integrator uses it: over HTTP against simulated robots, with a clock that nobody waits for."""
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.domain.models import Schedule
+from app.screens.settings.check_up import CheckUpDialog, FindingRow
+from app.screens.settings.robots import RobotPanel
+from app.widgets.buttons import CommandButton, Toggle
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.fields import PickField
+from app.widgets.rows import OptionRow
+from app.widgets.surfaces import Tap
+from app.window.key_focus import ENTER, ESCAPE, TAB
+from mir_sim import deviant
+from mir_sim.profile import FAITHFUL, profile_of
+from tests.support.clock import VirtualClock
+from tests.ui.integrator import go, page, press, robots, says
+from tests.ui.whole_app import GUIDS
+
+
+class Hurried(VirtualClock):
+    """The time of this machine at first, then ``hurry`` times as fast in pauses; as robots are read, these take next to none."""
+    hurry = 100.0
+
+    def sleep(self, seconds: float) -> None:
+        self.advance(seconds)
+        time.sleep(seconds / self.hurry)
+
+
+@pytest.fixture(scope="module")
+def first_settings():
+    return {"timezone": "Europe/Copenhagen"}     # that of the robots
+
+
+@pytest.fixture
+def clock(site, monkeypatch) -> Hurried:
+    """Of the check-ups."""
+    clock = Hurried(site.container.clock.now())
+    for part in (site.container.check_ups, site.container.check_ups._trials):
+        monkeypatch.setattr(part, "_clock", clock)
+    return clock
+
+
+@pytest.fixture
+def aino(site, app, ui, clock):
+    """The first of the fleet, on its panel."""
+    site.add_robots()
+    go(ui, "robots")
+    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 2 and all(robot.software for robot in robots(site)))
+    yield site.fleet.robots[0]
+    site.fleet.robots[0].model.profile = FAITHFUL
+
+
+def panel(ui) -> RobotPanel:
+    return ui.find(RobotPanel, name="Aino")
+
+
+def opened(ui, word: str = "Check up") -> CheckUpDialog:
+    press(ui, word, panel(ui))
+    ui.wait(lambda: ui.find_all(CheckUpDialog))
+    return ui.find(CheckUpDialog)
+
+
+def begin(ui, dialog: CheckUpDialog) -> None:
+    ui.wait(lambda: dialog.vm.can_begin)
+    press(ui, dialog.vm.begin_word, dialog)
+
+
+def until_reported(ui, dialog: CheckUpDialog) -> dict[str, str]:
+    """What is told as not in order: its sentences by level and topic."""
+    ui.wait(lambda: dialog.vm.part == "CheckUpReport")
+    ui.advance(.2)
+    return {row.word: row.text for row in ui.find_all(FindingRow, dialog)}
+
+
+def try_with_a_mission(ui, dialog: CheckUpDialog) -> None:
+    ui.tap(ui.find(Toggle, dialog))
+    ui.wait(lambda: dialog.vm.will_do)
+
+
+def state_of(robot) -> tuple[list[str], int, bool]:
+    """Of the simulated robot: its missions, how many items its queue ever had, and whether it is paused."""
+    model = robot.model
+    with model.lock:
+        return sorted(row["guid"] for row in model.site.table("/missions")), len(model.queue), model.paused
+
+
+# ---------------------------------------------------------------------- reading
+def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, app, ui, aino):
+    assert panel(ui).check_up.text == "Never checked up"
+    before = state_of(aino)
+    dialog = opened(ui)
+    assert dialog.vm.begins == "Reads only: takes about 1 min 35 s, nothing moves"
+    assert dialog.vm.will_do == ""
+    begin(ui, dialog)
+    found = until_reported(ui, dialog)
+    assert found == {"To know · Encryption": "It is asked over http: whoever listens on the network can read the password"}
+    assert dialog.vm.verdict.text == "1 to know"
+    assert "Only read: no mission was queued" in dialog.vm.verdict.note
+    press(ui, dialog.vm.fine, dialog)
+    ui.wait(lambda: len(ui.find_all(FindingRow, dialog)) > 1)
+    assert "Fine · Clock" in {finding.word for finding in dialog.vm.fine_findings}
+    press(ui, "Close", dialog)
+    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 1 to know")
+    assert panel(ui).check_up.tone == "attention"
+    assert state_of(aino) == before
+
+
+def test_the_last_report_is_shown_again_and_a_new_one_can_be_made(site, app, ui, aino):
+    dialog = opened(ui)
+    begin(ui, dialog)
+    until_reported(ui, dialog)
+    press(ui, "Close", dialog)
+    ui.wait(lambda: panel(ui).check_up_word == "Check-up")
+    dialog = opened(ui, "Check-up")
+    assert until_reported(ui, dialog)
+    press(ui, "Check up again", dialog)
+    ui.wait(lambda: dialog.vm.part == "CheckUpBefore")
+    assert not dialog.vm.wants_trial
+
+
+def test_a_robot_that_does_not_answer_is_told_and_stays_unchecked(site, app, ui, aino):
+    aino.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
+    dialog = opened(ui)
+    begin(ui, dialog)
+    found = until_reported(ui, dialog)
+    assert list(found) == ["To put right · Who it is"]
+    assert found["To put right · Who it is"].startswith("It could not be asked")
+    assert "did not answer to the end" in dialog.vm.verdict.note
+    press(ui, "Close", dialog)
+    ui.wait(lambda: app.shell.background.idle)
+    assert panel(ui).check_up.text == "Never checked up"
+
+
+def test_after_a_change_of_the_software_the_panel_asks_for_another(site, app, ui, aino):
+    dialog = opened(ui)
+    begin(ui, dialog)
+    until_reported(ui, dialog)
+    press(ui, "Close", dialog)
+    repository = site.container.repositories.robots
+    robot = robots(site)[0]
+    site.container.db.write(lambda c: repository.update(c, replace(robot, software="9.9")))
+    page(app).context.refresh()
+    ui.wait(lambda: panel(ui).check_up.text == "Software is 9.9 now: check it up again")
+
+
+# ---------------------------------------------------------------------- while it runs
+class Waiting(Hurried):
+    """Stands still at the next pause, until it is let go."""
+
+    def __init__(self, now) -> None:
+        super().__init__(now)
+        self.go_on = threading.Event()
+
+    def sleep(self, seconds: float) -> None:
+        self.go_on.wait(30)
+        super().sleep(seconds)
+
+
+@pytest.fixture
+def waiting(site, aino, monkeypatch) -> Iterator[Waiting]:
+    clock = Waiting(site.container.clock.now())
+    for part in (site.container.check_ups, site.container.check_ups._trials):
+        monkeypatch.setattr(part, "_clock", clock)
+    yield clock
+    clock.go_on.set()
+
+
+def test_stop_ends_it_and_says_that_it_is_not_complete(site, app, ui, waiting):
+    dialog = opened(ui)
+    begin(ui, dialog)
+    ui.wait(lambda: dialog.vm.part == "CheckUpRunning" and dialog.vm.doing == "Asking who it is")
+    press(ui, "Stop", dialog)
+    assert dialog.vm.stopping
+    waiting.go_on.set()
+    until_reported(ui, dialog)
+    assert "It was stopped" in dialog.vm.verdict.note
+    press(ui, "Close", dialog)
+    assert panel(ui).check_up.text == "Never checked up"
+
+
+def test_it_goes_on_while_its_dialog_is_closed_and_tells_its_end(site, app, ui, waiting):
+    dialog = opened(ui)
+    begin(ui, dialog)
+    ui.wait(lambda: dialog.vm.doing == "Asking who it is")
+    ui.key(ESCAPE)
+    ui.wait(lambda: not ui.find_all(CheckUpDialog))
+    ui.wait(lambda: panel(ui).check_up.text.startswith("Is being checked up: 0 s of about"))
+    assert page(app).is_busy
+    dialog = opened(ui, "Check-up")
+    assert dialog.vm.part == "CheckUpRunning"
+    ui.key(ESCAPE)
+    waiting.go_on.set()
+    ui.wait(lambda: says(ui, "Aino is checked up: 1 to know"))
+    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 1 to know")
+
+
+def test_the_end_of_the_app_ends_it(site, app, ui, waiting):
+    dialog = opened(ui)
+    begin(ui, dialog)
+    ui.wait(lambda: dialog.vm.doing == "Asking who it is")
+    dialog.vm._job.cancel()                              # as the window does with all that is under way when it closes
+    waiting.go_on.set()
+    robot = robots(site)[0]
+    ui.wait(lambda: app.shell.background.idle and not site.container.check_ups._under_way)
+    assert site.container.check_ups.report(robot.id) is None
+
+
+# ---------------------------------------------------------------------- trying it
+def test_a_trial_says_what_moves_names_it_on_the_button_and_leaves_the_robot_as_it_was(site, app, ui, aino, clock):
+    clock.hurry = 12
+    aino.model.profile = deviant("no-id")
+    missions, queued, _paused = state_of(aino)
+    dialog = opened(ui)
+    try_with_a_mission(ui, dialog)
+    assert "Aino gets a mission that waits a second, four times" in dialog.vm.will_do
+    assert ui.find_all(CommandButton, dialog, text="Check up and queue 4 missions on Aino")
+    begin(ui, dialog)
+    ui.wait(lambda: dialog.vm.part == "CheckUpRunning")
+    assert says(ui, "Aino gets a mission that waits a second")           # what was agreed to stays in sight
+    found = until_reported(ui, dialog)
+    assert found["To know · Taking a mission"] == "It takes a mission, but does not tell its number"
+    assert "Tried with the mission AMR Scheduler check-up" in dialog.vm.verdict.note
+    assert state_of(aino) == (missions, queued + 4, False)
+    assert site.container.holds.current() == []
+
+
+def test_one_of_the_robots_own_missions_may_be_chosen(site, app, ui, aino):
+    dialog = opened(ui)
+    try_with_a_mission(ui, dialog)
+    ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    assert ui.find(ChoiceDialog).options[0].text == "One that waits a second, made and removed again"
+    ui.find(ChoiceDialog).query = "Wait"
+    ui.advance(.2)
+    name = ui.find(ChoiceDialog).shown[-1].text
+    ui.tap(ui.find(OptionRow, text=name))
+    ui.wait(lambda: dialog.vm.will_do.startswith(f"{name} is queued four times on Aino"))
+    assert dialog.vm.mission_word == name
+
+
+def test_what_is_planned_soon_goes_first_and_is_named(site, app, ui, aino):
+    mission, = site.add_missions(next(iter(GUIDS)))
+    at = (site.container.clock.now() + timedelta(minutes=3)).replace(second=0, microsecond=0)
+    site.container.catalogue.save_schedule(Schedule("Night count", robots(site)[0].id, mission.id, at.replace(tzinfo=None), "UTC"))
+    before = state_of(aino)
+    dialog = opened(ui)
+    try_with_a_mission(ui, dialog)
+    begin(ui, dialog)
+    ui.wait(lambda: dialog.vm.outcome.text.startswith("Night count is planned at"))
+    assert (dialog.vm.part, dialog.vm.outcome.tone, dialog.vm.wants_trial) == ("CheckUpBefore", "attention", True)
+    assert state_of(aino) == before
+
+
+# ---------------------------------------------------------------------- what is left behind
+def test_the_report_and_the_file_lie_where_people_look_and_have_no_password(site, app, ui, aino):
+    dialog = opened(ui)
+    begin(ui, dialog)
+    until_reported(ui, dialog)
+    for word, ending in (("Save report to print", ".html"), ("Save file for support", ".json")):
+        press(ui, word, dialog)
+        ui.wait(lambda ending=ending: dialog.vm.outcome.note.endswith(ending))
+        assert dialog.vm.outcome.text == "Written, without passwords"
+    html, = site.documents.glob("amr-scheduler-check-up-aino-*.html")
+    file, = site.documents.glob("amr-scheduler-check-up-aino-*.json")
+    assert "Check-up of Aino" in html.read_text("utf-8")
+    assert profile_of(json.loads(file.read_text("utf-8"))).software == robots(site)[0].software
+    for text in (html.read_text("utf-8"), file.read_text("utf-8")):
+        assert robots(site)[0].token.split()[-1] not in text
+
+
+def test_keys_alone_check_a_robot_up(site, app, ui, aino):
+    dialog = opened(ui)
+    for _press in range(10):
+        ui.key(TAB)
+        if getattr(app._keys.target, "text", "") == dialog.vm.begin_word:
+            break
+    ui.key(ENTER)
+    assert until_reported(ui, dialog)
+    ui.key(ESCAPE)
+    ui.wait(lambda: not ui.find_all(CheckUpDialog))
