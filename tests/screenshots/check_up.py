@@ -71,6 +71,15 @@ def trial(studio):
     return plant.settle(studio)
 
 
+@picture("check-up-long-name", sizes=EVERY_SIZE)
+def long_name(studio):
+    plant = Checked(studio)
+    catalogue = plant.container.catalogue
+    catalogue.save_robot(replace(catalogue.robots()[0], name="Aino of the goods receiving department, hall 2, between the docks 14 and 17"))
+    plant.dialog(studio, catalogue.robots()[0].name).choose_trial(True)
+    return plant.settle(studio)
+
+
 @picture("check-up-refused", sizes=EVERY_SIZE)
 def refused(studio):
     plant = Checked(studio)

@@ -17,6 +17,7 @@ from app.services.check_up.trial import FIRST, LONGEST_WORD, Item, Seen
 DESCRIPTION, CREATED = "description", 201
 LONGEST_NAME = 80            # characters of a field's name
 LONGEST_PREFIX = 200         # characters of what a cancelled mission says
+TIMES = ("started", "finished")
 PLACES = {"item": message("the item itself"), "list": message("lists"), "search": message("searches")}
 WORDS = {QueueState.PENDING: "Pending", QueueState.EXECUTING: "Executing", QueueState.DONE: "Done"}
 
@@ -126,6 +127,9 @@ def _words(look: Look, seen: Seen) -> list[str]:
         pairs = ", ".join(f"{word} = {state}" for word, state in own.items())
         look.amber(Topic.WORDS, message("It has words of its own for the states of missions: {words}", words=pairs),
                    message("The app knows them from now on. Nothing to do."))
+    elif missing := [name for name in TIMES if parse.instant(runs[0].now.get(name)) is None]:
+        look.amber(Topic.WORDS, message("A mission that is done lacks its times: {fields}", fields=", ".join(missing)),
+                   message("How long runs take on it is not known, so charts and forecasts have no durations of it."))
     else:
         look.green(Topic.WORDS, message("Its words for the states of missions are MiR's"))
     return [*own, *shared]

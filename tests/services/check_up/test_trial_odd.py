@@ -12,7 +12,7 @@ from app.mir.errors import ConnectionLost
 from app.mir.probe import Probe
 from app.mir.transport import Response
 from app.services.catalogue.stored import problem_in
-from mir_sim import deviant
+from mir_sim import MISSIONS, deviant
 from tests.services.check_up.test_reading import ODD
 from tests.services.check_up.test_trial import in_words, told
 from tests.support.checked_robot import CheckedRobot
@@ -231,6 +231,15 @@ def test_what_a_robot_calls_things_has_bounds(tmp_path):
     robot.open()
     assert problem_in(robot.container.db.read()) is None
     assert robot.check_ups.report(robot.id) == report
+
+
+def test_missions_without_times_are_told(tmp_path):
+    whole = CheckedRobot(tmp_path).machine.order(MISSIONS[0].guid, {"guid": "", "name": ""}).full()
+    (tmp_path / "other").mkdir()
+    robot = CheckedRobot(tmp_path / "other", fields={"item": frozenset(whole) - {"started", "finished"}})
+    report = robot.check_ups.run(robot.id, Trial())
+    assert render(finding(report, Topic.WORDS).says) == "A mission that is done lacks its times: started, finished"
+    assert report.is_complete
 
 
 def test_one_word_for_several_states_is_not_learnt(tmp_path):
