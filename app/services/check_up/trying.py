@@ -27,6 +27,7 @@ from app.services.live.holds import Holds
 log = logging.getLogger(__name__)
 
 READY_FOR, READY_WITHIN = 3.0, 120.0     # s that a robot must have stood ready; that is waited for
+REQUESTS = 100               # of a trial, about: each takes so much longer where the robot is slow
 HOLD = "Check-up"            # reason of the hold that keeps the plan's starts back meanwhile
 BUILT_IN = "mirconst"        # guids of the missions that every robot has begin so
 
@@ -57,15 +58,16 @@ class Trials:
         """Whether it was tried to the end; if not, a finding says why. Raises NotWanted."""
         if (rest := look.seen.get("rest")) is not None:
             look.probe.spare(rest.requests, rest.seconds)
+        slow_s = REQUESTS * (look.seen.get("latency") or (0.0,))[-1]
         try:
-            self._check_room(robot, agreed)
+            self._check_room(robot, agreed, slow_s)
             self._wait_until_ready(look, robot)
             queued = _mission(look.probe.client, agreed)
             floor = look.probe.client.highest_queue_id() or 0
         except (InvalidInput, RobotError) as refused:
             look.amber(Topic.ORDER, message("Not tried: {problem}", problem=refused.message), message("Check up again."))
             return False
-        hold = self._holds.hold(HOLD, self._clock.now() + timedelta(seconds=_longest_s(agreed)), robot.id)
+        hold = self._holds.hold(HOLD, self._clock.now() + timedelta(seconds=_longest_s(agreed) + slow_s), robot.id)
         made = None if queued else str(uuid.uuid4())
         left = LeftBehind(identity.serial_number or robot.serial_number, made, trial.tokens(), floor, queued=queued, hold=hold.id)
         try:
@@ -134,9 +136,9 @@ class Trials:
         return problem
 
     # ------------------------------------------------------------------ inside
-    def _check_room(self, robot: Robot, agreed: Trial) -> None:
+    def _check_room(self, robot: Robot, agreed: Trial, slow_s: float = 0.0) -> None:
         check_room(self._db.read(), robot, self._ledger, self._holds, self._settings(), self._clock.now(),
-                   timedelta(seconds=self.length_s(agreed)))
+                   timedelta(seconds=self.length_s(agreed) + slow_s))
 
     def _noting(self, robot: Robot, hold_id: int | None) -> Note:
         """On the disk when it returns; with the note taken back, the plan's starts are held back no longer. Raises InvalidInput where the

@@ -263,3 +263,15 @@ def test_a_robot_that_bears_little_is_asked_less(tmp_path):
     for _ in range(200):
         assert probe.get("/missions").is_good
     assert robot.machine.reboots == reboots
+
+
+def test_on_a_slow_robot_the_plan_is_held_back_to_the_end(tmp_path):
+    robot = CheckedRobot(tmp_path, deviant("slow-disk"))
+    unheld = []
+
+    def look(method, path):
+        if robot.asked.writes and not robot.container.holds.active(robot.id):
+            unheld.append(path)
+    robot.asked.before = look
+    assert robot.check_ups.run(robot.id, Trial()).is_complete
+    assert unheld == []

@@ -10,7 +10,7 @@ import pytest
 import mir_sim
 from mir_sim import DEVIANTS, deviant
 from mir_sim.checks import WrongValue
-from mir_sim.profile import FAITHFUL, KEYS, profile_of, read
+from mir_sim.profile import FAITHFUL, KEYS, REPORT, profile_of, read
 from mir_sim.state import ModeId, StateId
 from tests.unit.sim.asking import Asker
 
@@ -76,7 +76,12 @@ def test_a_file_that_is_no_profile(tmp_path: Path, content: bytes | None, says: 
 def test_what_is_left_out_or_null_is_faithful() -> None:
     assert profile_of({}) == FAITHFUL
     assert profile_of(dict.fromkeys(KEYS)) == FAITHFUL
-    assert set(KEYS) == set(FAITHFUL.__dataclass_fields__)
+    assert set(KEYS) == {*FAITHFUL.__dataclass_fields__, REPORT}
+
+
+@pytest.mark.parametrize("report", ["found", 17, ["a"], {"findings": [{"level": "red"}]}])
+def test_what_a_client_found_besides_is_nothing_to_the_robot(report: object) -> None:
+    assert profile_of({"report": report}) == FAITHFUL
 
 
 @pytest.mark.parametrize("name", DEVIANTS)
