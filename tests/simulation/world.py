@@ -10,7 +10,7 @@ from __future__ import annotations
 import random
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -112,7 +112,7 @@ class World:
         self.site.at(CHECKED_UP_EVERY, self._check_up)
         if not self.is_on:
             return
-        with self.without_crash():
+        with self.without_crash(), suppress(DatabaseError):  # a disk may fail
             for robot in self.site.container.repositories.robots.all(self.site.container.db.read()):
                 name, is_known = self.nature.deviants.get(robot.name, ("", False))
                 if is_known and robot.known is None and robot.serial_number and robot.name not in self.site.network.impostors:
