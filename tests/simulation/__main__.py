@@ -1,4 +1,5 @@
-"""Any number of simulated hours and seeds by hand: ``python -m tests.simulation --hours 1000 --seeds 1-10 [--calm] [--groups] [--jobs 2]``.
+"""Any number of simulated hours and seeds by hand:
+``python -m tests.simulation --hours 1000 --seeds 1-10 [--calm] [--groups] [--deviants] [--jobs 2]``.
 
 One line per seed, with its verdict, and one of totals; exit 1 when any seed has a violation. A seed can be run again alone: same seed,
 same story.
@@ -50,6 +51,7 @@ def main() -> int:
     parser.add_argument("--seeds", default="1", help="one number, or first-last")
     parser.add_argument("--calm", action="store_true", help="hours in which less happens")
     parser.add_argument("--groups", action="store_true", help="starts for any of three to five robots beside those for one")
+    parser.add_argument("--deviants", action="store_true", help="some robots differ from the faithful one, checked up or not")
     parser.add_argument("--every", type=int, help="minutes between the starts of each robot's first schedule; else drawn by the seed")
     parser.add_argument("--poll", type=int, help="s between polls; else drawn by the seed")
     parser.add_argument("--per-hour", type=float, help="things that people do, and that happen, each")
@@ -61,6 +63,7 @@ def main() -> int:
               "events_per_hour": options.per_hour}
     profile = replace(CALM if options.calm else Profile(), **{name: value for name, value in wanted.items() if value is not None})
     profile = profile.with_groups() if options.groups else profile
+    profile = replace(profile, deviants=options.deviants)
     found: list[Findings] = []
     took_s = 0.0
     with ProcessPoolExecutor(options.jobs) as pool:

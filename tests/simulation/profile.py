@@ -84,6 +84,23 @@ EVENTS: Mapping[str, float] = MappingProxyType(
 )
 
 
+# Without those that answer too late to be judged by the second, and that others use all the time.
+DEVIANTS = (
+    "forgets-descriptions",
+    "renames-descriptions",
+    "moves-descriptions",
+    "no-id",
+    "no-search",
+    "pages-of-50",
+    "ignores-sort",
+    "german-texts",
+    "german-states",
+    "cancelled",
+    "other-zone",
+)
+FORGETFUL = DEVIANTS[:3]
+
+
 @dataclass(frozen=True)
 class Profile:
     """``every_minutes``, ``poll_interval``: None: drawn by the seed. ``crash_rate`` is per step at which the app can die. ``rough_s`` and
@@ -103,6 +120,7 @@ class Profile:
     events: Mapping[str, float] = field(default_factory=lambda: dict(EVENTS))
     site: Mapping[str, object] = field(default_factory=dict)  # what the seed would draw otherwise
     groups: bool = False  # the robots are also a group
+    deviants: bool = False  # some robots differ from the faithful one, with what a check-up has found of them or without
 
     def only(self, acts: str = "", events: str = "", **values: object) -> Profile:
         """The same world with these acts and events alone, by their names."""
@@ -130,8 +148,9 @@ class Nature:
     retry_limit: int
     quiet_s: int
     zone: str
-    fleet: str  # normal; forgetful: tokens are not given back; short lists: no search, oldest items only
+    fleet: str  # normal; forgetful: tokens are not given back; short lists: no search, oldest items only; deviant: some robots differ
     groups: bool = False
+    deviants: Mapping[str, tuple[str, bool]] = field(default_factory=dict)  # by robot: how it differs, and whether it is checked up
 
     @classmethod
     def drawn(cls, rng: random.Random, profile: Profile) -> Nature:
@@ -149,6 +168,11 @@ class Nature:
         }
         if profile.groups:
             drawn |= {"groups": True, "robots": rng.choice((3, 4, 5))}
+        if profile.deviants:
+            names = [f"R{number}" for number in range(1, int(str(drawn["robots"])) + 1)]
+            deviants = {name: (rng.choice(DEVIANTS), rng.random() < 0.5) for name in names if rng.random() < 0.7}
+            forgets = any(deviant in FORGETFUL for deviant, _is_known in deviants.values())
+            drawn |= {"deviants": deviants, "fleet": "forgetful" if forgets else "deviant"}
         return cls(**{**drawn, **profile.site})  # type: ignore[arg-type]
 
 

@@ -28,6 +28,14 @@ def test_nor_where_any_of_several_robots_may_take_a_start(seed):
     assert found.submissions > 50
 
 
+@pytest.mark.parametrize(("seed", "hours"), [(3, 1.0), *(pytest.param(seed, 5.0, marks=pytest.mark.long) for seed in (4, 5))])
+def test_nor_on_robots_that_differ_checked_up_or_not(seed, hours):
+    """The same with ``--deviants``."""
+    found = simulate(seed, hours, Profile(deviants=True))
+    assert found.violations == [], found.line(seed)
+    assert found.submissions > 0
+
+
 def test_in_calm_weather_every_start_is_on_time():
     found = simulate(
         1, 0.5, Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.0, crash_rate=0.0, site={"robots": 2, "every_minutes": 3})

@@ -10,7 +10,7 @@ from __future__ import annotations
 import random
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -23,7 +23,7 @@ from app.database.stops import StopRepository
 from app.domain.models import Group, Overlap, Place, Schedule
 from app.domain.robot import Spot, Stop
 from mir_sim import MISSIONS as MISSIONS_OF_ROBOTS
-from mir_sim import SimulatedRobot
+from mir_sim import SimulatedRobot, deviant
 from mir_sim.missions import Mission
 from mir_sim.world import MAP_GUID, STATIONS
 from tests.simulation.diary import OVERLAPS, Diary, Manual, Restore
@@ -33,6 +33,7 @@ from tests.simulation.operator import IDLE_MISSION, Person
 from tests.simulation.oracles import Judge
 from tests.simulation.profile import Findings, Nature, Profile
 from tests.simulation.weather import SPEED, PowerOff, Weather
+from tests.support.checked_up import checked_up
 from tests.support.network import HARMFUL, Fate, Network, Planned
 from tests.support.site import GUIDS, Site
 
@@ -40,6 +41,7 @@ START = datetime(2026, 10, 24, 22, 0, tzinfo=UTC)  # a Saturday; the night of th
 MISSIONS = ("Deliver", "Wait at home", IDLE_MISSION)
 CHUNK = 300.0  # s between verdicts
 ATTENDED_EVERY = 900.0  # s
+CHECKED_UP_EVERY = 120.0  # s
 SETTLING = 660.0  # s of calm, after which everything has to be in order
 FAULT_LASTS = 12.0  # s from a request that met one until the robot counts as well again
 
@@ -84,11 +86,17 @@ class World:
             interrupt=self._maybe_crash,
             met=self._met,
             others_wait=False,
-            forgets_descriptions=self.nature.fleet == "forgetful",
+            forgets_descriptions=self.nature.fleet == "forgetful" and not self.nature.deviants,
             short_lists=10 if self.nature.fleet == "short lists" else None,
         )
         self.site = Site(
-            directory, robots=self.nature.robots, now=START, network=network, robot_speed=SPEED, with_window=self.nature.with_window
+            directory,
+            robots=self.nature.robots,
+            now=START,
+            network=network,
+            robot_speed=SPEED,
+            with_window=self.nature.with_window,
+            profiles={robot: deviant(name) for robot, (name, _is_known) in self.nature.deviants.items()},
         )
         self.is_on = True
         install_id = str(
@@ -108,6 +116,19 @@ class World:
         self._again(3600.0 / max(self.profile.acts_per_hour, 1e-9), self._act)
         self._again(3600.0 / max(self.profile.events_per_hour, 1e-9), self._strike)
         self.site.at(ATTENDED_EVERY, self._attend)
+        if self.nature.deviants:
+            self.site.at(CHECKED_UP_EVERY, self._check_up)
+
+    def _check_up(self) -> None:
+        """Robots that are checked up, and have answered; again those whose check-up is gone, as after a restore."""
+        self.site.at(CHECKED_UP_EVERY, self._check_up)
+        if not self.is_on:
+            return
+        with self.without_crash(), suppress(DatabaseError):  # a disk may fail
+            for robot in self.site.container.repositories.robots.all(self.site.container.db.read()):
+                name, is_known = self.nature.deviants.get(robot.name, ("", False))
+                if is_known and robot.known is None and robot.serial_number and robot.name not in self.site.network.impostors:
+                    self.site.check_up(robot, checked_up(name, robot.serial_number, robot.software))
 
     # ------------------------------------------------------------------ the plan
     def _furnish(self) -> None:
