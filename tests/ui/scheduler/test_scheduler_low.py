@@ -114,7 +114,7 @@ def test_lanes_of_the_plan_are_seen_whole_and_so_are_the_rows_below(low, screen,
     assert lanes == pytest.approx(round(lanes), abs=.05)
     assert lanes >= 2
     rows = ui.find(LongList, root=ui.find(SchedulesCard))
-    assert len(rows.whole_rows) >= (2 if height < 600 else 3)
+    assert len(rows.whole_rows) >= 3
     assert min(view.y for view in rows.views) >= -1
     assert not low.ids.page.do_scroll_y
 
