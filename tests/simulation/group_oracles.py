@@ -109,6 +109,8 @@ class GroupJudge:
         row = self.world.site.container.ledger.by_token(post.token)
         if row is None or row.bound_at is None or (self.world.site.clock.now() - row.bound_at).total_seconds() > BINDING:
             return
+        if self._open_items(post.robot):                     # sent a moment before, and on its way
+            return
         [mission] = [mission for mission in MISSIONS if mission.guid == post.mission_id]
         goal, pose = STATIONS[mission.actions[0].parameters["position"]].pose, self.world.site.machines[post.robot].pose
         for told in row.choice.get("robots", ())[:1]:
