@@ -13,7 +13,7 @@ from zoneinfo import ZoneInfo
 
 from app.domain.check_up import Finding, Level, Report, RobotProfile, Topic
 from app.domain.message import Message, message, render
-from app.services.check_up.robot_words import USER_REQUEST
+from app.mir.own_words import USER_REQUEST
 
 Language = Callable[[str], str]            # a text in it, from English
 

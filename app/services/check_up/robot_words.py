@@ -12,8 +12,6 @@ from app.mir.texts import clean
 from app.services.check_up.look import Look
 
 ITEM_STATES = ("Pending", "Executing", "Abort", "Done", "Aborted")
-CANCELLED = "Cancelled"                  # one that a person has ended, where it has a word of its own
-USER_REQUEST = "Aborted - User Request"  # so MiR's robots tell it from one that failed
 
 
 def look_at_language(look: Look, status: RobotStatus, entries: Sequence[parse.Object]) -> None:
