@@ -44,6 +44,7 @@ ROBOTS = 5
 ROUNDS = 9                               # a dialog each
 WARM = 2_000                             # acts, after which caches are full
 MOST_GROWTH_MIB = 10.0
+CHECK_UP_S = 600.0                       # that a check-up which was begun may take, of a robot in trouble
 SIZES = ((1280, 800), (800, 1280), (1024, 600), (1920, 1200), (600, 480))
 KEYS = {"tab": 9, "enter": 13, "escape": 27, "space": 32, "backspace": 8, "up": 273, "down": 274, "right": 275, "left": 276}
 WELL = {"fault": None, "error": None, "emergency_stop": False, "user_prompt": None}
@@ -167,7 +168,7 @@ class Monkey:
         self._collect()                      # before everything is built a second time
         for name, intent in (*(("settings", {"section": section}) for section in SECTIONS), ("scheduler", {}), ("logs", {}), ("home", {})):
             self._app.shell.go(name, **intent)
-            self._ui.wait(lambda: self._app.shell.background.idle)
+            self._ui.wait(lambda: self._app.shell.background.idle, CHECK_UP_S)
         self._collect()
 
     def _collect(self) -> None:
