@@ -140,12 +140,9 @@ def _run(app) -> None:  # type: ignore[no-untyped-def]
 
 @contextlib.contextmanager
 def quiet_garbage(app=None) -> Iterator[None]:  # type: ignore[no-untyped-def]
-    """Garbage is collected between frames, as long as the block lasts, and what widgets needed then goes back to the system; ``app`` says
-    when it throws its screens away."""
+    """Garbage is collected between frames, as long as the block lasts; ``app`` says when it throws its screens away."""
     from kivy.clock import Clock
     from kivy.core.window import Window
-
-    from app.window.widget_memory import from_heap
     garbage = Garbage(Clock.get_time)
     garbage.begin()
     if app is not None:
@@ -153,8 +150,7 @@ def quiet_garbage(app=None) -> Iterator[None]:  # type: ignore[no-untyped-def]
     Window.fbind("on_touch_down", garbage.touched)
     collections = Clock.schedule_interval(garbage.collect_due, 0)
     try:
-        with from_heap():
-            yield
+        yield
     finally:
         collections.cancel()
         Window.funbind("on_touch_down", garbage.touched)
