@@ -144,14 +144,15 @@ def instant(value: Any) -> datetime | None:
 
 
 def http_date(value: str | None) -> datetime | None:
-    """An HTTP ``Date`` header, aware UTC."""
+    """An HTTP ``Date`` header, aware UTC; of no year that can be, None: what is reckoned with it is in no calendar."""
     if not value or len(value) > 60:
         return None
     try:
         found = parsedate_to_datetime(value)
-        return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
+        found = found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
     except (ValueError, TypeError, IndexError, OverflowError):
         return None
+    return found if found.year in _YEARS else None
 
 
 def battery(value: Any) -> float | None:

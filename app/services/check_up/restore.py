@@ -38,12 +38,19 @@ def put_back(look: Look, left: LeftBehind, note: Note, user: str, is_claimed: Ca
             if known := [item for item in left_open if parse.queue_state(item) is not QueueState.UNKNOWN]:
                 return message("mission {number} of the trial does not end; cancel it on the robot", number=str(known[0].get("id")))
             break                                # with a word that is not known, and no time: it was cancelled
-    if left.mission is not None:
-        _remove(look, f"/missions/{left.mission}")
-    if left.is_paused and look.probe.status().state is RobotState.PAUSE:
-        if is_late and others:
-            return message("it stands in Pause, with missions of others in its queue; release it there or in the app")
+    stands = left.is_paused and look.probe.status().state is RobotState.PAUSE
+    stays = stands and is_late and bool(others)
+    if stands and not stays:
         set_state(look, RobotState.READY)
+    try:
+        if left.mission is not None:
+            _remove(look, f"/missions/{left.mission}")
+    except RobotError:
+        if left.is_paused and not stays:         # from now on it stands in Pause only where a person has paused it
+            with_pause(left, False, note)
+        raise
+    if stays:
+        return message("it stands in Pause, with missions of others in its queue; release it there or in the app")
     note(None)
     return None
 
@@ -96,23 +103,24 @@ def has_ended(item: parse.Object) -> bool:
     return not item or bool(item.get("finished")) or parse.queue_state(item) in (QueueState.DONE, QueueState.ABORTED)
 
 
-def is_of_trial(item: parse.Object, left: LeftBehind, user: str, is_claimed: Callable[[int], bool]) -> bool:
-    """By its token, in whichever field that is; by the mission that was made; where robots forget tokens, by what was queued, if it is
-    nobody else's."""
-    if any(isinstance(value, str) and value in left.tokens for value in item.values()):
-        return True
-    if left.mission is not None:
-        return item.get("mission_id") == left.mission
-    return (item.get("mission_id") == left.queued and item.get("created_by_name") in ("", None, user) and not is_claimed(item["id"]))
+def _is_of_trial(item: parse.Object, left: LeftBehind) -> bool:
+    """By its token, in whichever field that is; by the mission that was made."""
+    return (any(isinstance(value, str) and value in left.tokens for value in item.values())
+            or (left.mission is not None and item.get("mission_id") == left.mission))
+
+
+def _may_be_of_trial(item: parse.Object, left: LeftBehind, user: str, is_claimed: Callable[[int], bool]) -> bool:
+    """Where robots forget tokens: by what was queued, if it is nobody else's."""
+    return (left.queued is not None and item.get("mission_id") == left.queued and item.get("created_by_name") in ("", None, user)
+            and not is_claimed(item["id"]))
 
 
 def _open(look: Look, left: LeftBehind, user: str, is_claimed: Callable[[int], bool]) -> tuple[list[int], list[int]]:
     """Ids of what has not ended: of the trial, and of others."""
-    ours, others = list[int](), list[int]()
-    for item in items_above(look, left.queue_floor):
-        if not has_ended(item):
-            (ours if is_of_trial(item, left, user, is_claimed) else others).append(item["id"])
-    return ours, others
+    items = list(items_above(look, left.queue_floor))
+    ours = [item for item in items if _is_of_trial(item, left)]            # with a token found, the robot keeps them: the rest is of others
+    ours = ours or [item for item in items if _may_be_of_trial(item, left, user, is_claimed)]
+    return [item["id"] for item in ours if not has_ended(item)], [item["id"] for item in items if item not in ours and not has_ended(item)]
 
 
 def _check(answer: Answer, fine: tuple[int, ...] = ()) -> None:

@@ -20,13 +20,18 @@ def check_usable(robot: Robot) -> None:
         raise InvalidInput("robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name)
 
 
+def check_is_no_copy(holds: Holds) -> None:
+    """Raises InvalidInput."""
+    if holds.is_copy is not None:
+        raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
+
+
 def check_room(c: Any, robot: Robot, ledger: Ledger, holds: Holds, settings: Settings, now: datetime, takes: timedelta) -> None:
     """Raises InvalidInput with what is in the way of a trial that begins now and takes so long."""
     groups = {group.id for group in GroupRepository().all(c) if robot.id in group.members}
     if not robot.enabled:
         raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
-    if holds.is_copy is not None:
-        raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
+    check_is_no_copy(holds)
     if (hold := holds.active(robot.id)) is not None:
         if hold.reason:
             raise InvalidInput("robot", "{robot} is held back ({reason}): check up when it is released", robot=robot.name,

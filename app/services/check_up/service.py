@@ -81,11 +81,11 @@ class CheckUps:
         """
         robot = self._robot(robot_id)
         with self._alone_with(robot), self._client(robot) as client:
-            if trial is not None:
-                self._trials.check(robot, client, trial)
-            problem = self._tidied(robot, client)
+            problem = self._tidied(robot, client)          # first: what the last one left may be in the way of this one
             if problem is not None and trial is not None:
                 raise InvalidInput("robot", "what the last check-up left is still there: {problem}", problem=problem)
+            if trial is not None:
+                self._trials.check(robot, client, trial)
             report = self._run(robot, client, trial, told, is_wanted)
         if report.is_complete:
             self._db.write(lambda c: self._keep(c, robot, report))
@@ -135,7 +135,7 @@ class CheckUps:
     def _tidied(self, robot: Robot, client: RobotClient) -> Message | None:
         try:
             return self._trials.tidy(self._look(client), robot)
-        except RobotError as error:
+        except (RobotError, InvalidInput) as error:
             return error.message
 
     def tick(self) -> None:

@@ -12,7 +12,7 @@ from app.database.robots import RobotRepository
 from app.domain.check_up import LeftBehind, Topic, Trial
 from app.domain.clock import Clock
 from app.domain.message import Message, message
-from app.domain.models import InvalidInput, Robot, Settings
+from app.domain.models import InvalidInput, Robot, Settings, State
 from app.domain.robot import Identity, RobotState
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
@@ -20,7 +20,7 @@ from app.services.check_up import reading, trial
 from app.services.check_up.judge import judge
 from app.services.check_up.look import Look
 from app.services.check_up.restore import Note, put_back
-from app.services.check_up.room import check_room
+from app.services.check_up.room import check_is_no_copy, check_room
 from app.services.dispatch.ledger import Ledger
 from app.services.live.holds import Holds
 
@@ -61,9 +61,10 @@ class Trials:
         slow_s = REQUESTS * (look.seen.get("latency") or (0.0,))[-1]
         try:
             self._check_room(robot, agreed, slow_s)
-            self._wait_until_ready(look, robot)
             queued = _mission(look.probe.client, agreed)
+            self._wait_until_ready(look, robot)
             floor = look.probe.client.highest_queue_id() or 0
+            self._check_room(robot, agreed, slow_s)        # a person may have held it or started something while it was waited for
         except (InvalidInput, RobotError) as refused:
             look.amber(Topic.ORDER, message("Not tried: {problem}", problem=refused.message), message("Check up again."))
             return False
@@ -114,28 +115,33 @@ class Trials:
         return self._check_ups.left_behind(self._db.read())
 
     def tidy(self, look: Look, robot: Robot) -> Message | None:
-        """Put back what a trial that was cut off left there. Returns what could not be. Raises RobotError."""
+        """Put back what a trial that was cut off left there. Returns what could not be. Raises RobotError, and InvalidInput on a copy."""
         left = self.left_behind().get(robot.id)
         if left is None:
             return None
-        if left.serial_number and robot.serial_number not in (None, left.serial_number):
+        check_is_no_copy(self._holds)
+        if _is_of_another(left, robot.serial_number) or _is_of_another(left, (identity := look.probe.identity()).serial_number):
             log.warning("robot %r: what a check-up left is on the machine with serial number %s", robot.name, left.serial_number)
             self._noting(robot, left.hold)(None)
             return None
-        problem = self._put_back(look, robot, left, look.probe.identity().user_name, is_late=True)
+        problem = self._put_back(look, robot, left, identity.user_name, is_late=True)
         log.info("robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there")
         return problem
 
     def _put_back(self, look: Look, robot: Robot, left: LeftBehind, user: str, *, is_late: bool = False) -> Message | None:
         is_idle_period = self._robots.idle_queue_id(self._db.read(), robot.id) == left.queue_floor
         highest = look.probe.client.highest_queue_id() if is_idle_period else None
-        problem = put_back(look, left, self._noting(robot, left.hold), user, lambda queue_id: self._ledger.is_claimed(robot.id, queue_id),
+        problem = put_back(look, left, self._noting(robot, left.hold), user, lambda queue_id: self._is_of_plan(robot, queue_id),
                            is_late=is_late)
         if problem is None and highest is not None and highest <= left.queue_floor + len(left.tokens):
             self._ledger.note_idle_copy(robot.id, highest, runs=True)          # nobody has used the robot meanwhile
         return problem
 
     # ------------------------------------------------------------------ inside
+    def _is_of_plan(self, robot: Robot, queue_id: int) -> bool:
+        """Or may be: what is on its way has no number yet."""
+        return self._ledger.is_claimed(robot.id, queue_id) or bool(self._ledger.open_for(robot.id, (State.SUBMITTING,)))
+
     def _check_room(self, robot: Robot, agreed: Trial, slow_s: float = 0.0) -> None:
         check_room(self._db.read(), robot, self._ledger, self._holds, self._settings(), self._clock.now(),
                    timedelta(seconds=self.length_s(agreed) + slow_s))
@@ -172,6 +178,11 @@ def _mission(client: RobotClient, agreed: Trial) -> str | None:
     if any(parameter.default in (None, "") for parameter in client.parameters(guid)):
         raise InvalidInput("mission", "{mission} asks for values when it is started: choose another mission", mission=agreed.mission)
     return guid
+
+
+def _is_of_another(left: LeftBehind, serial_number: str | None) -> bool:
+    """Whether it was left on another machine than that with this serial number."""
+    return None not in (left.serial_number, serial_number) and left.serial_number != serial_number
 
 
 def _is_ready(client: RobotClient) -> bool:

@@ -1,0 +1,147 @@
+"""A trial and what follows it leave alone what is somebody else's: holds, missions, robots, the data of another tablet."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.database.check_ups import CheckUpRepository
+from app.domain.check_up import LeftBehind, Level, Topic, Trial
+from app.domain.message import render
+from app.domain.models import Execution, Mission, State
+from app.mir.transport import Response
+from mir_sim import MISSIONS, Request
+from mir_sim.api import BASE
+from mir_sim.exchange import exchange
+from tests.support.asked_robot import TOKEN
+from tests.support.checked_robot import CheckedRobot
+
+HOME = next(mission.guid for mission in MISSIONS if mission.name == "Home")
+QUEUE = "/mission_queue"
+WAITING = "Waiting until it stands ready"
+
+
+@pytest.fixture
+def robot(tmp_path) -> CheckedRobot:
+    return CheckedRobot(tmp_path)
+
+
+def note(robot: CheckedRobot, left: LeftBehind) -> None:
+    robot.container.db.write(lambda c: CheckUpRepository().note_left_behind(c, robot.id, left))
+
+
+def queue_by_hand(robot: CheckedRobot) -> int:
+    """On the robot's own page, by the app's user."""
+    headers = {"content-type": "application/json", "accept-language": "en_US", "authorization": TOKEN.header}
+    body = f'{{"mission_id": "{HOME}"}}'.encode()
+    answer = exchange(robot.machine, Request("POST", f"{BASE}{QUEUE}", {}, headers, body)).response
+    assert answer is not None
+    assert answer.status == 201
+    robot.machine.catch_up()
+    return max(item.id for item in robot.machine.queue)
+
+
+def once(says: str, work):
+    """Called when that is told for the first time."""
+    done = []
+
+    def told(progress):
+        if render(progress.says) == says and not done:
+            done.append(True)
+            work()
+    return told
+
+
+def test_a_persons_hold_set_while_it_waits_stays(robot):
+    report = robot.check_ups.run(robot.id, Trial(), once(WAITING, lambda: robot.container.holds.hold("Cleaning", robot_id=robot.id)))
+    assert [hold.reason for hold in robot.container.holds.current()] == ["Cleaning"]
+    assert not report.is_complete
+    assert robot.asked.writes == []
+    [finding] = [finding for finding in report.findings if finding.topic.is_tried]
+    assert render(finding.says) == "Not tried: Aino is held back (Cleaning): check up when it is released"
+
+
+def run_now(robot: CheckedRobot) -> Execution:
+    mission = robot.container.catalogue.save_mission(Mission("Home", HOME))
+    return robot.container.operator.run_now(robot.id, mission.id)
+
+
+def test_a_start_made_while_it_waits_goes_first(robot):
+    report = robot.check_ups.run(robot.id, Trial(), once(WAITING, lambda: run_now(robot)))
+    [finding] = [finding for finding in report.findings if finding.topic.is_tried]
+    assert render(finding.says) == "Not tried: Home waits for Aino or runs there: check up after it"
+    assert robot.asked.writes == []
+    assert not robot.container.holds.current()
+
+
+def test_a_start_that_is_on_its_way_is_not_taken_for_the_trials(robot):
+    note(robot, LeftBehind(robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, queued=HOME))
+    row = run_now(robot)
+    robot.container.db.write(lambda c: c.execute("UPDATE executions SET state = 'submitting' WHERE id = ?", (row.id,)))
+    number = queue_by_hand(robot)                # its order has arrived, and the answer not yet
+    assert robot.container.ledger.get(row.id).state is State.SUBMITTING
+    assert robot.check_ups.tidy(robot.id) is None
+    assert f"DELETE {QUEUE}/{number}" not in robot.asked.writes
+
+
+def test_a_mission_queued_by_hand_meanwhile_is_not_cancelled(robot):
+    made = []
+    report = robot.check_ups.run(robot.id, Trial("Home"), once("Queueing missions", lambda: made.append(queue_by_hand(robot))),
+                                 lambda: len(robot.asked.writes) < 4)
+    robot.machine.catch_up()
+    [item] = [item for item in robot.machine.queue if item.id == made[0]]
+    assert str(item.state) in ("Pending", "Executing", "Done")
+    assert f"DELETE {QUEUE}/{made[0]}" not in robot.asked.writes
+    assert not report.is_complete
+    assert not robot.check_ups.left_behind()
+
+
+def test_what_a_check_up_left_is_put_back_by_the_next_with_a_mission(robot):
+    hold = robot.container.holds.hold("Check-up", robot.asked.clock.now().replace(year=2027), robot.id)
+    note(robot, LeftBehind(robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, is_paused=True, queued=HOME, hold=hold.id))
+    robot.machine.pause()
+    report = robot.check_ups.run(robot.id, Trial())
+    assert report.is_complete
+    assert not robot.machine.paused
+    assert not robot.container.holds.current()
+
+
+def test_nothing_is_put_back_from_a_copy(robot):
+    note(robot, LeftBehind(robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, is_paused=True, queued=HOME))
+    robot.machine.pause()
+    robot.container.holds.is_copy = "this data was copied from another tablet"
+    robot.check_ups.tidy_all(list(robot.check_ups.left_behind()))
+    assert robot.check_ups.run(robot.id).is_complete
+    assert robot.asked.writes == []
+    assert list(robot.check_ups.left_behind()) == [robot.id]
+
+
+def test_another_machine_at_the_address_is_left_alone(robot):
+    """Of a robot whose serial number the app never stored."""
+    robot.container.db.write(lambda c: c.execute("UPDATE robots SET serial_number = NULL"))
+    note(robot, LeftBehind("of another", None, ("a", "a", "b", "c"), 0, is_paused=True, queued=HOME))
+    robot.machine.pause()
+    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.asked.writes == []
+    assert not robot.check_ups.left_behind()
+
+
+def test_a_robot_that_does_not_let_the_mission_be_removed_is_released(robot):
+    robot.asked.meddle = lambda method, path, answer: \
+        Response(403, b'{"error_human": "no"}', {}) if method == "DELETE" and path.startswith("/missions/") else answer
+    report = robot.check_ups.run(robot.id, Trial(), is_wanted=lambda: f"POST {QUEUE}" not in robot.asked.writes)
+    [left] = [finding for finding in report.findings if finding.topic is Topic.LEFT]
+    assert left.level is Level.RED
+    assert not robot.machine.paused
+    robot.machine.pause()                        # by a person
+    robot.asked.meddle = lambda method, path, answer: answer
+    assert robot.check_ups.tidy(robot.id) is None
+    assert robot.machine.paused
+
+
+@pytest.mark.parametrize("date", ["Fri, 31 Dec 9999 23:59:59 GMT", "Mon, 01 Jan 0001 00:00:00 GMT", "Fri, 31 Dec 9999 23:59:59 -2359"])
+def test_a_clock_beyond_all_years_is_a_finding(robot, date):
+    robot.asked.meddle = lambda method, path, answer: replace(answer, headers={**answer.headers, "Date": date})
+    report = robot.check_ups.run(robot.id)
+    assert report.is_complete
+    assert [finding.level for finding in report.findings if finding.topic is Topic.CLOCK] != [Level.GREEN]
