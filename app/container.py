@@ -219,16 +219,15 @@ class Container:
 
 
 class Connector:
-    """Makes clients over HTTP for configured robots. Those of one address share their pace, but for one without a profile, as a check-up
-    takes: it measures what the robot bears."""
+    """Makes clients over HTTP for configured robots. Those of one address share their pace."""
 
     def __init__(self) -> None:
         self._paces: dict[str, Pace] = {}
 
     def __call__(self, robot: Robot) -> RobotClient:
-        pace = self._paces.setdefault(robot.address, Pace()) if robot.known is not None else None
         return RobotClient(Address.parse(robot.address), Token.from_header(robot.token or ""), certificate_sha256=robot.certificate_sha256,
-                           serial_number=robot.serial_number, identified_by=robot.identified_by, profile=robot.known, pace=pace)
+                           serial_number=robot.serial_number, identified_by=robot.identified_by, profile=robot.known,
+                           pace=self._paces.setdefault(robot.address, Pace()))
 
 
 class CachedUntilChanged(Generic[T]):

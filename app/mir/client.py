@@ -81,7 +81,7 @@ class RobotClient:
         self.timeouts = self._usual_timeouts = timeouts or Timeouts()
         self._transport = transport or HttpTransport(address, token, certificate_sha256)
         self.give_way: Callable[[], None] = lambda: None      # called between the many requests that reading a queue may take
-        self._queue, self._pace = QueueReader(self._entries, self._next_item), pace or Pace(clock)
+        self._queue, self.pace = QueueReader(self._entries, self._next_item), pace or Pace(clock)
         self._known = NOTHING_KNOWN
         self.rely_on(profile)
 
@@ -106,7 +106,7 @@ class RobotClient:
         """What a check-up has found of the robot as it is now; None: nothing."""
         known = known or NOTHING_KNOWN
         if known != self._known:
-            self._known, self._pace.rest = known, known.rest
+            self._known, self.pace.rest = known, known.rest
             self.timeouts = self._usual_timeouts.at_least(known.timeout_s)
             self._queue.rely_on(known)
 
@@ -116,7 +116,7 @@ class RobotClient:
         Raises AnotherRobot when its serial number is not the known one, SerialNumberHidden when it was always shown and is no longer,
         NotAMir when something else answers.
         """
-        self._pace.wait(OF_STATUS)
+        self.pace.wait(OF_STATUS)
         began, self._compared_at = self._clock(), -math.inf
         answer, is_open = self._answer_of_status()
         status = self._status(answer, self._clock() - began)
@@ -340,7 +340,7 @@ class RobotClient:
         """With credentials, to the robot that is known. Raises RobotError."""
         def send() -> Response:
             is_read = method == "GET" or path.endswith("/search")
-            self._pace.wait(OF_READS if is_read else OF_ALL, self.give_way if is_read else lambda: None)
+            self.pace.wait(OF_READS if is_read else OF_ALL, self.give_way if is_read else lambda: None)
             self._compare()
             return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
         return _again_if_stale(send)

@@ -113,7 +113,7 @@ class Unreachable(RobotError):
 
 
 class NotWanted(RobotError):
-    """What was to be sent was too late when the connection stood, so nothing was sent."""
+    """What was to be sent was too late, or not wanted any more, when the connection stood, so nothing was sent."""
     code = "not_wanted"
     _delivery = Delivery.NOT_SENT
 

@@ -16,6 +16,7 @@ from app.mir import parse
 from app.mir.errors import Refusal, Rejected, RobotFault, Unreadable
 
 OPEN_STATES = [state.value for state in QueueState if state.is_open]
+RUN_STATES = [*OPEN_STATES, QueueState.DONE.value]       # a robot with a word of its own for one of them has others too
 PAGE = 200                  # items asked for at once
 MOST_ITEMS = 5000           # read in one call
 MOST_SINGLE_READS = 100     # asked for one by one in one call, where the robot's lists are short
@@ -42,9 +43,11 @@ class QueueReader:
         self._climbed = 0                    # highest id seen, where it doesn't sort
 
     def rely_on(self, known: RobotProfile) -> None:
-        self._has_search, self._has_unknown_words = known.has_search, False
-        own = [word for word, state in known.item_states.items() if state in OPEN_STATES]
-        self._open_states = own if len(own) >= len(OPEN_STATES) else OPEN_STATES
+        self._has_search, words = known.has_search, known.item_states
+        own = [word for word, state in words.items() if state in OPEN_STATES]
+        is_whole = {words[word] for word in own} == set(OPEN_STATES)
+        self._open_states = own if is_whole else OPEN_STATES
+        self._has_unknown_words = not is_whole and any(word != state and state in RUN_STATES for word, state in words.items())
         self._page, self._limits_pages = min(PAGE, known.page_limit or PAGE), known.page_limit != 0
 
     def saw(self, item: QueueItem) -> None:

@@ -25,6 +25,7 @@ from app.domain.models import InvalidInput, Robot, Settings
 from app.domain.robot import Identity
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
+from app.mir.pace import Pace
 from app.mir.probe import PATIENT, Probe
 from app.services.check_up import trial as trials
 from app.services.check_up.look import Look, NotWanted
@@ -175,10 +176,11 @@ class CheckUps:
 
     @contextmanager
     def _client(self, robot: Robot) -> Iterator[RobotClient]:
-        """A patient connection of its own, to the robot as it is and not as an earlier check-up has found it."""
+        """A patient connection of its own, to the robot as it is and not as an earlier check-up has found it; at a pace of its own, which
+        measures what the robot bears."""
         check_usable(robot)
         with closing(self._make_client(replace(robot, profile=None))) as client:
-            client.timeouts = PATIENT
+            client.timeouts, client.pace = PATIENT, Pace(self._clock.monotonic, self._clock.sleep)
             yield client
 
     def _robot(self, robot_id: int) -> Robot:

@@ -23,7 +23,7 @@ from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
-from app.mir.errors import AnotherRobot, Delivery, RobotError, Unauthorized, Unnumbered
+from app.mir.errors import AnotherRobot, Delivery, NotWanted, RobotError, Unauthorized, Unnumbered
 from app.services.allocation.belief import Out
 from app.services.dispatch.attempt import Attempt, Attempts, Phase
 from app.services.dispatch.copies import Copies
@@ -82,10 +82,11 @@ class Submission:
         mono = self._clock.monotonic()
         due = [attempt.row for attempt in self.attempts.of(Phase.HELD) if attempt.row and attempt.wake_at <= mono]
         for intent in rules.in_dispatch_order(due):
-            is_changed = self.attempts[intent.id].plan_version != self._s.plan_version()
-            is_wanted = not intent.held and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent))
-            if is_wanted and self._can_send(intent):
-                self._post(intent)
+            attempt = self.attempts.get(intent.id)
+            if attempt is None or attempt.phase is not Phase.HELD:       # judged already, while the robot was asked why it refused another
+                continue
+            if self._is_wanted(intent, attempt.plan_version) and self._can_send(intent):
+                self._post(intent, attempt.plan_version)
             else:
                 self._release([intent])
 
@@ -150,6 +151,11 @@ class Submission:
         if reason := taken_back(row):
             return reason
         return None if self._seen.robot.enabled or row.group_id is not None else robot_off(row.robot)
+
+    def _is_wanted(self, intent: Execution, plan_version: int) -> bool:
+        """``plan_version``: of the plan that the intent was written from."""
+        is_changed = plan_version != self._s.plan_version()
+        return not intent.held and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent))
 
     def _is_taken_back(self, intent: Execution) -> bool:
         row = self._ledger.get(intent.id)
@@ -307,17 +313,22 @@ class Submission:
                 self._later(waiting, 0.0 if waited else rules.back_off(waiting.attempts, settings))
         self._ledger.make(ends)
 
-    def _post(self, intent: Execution) -> None:
+    def _post(self, intent: Execution, plan_version: int) -> None:
         """``description`` carries the token; ``message`` is for people and the robot overwrites it. Whatever goes wrong in an unforeseen
-        way leaves it in doubt."""
+        way leaves it in doubt. Until it leaves, which may take a while, it may be taken back."""
+        def is_wanted() -> bool:
+            return self._is_wanted(intent, plan_version) and self._s.holds.active(self._robot_id) is None
+
         self._doubt(intent)
         try:
             queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, text=intent.schedule or intent.mission,
                                             priority=intent.priority, parameters=dict(intent.parameters),
-                                            is_wanted=lambda: self._clock.now() < intent.closes_at)
+                                            is_wanted=is_wanted)
         except RobotError as error:
             self._seen.distrust()
-            if error.delivery is Delivery.NOT_SENT:
+            if isinstance(error, NotWanted) and self._clock.now() < intent.closes_at:
+                self._release([intent])
+            elif error.delivery is Delivery.NOT_SENT:
                 self._failed([intent], error.message)
             elif error.delivery is Delivery.REFUSED:
                 if reason := refusal(self._client, intent, error):

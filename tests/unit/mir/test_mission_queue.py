@@ -301,3 +301,12 @@ def test_another_item_than_the_one_that_was_asked_for_proves_nothing() -> None:
     reader = reader_of(set(range(1, 30)), lambda _number: QueueItem(5))
     with pytest.raises(Unreadable, match="instead of"):
         reader.items_after(12)
+
+
+@pytest.mark.parametrize("states", [
+    {"Ausstehend": "Pending", "Fertig": "Done"}, {"Aktiv": "Executing"}, {"Ausstehend": "Pending", "Wartend": "Pending"}])
+def test_what_is_open_is_found_where_a_check_up_has_learned_only_some_of_the_robot_s_words(states: dict[str, str]) -> None:
+    robot = QueueTransport([item(1, state="Fertig"), item(2, state="Aktiv") | {"finished": None},
+                            item(3, state="Ausstehend") | {"finished": None}])
+    client = RobotClient(Address.parse("r1"), Token(""), transport=robot, profile=RobotProfile(None, None, item_states=states))
+    assert {entry.id for entry in client.open_items()} >= {2, 3}

@@ -1,0 +1,15 @@
+"""Clients of configured robots."""
+from dataclasses import replace
+
+from app.container import Connector
+from app.domain.check_up import Rest, RobotProfile
+from app.domain.models import Robot
+
+
+def test_all_clients_of_a_robot_share_its_pace_also_those_of_before_its_first_check_up():
+    make, robot = Connector(), Robot("R1", "http://r1")
+    worker = make(robot)
+    checked_up = replace(robot, profile=RobotProfile(None, None, rest=Rest(8, 10.0)))
+    worker.rely_on(checked_up.known)
+    assert make(checked_up).pace is worker.pace
+    assert make(replace(robot, address="http://r2")).pace is not worker.pace
