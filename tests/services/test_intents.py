@@ -114,7 +114,7 @@ def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):
     [run] = site.executions()
 
     def cancel(where: str) -> None:
-        if where == "before POST /mission_queue":
+        if where == "after POST /mission_queue":
             site.network.interrupt = lambda where: None
             site.container.operator.cancel_execution(run.id)
 

@@ -1,11 +1,13 @@
-"""Robots that bear few requests: what waits for its turn repeats nothing, and holds nothing back that was taken back meanwhile."""
+"""What happens while a robot with a profile is asked or waited for: starts are taken back or sent, and it may come back as another."""
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from app.domain.check_up import Rest
 from app.domain.models import ReasonCode, State
-from tests.services.test_robot_profiles import alarms, check_up, items, site  # noqa: F401
+from app.services.dispatch import messages
+from tests.services.test_robot_profiles import alarms, check_up, deviants, items, robot_of, site  # noqa: F401
 from tests.support.network import Fate
 from tests.support.site import Site
 
@@ -51,3 +53,36 @@ def test_nothing_is_sent_that_is_taken_back_while_it_waits_for_its_turn(site, pl
     assert removed
     assert (items(site), site.network.posts()) == ([], [])
     assert [run.reason.code for run in site.executions()] == [ReasonCode.SCHEDULE_CHANGED]
+
+
+@deviants("forgets-descriptions")
+def test_a_start_that_is_sent_while_the_robot_is_read_is_no_copy_of_another(site, plan):  # noqa: F811
+    check_up(site, "forgets-descriptions")
+    plan("2026-11-23T06:05")
+    plan("2026-11-23T06:06")
+    worker = site._workers[robot_of(site).id]
+    site.run_until(lambda: len(site.network.posts()) == 1, within=400)
+    while site.seconds() < 361 and not math.isfinite(worker._submission.attempts.next_held_at()):
+        site.run(0.01)
+    site.network.next("GET", "/status", Fate.SLOW, 0.5)
+    site.post(robot_of(site).id, messages.Poll())
+    site.run(900)
+    assert len(site.executions(State.COMPLETED)) == len(items(site)) == 2
+    assert alarms(site) == []
+
+
+def test_a_robot_that_has_come_back_is_asked_for_its_software_before_its_queue_proves_anything(site, plan):  # noqa: F811
+    check_up(site, "faithful")
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: site.executions(State.SUBMITTING) and site.network.posts(), within=400)
+    asked: list[str] = []
+    site.network.interrupt = asked.append
+    site.network.down.add("R1")
+    site.run(100)
+    site.machines["R1"].software = "3.8.1"
+    site.network.down.clear()
+    asked.clear()
+    site.run_until(lambda: site.executions(State.QUEUED, State.EXECUTING), within=400)
+    asked = [where for where in asked if where.startswith("before ")]
+    assert asked.index("before GET /users/me") < asked.index("before POST /mission_queue/search")

@@ -218,18 +218,17 @@ class Copies:
     def _tell_of_unmarked(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
         """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for, or was sent lately, can't
         be told from one that a person put there, so a person decides. Returns the tokens of those that can't be judged yet."""
+        self.note_accepted()                         # while the robot was read others may have been sent
         watched = [(row, floor) for token, (floor, _until) in self._watched.items() if (row := self._ledger.by_token(token)) is not None]
         found = [(row, item) for item in filter(self._is_unmarked, newer) for row, floor in reversed(watched)    # most likely the last's
                  if item.id > floor and self._may_be_of(row, item)]
-        looked_for: set[str] = set()
-        if found and self.do_tokens_come_back() is False:
-            rows = self._ledger.open_for(self._seen.robot.id, NOT_WITH_THE_ROBOT)
-            looked_for = {row.mission_guid for row in rows if row.attempts}           # it is taken for that one
-        elif found:
+        if found and self.do_tokens_come_back() is not False:
             found = []
         unmarked = list(filter(self._is_unmarked, open_items)) if self._forgets_tokens else []
         lately = self._sent_lately() if unmarked else []
         found += [(row, item) for item in unmarked for row in lately if item.id > (row.queue_floor or 0) and self._may_be_of(row, item)]
+        rows = self._ledger.open_for(self._seen.robot.id, NOT_WITH_THE_ROBOT) if found else []
+        looked_for = {row.mission_guid for row in rows if row.attempts}               # it is taken for that one
         for row, item in found:
             if row.mission_guid not in looked_for:
                 self._alarm_once("unmarked_copy", row, item)

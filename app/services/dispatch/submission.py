@@ -361,6 +361,7 @@ class Submission:
             if was_replaced(row, status.serial_number):
                 self._give_up(row, message("the robot was replaced by another machine meanwhile"))
                 return
+            self._seen.identify()                      # with other software it may answer in another way
             if found := self._copies.of(row):
                 self._found(row, found)
                 return
