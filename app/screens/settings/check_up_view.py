@@ -54,9 +54,6 @@ def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, i
     when = formats.local(report.began_at, zone).date()
     day = _("today") if when == formats.local(now, zone).date() else formats.wall_day(when, year=when.year != now.year)
     seen = appearance(report.level)
-    if not report.is_complete:
-        tone, icon = ("attention", "alert") if seen.tone == "done" else (seen.tone, seen.icon)
-        return NoticeView(_("Checked up {day}, not to the end: check it up again").format(day=day), tone=tone, icon=icon)
     return NoticeView(_("Checked up {day}: {found}").format(day=day, found=counts(report.findings)), tone=seen.tone, icon=seen.icon)
 
 

@@ -42,8 +42,6 @@ def line(robot: Robot, found: Report | None) -> tuple[str, str]:
     (report(MAPS), ("Checked up Mon 23 Nov: all fine", "done")),
     (report(MAPS, HTTP, CLOCK), ("Checked up Mon 23 Nov: 2 to know", "attention")),
     (report(HTTP, LOAD), ("Checked up Mon 23 Nov: 1 to put right, 1 to know", "fault")),
-    (report(MAPS, is_complete=False), ("Checked up Mon 23 Nov, not to the end: check it up again", "attention")),
-    (report(LOAD, is_complete=False), ("Checked up Mon 23 Nov, not to the end: check it up again", "fault")),
     (report(MAPS, began_at=NOW - timedelta(hours=2)), ("Checked up today: all fine", "done")),
     (report(MAPS, began_at=NOW - timedelta(days=365)), ("Checked up Mon 24 Nov 2025: all fine", "done")),
 ])
