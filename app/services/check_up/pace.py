@@ -15,6 +15,7 @@ FEWEST = 5                   # of a robot that takes long: enough to judge it
 LOAD_S, LOAD_A_SECOND = 10.0, 4          # how long, and how many: more than the app asks at its busiest
 BACK_WITHIN = 120.0          # s that a robot which went away is waited for
 SLOW_S, LOST = 1.0, 0.02     # from here on it is told
+LEAST_S = 0.01               # that is told: nothing takes no time
 TOO_SLOW_S = Timeouts().read             # an answer that takes longer is none, unless the robot's profile allows for it
 QUIET_FACTOR, TIMEOUT_FACTOR = 6, 2      # times the slowest answer
 LONGEST_QUIET, LONGEST_TIMEOUT = 600.0, 30.0
@@ -49,7 +50,7 @@ def measure(look: Look, questions: int, after_s: float, of_s: float) -> None:
 
 def _judge(look: Look, questions: int, lost: int, usual: float, slowest: float) -> None:
     says = message("{answered} of {n} questions were answered, half of these within {usual} s, the slowest in {slowest} s",
-                   n=questions, answered=questions - lost, usual=round(usual, 2), slowest=round(slowest, 2))
+                   n=questions, answered=questions - lost, usual=max(LEAST_S, round(usual, 2)), slowest=max(LEAST_S, round(slowest, 2)))
     if slowest > TOO_SLOW_S:
         look.seen["quiet_s"] = min(LONGEST_QUIET, max(90.0, QUIET_FACTOR * slowest))
         look.seen["timeout_s"] = min(LONGEST_TIMEOUT, TIMEOUT_FACTOR * slowest)
