@@ -234,7 +234,7 @@ class _Reader:
 
 # ------------------------------------------------------------------ check-up
 def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
-    """Prints the report, of one that is not complete as well; with ``--report`` it is written as a file too."""
+    """Prints the report, of one that is not complete as well; with ``--report`` it is written as a file too, or to stdout in its stead."""
     trial = None if options.with_mission is None else Trial(options.with_mission or None)
     if trial is not None and not options.yes:
         raise BadInput(f"{_moves(directory, options.check_up, trial)} With --yes this is done")
@@ -245,15 +245,20 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
         except InvalidInput as error:
             raise BadInput(str(error)) from None
 
-    try:
-        answer = _here_or_by_the_running_app(directory, check_up_here, "check_up", CHECKED_UP_WITHIN, robot=options.check_up,
-                                             is_tried=trial is not None, mission=trial.mission if trial else None)
-    except NoAnswer as error:
-        raise Failure(f"{error}; give the command again") from None
-    if "text" in answer:
+    # A target that can't be written is found before the robot is asked. Raising leaves an old file as it was.
+    with export_target(options.report) if options.report else contextlib.nullcontext() as file:
+        try:
+            answer = _here_or_by_the_running_app(directory, check_up_here, "check_up", CHECKED_UP_WITHIN, is_taken_over=False,
+                                                 robot=options.check_up, is_tried=trial is not None,
+                                                 mission=trial.mission if trial else None)
+        except NoAnswer as error:
+            raise Failure(f"{error}; give the command again") from None
+        if "text" not in answer:
+            _raise_for(answer)
+        if file is not None:
+            file.write(answer["document"])
+    if options.report != "-":
         print(answer["text"], end="")
-        if options.report:
-            _write(options.report, answer["document"].encode("utf-8"))
     _raise_for(answer)
     return 0
 
@@ -291,12 +296,13 @@ def _restore(directory: DataDirectory, backup: Path) -> int:
 
 
 # ------------------------------------------------------------------ talking to the running app, and to files
-def _here_or_by_the_running_app(directory: DataDirectory, here: Callable[[Container], dict[str, Any]], kind: str, timeout: float,
-                                **request: Any) -> dict[str, Any]:
+def _here_or_by_the_running_app(directory: DataDirectory, here: Callable[[Container], dict[str, Any]], kind: str, timeout: float, *,
+                                is_taken_over: bool = True, **request: Any) -> dict[str, Any]:
     """Do it in this process when no other one holds the data directory, else ask the one that does.
 
     A command that holds it answers nobody and is waited for. When an app ends without an answer, this process tries again: what is asked
-    for must come to the same when it is done twice. Raises NoAnswer when an app that runs on does not answer within ``timeout`` s.
+    for must come to the same when it is done twice. What lasts long is not ``is_taken_over``: the app could not be started again
+    meanwhile. Raises NoAnswer when an app that runs on does not answer within ``timeout`` s, or ends and is not followed.
     """
     while True:
         lock = InstanceLock(directory.path)
@@ -312,8 +318,11 @@ def _here_or_by_the_running_app(directory: DataDirectory, here: Callable[[Contai
         if lock.is_held_by_command:
             time.sleep(WAIT_FOR_COMMAND)
             continue
-        with contextlib.suppress(HolderGone):
+        try:
             return ask(directory.path, kind, timeout=timeout, holder_is_gone=lambda: _is_free(directory), **request)
+        except HolderGone:
+            if not is_taken_over:
+                raise
 
 
 def _is_free(directory: DataDirectory) -> bool:

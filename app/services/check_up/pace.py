@@ -11,42 +11,46 @@ from app.mir.transport import Timeouts
 from app.services.check_up.look import Look
 
 MINUTE = 60                  # questions, one a second
+FEWEST = 5                   # of a robot that takes long: enough to judge it
 LOAD_S, LOAD_A_SECOND = 10.0, 4          # how long, and how many: more than the app asks at its busiest
 BACK_WITHIN = 120.0          # s that a robot which went away is waited for
 SLOW_S, LOST = 1.0, 0.02     # from here on it is told
+LEAST_S = 0.01               # that is told: nothing takes no time
 TOO_SLOW_S = Timeouts().read             # an answer that takes longer is none, unless the robot's profile allows for it
 QUIET_FACTOR, TIMEOUT_FACTOR = 6, 2      # times the slowest answer
 LONGEST_QUIET, LONGEST_TIMEOUT = 600.0, 30.0
 
 
 def measure(look: Look, questions: int, after_s: float, of_s: float) -> None:
-    """``questions``: one a second."""
+    """``questions``: one a second; fewer of a robot that takes longer, so that it does not last much longer."""
     took: list[float] = []
-    lost = 0
-    for number in range(questions):
-        look.at(message("Measuring how soon it answers"), after_s + number, of_s)
+    asked, start = 0, look.probe.clock()
+    while asked < questions and (asked < FEWEST or look.probe.clock() - start < questions):
+        look.at(message("Measuring how soon it answers"), after_s + min(look.probe.clock() - start, questions), of_s)
+        asked += 1
         began = look.probe.clock()
         try:
             look.probe.status()
         except RobotError:
-            lost += 1
+            pass
         else:
             took.append(look.probe.clock() - began)
         look.pause(max(0.0, 1.0 - (look.probe.clock() - began)))
-    look.seen["lost"] = lost / questions
+    lost = asked - len(took)
+    look.seen["lost"] = lost / asked
     if not took:
-        look.red(Topic.LATENCY, message("It answered none of {n} questions", n=questions),
+        look.red(Topic.LATENCY, message("It answered none of {n} questions", n=asked),
                  message("Nothing can be scheduled before it answers: check the radio network where the robot drives."))
         return
     took.sort()
     slowest = took[-1]
     look.seen["latency"] = took[0], median(took), took[int(0.95 * (len(took) - 1))], slowest
-    _judge(look, questions, lost, median(took), slowest)
+    _judge(look, asked, lost, median(took), slowest)
 
 
 def _judge(look: Look, questions: int, lost: int, usual: float, slowest: float) -> None:
-    says = message("Of {n} questions {lost} had no answer; half of the answers came within {usual} s, the slowest took {slowest} s",
-                   n=questions, lost=lost, usual=round(usual, 2), slowest=round(slowest, 2))
+    says = message("{answered} of {n} questions were answered, half of these within {usual} s, the slowest in {slowest} s",
+                   n=questions, answered=questions - lost, usual=max(LEAST_S, round(usual, 2)), slowest=max(LEAST_S, round(slowest, 2)))
     if slowest > TOO_SLOW_S:
         look.seen["quiet_s"] = min(LONGEST_QUIET, max(90.0, QUIET_FACTOR * slowest))
         look.seen["timeout_s"] = min(LONGEST_TIMEOUT, TIMEOUT_FACTOR * slowest)

@@ -39,7 +39,9 @@ def heading(report: Report, zone: str, language: Language = str) -> list[str]:
     profile = report.profile
     lines = [message("Check-up of {robot}", robot=report.robot),
              message("{model}, serial number {number}, software {software}, at {address}", model=report.model or "?",
-                     number=profile.serial_number or "?", software=profile.software or "?", address=report.address),
+                     number=profile.serial_number or "?", software=profile.software or "?", address=report.address)
+             if report.model or profile.serial_number or profile.software else
+             message("At {address}; it did not tell what it is", address=report.address),
              message("{time} ({zone}); it took {seconds} s", time=_stamp(at), zone=zone, seconds=round(report.took_s)),
              message("Tried with the mission {mission}", mission=report.mission) if report.mission else
              message("Only read: no mission was queued")]
@@ -112,7 +114,7 @@ def _by_level(report: Report) -> dict[Level, list[Finding]]:
 
 def _sentence(finding: Finding, language: Language) -> str:
     says = render(finding.says, language)
-    return says if says.endswith((".", "…")) else f"{says}."
+    return says if says.endswith((".", "…", "?", "!")) else f"{says}."
 
 
 def _stamp(at: datetime) -> str:

@@ -106,6 +106,12 @@ def test_it_prints_the_report_keeps_it_and_writes_what_was_found(data, robot, tm
     assert [finding.topic for finding in report.findings] == [finding["topic"] for finding in found["report"]["findings"]]
 
 
+def test_to_stdout_the_file_comes_alone_so_that_a_program_can_read_it(data, robot):
+    code, out, err = run(data, "--check-up", robot.name, "--report", "-")
+    assert (code, err) == (0, "")
+    assert json.loads(out)["report"]["robot"] == robot.name
+
+
 def test_a_trial_is_asked_for_and_then_done(data, robot, tmp_path):
     before = missions(robot)
     code, out, err = run(data, "--check-up", robot.name, "--with-mission")
@@ -148,6 +154,7 @@ def test_a_start_of_the_plan_goes_first(tmp_path, fleet, robot):
 def test_what_can_not_be_is_said_in_one_line(data, fleet, robot):
     for arguments, words in ((("--check-up", "Nobody"), f"there is no robot 'Nobody'; known: {robot.name}"),
                              (("--check-up", robot.name, "--with-mission", "Dance", "--yes"), "the robot has no mission Dance"),
+                             (("--check-up", robot.name, "--report", "/nowhere/found.json"), "/nowhere/found.json can't be written"),
                              (("--check-up", ""), "--check-up needs the name of a robot"),
                              (("--with-mission",), "--with-mission and --report belong to --check-up ROBOT"),
                              (("--check-up", robot.name, "--yes"), "--yes belongs to"),
@@ -178,6 +185,29 @@ def test_killed_in_the_middle_the_app_puts_everything_back_when_it_starts(data, 
     with headless(data):
         wait_for(lambda: missions(robot) == before and robot.state()["state_id"] == 3, within=WITHIN)
         assert set(queue(robot)) == {"Aborted"}
+
+
+def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data, robot):
+    before = missions(robot)
+    app = start(data, "--headless")
+    try:
+        assert app.stdout is not None
+        assert app.stdout.readline() == "ready\n"
+        process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
+        try:
+            wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
+            app.kill()
+            out, err = process.communicate(timeout=WITHIN)
+        finally:
+            process.kill()
+    finally:
+        app.kill()
+        app.communicate(timeout=WITHIN)
+    assert (process.returncode, out) == (1, "")
+    assert is_one_line(err)
+    assert "ended before it answered; give the command again" in err
+    with headless(data):
+        wait_for(lambda: missions(robot) == before and robot.state()["state_id"] == 3, within=WITHIN)
 
 
 @pytest.mark.parametrize("is_beside_an_app", [False, True])

@@ -11,6 +11,7 @@ from app.domain.message import render
 from app.mir.errors import Unreachable
 from app.mir.transport import Response
 from app.services.check_up.look import NotWanted
+from app.services.check_up.pace import measure
 from app.services.check_up.reading import read_robot
 from mir_sim import DEVIANTS, deviant
 from tests.support.asked_robot import AskedRobot
@@ -54,6 +55,7 @@ def test_a_faithful_robot_is_green(software, history):
     assert told(look) == {Topic.CERTIFICATE: Level.AMBER}, in_words(look)
     assert [finding.topic for finding in look.findings] == sorted(READ, key=[f.topic for f in look.findings].index)
     assert set(READ) == {finding.topic for finding in look.findings}
+    assert "60 of 60 questions were answered" in in_words(look)
     assert robot.writes == []
 
 
@@ -64,6 +66,26 @@ def test_each_deviant_is_named_by_what_differs(name):
     look = read(robot)
     assert told(look) == {Topic.CERTIFICATE: Level.AMBER, **NAMED[name]}, in_words(look)
     assert robot.writes == []
+
+
+def test_a_robot_that_is_slow_to_answer_is_asked_less_so_that_it_lasts_no_longer():
+    robot = AskedRobot(deviant("slow-disk"))
+    look = robot.look()
+    began = robot.clock.now()
+    measure(look, 60, 0.0, 60.0)
+    assert (robot.clock.now() - began).total_seconds() < 60.0 + 9.0
+    (finding,) = look.findings
+    assert finding.level is Level.RED
+    answered, of = (int(word) for word in render(finding.says).split()[:3:2])
+    assert answered == of in range(7, 20)
+
+
+def test_no_answer_takes_no_time(monkeypatch):
+    robot = AskedRobot()
+    look = robot.look()
+    monkeypatch.setattr(look.probe, "status", lambda: None)            # at once
+    measure(look, 3, 0.0, 3.0)
+    assert "3 of 3 questions were answered, half of these within 0.01 s, the slowest in 0.01 s" in in_words(look)
 
 
 ODD = {

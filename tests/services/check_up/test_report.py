@@ -74,6 +74,14 @@ def test_what_is_not_complete_says_so():
     assert "Tried with the mission Home" in reports.text(replace(REPORT, mission="Home"), ZONE)
 
 
+def test_a_robot_that_told_nothing_is_known_by_its_address_and_a_question_keeps_its_mark():
+    silent = replace(REPORT, model="", profile=RobotProfile(None, None), findings=(
+        Finding(Topic.IDENTITY, Level.RED, message("It could not be asked: {problem}", problem="is it switched on?")),))
+    lines = reports.text(silent, ZONE).splitlines()
+    assert lines[1] == "At http://10.0.0.1; it did not tell what it is"
+    assert lines[-1] == "- Who it is: It could not be asked: is it switched on?"
+
+
 def test_the_file_has_the_simulators_keys_the_findings_and_no_secret(tmp_path):
     (tmp_path / "robot").mkdir()
     robot = CheckedRobot(tmp_path / "robot")
