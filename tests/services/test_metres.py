@@ -105,7 +105,7 @@ def test_the_nearer_of_two_robots_comes_and_says_so(hall):
     experienced(hall)
     put(hall, R2=NEAR)
     row = planned(hall)
-    assert (row.robot, told(row)) == ("R2", "R2: free now, 7 m away; R1: free now, 28 m away")
+    assert (row.robot, told(row)) == ("R2", "R2: free now, 7 m away, will be done soonest, about 06:12; R1: free now, 28 m away")
     assert row.approach_m == pytest.approx(7.0)
     hall.run(200)
     assert 7.0 in DurationRepository().usual(hall.container.db.read(), hall.robot("R2").id, GUIDS["Deliver"]).ways_m
@@ -115,7 +115,7 @@ def test_without_positions_the_first_comes_and_nothing_is_said_of_metres(hall):
     experienced(hall)
     put(hall, R2=NEAR)
     row = planned(hall)
-    assert (row.robot, told(row), row.approach_m) == ("R1", "R1: free now; R2: free now", None)
+    assert (row.robot, told(row), row.approach_m) == ("R1", "R1: free now, has run less today; R2: free now", None)
 
 
 def test_on_another_map_no_way_is_known(hall):
@@ -125,7 +125,7 @@ def test_on_another_map_no_way_is_known(hall):
         machine.site.table("/maps").add(machine.site.table("/maps").get(MAP_GUID) | {"guid": "another-map", "name": "Upstairs"})
     hall.machines["R2"].relocate(NEAR, "another-map")
     row = planned(hall)
-    assert (row.robot, told(row)) == ("R1", "R1: free now, 28 m away; R2: free now")
+    assert (row.robot, told(row)) == ("R1", "R1: free now, 28 m away, has run less today; R2: free now")
 
 
 def at_once(hall):
@@ -151,7 +151,7 @@ def test_where_a_robot_says_nonsense_of_its_position_it_is_not_known(hall):
     experienced(hall)
     put(hall, R1=Pose(1e308, -1e308, 0.0), R2=Pose(20_000.0, 0.0, 0.0))
     row = planned(hall)
-    assert (row.robot, told(row), row.approach_m) == ("R1", "R1: free now; R2: free now", None)
+    assert (row.robot, told(row), row.approach_m) == ("R1", "R1: free now, has run less today; R2: free now", None)
 
 
 def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):

@@ -255,7 +255,7 @@ MUTANTS = (
     Mutant(
         "everything fails without a request",
         f"{SUBMISSION}.send_due",
-        "self._post(intent)",
+        "self._post(intent, attempt.plan_version)",
         "self._ledger.end(intent, Reason(ReasonCode.REFUSED))",
         "never ran",
         CALM,
