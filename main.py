@@ -43,8 +43,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--with-mission", nargs="?", const="", metavar="NAME",
                    help="with --check-up: queue this harmless mission too; without NAME one that waits a second, made and removed")
     p.add_argument("--report", metavar="FILE", help="with --check-up: write the report as JSON, which python -m mir_sim --profile takes")
-    p.add_argument("--yes", action="store_true", help="confirms that --import-config may delete runs, by a lower history limit, and that "
-                                                      "--with-mission may queue missions")
+    p.add_argument("--yes", action="store_true", help="confirms that --import-config may delete runs, by a lower history limit; "
+                                                      "--with-mission does not ask")
     p.add_argument("--parameter", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the mission of --run-now")
     return p
 

@@ -236,8 +236,8 @@ class _Reader:
 def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
     """Prints the report, of one that is not complete as well; with ``--report`` it is written as a file too, or to stdout in its stead."""
     trial = None if options.with_mission is None else Trial(options.with_mission or None)
-    if trial is not None and not options.yes:
-        raise BadInput(f"{_moves(directory, options.check_up, trial)} With --yes this is done")
+    if trial is not None and not options.yes and sys.stdin is not None and sys.stdin.isatty():
+        _ask(_moves(directory, options.check_up, trial))
 
     def check_up_here(container: Container) -> dict[str, Any]:
         try:
@@ -261,6 +261,13 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
         print(answer["text"], end="")
     _raise_for(answer)
     return 0
+
+
+def _ask(says: str) -> None:
+    """Whoever sits at a terminal is told what will happen on the robot, and asked. Elsewhere the option itself is the agreement."""
+    print(f"{says}\nGo on? [y/N] ", end="", file=sys.stderr, flush=True)
+    if sys.stdin.readline().strip().casefold() not in ("y", "yes"):
+        raise BadInput("nothing was asked of the robot")
 
 
 def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import json
+import os
+import pty
 import signal
 import subprocess
 import sys
@@ -31,8 +33,8 @@ sys.exit(main.main(sys.argv[1:]))
 WITHIN = 60.0
 
 
-def start(data: Path, *arguments: str) -> subprocess.Popen[str]:
-    return subprocess.Popen([sys.executable, "-c", QUICK, "--data-dir", str(data), *arguments], stdout=subprocess.PIPE,
+def start(data: Path, *arguments: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
+    return subprocess.Popen([sys.executable, "-c", QUICK, "--data-dir", str(data), *arguments], stdin=stdin, stdout=subprocess.PIPE,
                             stderr=subprocess.PIPE, text=True, encoding="utf-8", env=environment(), cwd=ROOT)
 
 
@@ -112,16 +114,31 @@ def test_to_stdout_the_file_comes_alone_so_that_a_program_can_read_it(data, robo
     assert json.loads(out)["report"]["robot"] == robot.name
 
 
-def test_a_trial_is_asked_for_and_then_done(data, robot, tmp_path):
-    before = missions(robot)
-    code, out, err = run(data, "--check-up", robot.name, "--with-mission")
-    assert (code, out) == (2, "")
-    assert is_one_line(err)
+def at_a_terminal(data, *arguments, answer: str) -> tuple[int, str]:
+    """The exit code, and what stood on stderr."""
+    ours, terminal = pty.openpty()
+    try:
+        process = start(data, *arguments, stdin=terminal)
+        os.write(ours, f"{answer}\n".encode())
+        _out, err = process.communicate(timeout=60)
+        return process.returncode, err
+    finally:
+        os.close(ours)
+        os.close(terminal)
+
+
+def test_whoever_sits_at_a_terminal_is_asked_before_anything_moves(data, robot):
+    code, err = at_a_terminal(data, "--check-up", robot.name, "--with-mission", answer="")
+    assert code == 2
     assert f"{robot.name} gets a mission that waits a second" in err
-    assert "--yes" in err
+    assert err.endswith("nothing was asked of the robot\n")
     assert queue(robot) == []
+
+
+def test_a_trial_is_done(data, robot, tmp_path):
+    before = missions(robot)
     file = tmp_path / "found.json"
-    code, out, err = run(data, "--check-up", robot.name, "--with-mission", "--yes", "--report", str(file))
+    code, out, err = run(data, "--check-up", robot.name, "--with-mission", "--report", str(file))
     assert (code, err) == (0, "")
     assert "The app's mark comes back in the field order_description" in out
     assert queue(robot) == ["Done", "Done", "Aborted", "Done"]
