@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Collection
 from datetime import datetime
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ _BOUND_BY = ("mission", "parameters", "priority", "minimum_battery_percent", "cl
 
 
 class Watch(NamedTuple):
-    """A request for a start of a group that was given up on one robot may still come there until then."""
+    """A request that was given up, or a second copy, may still come to that robot, or run there, until then."""
     execution_id: int
     robot_id: int
     queue_floor: int
@@ -134,7 +135,7 @@ class GroupStartRepository:
 
     # ------------------------------------------------------------------ given up
     def watch(self, c: sqlite3.Connection, watch: Watch) -> None:
-        """It stays as long as the robot is there, and its execution with it."""
+        """It stays until the robot was searched after its time, or is removed; its execution stays with it."""
         c.execute("""INSERT INTO watches VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE SET until = excluded.until""",
                   (*watch[:3], to_text(watch.until)))
 
@@ -142,11 +143,12 @@ class GroupStartRepository:
         rows = c.execute("SELECT execution_id, robot_id, queue_floor, until FROM watches WHERE robot_id = ?", (robot_id,))
         return [Watch(execution_id, robot, floor, to_instant(until)) for execution_id, robot, floor, until in rows]
 
-    def watches_of(self, c: sqlite3.Connection, robot_id: int, now: datetime) -> list[Watched]:
+    def watches_of(self, c: sqlite3.Connection, robot_id: int) -> list[Watched]:
         rows = c.execute("""SELECT token, watches.queue_floor, until FROM watches JOIN executions ON executions.id = execution_id
-                            WHERE watches.robot_id = ? AND until > ?""", (robot_id, to_text(now)))
+                            WHERE watches.robot_id = ?""", (robot_id,))
         return [Watched(token, floor, to_instant(until)) for token, floor, until in rows]
 
-    def drop_watches(self, c: sqlite3.Connection, now: datetime) -> None:
+    def drop_watches(self, c: sqlite3.Connection, robot_id: int, tokens: Collection[str]) -> None:
         """Those that are over."""
-        c.execute("DELETE FROM watches WHERE until <= ?", (to_text(now),))
+        c.execute(f"""DELETE FROM watches WHERE robot_id = ? AND execution_id IN (
+                      SELECT id FROM executions WHERE token IN ({placeholders(tokens)}))""", (robot_id, *tokens))

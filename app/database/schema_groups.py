@@ -76,7 +76,7 @@ ALTER TABLE executions ADD COLUMN choice TEXT NOT NULL DEFAULT '{}';         -- 
 ALTER TABLE executions ADD COLUMN tried TEXT NOT NULL DEFAULT '{}';          -- by robot id: what became of it there
 ALTER TABLE executions ADD COLUMN approach_m REAL;
 CREATE INDEX executions_unbound ON executions (group_id, planned_at) WHERE state = 'waiting' AND robot_id IS NULL;
-CREATE TABLE watches (                        -- robots on which a start may arrive yet that was given to another one since
+CREATE TABLE watches (                        -- robots to which a start may come yet that was given up there
     execution_id INTEGER NOT NULL,
     robot_id     INTEGER NOT NULL REFERENCES robots(id) ON DELETE CASCADE,
     queue_floor  INTEGER NOT NULL,

@@ -32,6 +32,11 @@ def is_persons(choice: Mapping[str, Any]) -> bool:
     return choice.get("by") == "person"
 
 
+def is_for_any(row: Execution) -> bool:
+    """Whether another robot may get it instead: one of a group, of which no person has chosen its robot."""
+    return row.group_id is not None and not is_persons(row.choice)
+
+
 def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text, whole: bool = True) -> str:
     """Of a start that was given to a robot: that one, and where it is the ``whole`` story the best of the others."""
     robots = _robots(choice)

@@ -213,8 +213,8 @@ class RobotClient:
     # ------------------------------------------------------------------ the queue
     def enqueue(self, mission_guid: str, *, description: str = "", text: str = "", priority: int = 0,
                 parameters: Mapping[str, Any] | None = None, is_wanted: Callable[[], bool] = lambda: True) -> int:
-        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201 with an integer id counts as accepted, unless
-        the robot is known to answer otherwise: without an id that raises Unnumbered.
+        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201, or what the robot is known to answer, counts
+        as accepted; without an integer id that raises Unnumbered.
 
         ``is_wanted`` is asked when the connection stands: the tablet may have slept meanwhile. If not, raises NotWanted, and nothing was
         sent.

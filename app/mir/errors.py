@@ -211,5 +211,5 @@ class Unreadable(RobotError):
 
 
 class Unnumbered(Unreadable):
-    """The robot has taken a mission without telling under which number, as it is known to do."""
+    """The robot has taken a mission without telling under which number."""
     code = "unnumbered"

@@ -32,7 +32,7 @@ def problem_of(answer: Response, known: RobotProfile) -> Unreadable | None:
     answer otherwise."""
     if answer.status not in (201, known.order_status):
         return Unreadable(problem=message("status {status} instead of 201", status=answer.status))
-    return Unnumbered() if known.gives_id is False and not _has_number(answer) else None
+    return None if _has_number(answer) else Unnumbered()
 
 
 def _has_number(answer: Response) -> bool:

@@ -56,6 +56,17 @@ def test_while_no_robot_has_it_again_the_late_item_is_the_one_though_it_is_done_
     assert len(hall.items()) == 1
 
 
+def test_a_late_item_that_ran_while_the_app_was_off_is_found_by_the_next_run(hall):
+    """It was given up, and nobody was there while it might still have come."""
+    first = given_up(hall, late=400.0, start_window_minutes=1)
+    hold_all(hall)
+    hall.run(140)
+    assert hall.run_of().state is State.FAILED
+    hall.power_cut(3600)
+    hall.run(60)
+    assert (hall.run_of().state, hall.run_of().robot) == (State.COMPLETED, first)
+
+
 def test_a_late_item_that_runs_is_the_one_though_the_start_waits_for_another_robot_already(hall):
     """The other robot can't be asked at that moment: nothing has been sent there."""
     first = given_up(hall, late=130.0)

@@ -187,10 +187,17 @@ def test_a_start_that_was_taken_without_a_number_is_looked_for_at_once(site, pla
 
 
 @deviants("no-id")
-def test_a_start_that_was_taken_and_can_not_be_found_is_never_sent_again(site, plan):
-    check_up(site, "no-id")
+@pytest.mark.parametrize("is_known", [True, False])
+@pytest.mark.parametrize("is_killed", [True, False])
+def test_a_start_that_was_taken_and_can_not_be_found_is_never_sent_again(site, plan, is_known, is_killed):
+    if is_known:
+        check_up(site, "no-id")
     plan(START)
     site.network.as_given = lambda robot, path, body: b"[]" if path.startswith("/mission_queue") else body
+    site.run_until(lambda: site.network.posts())
+    site.run(2)
+    if is_killed:
+        site.power_cut(5)
     site.run(900)
     [run] = site.executions()
     assert (run.attempts, run.reason.code) == (1, ReasonCode.UNKNOWN_OUTCOME)

@@ -29,6 +29,7 @@ PROTECTED = 150.0  # s before a planned start that its robot may be kept for it:
 UNKNOWN = 340.0  # the same while the duration is not known, and taken for five minutes
 GIVEN_WITH = 0.5  # s after another one a start may be sent that was given to its own robot in the same moment
 BINDING = 4.0  # s that a start may have waited unseen when another one was bound
+SLOWEST = 20.0  # s before a submission an answer may have been made that its choice rests on
 OFF_BY = 3.0  # m that a robot may be nearer or farther than was told
 STATIONS = {station.guid: station for station in ALL_STATIONS}
 KNOWN = (Fate.FINE, Fate.SLOW, Fate.REFUSED, Fate.NOT_FOUND)
@@ -110,6 +111,8 @@ class GroupJudge:
         if row is None or row.bound_at is None or (self.world.site.clock.now() - row.bound_at).total_seconds() > BINDING:
             return
         if self._open_items(post.robot):                     # sent a moment before, and on its way
+            return
+        if self.diary.was_wrong("slow", None, post.at - SLOWEST, post.at):      # a late answer tells where it was
             return
         [mission] = [mission for mission in MISSIONS if mission.guid == post.mission_id]
         goal, pose = STATIONS[mission.actions[0].parameters["position"]].pose, self.world.site.machines[post.robot].pose

@@ -265,7 +265,7 @@ class Site:
     def power_cut(self, seconds: float) -> None:
         """The tablet is off for so long, without warning; then the app starts again."""
         self.switch_off(cleanly=False)
-        self.clock.advance(seconds)
+        self.stay_off(seconds)
         self.switch_on()
 
     def stranger_queues(self, mission: str = "Deliver", robot: str = "R1", *, description: str = "", user: str = "admin") -> int:

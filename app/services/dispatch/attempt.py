@@ -29,6 +29,11 @@ class Attempt:
     accepted: Move | None = None
 
 
+def intent_of(row: Execution) -> tuple[object, ...]:
+    """What tells one intent of a row from the next: a start of a group may come to the same robot again."""
+    return row.id, row.attempts, row.bound_at
+
+
 class Attempts(dict[int, Attempt]):
     """Those of one robot, by the id of their execution. A row that says ``submitting`` and is not here belongs to a process that is
     gone."""

@@ -165,20 +165,20 @@ class Copies:
         """Its request was given up and may arrive all the same: the robot's queue is searched for it for a while."""
         self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)
 
-    def watch_from(self, token: str, floor: int) -> None:
+    def watch_from(self, row: Execution, floor: int) -> None:
         """One too many that could not be cancelled is met again, though it may have begun by then. What is searched for stays so."""
+        if row.token in self._watched:
+            return
         highest = self._seen.highest
-        self._watched.setdefault(token, (floor if highest is None else min(floor, highest), self._s.clock.monotonic() + WATCHED_FOR))
+        self._watched[row.token] = (floor if highest is None else min(floor, highest), self._s.clock.monotonic() + WATCHED_FOR)
+        self._ledger.watch(row, self._seen.robot.id)
 
     def watch_again(self) -> None:
-        """What an earlier run of the app gave up, of late."""
-        now = self._s.clock.now()
-        for row in self._ledger.planned_between(self._seen.robot.id, now - LOOKS_BACK, now):
-            if row.queue_floor is not None and (row.attempts > 1 or (row.attempts and row.queue_id is None)):      # a POST has a floor
-                self.watch_for(row)
+        """What an earlier run of the app gave up; where its time is over, once more, for it may have come while nobody looked."""
+        now, mono = self._s.clock.now(), self._s.clock.monotonic()
         for watch in self._ledger.watches_of(self._seen.robot.id):
             left = (watch.until - now).total_seconds()
-            self._watched[watch.token] = (watch.queue_floor, self._s.clock.monotonic() + min(left, WATCHED_FOR))
+            self._watched[watch.token] = (watch.queue_floor, mono + min(max(0.0, left), WATCHED_FOR))
 
     @property
     def is_watching(self) -> bool:
@@ -192,6 +192,7 @@ class Copies:
         self._find_other_tablet(items.values())
         mono = self._s.clock.monotonic()
         longest = LOOKS_BACK.total_seconds()                 # a queue that can't be searched must not keep the robot unreadable for ever
+        before = set(self._watched)
         self._watched = {token: value for token, value in self._watched.items() if value[1] > mono - longest}
         newer = self._client.items_after(self._watched_from()) if self._watched else []
         items |= {item.id: item for item in newer if item.description in self._watched}
@@ -207,13 +208,15 @@ class Copies:
                 unsettled.add(row.token)
             elif not (self._set_right if is_here else self._came_elsewhere)(row, item):      # met again before it begins
                 unsettled.add(row.token)
-                self.watch_from(row.token, item.id - 1)
+                self.watch_from(row, item.id - 1)
         searched = max((item.id for item in newer), default=0)           # what is older has been seen
         if self._seen.highest is not None:
             self._seen.highest = max(self._seen.highest, searched)       # or the next search would begin at the first item
         self._watched = {token: (floor if token in unsettled or not newer else searched, until)
                          for token, (floor, until) in self._watched.items()
                          if until > mono or (token in unsettled and until > mono - WATCHED_FOR)}       # once more after its time
+        if over := before - self._watched.keys():
+            self._ledger.drop_watches(self._seen.robot.id, over)
 
     def _tell_of_unmarked(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
         """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for, or was sent lately, can't

@@ -12,7 +12,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from app.database.connection import Database
-from app.database.executions import UNBOUND, ExecutionFilter, ExecutionRepository, Surplus, Unsent
+from app.database.executions import UNBOUND, ExecutionFilter, ExecutionRepository, Unsent
 from app.database.group_starts import FullPlace, GroupStartRepository, Watch, Watched
 from app.database.robots import Accepted, RobotRepository
 from app.database.settings import SettingsRepository
@@ -22,6 +22,7 @@ from app.domain.message import Message
 from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.reasons import sentence, to_store
 from app.domain.robot import QueueItem
+from app.services.dispatch.timing import WATCHED_FOR
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 
@@ -180,15 +181,13 @@ class Ledger:
             "attempts": max(1, execution.attempts), "queue_floor": item.id - 1, "robot_id": robot.id, "robot": robot.name,
             "robot_address": robot.address, "robot_serial": robot.serial_number})
 
-    def given_back(self, execution: Execution, robot_id: int, tried: Mapping[str, Any], *, is_attempt: bool,
-                   watch_for: timedelta | None) -> Move:
+    def given_back(self, execution: Execution, robot_id: int, tried: Mapping[str, Any], *, is_attempt: bool, may_come: bool) -> Move:
         """A start of a group of which certainly nothing is on this robot has none again. ``tried``: what became of it here. ``is_attempt``:
-        it counts as one, also where it never reached the POST. ``watch_for``: how long its request may still come here."""
-        watch = Watch(execution.id, robot_id, execution.queue_floor or 0, self._clock.now() + watch_for) if watch_for else None
+        it counts as one, also where it never reached the POST. ``may_come``: its request may still come here."""
         attempts = execution.attempts + (execution.state is State.WAITING and is_attempt)
         return Move(execution, NOT_WITH_THE_ROBOT, {
             **UNBOUND, "state": State.WAITING, "wait": Wait.ROBOT, "wait_details": {}, "attempts": attempts,
-            "tried": {**execution.tried, str(robot_id): tried}}, watch)
+            "tried": {**execution.tried, str(robot_id): tried}}, self._watch(execution, robot_id) if may_come else None)
 
     def unbound_again(self, execution: Execution) -> Move:
         """A start of a group that its robot could not begin is for any of them again; nothing is held against this one."""
@@ -252,8 +251,20 @@ class Ledger:
         return len(self.make([*moves, self.adopted(execution, robot, item)])) > len(moves)
 
     def watches_of(self, robot_id: int) -> list[Watched]:
-        """What may still come to this robot though another one has been given it since."""
-        return self._starts.watches_of(self._db.read(), robot_id, self._clock.now())
+        """What may still come to this robot though it was given up there, or may have come while nobody looked."""
+        return self._starts.watches_of(self._db.read(), robot_id)
+
+    def watch(self, execution: Execution, robot_id: int) -> None:
+        """It may come to this robot, or run there, once more than wanted."""
+        self._db.write(lambda c: self._starts.watch(c, self._watch(execution, robot_id)))
+
+    def drop_watches(self, robot_id: int, tokens: Collection[str]) -> None:
+        """The robot was searched for these when nothing could come any more."""
+        self._db.write(lambda c: self._starts.drop_watches(c, robot_id, tokens), patient=True)
+
+    def _watch(self, execution: Execution, robot_id: int | None) -> Watch:
+        assert robot_id is not None, "it was sent to a robot"
+        return Watch(execution.id, robot_id, execution.queue_floor or 0, self._clock.now() + timedelta(seconds=WATCHED_FOR))
 
     def unbound(self) -> list[Execution]:
         """What waits for a robot of a group, oldest first."""
@@ -264,11 +275,20 @@ class Ledger:
         expected = (State.SUBMITTING,) if intent.group_id is None else (State.SUBMITTING, State.CANCELLED)
         return Move(intent, expected, {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None})
 
-    def attempt_failed(self, execution: Execution, problem: Message) -> Move:
-        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here."""
+    def taken(self, execution: Execution) -> Move:
+        """The robot has said so, and has given no number to find it by."""
+        return Move(execution, (State.SUBMITTING,), {"submitted_at": self._clock.now()})
+
+    def attempt_failed(self, execution: Execution, problem: Message, *, may_come: bool) -> Move:
+        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here. ``may_come``: as above."""
         attempts = execution.attempts + (execution.state is State.WAITING)
         return Move(execution, NOT_WITH_THE_ROBOT, {"state": State.WAITING, "attempts": attempts, "wait": Wait.RETRY,
-                                                    "wait_details": {"problem": problem}})
+                                                    "wait_details": {"problem": problem}},
+                    self._watch(execution, execution.robot_id) if may_come else None)
+
+    def given_up(self, execution: Execution, reason: Reason) -> Move:
+        """Ended without its outcome being known: it may be on the robot, or come there yet."""
+        return replace(self.ended(execution, reason, (execution.state,)), watch=self._watch(execution, execution.robot_id))
 
     def started(self, execution: Execution, robot_delay_s: float | None, approach_m: float | None) -> Move:
         return Move(execution, (State.QUEUED,), {"state": State.EXECUTING, "started_at": self._clock.now(), "robot_delay_s": robot_delay_s,
@@ -325,15 +345,11 @@ class Ledger:
             return
         surplus = self._executions.surplus(self._db.read(), limit)
         while any(surplus):
-            left = self._db.write(lambda c, surplus=surplus: self._dropped(c, surplus))  # type: ignore[misc]
+            left = self._db.write(lambda c, surplus=surplus: self._executions.drop_oldest(c, surplus))  # type: ignore[misc]
             if any(left) and (left == surplus or not has_time()):
                 self.grew = True
                 return
             surplus = left
-
-    def _dropped(self, c: Any, surplus: Surplus) -> Surplus:
-        self._starts.drop_watches(c, self._clock.now())
-        return self._executions.drop_oldest(c, surplus)
 
     def alarm_of_refusal(self, execution: Execution, robot: Robot, reason: Reason) -> None:
         """A robot has refused a start of a group for good, which another one may get."""

@@ -14,25 +14,24 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Iterable, Sequence
-from datetime import timedelta
 
 from app.database.executions import Unsent
 from app.domain import rules
-from app.domain.choice import is_persons
+from app.domain.choice import is_for_any
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Delivery, NotWanted, RobotError, Unauthorized, Unnumbered
 from app.services.allocation.belief import Out
-from app.services.dispatch.attempt import Attempt, Attempts, Phase
+from app.services.dispatch.attempt import Attempt, Attempts, Phase, intent_of
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.freedom import can_work
 from app.services.dispatch.ledger import was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.refusals import refusal, tried_here
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY, WATCHED_FOR
+from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
 from app.services.dispatch.waiting import Waiting, robot_off, taken_back
 
 log = logging.getLogger(__name__)
@@ -60,8 +59,8 @@ class Submission:
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
             attempt = self.attempts.get(row.id)
             if attempt is None or attempt.phase is Phase.BACKOFF:              # it does not know that its intent was written
-                self._recovered.add(_intent(row))
-                self._doubt(row, self._client.timeouts.total)          # it may have left this moment
+                self._recovered.add(intent_of(row))
+                self._doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)      # it may have left this moment
         self._copies.watch_again()
 
     def hold(self, intents: Iterable[Execution], plan_version: int) -> None:
@@ -75,7 +74,7 @@ class Submission:
             self.attempts[intent.id] = Attempt(Phase.HELD, mono + ahead, intent, plan_version)
 
     def _own(self, intents: Iterable[Execution]) -> list[Execution]:
-        return [intent for intent in intents if _intent(intent) not in self._recovered]
+        return [intent for intent in intents if intent_of(intent) not in self._recovered]
 
     def send_due(self) -> None:
         """Those held whose instant has come, in dispatch order. What can't be sent now is judged like any that waits."""
@@ -144,7 +143,7 @@ class Submission:
         if status is None or not self._seen.robot.enabled or self._s.holds.active(self._robot_id) is not None:
             return False
         is_fit = can_work(status) and rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
-        return is_fit or not _is_for_any(intent)
+        return is_fit or not is_for_any(intent)
 
     def _taken_back(self, row: Execution) -> Reason | None:
         """Why it must not be sent (again). ``row`` was read a moment ago."""
@@ -164,7 +163,7 @@ class Submission:
 
     def _is_own(self, row: Execution) -> bool:
         """Whether it waits for this robot, and for no other."""
-        return row.group_id is None or (not _is_for_any(row) and self._ledger.may_get(row))
+        return row.group_id is None or (not is_for_any(row) and self._ledger.may_get(row))
 
     def _release(self, intents: Sequence[Execution]) -> None:
         """Intents of which nothing was sent wait again, or end where they were taken back."""
@@ -217,12 +216,12 @@ class Submission:
         """Whether it can be sent once those ``before`` it are; else it waits, or the robot has it, or it has ended."""
         try:
             status, minimum = self._seen.recent_status(), row.minimum_battery_percent
-            is_for_any = _is_for_any(row)
-            if is_for_any and not can_work(status):
+            may_go_elsewhere = is_for_any(row)
+            if may_go_elsewhere and not can_work(status):
                 self._unbind(row)
                 return False
             if not rules.battery_allows(battery := status.battery_percentage, minimum):
-                if is_for_any:
+                if may_go_elsewhere:
                     self._give_back([row], Out.LOW_BATTERY)
                     return False
                 self._ledger.waits(row, Wait.BATTERY, battery=battery, minimum=minimum)
@@ -292,8 +291,7 @@ class Submission:
         settings, now, moves = self._s.settings(), self._clock.now(), []
         for row in rows:
             tried = tried_here(row, self._seen.robot, settings, now, out, problem, reason)
-            moves.append(self._ledger.given_back(row, self._robot_id, tried, is_attempt=out is Out.TRIED,
-                                                 watch_for=timedelta(seconds=WATCHED_FOR) if may_come else None))
+            moves.append(self._ledger.given_back(row, self._robot_id, tried, is_attempt=out is Out.TRIED, may_come=may_come))
             self.attempts.pop(row.id, None)
             if reason:
                 self._ledger.alarm_of_refusal(row, self._seen.robot, reason)
@@ -305,7 +303,7 @@ class Submission:
         self._give_back([row for row in rows if row.group_id is not None], problem=problem, may_come=waited)
         rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
-        for waiting in self._ledger.make([self._ledger.attempt_failed(row, problem) for row in rows]):
+        for waiting in self._ledger.make([self._ledger.attempt_failed(row, problem, may_come=waited) for row in rows]):
             if reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
                 ends.append(self._ledger.ended(waiting, reason, (State.WAITING,)))
                 self.attempts.pop(waiting.id, None)
@@ -336,7 +334,10 @@ class Submission:
                 else:
                     self._failed([intent], error.message)
             else:
-                self._doubt(intent, is_taken=isinstance(error, Unnumbered))          # the quiet time begins now
+                is_taken = isinstance(error, Unnumbered)
+                self._doubt(intent, is_taken=is_taken)          # the quiet time begins now
+                if is_taken:
+                    self._ledger.make([self._ledger.taken(intent)], quietly=True)
                 log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._seen.robot.name, error.text)
         else:
             self._accepted(intent, queue_id)
@@ -365,7 +366,7 @@ class Submission:
             if found := self._copies.of(row):
                 self._found(row, found)
                 return
-            if quiet_left <= 0 and (problem := self._copies.why_uncertain(row, attempt.is_taken, _is_for_any(row))):
+            if quiet_left <= 0 and (problem := self._copies.why_uncertain(row, attempt.is_taken, is_for_any(row))):
                 self._give_up(row, problem)
                 return
         except RobotError as error:
@@ -386,23 +387,10 @@ class Submission:
         self.note()
         for item in later:
             if not self._copies.cancel_copy(item, row):
-                self._copies.watch_from(row.token, first.id)
+                self._copies.watch_from(row, first.id)
 
     def _give_up(self, row: Execution, problem: Message) -> None:
         self._seen.raise_about(row, "unknown_outcome", problem=problem)
-        self._end(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
-        self._copies.watch_for(row)
-
-    def _end(self, row: Execution, reason: Reason) -> None:
-        self._ledger.end(row, reason)
+        self._ledger.make([self._ledger.given_up(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))])
         self.attempts.pop(row.id, None)
-
-
-def _intent(row: Execution) -> tuple[object, ...]:
-    """What tells one intent of a row from the next: a start of a group may come to the same robot again."""
-    return row.id, row.attempts, row.bound_at
-
-
-def _is_for_any(row: Execution) -> bool:
-    """Whether another robot may get it instead: one of a group, of which no person has chosen this robot."""
-    return row.group_id is not None and not is_persons(row.choice)
+        self._copies.watch_for(row)

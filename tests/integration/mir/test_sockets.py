@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from app.mir.errors import ConnectionLost, Delivery, NotAMir, TimedOut, Unreachable, Unreadable
+from app.mir.errors import ConnectionLost, Delivery, NotAMir, TimedOut, Unnumbered, Unreachable, Unreadable
 from app.mir.transport import Timeouts
 from tests.integration.mir.servers import HEAD, Conversation, closed_port
 from tests.integration.mir.talking import (
@@ -271,7 +271,7 @@ NONSENSE: dict[str, bytes] = {
 def test_nonsense_is_never_taken_for_an_answer(serve: Serve, connect: Connect, behaviour: str) -> None:
     server = serve(after_request(lambda robot: robot.send(NONSENSE[behaviour])))
     error = enqueue_fails(connect(server))
-    assert type(error) in (Unreadable, NotAMir, ConnectionLost)
+    assert type(error) in (Unreadable, Unnumbered, NotAMir, ConnectionLost)
     assert error.delivery is Delivery.UNKNOWN
     assert len(server.requests) == 1
 

@@ -177,6 +177,23 @@ def test_what_was_given_up_is_searched_for_once_more_however_long_the_robot_was_
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
 
 
+@pytest.mark.parametrize("away", [900.0, 5 * 3600.0])
+def test_what_was_given_up_and_came_while_the_app_was_off_is_found_by_the_next_run(site, plan, away):
+    """Its window was long, so that it was planned long before it was sent, and nobody was there while it might still have come."""
+    site.container.catalogue.change_settings(history_limit=1)
+    plan("2026-11-23T06:05", start_window_minutes=180)
+    site.container.holds.hold("cleaning")
+    site.run(300 + 10_750)
+    site.network.next("POST", "/mission_queue", Fate.LATE, 400.0)
+    site.container.holds.release()
+    site.run(100)
+    assert outcomes(site) == [(State.FAILED, ReasonCode.WINDOW_CLOSED, 1)]
+    site.power_cut(away)
+    site.run(60)
+    assert states(site) == ["Done"]
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+
+
 def test_a_queue_that_can_not_be_searched_keeps_a_robot_unreadable_for_a_while_only(site, plan):
     """Its numbers have begun anew since, and it is read item by item: a hundred are too many."""
     plan("2026-11-23T06:05", start_window_minutes=5)
