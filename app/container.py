@@ -143,8 +143,8 @@ class Container:
                                  engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client,
                                  robot_missions=self.robot_missions)
 
-        self.check_ups = CheckUps(db, clock=clock, ledger=self.ledger, holds=self.holds, changes=self.changes, settings=self.settings,
-                                  make_client=self.make_client)
+        self.check_ups = CheckUps(db, clock=clock, ledger=self.ledger, holds=self.holds, alarms=self.alarms, changes=self.changes,
+                                  settings=self.settings, make_client=self.make_client)
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.proposed_places = ProposedPlaces(db)
         self.robot_states = RobotStates(db)

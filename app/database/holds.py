@@ -25,8 +25,9 @@ class HoldRepository:
                 for row in c.execute("SELECT * FROM holds ORDER BY id")]
 
     def add(self, c: sqlite3.Connection, hold: StoredHold) -> StoredHold:
-        cursor = c.execute("INSERT INTO holds (robot_id, reason, started_at, until) VALUES (?, ?, ?, ?)",
-                           (hold.robot_id, hold.reason, to_text(hold.started_at), to_optional_text(hold.until)))
+        """Returns it with its id; one that is given (of a robot whose removal is undone) is kept."""
+        cursor = c.execute("INSERT INTO holds (id, robot_id, reason, started_at, until) VALUES (?, ?, ?, ?, ?)",
+                           (hold.id or None, hold.robot_id, hold.reason, to_text(hold.started_at), to_optional_text(hold.until)))
         return replace(hold, id=cursor.lastrowid or 0)
 
     def remove(self, c: sqlite3.Connection, robot_id: int | None) -> None:

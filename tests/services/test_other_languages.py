@@ -10,7 +10,9 @@ from datetime import timedelta
 import pytest
 
 from app.database.backups import back_up, restore
+from app.database.check_ups import CheckUpRepository
 from app.database.errors import translated
+from app.domain.check_up import LeftBehind
 from app.domain.models import Alarm, Group, Priority, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
@@ -219,6 +221,14 @@ def check_up_outdated(site, plan):
     site.run(60)
 
 
+def check_up_left(site, plan):
+    site.run(60)
+    robot, = site.container.repositories.robots.all(site.container.db.read())
+    site.container.db.write(lambda c: CheckUpRepository().note_left_behind(c, robot.id, LeftBehind(robot.serial_number)))
+    site.network.down.add("R1")
+    site.container.check_ups.tidy_all([robot.id])
+
+
 def item_unreadable(site, plan):
     plan(START)
     site.run(310)
@@ -289,8 +299,8 @@ CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
     certificate_untrusted, needs_password, execution_failed, start_refused, execution_skipped, executions_missed, app_was_off,
     backup_restored, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed,
-    chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, item_unreadable, pin_guessed,
-    question)}
+    chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, check_up_left, item_unreadable,
+    pin_guessed, question)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():

@@ -121,6 +121,7 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
     "unmarked_copy": lambda: _("unless somebody wants it, cancel it in the robot's queue"),
     "check_up_outdated": lambda: _("check it up in its settings; until then it is used as one that is not known"),
+    "check_up_left": lambda: _("look at the robot; as long as it is held, nothing of the plan is sent to it"),
     "two_tablets": lambda: _("switch the other tablet off, then release the hold"),
     "pin_guessed": lambda: _("enter the right PIN to end this"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),

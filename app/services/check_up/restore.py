@@ -25,9 +25,8 @@ def put_back(look: Look, left: LeftBehind, note: Note, user: str, is_claimed: Ca
     """Cancels what is still open of the trial, removes the mission that was made, and releases the robot. Returns what is not as it was;
     None, with the note taken back, when everything is.
 
-    ``user``: who we are to the robot. ``is_claimed``: whether an item is a start of the plan. ``is_late``: the trial was cut off, so a
-    robot in Pause may have been paused by a person since: it is not released while something of others is in its queue.
-    Raises RobotError.
+    ``user``: who we are to the robot. ``is_claimed``: whether an item is a start of the plan. ``is_late``: a robot in Pause may have been
+    paused by a person since: it is not released while something of others is in its queue, as it would drive off. Raises RobotError.
     """
     open_ids, others = _open(look, left, user, is_claimed)
     for queue_id in open_ids:
@@ -46,8 +45,8 @@ def put_back(look: Look, left: LeftBehind, note: Note, user: str, is_claimed: Ca
         if left.mission is not None:
             _remove(look, f"/missions/{left.mission}")
     except RobotError:
-        if left.is_paused and not stays:         # from now on it stands in Pause only where a person has paused it
-            with_pause(left, False, note)
+        if not stays:            # from now on it stands in Pause only where a person has paused it, and the plan may have it
+            note(replace(left, is_paused=False, hold=None))
         raise
     if stays:
         return message("it stands in Pause, with missions of others in its queue; release it there or in the app")

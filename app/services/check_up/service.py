@@ -33,6 +33,7 @@ from app.services.check_up.reading import read_robot
 from app.services.check_up.room import check_usable
 from app.services.check_up.trying import Trials, missions_of
 from app.services.dispatch.ledger import Ledger
+from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
 from app.services.live.holds import Holds
 
@@ -43,11 +44,11 @@ TRIED = ("token_field", "item_states", "cancelled_message", "gives_id", "order_s
 
 
 class CheckUps:
-    def __init__(self, db: Database, *, clock: Clock, ledger: Ledger, holds: Holds, changes: Changes, settings: Callable[[], Settings],
-                 make_client: Callable[[Robot], RobotClient]) -> None:
+    def __init__(self, db: Database, *, clock: Clock, ledger: Ledger, holds: Holds, alarms: Alarms, changes: Changes,
+                 settings: Callable[[], Settings], make_client: Callable[[Robot], RobotClient]) -> None:
         self._db, self._clock, self._changes, self._settings, self._make_client = db, clock, changes, settings, make_client
         self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
-        self._trials = Trials(db, clock=clock, ledger=ledger, holds=holds, settings=settings)
+        self._trials = Trials(db, clock=clock, ledger=ledger, holds=holds, alarms=alarms, settings=settings)
         self._lock, self._under_way = threading.Lock(), set[int]()
         self._look_at = -math.inf                # monotonic
         self._thread: threading.Thread | None = None

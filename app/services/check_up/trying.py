@@ -2,8 +2,10 @@
 from __future__ import annotations
 
 import logging
+import sqlite3
 import uuid
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from datetime import timedelta
 
 from app.database.check_ups import CheckUpRepository
@@ -22,19 +24,24 @@ from app.services.check_up.look import Look
 from app.services.check_up.restore import Note, put_back
 from app.services.check_up.room import check_is_no_copy, check_room
 from app.services.dispatch.ledger import Ledger
+from app.services.live.alarms import Alarms
 from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
 READY_FOR, READY_WITHIN = 3.0, 120.0     # s that a robot must have stood ready; that is waited for
 REQUESTS = 100               # of a trial, about: each takes so much longer where the robot is slow
+MINUTES = timedelta(minutes=10)          # after a trial began, in which whoever agreed to it expects the robot to be released
 HOLD = "Check-up"            # reason of the hold that keeps the plan's starts back meanwhile
+NONE = 0                     # the id of no hold
+ALARM = "check_up_left"
 BUILT_IN = "mirconst"        # guids of the missions that every robot has begin so
 
 
 class Trials:
-    def __init__(self, db: Database, *, clock: Clock, ledger: Ledger, holds: Holds, settings: Callable[[], Settings]) -> None:
-        self._db, self._clock, self._ledger, self._holds, self._settings = db, clock, ledger, holds, settings
+    def __init__(self, db: Database, *, clock: Clock, ledger: Ledger, holds: Holds, alarms: Alarms,
+                 settings: Callable[[], Settings]) -> None:
+        self._db, self._clock, self._ledger, self._holds, self._alarms, self._settings = db, clock, ledger, holds, alarms, settings
         self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
 
     @staticmethod
@@ -68,20 +75,20 @@ class Trials:
         except (InvalidInput, RobotError) as refused:
             look.amber(Topic.ORDER, message("Not tried: {problem}", problem=refused.message), message("Check up again."))
             return False
-        hold = self._holds.hold(HOLD, self._clock.now() + timedelta(seconds=_longest_s(agreed) + slow_s), robot.id)
         made = None if queued else str(uuid.uuid4())
-        left = LeftBehind(identity.serial_number or robot.serial_number, made, trial.tokens(), floor, queued=queued, hold=hold.id)
+        left = self._hold(robot, LeftBehind(identity.serial_number or robot.serial_number, made, trial.tokens(), floor, queued=queued))
+        run = trial.TrialRun(look, left, self._noting(robot, left.hold), reading.length_s(), self.length_s(agreed))
         try:
-            note = self._noting(robot, hold.id)
-            note(left)
-            run = trial.TrialRun(look, left, note, reading.length_s(), self.length_s(agreed))
-            try:
-                judge(look, seen := run.run(), identity.user_name)
-            finally:
-                self._finish(look, robot, run.left, identity.user_name)
+            judge(look, seen := run.run(), identity.user_name)
         finally:
-            self._release(robot, hold.id)
+            self._finish(look, robot, run.left, identity.user_name)
         return seen.problem is None and not seen.may_not_make
+
+    def _hold(self, robot: Robot, left: LeftBehind) -> LeftBehind:
+        """Both or neither is on the disk: the note of what a trial is about to change, and the hold. It has no end, as nothing may be sent
+        to the robot before it is as it was; a person may release it. Raises InvalidInput where the robot has been removed or replaced."""
+        hold = self._holds.hold(HOLD, robot_id=robot.id, also=lambda c, hold: self._note(c, robot, replace(left, hold=hold.id)))
+        return replace(left, hold=hold.id)
 
     def _wait_until_ready(self, look: Look, robot: Robot) -> None:
         """After so many questions it may have booted, and what others queued may run. Raises InvalidInput, RobotError or NotWanted."""
@@ -102,8 +109,9 @@ class Trials:
         except RobotError as error:
             problem, is_in_error = error.message, False
         if problem is not None:
+            self._tell(robot, problem)
             look.red(Topic.LEFT, message("It is not as it was before: {problem}", problem=problem),
-                     message("The app puts it back as soon as it can; until then look at the robot."))
+                     message("The app puts it back as soon as it can, and keeps the plan's starts back until then: look at the robot."))
         elif is_in_error:
             look.red(Topic.LEFT, message("Nothing of the trial is left on it, but it stands with an error"),
                      message("Look at the robot, then reset the error there or in the app."))
@@ -120,13 +128,28 @@ class Trials:
         if left is None:
             return None
         check_is_no_copy(self._holds)
-        if _is_of_another(left, robot.serial_number) or _is_of_another(left, (identity := look.probe.identity()).serial_number):
-            log.warning("robot %r: what a check-up left is on the machine with serial number %s", robot.name, left.serial_number)
-            self._noting(robot, left.hold)(None)
-            return None
-        problem = self._put_back(look, robot, left, identity.user_name, is_late=True)
+        try:
+            if _is_of_another(left, robot.serial_number) or _is_of_another(left, (identity := look.probe.identity()).serial_number):
+                log.warning("robot %r: what a check-up left is on the machine with serial number %s", robot.name, left.serial_number)
+                self._noting(robot, left.hold)(None)
+                return None
+            problem = self._put_back(look, robot, left, identity.user_name, is_late=self._is_late(robot, left))
+        except RobotError as error:
+            self._tell(robot, error.message)
+            raise
+        if problem is not None:
+            self._tell(robot, problem)
         log.info("robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there")
         return problem
+
+    def _is_late(self, robot: Robot, left: LeftBehind) -> bool:
+        """Whether a person may have taken the robot since: the trial began long ago, or its hold was let go."""
+        now = self._clock.now()
+        return not any(hold.id == left.hold and hold.robot_id == robot.id and hold.since and timedelta() <= now - hold.since <= MINUTES
+                       for hold in self._holds.current())
+
+    def _tell(self, robot: Robot, problem: Message) -> None:
+        self._alarms.raise_about_robot(ALARM, robot, problem=problem)
 
     def _put_back(self, look: Look, robot: Robot, left: LeftBehind, user: str, *, is_late: bool = False) -> Message | None:
         is_idle_period = self._robots.idle_queue_id(self._db.read(), robot.id) == left.queue_floor
@@ -147,20 +170,21 @@ class Trials:
                    timedelta(seconds=self.length_s(agreed) + slow_s))
 
     def _noting(self, robot: Robot, hold_id: int | None) -> Note:
-        """On the disk when it returns; with the note taken back, the plan's starts are held back no longer. Raises InvalidInput where the
-        robot has been removed or replaced."""
+        """On the disk when it returns. With the note or its hold taken back the plan's starts are held back no longer, unless a person has
+        set another hold meanwhile. Raises InvalidInput where the robot has been removed or replaced."""
         def note(left: LeftBehind | None) -> None:
+            if left is None or left.hold is None:
+                self._holds.release(robot.id, hold_id or NONE, also=lambda c: self._note(c, robot, left))
+            else:
+                self._db.write(lambda c: self._note(c, robot, left))
             if left is None:
-                self._release(robot, hold_id)
-            self._db.write(lambda c: self._check_ups.note_left_behind(c, robot.id, left))
-            if left is not None and self.left_behind().get(robot.id) != left:
-                raise InvalidInput("robot", "this robot has been removed")
+                self._alarms.clear(ALARM, f"robot:{robot.id}")
         return note
 
-    def _release(self, robot: Robot, hold_id: int | None) -> None:
-        """Unless a person has set another hold meanwhile."""
-        if any(hold.id == hold_id and hold.robot_id == robot.id for hold in self._holds.current()):
-            self._holds.release(robot.id)
+    def _note(self, c: sqlite3.Connection, robot: Robot, left: LeftBehind | None) -> None:
+        self._check_ups.note_left_behind(c, robot.id, left)
+        if left is not None and self._check_ups.left_behind(c).get(robot.id) != left:
+            raise InvalidInput("robot", "this robot has been removed")
 
 
 def missions_of(client: RobotClient) -> Mapping[str, str]:
@@ -193,7 +217,3 @@ def _is_ready(client: RobotClient) -> bool:
 def _not_ready(robot: Robot) -> InvalidInput:
     return InvalidInput("robot", "{robot} does not stand ready with an empty queue: check up when it does", robot=robot.name)
 
-
-def _longest_s(agreed: Trial) -> float:
-    """That the plan's starts are held back, should nothing release them."""
-    return 2 * (trial.ENDS_WITHIN if agreed.mission is None else trial.OWN_ENDS_WITHIN) + trial.length_s(agreed.mission)

@@ -53,6 +53,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "adopted_unproven": (Priority.MEDIUM, "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not "
                                           "known yet whether this robot returns what marks an item as ours"),
     "check_up_outdated": (Priority.LOW, "{robot} has to be checked up again: {change}"),
+    "check_up_left": (Priority.HIGH, "{robot} is not as it was before its check-up: {problem}"),
     "item_unreadable": (Priority.MEDIUM, "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}"),
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
     "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 import logging
 import sqlite3
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -86,8 +86,10 @@ class Holds:
             stored = self._stored
         return [hold for hold in map(_hold, stored) if not hold.is_over(now)]
 
-    def hold(self, reason: str = "", until: datetime | None = None, robot_id: int | None = None) -> Hold:
-        """Replace the hold of all robots, or of one. Raises InvalidInput for an end that has passed and a reason too long."""
+    def hold(self, reason: str = "", until: datetime | None = None, robot_id: int | None = None, *,
+             also: Callable[[sqlite3.Connection, Hold], object] = lambda c, hold: None) -> Hold:
+        """Replace the hold of all robots, or of one; ``also`` is done in the same transaction. Raises InvalidInput for an end that has
+        passed and a reason too long."""
         now = self._clock.now()
         if until is not None and until <= now:
             raise InvalidInput("until", "choose a time in the future")
@@ -96,19 +98,33 @@ class Holds:
             raise InvalidInput("reason", "a reason has at most {most} characters, this one has {length}", most=LONGEST_REASON,
                                length=len(reason))
 
-        [stored] = self._replace(robot_id, [StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=now)])
+        def put(c: sqlite3.Connection, before: Sequence[StoredHold]) -> Sequence[StoredHold]:
+            self._repository.remove(c, robot_id)
+            stored = self._repository.add(c, StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=now))
+            also(c, _hold(stored))
+            return [stored]
+        [stored] = self._change(robot_id, put)
         return _hold(stored)
 
-    def release(self, robot_id: int | None = None) -> None:
-        self._replace(robot_id, [])
+    def release(self, robot_id: int | None = None, only: int | None = None, *,
+                also: Callable[[sqlite3.Connection], object] = lambda c: None) -> None:
+        """Of all robots, or of one; ``only`` a hold with this id, where another one has taken its place since. ``also`` is done in any
+        case, in the same transaction."""
+        def remove(c: sqlite3.Connection, before: Sequence[StoredHold]) -> Sequence[StoredHold]:
+            also(c)
+            if only is not None and only not in [hold.id for hold in before]:
+                return before
+            self._repository.remove(c, robot_id)
+            return []
+        self._change(robot_id, remove)
 
-    def _replace(self, robot_id: int | None, wanted: Sequence[StoredHold]) -> Sequence[StoredHold]:
-        """One or none takes the place of the hold of all robots, or of one; returns it as stored."""
+    def _change(self, robot_id: int | None, change: Callable[[sqlite3.Connection, Sequence[StoredHold]], Sequence[StoredHold]],
+                ) -> Sequence[StoredHold]:
+        """``change`` the hold of all robots, or of one: from what is stored to what is returned."""
         def work(c: sqlite3.Connection) -> tuple[str, str, Sequence[StoredHold]]:
             robot = None if robot_id is None else RobotRepository().get(c, robot_id)
-            before = _told([hold for hold in self._repository.all(c) if hold.robot_id == robot_id])
-            self._repository.remove(c, robot_id)
-            return f"robot {robot.name!r}" if robot else "all robots", before, [self._repository.add(c, hold) for hold in wanted]
+            before = [hold for hold in self._repository.all(c) if hold.robot_id == robot_id]
+            return f"robot {robot.name!r}" if robot else "all robots", _told(before), change(c, before)
         held, before, stored = self._db.write(work)
         if before != (now := _told(stored)):
             log.info("hold of %s: %s → %s", held, before, now)

@@ -28,8 +28,8 @@ class RunningClock:
 def check_ups(site) -> CheckUps:
     site.run(10)                         # robot and clock have been looked at
     c = site.container
-    return CheckUps(c.db, clock=RunningClock(site), ledger=c.ledger, holds=c.holds, changes=c.changes, settings=c.settings,
-                    make_client=c.make_client)
+    return CheckUps(c.db, clock=RunningClock(site), ledger=c.ledger, holds=c.holds, alarms=c.alarms, changes=c.changes,
+                    settings=c.settings, make_client=c.make_client)
 
 
 @pytest.fixture

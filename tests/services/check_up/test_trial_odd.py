@@ -12,6 +12,7 @@ from app.mir.errors import ConnectionLost
 from app.mir.probe import Probe
 from app.mir.transport import Response
 from app.services.catalogue.stored import problem_in
+from app.services.check_up.trying import MINUTES
 from mir_sim import MISSIONS, deviant
 from tests.services.check_up.test_reading import ODD
 from tests.services.check_up.test_trial import in_words, told
@@ -179,6 +180,7 @@ def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(tmp_
     user = next(row for row in machine.site.table("/users") if row["name"] == "Administrator")
     machine.order(home, user)
     assert machine.paused
+    robot.asked.clock.advance(MINUTES.total_seconds())
     problem = robot.check_ups.tidy(robot.id)
     assert render(problem) == "it stands in Pause, with missions of others in its queue; release it there or in the app"
     assert [str(item.state) for item in machine.queue][-1] == "Pending"

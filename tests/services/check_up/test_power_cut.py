@@ -1,0 +1,266 @@
+"""The power is cut in the middle of a trial, and comes back when starts are due: the robot is put back before anything is sent to it."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from app.database.errors import DatabaseUnavailable
+from app.domain.check_up import Level, Topic, Trial
+from app.domain.message import render
+from app.domain.models import InvalidInput, State, Wait
+from app.mir.transport import Response
+from app.services.check_up.service import CheckUps
+from tests.services.check_up.test_beside_the_plan import RunningClock
+from tests.services.check_up.test_killed_trial import Killed, kill_at, start_again
+from tests.support.checked_robot import CheckedRobot
+from tests.support.site import GUIDS, Site
+
+LEFT = "check_up_left"
+OTHERS = "it stands in Pause, with missions of others in its queue; release it there or in the app"
+
+
+@pytest.fixture
+def robot(site):
+    site.run(10)
+    return site.container.catalogue.robots()[0]
+
+
+@pytest.fixture
+def machine(site):
+    return site.machines["R1"]
+
+
+def check_ups(site: Site) -> CheckUps:
+    """Of the app as it runs now."""
+    c = site.container
+    return CheckUps(c.db, clock=RunningClock(site), ledger=c.ledger, holds=c.holds, alarms=c.alarms, changes=c.changes,
+                    settings=c.settings, make_client=c.make_client)
+
+
+def alarms(site: Site) -> list[str]:
+    return [alarm.code for alarm in site.container.alarms.open() if alarm.cleared_at is None]
+
+
+def cut_in_pause(site: Site, robot, off_for: float) -> None:
+    """The robot stands in Pause, with two missions of the trial in its queue."""
+    def cut(where: str) -> None:
+        if len(site.network.submissions) == 2:
+            raise Killed
+
+    site.network.interrupt = cut
+    with pytest.raises(Killed):
+        check_ups(site).run(robot.id, Trial())
+    site.network.interrupt = lambda where: None
+    assert site.machines["R1"].paused
+    site.switch_off(cleanly=False)
+    site.clock.advance(off_for)
+    site.switch_on()
+
+
+def queue_by_another(site: Site, robot) -> None:
+    site.container.make_client(robot).enqueue(GUIDS["Home"], description="of another")
+
+
+def of_the_plan(site: Site) -> list[str]:
+    """Of the submissions, those that are starts of the plan."""
+    tokens = {row.token for row in site.executions()}
+    return [one.token for one in site.network.submissions if one.token in tokens]
+
+
+# ---------------------------------------------------------------------- the plan waits
+def test_a_start_that_is_due_waits_until_the_robot_is_as_it_was(site, plan, robot, machine):
+    plan("2026-11-23T06:30")
+    cut_in_pause(site, robot, 1795 - site.seconds())
+    site.run(60)
+    [row] = site.executions()
+    assert (row.state, row.wait) == (State.WAITING, Wait.HOLD)
+    assert not of_the_plan(site)
+    assert check_ups(site).tidy(robot.id) is None
+    assert not machine.paused
+    assert not site.container.holds.current()
+    site.run_until(lambda: site.executions(State.COMPLETED), within=600)
+    assert len(of_the_plan(site)) == 1
+
+
+def test_a_robot_that_does_not_answer_is_held_back_until_it_does_and_an_alarm_says_so(site, plan, robot, machine):
+    plan("2026-11-23T06:30")
+    cut_in_pause(site, robot, 1795 - site.seconds())
+    site.network.down.add("R1")
+    check_ups(site).tidy_all([robot.id])
+    assert LEFT in alarms(site)
+    site.run(120)
+    site.network.down.clear()
+    site.run(60)
+    assert not of_the_plan(site)
+    check_ups(site).tidy_all([robot.id])
+    assert LEFT not in alarms(site)
+    site.run_until(lambda: site.executions(State.COMPLETED), within=600)
+
+
+def test_a_person_lets_it_go(site, plan, robot, machine):
+    plan("2026-11-23T06:30")
+    cut_in_pause(site, robot, 1795 - site.seconds())
+    site.container.holds.release(robot.id)
+    machine.resume()
+    site.run_until(lambda: site.executions(State.COMPLETED), within=600)
+
+
+def test_what_could_not_be_put_back_at_the_end_keeps_the_plan_back(site, robot, machine):
+    def fail(where: str) -> None:
+        if len(site.network.submissions) == 2:
+            site.network.down.add("R1")
+
+    site.network.interrupt = fail
+    report = check_ups(site).run(robot.id, Trial())
+    [left] = [finding for finding in report.findings if finding.topic is Topic.LEFT]
+    assert left.level is Level.RED
+    assert LEFT in alarms(site)
+    [hold] = site.container.holds.current()
+    assert (hold.robot_id, hold.until) == (robot.id, None)
+    site.network.interrupt = lambda where: None
+    site.network.down.clear()
+    assert check_ups(site).tidy(robot.id) is None
+    assert not site.container.holds.current()
+    assert not machine.paused
+    assert LEFT not in alarms(site)
+
+
+# ---------------------------------------------------------------------- missions of others in the queue
+@pytest.mark.parametrize(("off_for", "is_released"), [(60, True), (8 * 60, True), (11 * 60, False), (12 * 3600, False)])
+def test_a_pause_of_minutes_is_the_trials_and_a_longer_one_may_be_a_persons(site, robot, machine, off_for, is_released):
+    """With an empty queue nothing moves when it is released; with missions of others it drives off."""
+    cut_in_pause(site, robot, off_for)
+    queue_by_another(site, robot)
+    problem = check_ups(site).tidy(robot.id)
+    assert machine.paused is not is_released
+    assert (problem is None) is is_released
+    assert (LEFT in alarms(site)) is not is_released
+    assert bool(site.container.holds.current()) is not is_released
+    if not is_released:
+        machine.resume()                         # by a person
+        assert check_ups(site).tidy(robot.id) is None
+        assert not site.container.holds.current()
+        assert LEFT not in alarms(site)
+    machine.catch_up()
+    assert [str(item.state) for item in machine.queue].count("Aborted") == 2
+
+
+def test_long_after_it_a_robot_with_nothing_in_its_queue_is_released(site, robot, machine):
+    cut_in_pause(site, robot, 12 * 3600)
+    assert check_ups(site).tidy(robot.id) is None
+    assert not machine.paused
+
+
+def test_a_hold_that_was_let_go_says_that_a_person_has_the_robot(site, robot, machine):
+    cut_in_pause(site, robot, 60)
+    site.container.holds.release(robot.id)
+    queue_by_another(site, robot)
+    assert render(check_ups(site).tidy(robot.id)) == OTHERS
+    assert machine.paused
+
+
+# ---------------------------------------------------------------------- hold and note are one
+def writes_of(directory) -> int:
+    robot = CheckedRobot(directory)
+    count = count_writes(robot, lambda number: None)
+    robot.check_ups.run(robot.id, Trial())
+    return count()
+
+
+def count_writes(robot: CheckedRobot, at: Callable[[int], None]) -> Callable[[], int]:
+    """``at`` is called after each transaction, with its number."""
+    number, write = 0, robot.container.db.write
+
+    def counted(work, patient=False):
+        nonlocal number
+        result = write(work, patient)
+        number += 1
+        at(number)
+        return result
+
+    robot.container.db.write = counted
+    return lambda: number
+
+
+def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_as_it_was(tmp_path):
+    (tmp_path / "whole").mkdir()
+    for number in range(1, writes_of(tmp_path / "whole") + 1):
+        (directory := tmp_path / str(number)).mkdir()
+        robot = CheckedRobot(directory)
+        before = robot.as_it_is()
+
+        def cut(done, robot=robot, number=number):
+            if done == number:
+                kill_at(robot, 0, is_handled=False)
+                raise Killed
+
+        count_writes(robot, cut)
+        with pytest.raises(Killed):
+            robot.check_ups.run(robot.id, Trial())
+        start_again(robot)
+        left = robot.check_ups.left_behind()
+        assert [hold.robot_id for hold in robot.container.holds.current()] == list(left), number
+        robot.check_ups.tidy_all(list(left))
+        assert robot.as_it_is() == before, number
+        assert not robot.check_ups.left_behind()
+        assert not robot.container.holds.current(), number
+        robot.container.db.close()
+
+
+def test_a_robot_that_was_removed_meanwhile_is_not_tried(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    hold = robot.container.holds.hold
+
+    def remove_first(*args, **values):
+        robot.container.db.write(lambda c: c.execute("UPDATE robots SET serial_number = 'of another'"))
+        return hold(*args, **values)
+
+    robot.container.holds.hold = remove_first
+    with pytest.raises(InvalidInput, match="removed"):
+        robot.check_ups.run(robot.id, Trial())
+    assert not robot.container.holds.current()
+    assert not robot.asked.writes
+
+
+def test_a_disk_that_is_full_at_the_end_keeps_the_plan_back_until_it_is_noted(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    before, release = robot.as_it_is(), robot.container.holds.release
+
+    def full(*args, **values):
+        raise DatabaseUnavailable("full", path=tmp_path)
+
+    robot.container.holds.release = full
+    with pytest.raises(DatabaseUnavailable):
+        robot.check_ups.run(robot.id, Trial())
+    assert robot.as_it_is() == before
+    assert robot.container.holds.current()
+    robot.container.holds.release = release
+    robot.check_ups.tidy_all([robot.id])
+    assert robot.as_it_is() == before
+    assert not robot.container.holds.current()
+
+
+def test_a_robot_removed_in_the_middle_and_put_back_is_released_in_the_end(site, robot, machine):
+    cut_in_pause(site, robot, 60)
+    removed = site.container.catalogue.remove_robot(robot.id)
+    site.container.catalogue.restore(removed)
+    assert site.container.holds.current()
+    assert check_ups(site).tidy(robot.id) is None
+    assert not site.container.holds.current()
+    assert not machine.paused
+
+
+def test_a_mission_that_may_not_be_removed_does_not_keep_the_plan_back(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    robot.asked.meddle = lambda method, path, answer: \
+        Response(403, b'{"error_human": "no"}', {}) if method == "DELETE" and path.startswith("/missions/") else answer
+    robot.check_ups.run(robot.id, Trial())
+    assert list(robot.check_ups.left_behind()) == [robot.id]
+    assert not robot.container.holds.current()
+    [alarm] = robot.container.alarms.open()
+    assert alarm.code == LEFT
+    robot.asked.meddle = lambda method, path, answer: answer
+    robot.container.holds.hold("Cleaning", robot_id=robot.id)
+    assert robot.check_ups.tidy(robot.id) is None
+    assert [hold.reason for hold in robot.container.holds.current()] == ["Cleaning"]
