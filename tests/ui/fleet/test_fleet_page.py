@@ -1,0 +1,160 @@
+"""The page of all robots as an operator uses it: taps and keys, on real services; what the robots do is written into the snapshots."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.domain.models import Execution, State, Trigger
+from app.domain.robot import QueueItem, QueueState
+from app.screens.home.cards import HomeWide
+from app.screens.home.fleet_page import CountChip, FleetPage, FleetTile, LargeTile, SmallTile
+from app.widgets.buttons import ChoiceChip, CommandButton
+from app.widgets.frame import TopBar
+from app.widgets.rows import RobotChip
+from tests.support import home_facts as sample
+from tests.ui.fleet.operator import add_robots, counted, go_back, see, settle, tiles
+from tests.ui.whole_app import shown
+
+
+# ---------------------------------------------------------------------- when there is such a page
+def test_up_to_three_robots_have_no_such_page(container, ui):
+    with shown(container, ui) as app:
+        ui.wait(lambda: ui.find_all(HomeWide))
+        settle(app, ui)
+        assert len(ui.find_all(RobotChip)) == 3
+        assert not ui.find_all(FleetPage)
+        assert not any(button.text.startswith("All robots") for button in ui.find_all(CommandButton))
+        add_robots(container, 1)             # nobody is sent anywhere, but the way is there
+        ui.wait(lambda: not ui.find_all(RobotChip))
+        settle(app, ui)
+        go_back(ui)
+        assert len(tiles(ui)) == 4
+
+
+def test_of_more_robots_home_shows_all_first(container, robots, ui):
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(FleetPage))
+        assert tiles(ui) == ["Aino", "Robot 1", "Robot 2", "Robot 3", "Sisu", "Veikko"]
+        assert counted(ui) == ["6 ready"]
+        assert "All well" in ui.texts()
+        assert {type(tile) for tile in ui.find_all(FleetTile)} == {LargeTile}
+        for robot in robots[3:]:
+            container.catalogue.remove_robot(robot.id)
+        ui.wait(lambda: len(ui.find_all(RobotChip)) == 3)
+        assert not ui.find_all(FleetPage)
+
+
+def test_all_is_not_well_while_an_alarm_is_shelved(container, robots, ui):
+    with shown(container, ui):
+        ui.wait(lambda: "All well" in ui.texts())
+        container.alarms.raise_("backup_failed", "backup", problem="no room")
+        container.alarms.shelve(container.alarms.open()[0].id, 1)
+        ui.wait(lambda: "All well" not in ui.texts())
+
+
+def test_above_twenty_the_tiles_are_small(container, ui):
+    add_robots(container, 18)
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(SmallTile))
+        assert not ui.find_all(LargeTile)
+
+
+# ---------------------------------------------------------------------- what it shows
+def test_a_poll_changes_its_tile_and_the_counts_and_no_place(container, robots, ui):
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(FleetPage))
+        before = tiles(ui)
+        see(container, robots[3], sample.STOPPED)
+        see(container, robots[1], sample.ASKING)
+        ui.wait(lambda: counted(ui) == ["1 stopped", "1 asks", "4 ready"])
+        assert "All well" not in ui.texts()
+        assert tiles(ui) == before
+        tile = ui.find(FleetTile, name=robots[3].name)
+        assert (tile.word, tile.detail, tile.loud) == ("Stopped", "Emergency stop", True)
+
+
+def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
+    aino, now = robots[0], container.clock.now()
+    e = Execution(trigger=Trigger.MANUAL, robot_id=aino.id, robot=aino.name, mission="Collect empties", mission_guid="g-new",
+                  planned_at=now, closes_at=now, created_at=now, token="t-new", timezone="UTC", state=State.EXECUTING, queue_id=900,
+                  started_at=now)
+    repository = container.repositories.executions
+    container.db.write(lambda c: repository.add(c, e))
+    done = replace(e, token="t-old", state=State.COMPLETED, queue_id=800, ended_at=now, duration_s=290.0)
+    container.db.write(lambda c: repository.add(c, done))
+    see(container, aino, sample.EXECUTING, (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
+    with shown(container, ui):
+        ui.wait(lambda: "5 min left · Collect empties" in ui.texts())
+        assert counted(ui) == ["1 working", "5 ready"]
+
+
+@pytest.mark.parametrize("number", [900, None])
+def test_a_run_is_named_before_the_queue_is_read_again(container, robots, ui, number):
+    """Between its polls only the status of a robot is read, unless it is the one on screen."""
+    aino, now = robots[0], container.clock.now()
+    run = Execution(trigger=Trigger.MANUAL, robot_id=aino.id, robot=aino.name, mission="Collect empties", mission_guid="g-new",
+                    planned_at=now, closes_at=now, created_at=now, token="t-new", timezone="UTC", state=State.EXECUTING, queue_id=900,
+                    started_at=now)
+    container.db.write(lambda c: container.repositories.executions.add(c, run))
+    see(container, aino, replace(sample.EXECUTING, mission_queue_id=number))
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(FleetPage))
+        ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == "Collect empties")
+        see(container, aino, replace(sample.EXECUTING, mission_queue_id=901), (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
+        ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == sample.EXECUTING.mission_text)         # somebody else's
+        see(container, robots[1], replace(sample.EXECUTING, mission_queue_id=None))                      # whose number it does not say
+        ui.wait(lambda: ui.find(FleetTile, name=robots[1].name).detail == sample.EXECUTING.mission_text)
+
+
+def test_robots_that_are_not_heard_of_for_long_no_longer_answer(container, robots, ui):
+    with shown(container, ui):
+        ui.wait(lambda: counted(ui) == ["6 ready"])
+        container.clock.advance(3600)
+        see(container, robots[0], sample.READY)
+        ui.skip(1)
+        ui.wait(lambda: counted(ui) == ["5 no answer", "1 ready"])
+
+
+# ---------------------------------------------------------------------- filter and order
+def test_a_count_filters_until_it_is_tapped_again(container, robots, ui):
+    with shown(container, ui):
+        see(container, robots[2], sample.STOPPED)
+        ui.wait(lambda: "1 stopped" in counted(ui))
+        ui.tap(ui.find(CountChip, text="1 stopped"))
+        assert tiles(ui) == [robots[2].name]
+        see(container, robots[2], sample.READY)
+        ui.wait(lambda: not tiles(ui))
+        assert counted(ui) == ["0 stopped", "6 ready"]
+        assert any(text.startswith("No robot is like this now") for text in ui.texts())
+        ui.tap(ui.find(CountChip, text="0 stopped"))
+        assert len(tiles(ui)) == 6
+        assert counted(ui) == ["6 ready"]
+
+
+def test_who_needs_me_comes_first_on_demand(container, robots, ui):
+    with shown(container, ui):
+        see(container, robots[4], sample.STOPPED)
+        see(container, robots[2], sample.ASKING)
+        ui.wait(lambda: len(counted(ui)) == 3)
+        order = [robot.name for robot in robots]
+        assert tiles(ui) == order
+        ui.tap(ui.find(ChoiceChip, text="Needs me first"))
+        assert tiles(ui)[:2] == [robots[4].name, robots[2].name]
+        assert tiles(ui)[2:] == [name for name in order if name not in (robots[4].name, robots[2].name)]
+        ui.tap(ui.find(ChoiceChip, text="Needs me first"))
+        assert tiles(ui) == order
+
+
+def test_nothing_moves_under_a_finger(container, robots, ui):
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(FleetPage))
+        ui.tap(ui.find(ChoiceChip, text="Needs me first"))
+        before, lift = tiles(ui), ui.press(ui.find(FleetTile, name=robots[5].name))
+        see(container, robots[3], sample.STOPPED)
+        ui.advance(.5)
+        assert tiles(ui) == before
+        lift(.1)
+        ui.wait(lambda: ui.find(TopBar).robot == robots[5].name)
+        go_back(ui)
+        assert tiles(ui)[0] == robots[3].name
