@@ -68,6 +68,23 @@ def test_while_it_is_not_known_whether_tokens_come_back_what_may_be_ours_is_take
     assert alarms(site) == ["adopted_unproven"]
 
 
+@pytest.mark.parametrize("unreadable", ["without a state", "an error"])
+def test_where_the_last_item_can_not_be_read_it_is_known_from_before_that_descriptions_are_forgotten(site, plan, unreadable):
+    """By that item it is judged whether tokens come back; the start in doubt is another one."""
+    site.network.forgets_descriptions = True
+    plan("2026-11-23T06:05")
+    plan("2026-11-23T06:15")
+    site.run(600)
+    if unreadable == "an error":
+        site.network.unreadable.add(("R1", 1))
+    else:
+        site.network.shown["R1", 1] = {"state": None}
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(600)
+    assert [row.state for row in site.executions()] == [State.COMPLETED, State.COMPLETED]
+    assert len(items(site)) == 2
+
+
 @pytest.mark.parametrize(("fate", "sent"), [
     (Fate.ANSWER_LOST, 1), (Fate.LATE, 1), (Fate.ERROR_AFTER, 1), (Fate.LOST, 2), (Fate.ERROR_BEFORE, 2)])
 def test_a_robot_that_forgets_descriptions_is_judged_by_mission_user_and_number(site, plan, fate, sent):

@@ -13,7 +13,7 @@ from app.domain.message import Message, message
 from app.domain.models import Execution, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
-from app.mir.errors import Refusal, Rejected, RobotError, Unreadable
+from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
 from app.services.dispatch.ledger import NOT_WITH_THE_ROBOT
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
@@ -79,6 +79,10 @@ class Copies:
             item = self._client.queue_item(last.queue_id)
         except Rejected:                          # deleted, or its number is another item's now
             return None
+        except (RobotFault, Unreadable):          # that one item, perhaps for long
+            if self._has_forgotten:
+                return False
+            raise
         return item.description == last.token
 
     def why_uncertain(self, row: Execution, is_taken: bool, is_for_any: bool) -> Message:
