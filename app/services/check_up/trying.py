@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 
 READY_FOR, READY_WITHIN = 3.0, 120.0     # s that a robot must have stood ready; that is waited for
 REQUESTS = 100               # of a trial, about: each takes so much longer where the robot is slow
-HOLD = "Check-up"            # reason of the hold that keeps the plan's starts back meanwhile
+HOLD = message("Check-up")["msgid"]      # reason of the hold that keeps the plan's starts back meanwhile, translated where it is shown
 BUILT_IN = "mirconst"        # guids of the missions that every robot has begin so
 
 
