@@ -111,7 +111,8 @@ class Snackbars:
 
     def post(self, message: Message) -> None:
         """The same words without a button are not said twice: they are the newest now, for as long as if they came first."""
-        again = next((said for said in self._pile if (said.message.text, said.message.action, message.action) == (message.text, "", "")), None)
+        words = message.text, ""
+        again = next((said for said in self._pile if (said.message.text, said.message.action) == words and not message.action), None)
         if again is not None and again is self._pile[-1]:
             again.stop()
             again.left = message.seconds
