@@ -78,11 +78,15 @@ class Said:
         """Nothing can be done about it, and it has been seen for half of its time at least."""
         return not self.message.action and self.left is not None and self.left <= (self.message.seconds or 0) / 2
 
-    def begin(self) -> None:
+    def begin(self, instead: bool = False) -> None:
+        """``instead``: in the place of another one, where it is at once."""
         self._since = Clock.get_time()
         if self.left is not None:
             self._timer = Clock.schedule_once(lambda _dt: self._over(self), self.left)
-        Animation(opacity=1, d=.15).start(self.bar)
+        if instead:
+            self.bar.opacity = 1
+        else:
+            Animation(opacity=1, d=.15).start(self.bar)
 
     def stop(self) -> None:
         if self._timer is not None:
@@ -140,7 +144,7 @@ class Snackbars:
         said, stack = self._pile[-1], self._place()
         stack.add_widget(said.bar)
         stack.settles_at = Clock.get_time() + SETTLES if instead else 0.
-        said.begin()
+        said.begin(instead)
 
     def _place(self) -> SnackbarStack:
         if self.stack is None:

@@ -145,20 +145,21 @@ class AdviceModel(AdviceState):
             self._dialog.dismiss()
         self._edit(replace(Draft.of(change.draft, self._facts().name(one.schedule)), base=one.schedule))
 
-    def saved(self, schedule: Schedule) -> None:
-        """A schedule was saved in the form: if it is the suggested change, that is noted, and both can be undone."""
+    def saved(self, schedule: Schedule) -> bool:
+        """A schedule was saved in the form: if it is the suggested change (returned), that is noted and said, and both can be undone."""
         taken, self._in_form = self._in_form, None
         if taken is None or not _is_change(schedule, taken[1]):
-            return
+            return False
         (one, change), text = taken, _("{name}: the suggestion is taken").format(name=self._facts().called(schedule))
 
         def undo(answer: Any) -> None:
-            self._services.catalogue.save_schedule(one.schedule)
-            self._services.suggestions.take_back(answer)
+            restored = self._services.catalogue.save_schedule(one.schedule)
+            self._services.suggestions.take_back_change(answer, one.schedule, restored)
 
         self._shell.background.run(
             lambda: self._services.suggestions.accept(one, change.option),
             lambda answer: self._answered(one, text, lambda: undo(answer)), self._shell.say_problem)
+        return True
 
     def _dismiss(self, one: Suggestion) -> None:
         suggestions, name = self._services.suggestions, self._facts().called(one.schedule)

@@ -157,12 +157,13 @@ class SchedulerViewModel(OnTimeline):
             self.part = part
             self.listed.renew()
 
-    def _saved(self, schedule: Schedule, is_left: bool) -> None:
-        """By the form: where it is shown, unless somebody is on with another one there."""
-        self.advice.saved(schedule)
+    def _saved(self, schedule: Schedule, is_left: bool) -> bool:
+        """By the form: where it is shown, unless somebody is on with another one there. Returns whether that is said already."""
+        is_said: bool = self.advice.saved(schedule)
         if is_left:
             self.part = "plan"
         self._refresher.request()
+        return is_said
 
     def choose_mode(self, mode: str) -> None:
         self.mode = mode

@@ -73,8 +73,10 @@ def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app
     save(app, ui)
     ui.wait(lambda: kits(container).group_id is not None)
     ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
+    assert app.shell.snackbars.texts == ["Kits: the suggestion is taken"]
     undo(app, ui, "Kits: the suggestion is taken")
     ui.wait(lambda: kits(container).robot_id == before.robot_id and kits(container).group_id is None)
+    ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))    # as if it had not been taken
 
 
 @pytest.fixture
