@@ -1,4 +1,4 @@
-"""Lists whose rows keep their identity while the data change, that scroll, and that come to rest on whole rows.
+"""Lists whose rows keep their identity while the data change, that scroll, and whose upper edge comes to rest on that of a row.
 
 Each row of ``data`` is a frozen dataclass whose fields are properties of the row class and, for lists that change, a ``key`` that
 identifies the row. A row never becomes another one under a finger because the list has moved: each view belongs to a key, and a view that
@@ -97,7 +97,7 @@ class Rows(MDBoxLayout):
     host = ObjectProperty(None, allownone=True)
     sight = ObjectProperty(None, allownone=True)
 
-    __events__ = ("on_action", "on_rows")
+    __events__ = ("on_action",)
 
     def __init__(self, **kwargs):
         self._views = {}
@@ -113,9 +113,6 @@ class Rows(MDBoxLayout):
 
     def on_action(self, key, action, *values):
         """A row was used."""
-
-    def on_rows(self):
-        """Rows were added, removed or moved."""
 
     def _rebuild(self, *_):
         self.clear_widgets()
@@ -151,7 +148,6 @@ class Rows(MDBoxLayout):
             for view in wanted:
                 self.add_widget(view)
         self._unseen.intersection_update(wanted)
-        self.dispatch("on_rows")
 
     def do_layout(self, *args):
         super().do_layout(*args)
@@ -274,7 +270,8 @@ class ScrollPage(CalmScroll):
 
 
 class ScrollRows(FloatLayout):
-    """``Rows`` that scroll and come to rest on whole rows, for up to some dozens.
+    """``Rows`` that scroll, for up to some dozens. At rest the upper edge is that of a row; of the row at the lower edge a part shows that
+    there is more.
 
     ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width; when not all fit, as
     many as do, and an arrow at each end scrolls by a page, which is easier with gloves.
@@ -283,25 +280,18 @@ class ScrollRows(FloatLayout):
     data = ListProperty()
     spacing = NumericProperty(0)
     direction = OptionProperty("y", options=("x", "y"))
-    whole = BooleanProperty(True)
-    view_height = NumericProperty(0)
     bar_margin = NumericProperty(0)     # px between the bar and the right edge; < 0: outside, in the padding around the rows
     paged = BooleanProperty(False)       # a strip that does not fit
 
     __events__ = ("on_action",)
 
     def __init__(self, **kwargs):
-        self._fit = Clock.create_trigger(self._fit_whole, -1)
         self._rest = Clock.create_trigger(self._snap, .15)
         self._held = False
         super().__init__(**kwargs)
-        for name in ("height", "spacing", "whole", "direction"):
-            self.fbind(name, self._fit)
 
     def on_kv_post(self, base_widget):
-        self.ids.rows.bind(on_rows=self._fit, height=self._fit)
         self.ids.scroll.bind(scroll_y=self._moved, on_scroll_start=self._hold, on_scroll_stop=self._release)
-        self._fit()
 
     def on_action(self, key, action, *values):
         """A row was used."""
@@ -333,21 +323,6 @@ class ScrollRows(FloatLayout):
             step = (scroll.width + self.spacing) / hidden
             Animation(scroll_x=min(1., max(0., scroll.scroll_x + direction * step)), d=.2, t="out_quad").start(scroll)
 
-    def _fit_whole(self, *_):
-        """Make the view as high as the whole rows that fit, unless the first row alone is higher than the widget."""
-        if not self.whole or self.direction == "x":
-            self.view_height = self.height
-            return
-        used = best = 0
-        for view in reversed(self.ids.rows.children):
-            used += view.height + (self.spacing if used else 0)
-            if used > self.height + 1:
-                break
-            best = used
-        else:
-            best = self.height
-        self.view_height = best or self.height
-
     def _hold(self, *_):
         self._held = True
 
@@ -363,7 +338,7 @@ class ScrollRows(FloatLayout):
     def _snap(self, _dt):
         scroll, rows = self.ids.scroll, self.ids.rows
         hidden = rows.height - scroll.height
-        if self._held or not self.whole or self.direction == "x" or hidden < 1:
+        if self._held or self.direction == "x" or hidden < 1:
             return
         above = (1 - scroll.scroll_y) * hidden
         edges = [rows.top - view.top for view in rows.children]

@@ -7,7 +7,7 @@ and the visible rows stay in place when rows are added above.
 A frame of scrolling costs only the rows that become visible, whatever the length of the list: each view is inside a ``Seat`` that is moved
 without a new layout of its content, and positions are calculated only when the height of a row changes.
 """
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from itertools import accumulate
 
 from kivy.clock import Clock
@@ -37,6 +37,8 @@ class Seat(RelativeLayout):
 class LongList(LowPage):
     """``data`` as in ``lists``, each row with a ``key``; row classes mix in ``RecycledRow`` and set their own height.
 
+    At rest its upper edge is that of a row; of the row at its lower edge a part shows that there is more.
+
     ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows become visible (load the next page).
     """
     viewclass = StringProperty()
@@ -61,7 +63,6 @@ class LongList(LowPage):
         self._anchor: tuple | None = None    # (key of the first visible row, px of it above the edge); None: at the top
         self._width = 0
         self._moving = False
-        self._resting = True
         self._rest = Clock.create_trigger(self._come_to_rest, .2)
         self._arrange = Clock.create_trigger(self._place_rows, -1)
         self._content = RelativeLayout(size_hint_y=None, height=0)
@@ -102,13 +103,16 @@ class LongList(LowPage):
 
     @property
     def whole_rows(self) -> list:
-        """Those of them that are not out of view because they would be cut off."""
-        return [view for view in self.views if view.parent.x < self.width]
+        """Those of them that can be seen from their upper edge to the lower one."""
+        return [view for view in self.views if self._is_whole(view)]
+
+    def _is_whole(self, view) -> bool:
+        top = self._content.height - (1 - self.scroll_y) * max(0, self._content.height - self.height)      # what the upper edge shows
+        return view.parent.top <= top + 1 and view.parent.y >= top - self.height - 1
 
     def reveal(self, view) -> None:
         """Scroll until all of that row can be seen."""
-        top = self._content.height - (1 - self.scroll_y) * max(0, self._content.height - self.height)      # what the upper edge shows
-        if view.parent.top > top + 1 or view.parent.y < top - self.height - 1:
+        if not self._is_whole(view):
             self.show(view.key)
 
     def key_beside(self, key, by: int):
@@ -156,14 +160,12 @@ class LongList(LowPage):
             above = (1 - self.scroll_y) * max(0, self._content.height - self.height)
             n = min(bisect_right(self._tops, above + .5), len(self._keys)) - 1
             self._anchor = (self._keys[n], above - self._tops[n]) if above > 1 and n >= 0 else None
-            self._resting = False
             self._rest.cancel()
             self._rest()
             self._arrange()
 
     def _come_to_rest(self, _dt):
         """Nothing has moved for a moment: align the upper edge with a whole row."""
-        self._resting = True
         way, self.wheel_way = self.wheel_way, 0
         if self._anchor is not None:
             key, hidden = self._anchor
@@ -197,9 +199,8 @@ class LongList(LowPage):
             self._is_calculated = True
         above = self._hold_place()
         first = max(0, bisect_right(self._tops, above) - 1)
-        last = min(len(self._keys), bisect_right(self._tops, above + self.height))
-        cut = self._resting and last > first + 1 and self._tops[last] - self.spacing > above + self.height + 1
-        self._populate(range(first, last), self._keys[last - 1] if cut else None)
+        last = min(len(self._keys), bisect_left(self._tops, above + self.height))
+        self._populate(range(first, last))
         self._say_empty()
         if self._keys and last >= len(self._keys) and self._content.height > self.height:
             self.dispatch("on_end")
@@ -216,8 +217,8 @@ class LongList(LowPage):
             self._moving = False
         return above
 
-    def _populate(self, shown: range, aside):
-        """Create or reuse views for the rows ``shown``. The row ``aside`` would be cut off: it is moved out of view, but still measured."""
+    def _populate(self, shown: range):
+        """Create or reuse views for the rows ``shown``."""
         wanted = {self._keys[n]: n for n in shown}
         self._spare += [self._live.pop(key) for key in [key for key in self._live if key not in wanted]]
         for key, n in wanted.items():
@@ -229,7 +230,7 @@ class LongList(LowPage):
                     self._content.add_widget(seat)
             view = seat.view
             view.width = self.width
-            seat.pos = 2 * self.width if key == aside else 0, self._content.height - self._tops[n] - view.height
+            seat.pos = 0, self._content.height - self._tops[n] - view.height
             if self._heights.get(key) != view.height:
                 self._heights[key] = view.height
                 self._recalculate()

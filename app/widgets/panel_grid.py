@@ -36,7 +36,6 @@ class PanelGrid(LongList):
     def __init__(self, **kwargs):
         self._shelve = Clock.create_trigger(self._fill_shelves, -1)
         super().__init__(viewclass="PanelShelf", **kwargs)
-        self._resting = False                # a large panel that is cut off shows better than an empty place that there is more
         for name in ("panels", "panelclass", "panel_width", "width", "spacing"):
             self.fbind(name, self._shelve)
         self._shelve()

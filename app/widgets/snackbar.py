@@ -1,21 +1,20 @@
-"""Snackbars: short messages about what was done, with at most one button (Undo). Several are shown at once, so that a new one never
-hides an undo."""
-from collections import deque
+"""Snackbars: short messages about what was done, with at most one button (Undo). The newest is shown; those before it lie below it and come
+back, so that a new one takes neither an undo away nor the place of what is under the top bar."""
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.core.window import Window
-from kivy.properties import BooleanProperty, StringProperty
+from kivy.properties import BooleanProperty, NumericProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.uix.snackbar import MDSnackbar
 
 from app.widgets.surfaces import OnlySeen, Passive
 
-AT_ONCE = 3
 SECONDS = 4.
 UNDO_SECONDS = 8.
+SETTLES = .5             # s after one has come in the place of another, in which a finger was on its way to that one's button
 
 
 @dataclass
@@ -51,19 +50,57 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
 
 
 class SnackbarStack(BoxLayout):
-    """Holds the snackbars, on top of everything: in the top bar over the screen's name and the time, where nobody presses anything; further
-    ones below."""
+    """Holds the snackbar, on top of everything: in the top bar over the screen's name and the time, where nobody presses anything. Of those
+    ``below`` it an edge is seen."""
+    below = NumericProperty(0)
+    settles_at = 0.
+
+    @property
+    def has_just_moved(self) -> bool:
+        """Whether one has just come in the place of another: what a finger does there is not meant for it."""
+        return Clock.get_time() < self.settles_at
 
     def on_touch_down(self, touch):
-        return any(child.collide_point(*touch.pos) and child.dispatch("on_touch_down", touch) for child in self.children)
+        hit = [child for child in self.children if child.collide_point(*touch.pos)]
+        return any(self.has_just_moved or child.dispatch("on_touch_down", touch) for child in hit)
+
+
+class Said:
+    """A message whose time runs while it is shown; ``bar`` is what showed it last."""
+
+    def __init__(self, message: Message, over: Callable[["Said"], object]) -> None:
+        self.message, self.left = message, message.seconds
+        self.bar = Snackbar(text=message.text, icon=message.icon, action_text=message.action, closable=message.seconds is None, opacity=0)
+        self._over, self._timer, self._since = over, None, 0.
+
+    @property
+    def is_read(self) -> bool:
+        """Nothing can be done about it, and it has been seen for half of its time at least."""
+        return not self.message.action and self.left is not None and self.left <= (self.message.seconds or 0) / 2
+
+    def begin(self, instead: bool = False) -> None:
+        """``instead``: in the place of another one, where it is at once."""
+        self._since = Clock.get_time()
+        if self.left is not None:
+            self._timer = Clock.schedule_once(lambda _dt: self._over(self), self.left)
+        if instead:
+            self.bar.opacity = 1
+        else:
+            Animation(opacity=1, d=.15).start(self.bar)
+
+    def stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer, self.left = None, max(0., self.left - (Clock.get_time() - self._since))
+        Animation.cancel_all(self.bar)          # one that never ends keeps it
 
 
 class Snackbars:
-    """The queue of messages: three are shown at once, the others wait. Call it on the UI thread."""
+    """The pile of messages, of which the newest is shown. One that is covered keeps the rest of its time for when it is shown again, unless
+    it has been read. Call it on the UI thread."""
 
     def __init__(self) -> None:
-        self._waiting: deque[Message] = deque()
-        self._shown: dict[Snackbar, tuple[Message, object]] = {}
+        self._pile: list[Said] = []
         self.stack: SnackbarStack | None = None
 
     def show(self, text: str, *, icon: str = "", seconds: float = SECONDS) -> None:
@@ -77,43 +114,37 @@ class Snackbars:
         self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=None if stays else UNDO_SECONDS))
 
     def post(self, message: Message) -> None:
-        if self._is_said(message):
+        """The same words without a button are not said twice: they are the newest now, for as long as if they came first."""
+        words = message.text, ""
+        again = next((said for said in self._pile if (said.message.text, said.message.action) == words and not message.action), None)
+        if again is not None and again is self._pile[-1]:
+            again.stop()
+            again.left = message.seconds
+            again.begin()
             return
-        staying = [bar for bar, (shown, _timer) in self._shown.items() if shown.seconds is None]
-        if message.seconds is None and len(staying) == AT_ONCE - 1:        # others need a place, too
-            self._close(staying[0], pressed=False)
-        self._waiting.append(message)
-        self._show_next()
-
-    def _is_said(self, message: Message) -> bool:
-        """Whether that can be read already; it then can be for as long as if it had just come."""
-        if message.action:
-            return False
-        for shown, timer in self._shown.values():
-            if (shown.text, shown.action) == (message.text, ""):
-                timer.cancel()
-                timer()
-                return True
-        return any((waiting.text, waiting.action) == (message.text, "") for waiting in self._waiting)
+        if again is not None:
+            self._take_off(again)
+        covered = self._pile[-1] if self._pile else None
+        self._pile.append(said := Said(message, self._close))
+        said.bar.bind(on_action=self._pressed, on_close=self._dismissed)
+        if covered is not None:
+            self._hide(covered)
+            if covered.is_read:
+                self._close(covered)
+        self._show_top(instead=covered is not None)
+        self.stack.below = len(self._pile) - 1
 
     def clear(self) -> None:
-        """Close all messages, waiting ones as well, as if their time were over."""
-        while self._waiting:
-            self._end(self._waiting.popleft())
-        for bar in list(self._shown):
-            self._close(bar, pressed=False)
+        """Close all messages as if their time were over."""
+        for said in list(self._pile):
+            self._close(said)
 
-    def _show_next(self) -> None:
-        while self._waiting and len(self._shown) < AT_ONCE:
-            message = self._waiting.popleft()
-            bar = Snackbar(text=message.text, icon=message.icon, action_text=message.action, closable=message.seconds is None, opacity=0)
-            bar.bind(on_action=self._pressed, on_close=self._dismissed)
-            timer = Clock.create_trigger(lambda _dt, bar=bar: self._close(bar, pressed=False), message.seconds or 0)
-            if message.seconds is not None:
-                timer()
-            self._shown[bar] = message, timer
-            self._place().add_widget(bar)
-            Animation(opacity=1, d=.15).start(bar)
+    def _show_top(self, instead: bool) -> None:
+        """``instead``: in the place of another one."""
+        said, stack = self._pile[-1], self._place()
+        stack.add_widget(said.bar)
+        stack.settles_at = Clock.get_time() + SETTLES if instead else 0.
+        said.begin(instead)
 
     def _place(self) -> SnackbarStack:
         if self.stack is None:
@@ -122,35 +153,43 @@ class Snackbars:
         Window.add_widget(self.stack)
         return self.stack
 
+    def _hide(self, said: Said) -> None:
+        said.stop()
+        if said.bar.parent is not None:
+            self.stack.remove_widget(said.bar)
+
     def _pressed(self, bar: Snackbar) -> None:
-        self._close(bar, pressed=True)
+        """Perhaps of one that was covered when the finger was down already."""
+        said = self._of(bar)
+        if said is not None:
+            self._take_off(said)
+            if said.message.on_action is not None:
+                said.message.on_action()
 
     def _dismissed(self, bar: Snackbar) -> None:
-        self._close(bar, pressed=False)
+        if (said := self._of(bar)) is not None:
+            self._close(said)
 
-    def _close(self, bar: Snackbar, pressed: bool) -> None:
-        if bar not in self._shown:
-            return
-        message, timer = self._shown.pop(bar)
-        timer.cancel()
-        Animation.cancel_all(bar)               # one that never ends keeps it
-        self.stack.remove_widget(bar)
-        if not self._shown:
+    def _of(self, bar: Snackbar) -> Said | None:
+        return next((said for said in self._pile if said.bar is bar), None)
+
+    def _close(self, said: Said) -> None:
+        """Nobody has pressed its button."""
+        self._take_off(said)
+        if said.message.on_end is not None:
+            said.message.on_end()
+
+    def _take_off(self, said: Said) -> None:
+        was_top = said is self._pile[-1]
+        self._hide(said)
+        self._pile.remove(said)
+        if not self._pile:
             Window.remove_widget(self.stack)
-        if pressed and message.on_action is not None:
-            message.on_action()
-        elif not pressed:
-            self._end(message)
-        self._show_next()
-
-    @staticmethod
-    def _end(message: Message) -> None:
-        if message.on_end is not None:
-            message.on_end()
+        elif was_top:
+            self._show_top(instead=True)
+        self.stack.below = max(0, len(self._pile) - 1)
 
     @property
     def texts(self) -> list[str]:
-        """The texts on screen, oldest first."""
-        return [message.text for message, _timer in self._shown.values()]
-
-
+        """The texts that are not over, oldest first; the last one is on screen."""
+        return [said.message.text for said in self._pile]

@@ -98,7 +98,7 @@ class KeyFocus:
             presses = isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive | Overlay)
             if presses or isinstance(widget, FieldInput):
                 found.append(widget)
-            waiting[:0] = (widget.whole_rows if isinstance(widget, LongList) else widget.seats() if isinstance(widget, Timeline)
+            waiting[:0] = (widget.views if isinstance(widget, LongList) else widget.seats() if isinstance(widget, Timeline)
                            else widget.children[::-1])
         return found
 

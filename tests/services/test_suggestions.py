@@ -193,6 +193,20 @@ def test_not_now_is_silent_for_60_days_unless_it_doubles_and_can_be_undone(conta
     assert len(suggestions.compute().suggestions) == 1
 
 
+def test_an_accepted_one_that_is_undone_is_found_again_until_the_schedule_is_changed(container, clock):
+    usually_late(container)
+    [suggestion] = container.suggestions.compute().suggestions
+    container.catalogue.save_schedule(suggestion.changes[0].draft)
+    answer = container.suggestions.accept(suggestion, suggestion.changes[0].option)
+    clock.advance(5)
+    restored = container.catalogue.save_schedule(suggestion.schedule)
+    container.suggestions.take_back_change(answer, suggestion.schedule, restored)
+    assert container.suggestions.compute().suggestions[0].finding == suggestion.finding
+    clock.advance(5)
+    container.catalogue.save_schedule(replace(suggestion.schedule, start=suggestion.schedule.start.replace(minute=20)))
+    assert container.suggestions.compute().suggestions == ()
+
+
 def test_after_one_was_accepted_only_what_comes_then_counts_and_after_two_weeks_it_is_told(container, clock):
     usually_late(container)
     [suggestion] = container.suggestions.compute().suggestions

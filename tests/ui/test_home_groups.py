@@ -184,6 +184,19 @@ def test_the_priority_of_what_waits_is_changed_by_a_tap_on_it(home, hall, ui):
     assert "Deliver: priority Critical" in home.shell.snackbars.texts
 
 
+def test_what_was_cancelled_while_it_waited_waits_again_when_that_is_undone(home, hall, ui):
+    stop_both(home, ui)
+    run_on_any(ui, "Deliver")
+    ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.background.idle)
+    row, = home.site.container.history.open()
+    press(ui, "Cancel", ui.find(WaitingRow))
+    ui.wait(lambda: "Deliver is cancelled" in ui.texts() and not ui.find_all(WaitingRow))
+    ui.tap_text("Undo")
+    ui.wait(lambda: ui.find_all(WaitingRow) and "Deliver waits again" in home.shell.snackbars.texts)
+    again, = home.site.container.history.open()
+    assert (again.id, again.token) == (row.id, row.token)
+
+
 def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
@@ -206,6 +219,11 @@ def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
         use(word)
         ui.wait(lambda held=held: home.site.container.history.get(row.id).held is held)
         ui.wait(lambda said=said: said in home.shell.snackbars.texts)
+    use("Cancel")
+    ui.wait(lambda: home.site.container.history.get(row.id).state is State.CANCELLED and "Deliver is cancelled" in ui.texts())
+    ui.tap_text("Undo")
+    ui.wait(lambda: home.site.container.history.get(row.id).state is State.WAITING)
+    ui.wait(lambda: "Deliver waits again" in home.shell.snackbars.texts)
     use("Give to …")
     pick(ui, "Veikko")
     ui.wait(lambda: home.site.container.history.get(row.id).robot == "Veikko")

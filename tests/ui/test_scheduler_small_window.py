@@ -15,6 +15,7 @@ from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment, Segments
 from app.widgets.fields import PickField
 from app.widgets.frame import Frame
+from app.widgets.long_list import LongList
 from app.widgets.plan_rows import DayLine
 from app.widgets.text import BodyStrong
 from tests.screenshots.planning import Stand
@@ -103,6 +104,15 @@ def test_a_battery_without_a_minimum_and_the_ends_of_starts_are_on_one_line(ui, 
     ends = [line.ids[part] for line in ui.find_all(DayLine) if line.columns for part in ("line_until", "line_needs")]
     assert ends or Window.width <= 800
     assert [label.text for label in ends if label.lines > 1] == []
+
+
+def test_of_schedules_that_have_no_room_a_part_of_the_next_one_is_seen(ui, small):
+    small.vm.choose_part("schedules")
+    small.settle()
+    rows = ui.find(LongList)
+    assert rows.more_below == (rows.content_height > rows.height + 2)
+    lowest = min(checks.visible_area(line, checks.parents(line))[1] for line in rows.views)
+    assert lowest - checks.area(rows)[1] <= rows.spacing or not rows.more_below
 
 
 def test_what_saves_and_what_skips_a_start_is_seen_while_a_schedule_is_edited(ui, small):

@@ -10,6 +10,7 @@ from app.widgets.lists import Rows, ScrollRows
 from app.widgets.long_list import LongList
 from app.widgets.rows import QueueRow, RobotChip, ScheduleRow
 from app.widgets.text import Txt
+from tests.ui.checks import parents, visible_area
 
 
 def actions_of(rows) -> list[tuple]:
@@ -160,14 +161,27 @@ def test_two_rows_with_one_key_are_refused(ui):
         rows.data = queue(1, 1)
 
 
-def test_a_short_list_shows_whole_rows_and_scrolls_for_more(ui):
-    rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(*range(20))), (400, 250))
-    assert rows.view_height == 3 * 72
+@pytest.mark.parametrize("kind", [ScrollRows, LongList])
+def test_a_list_begins_with_a_whole_row_and_ends_with_the_part_of_one_that_has_room(ui, kind):
+    height = {} if kind is ScrollRows else {"row_height": 72}
+    rows = ui.show(kind(viewclass="QueueRow", spacing=0, data=queue(*range(20)), **height), (400, 250))
+    scroll = rows.ids.scroll if kind is ScrollRows else rows
+
+    def seen() -> list[tuple[int, int]]:
+        """Of each row, from the top, how much can be seen, px."""
+        places = ((row.key, visible_area(row, parents(row))) for row in ui.find_all(QueueRow))
+        return sorted((key, round(place[3] - place[1])) for key, place in places if place is not None)
+
+    ui.advance(.5)
+    assert seen() == [(0, 72), (1, 72), (2, 72), (3, 250 - 3 * 72)]
     ui.drag(rows, 0, 100)
-    scroll = rows.ids.scroll
-    above = (1 - scroll.scroll_y) * (20 * 72 - rows.view_height)
-    assert above >= 72
-    assert above % 72 == pytest.approx(0, abs=1) or above % 72 == pytest.approx(72, abs=1)
+    ui.advance(1)
+    first = seen()[0][0]
+    assert first >= 1
+    assert seen() == [(first, 72), (first + 1, 72), (first + 2, 72), (first + 3, 250 - 3 * 72)]
+    scroll.scroll_y = 0
+    ui.advance(1)
+    assert seen() == [(16, 250 - 3 * 72), (17, 72), (18, 72), (19, 72)]
 
 
 def test_a_strip_shares_its_width_or_turns_pages(ui):

@@ -8,10 +8,12 @@ from typing import TypeVar
 from app.domain import choice
 from app.domain.models import Execution, Group, Mission, Robot, Settings, State, Wait
 from app.i18n import _
+from app.screens.common.cancelled import say_cancelled
 from app.screens.common.holding import HAND, hold_at, until_words
 from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.shell import Shell
+from app.services.catalogue.catalogue import Catalogue
 from app.services.live.holds import Hold
 from app.services.robots.commands import Operator
 
@@ -56,8 +58,9 @@ class GroupStarts:
     """Each in the background, one at a time on a start; ``changed()`` when one has ended, well or not. ``follow(execution)`` says what
     becomes of one that was given to a robot."""
 
-    def __init__(self, operator: Operator, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]) -> None:
-        self._operator, self._shell, self._changed, self._follow = operator, shell, changed, follow
+    def __init__(self, operator: Operator, catalogue: Catalogue, shell: Shell, changed: Callable[[], object],
+                 follow: Callable[[Execution], object]) -> None:
+        self._operator, self._catalogue, self._shell, self._changed, self._follow = operator, catalogue, shell, changed, follow
         self._busy: set[int] = set()                          # ids of executions that something is being done to
 
     def give(self, row: Execution, robots: Sequence[Option]) -> None:
@@ -74,7 +77,7 @@ class GroupStarts:
 
     def cancel(self, row: Execution) -> None:
         self._do(row, lambda: self._operator.cancel_execution(row.id),
-                 self._saying(_("{mission} is cancelled").format(mission=row.mission), "close"))
+                 lambda left: say_cancelled(self._shell, self._catalogue, row.mission, left, self._changed))
 
     def hold(self, row: Execution, held: bool) -> None:
         """Keep it back, or let it go."""

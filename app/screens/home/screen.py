@@ -11,10 +11,11 @@ from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
 
-from app.domain.models import Execution, Robot
+from app.domain.models import Robot
 from app.domain.robot import MissionParameter
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected
+from app.screens.common.cancelled import say_cancelled
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ViewModel
@@ -311,7 +312,7 @@ class HomeViewModel(HomeState, ViewModel):
             self._cancelling.add(number)
             self.facts = replace(self.facts, cancelling=frozenset(self._cancelling))
         self._act(key, lambda: operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number),
-                  lambda left: self._say(_cancelled(left).format(mission=name), "close"),
+                  lambda left: say_cancelled(self._shell, self._services.catalogue, name, left, self._reader.request),
                   lambda problem: self._not_cancelled(problem, number, name))
         self._show()
 
@@ -363,11 +364,6 @@ class HomeViewModel(HomeState, ViewModel):
 
     def _say(self, text: str, icon: str) -> None:
         self._shell.snackbars.show(text, icon=icon)
-
-
-def _cancelled(left: Execution | None) -> str:
-    """``left``: ours, as it is now; open until the robot has said that it is gone."""
-    return _("{mission} is being cancelled") if left is not None and left.state.is_open else _("{mission} is cancelled")
 
 
 class HomeScreen(Pages):

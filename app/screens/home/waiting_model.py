@@ -48,7 +48,8 @@ class WaitingModel(WaitingState):
 
     def __init__(self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]) -> None:
         super().__init__()
-        self._services, self._shell, self._starts = services, shell, GroupStarts(services.operator, shell, changed, follow)
+        self._services, self._shell = services, shell
+        self._starts = GroupStarts(services.operator, services.catalogue, shell, changed, follow)
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
         self._stuck: dict[int, WaitingStart] = {}

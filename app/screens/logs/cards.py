@@ -116,7 +116,7 @@ class RunsList(LongList):
             self._scroll_soon()
 
     def _scroll_to_opened(self, _dt: float) -> None:
-        """The list shows whole rows only; a row that has grown too high for its place would be hidden."""
+        """A row that has grown may end below the edge of the list."""
         if not self._is_pending or all(row.key != self.opened_run for row in self.data):
             return
         self._is_pending = False

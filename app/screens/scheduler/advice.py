@@ -117,10 +117,12 @@ class AdviceModel(AdviceState):
 
     def show(self) -> None:
         called = self._facts().called
-        self.title, self.rows = title(self._advice), suggestion_views(self._advice, called)
-        self.results = "\n".join(words.since_then(result, _, called(result.schedule)) for result in self._advice.results)
+        self.title = title(self._advice)
         if not self.title and self._dialog is not None:
-            self._dialog.dismiss()
+            self._dialog.dismiss()                        # with what it says: it must not be seen empty while it closes
+            return
+        self.rows = suggestion_views(self._advice, called)
+        self.results = "\n".join(words.since_then(result, _, called(result.schedule)) for result in self._advice.results)
 
     def open_dialog(self) -> None:
         self._dialog = SuggestionsDialog(state=self)
@@ -143,31 +145,34 @@ class AdviceModel(AdviceState):
             self._dialog.dismiss()
         self._edit(replace(Draft.of(change.draft, self._facts().name(one.schedule)), base=one.schedule))
 
-    def saved(self, schedule: Schedule) -> None:
-        """A schedule was saved in the form: if it is the suggested change, that is noted, and both can be undone."""
+    def saved(self, schedule: Schedule) -> bool:
+        """A schedule was saved in the form: if it is the suggested change (returned), that is noted and said, and both can be undone."""
         taken, self._in_form = self._in_form, None
         if taken is None or not _is_change(schedule, taken[1]):
-            return
+            return False
         (one, change), text = taken, _("{name}: the suggestion is taken").format(name=self._facts().called(schedule))
 
         def undo(answer: Any) -> None:
-            self._services.catalogue.save_schedule(one.schedule)
-            self._services.suggestions.take_back(answer)
+            restored = self._services.catalogue.save_schedule(one.schedule)
+            self._services.suggestions.take_back_change(answer, one.schedule, restored)
 
         self._shell.background.run(
             lambda: self._services.suggestions.accept(one, change.option),
-            lambda answer: self._answered(text, lambda: undo(answer)), self._shell.say_problem)
+            lambda answer: self._answered(one, text, lambda: undo(answer)), self._shell.say_problem)
+        return True
 
     def _dismiss(self, one: Suggestion) -> None:
         suggestions, name = self._services.suggestions, self._facts().called(one.schedule)
         self._shell.background.run(
             lambda: suggestions.dismiss(one),
-            lambda answer: self._answered(_("{name}: nothing more about it for 60 days").format(name=name),
+            lambda answer: self._answered(one, _("{name}: nothing more about it for 60 days").format(name=name),
                                           lambda: suggestions.take_back(answer)),
             self._shell.say_problem)
 
-    def _answered(self, text: str, undo: Callable[[], object]) -> None:
-        """Others may be worth telling now."""
+    def _answered(self, one: Suggestion, text: str, undo: Callable[[], object]) -> None:
+        """It goes at once; others may be worth telling now."""
+        self._advice = replace(self._advice, suggestions=tuple(each for each in self._advice.suggestions if each is not one))
+        self.show()
         self.compute()
 
         def undone() -> None:

@@ -64,7 +64,8 @@ def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
              MenuItem("run", _("Run now"), "play"))
     when = f"{foreseen.whose(run)} · {_from_to(facts, run.begins, ends)}"
     contested = [conflicts.sentence(each.code, each.at, each.details, facts.zone, _) for each in Contested(facts.conflicts).of(run)]
-    return Card(run.mission.name, _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested), items)
+    way = _("To change its time, press and hold its bar and drag it") if run.begins == run.at else ""
+    return Card(run.mission.name, _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested, way), items)
 
 
 def _from_to(facts: SchedulerFacts, begins: datetime, ends: datetime) -> str:

@@ -30,7 +30,8 @@ ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the
 
 class FormModel(EventDispatcher):
     """``view`` is what is shown; ``saved(schedule, is_left)`` is called when one has been stored, ``is_left`` unless somebody has begun
-    another one meanwhile; ``skip(schedule, start)`` to leave out a start, ``again(schedule, start)`` to start it after all."""
+    another one meanwhile, and returns whether it says so itself; ``skip(schedule, start)`` to leave out a start, ``again(schedule, start)``
+    to start it after all."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)        # the less common fields are shown
     saving = BooleanProperty(False)
@@ -39,7 +40,7 @@ class FormModel(EventDispatcher):
 
     __events__ = ("on_draft",)
 
-    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[Schedule, bool], object],
+    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[Schedule, bool], bool],
                  skip: Callable[[Schedule, datetime], object], again: Callable[[Schedule, datetime], object]) -> None:
         super().__init__()
         self._services, self._shell, self._saved, self._skip, self._again = services, shell, saved, skip, again
@@ -229,12 +230,12 @@ class FormModel(EventDispatcher):
         """``draft`` was; meanwhile somebody may have begun another one, which stays."""
         self.saving = False
         new, name = draft.is_new, self._facts.called(schedule)
-        self._shell.snackbars.show(_("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
-                                   icon="calendar-check")
         is_left = replace(self._draft, base=draft.base) == draft and self.editing == (draft.base.id if draft.base else None)
         if is_left:
             self.begin()
-        self._saved(schedule, is_left)
+        if not self._saved(schedule, is_left):
+            self._shell.snackbars.show(_("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
+                                       icon="calendar-check")
 
     def _not_saved(self, problem: BaseException) -> None:
         self.saving = False

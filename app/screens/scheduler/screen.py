@@ -60,7 +60,7 @@ class SchedulerViewModel(OnTimeline):
         self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
         self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
                                        done=self._refresher.request)
-        self.group_starts = GroupStarts(services.operator, shell, self._refresher.request, self._started.follow)
+        self.group_starts = GroupStarts(services.operator, services.catalogue, shell, self._refresher.request, self._started.follow)
         self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.take_again)
         self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
@@ -157,12 +157,13 @@ class SchedulerViewModel(OnTimeline):
             self.part = part
             self.listed.renew()
 
-    def _saved(self, schedule: Schedule, is_left: bool) -> None:
-        """By the form: where it is shown, unless somebody is on with another one there."""
-        self.advice.saved(schedule)
+    def _saved(self, schedule: Schedule, is_left: bool) -> bool:
+        """By the form: where it is shown, unless somebody is on with another one there. Returns whether that is said already."""
+        is_said: bool = self.advice.saved(schedule)
         if is_left:
             self.part = "plan"
         self._refresher.request()
+        return is_said
 
     def choose_mode(self, mode: str) -> None:
         self.mode = mode

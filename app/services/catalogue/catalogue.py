@@ -24,7 +24,7 @@ from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.services.catalogue.edit import Edit
-from app.services.catalogue.undo import Removed, Uses, restore
+from app.services.catalogue.undo import Removed, Uses, restore, wait_again
 from app.services.live.changes import Changes
 from app.services.planning import public_holidays
 
@@ -205,3 +205,7 @@ class Catalogue:
         """Undo a deletion; raises InvalidInput when one of its names, or the robot's address, has been taken meanwhile."""
         change = self.edit_rehearsed if removed.days else self.edit
         self._missed_uses = change(lambda edit: restore(edit, removed, self._missed_uses))
+
+    def wait_again(self, execution_id: int) -> None:
+        """Undo that a person has cancelled a start of which nothing was sent; raises InvalidInput when it is too late for that."""
+        self.edit(lambda edit: wait_again(edit, execution_id))

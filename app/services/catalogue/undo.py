@@ -1,4 +1,4 @@
-"""Undoing a deletion: what it took away, and how that is put back."""
+"""Undoing a deletion: what it took away, and how that is put back; and undoing that a start was cancelled."""
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
@@ -13,7 +13,21 @@ from app.database.robots import Accepted
 from app.database.schedules import Skip
 from app.domain import names
 from app.domain.drain import Drain
-from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
+from app.domain.models import (
+    DayException,
+    Execution,
+    Group,
+    IdleRule,
+    InvalidInput,
+    Mission,
+    Overlap,
+    Place,
+    ReasonCode,
+    Robot,
+    Schedule,
+    State,
+    Trigger,
+)
 from app.services.catalogue import told, validation
 from app.services.live.changes import Topic
 
@@ -153,3 +167,41 @@ def _restore_idle(edit: Edit, robot_id: int, rule: IdleRule) -> None:
     robot = edit.robots.get(edit.c, robot_id)
     if robot is not None and robot.idle is None and edit.missions.get(edit.c, rule.mission_id):
         edit.robots.update(edit.c, replace(robot, idle=rule))
+
+
+def may_wait_again(row: Execution) -> bool:
+    """Whether a person has cancelled that start before anything of it was sent. What idleness wanted, it wants again by itself."""
+    return (row.state is State.CANCELLED and row.reason is not None and row.reason.code is ReasonCode.USER_CANCELLED and not row.attempts
+            and row.cancel_code is None and row.revoked is None and row.trigger is not Trigger.IDLE)
+
+
+def wait_again(edit: Edit, execution_id: int) -> None:
+    """A start that a person has cancelled while it waited is wanted after all; raises InvalidInput where it can't wait as it did.
+
+    Nothing runs twice by that: it is the same row with the same token, no new one, and not a single request of it has ever been sent.
+    After this one transaction it is as if it had never been cancelled: whatever is asked before a row is sent is asked of it anew. What
+    would have ended it meanwhile, had it waited, is asked here.
+    """
+    row = edit.executions.get(edit.c, execution_id)
+    if row is None or not may_wait_again(row):
+        raise InvalidInput("execution", "this start does not wait any more, and can't again")
+    if row.closes_at <= edit.now:
+        raise InvalidInput("execution", "it is too late for this start")
+    if row.group_id is not None:
+        edit.the_group(row.group_id)
+    elif not (robot := edit.the_robot(row.robot_id or 0)).enabled:
+        raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
+    if row.schedule_id is not None:
+        _check_is_same_plan(edit, row, edit.the_schedule(row.schedule_id))
+    edit.executions.wait_again(edit.c, [row.id], edit.now)
+    edit.notes.append(f"#{row.id} {row.mission!r} waits again: its cancellation was undone")
+    edit.topics.add(Topic.EXECUTIONS)
+
+
+def _check_is_same_plan(edit: Edit, row: Execution, schedule: Schedule) -> None:
+    """An edit since would have taken the start back; a start of its own since would have been left out because of it."""
+    is_changed = row.ended_at is not None and schedule.changed_at is not None and schedule.changed_at > row.ended_at
+    if is_changed or not schedule.enabled or schedule.is_paused(row.planned_at):
+        raise InvalidInput("schedule", "its schedule has been changed since")
+    if schedule.overlap is Overlap.SKIP and schedule.id in edit.executions.open_of_schedules(edit.c, [schedule.id]):
+        raise InvalidInput("schedule", "the next start of its schedule is there already")

@@ -7,6 +7,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.groups import GroupRepository
 from app.database.schedules import ScheduleRepository
+from app.domain.message import message
 from app.domain.models import InvalidInput, Robot, Schedule, Settings
 from app.services.dispatch.ledger import Ledger
 from app.services.live.holds import Holds
@@ -35,7 +36,7 @@ def check_room(c: Any, robot: Robot, ledger: Ledger, holds: Holds, settings: Set
     if (hold := holds.active(robot.id)) is not None:
         if hold.reason:
             raise InvalidInput("robot", "{robot} is held back ({reason}): check up when it is released", robot=robot.name,
-                               reason=hold.reason)
+                               reason=message(hold.reason))      # those that are offered, and a check-up's, have a translation
         raise InvalidInput("robot", "{robot} is held back: check up when it is released", robot=robot.name)
     rows = [*ledger.open_for(robot.id), *(row for row in ledger.unbound() if row.group_id in groups)]
     if rows:

@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 READY_FOR, READY_WITHIN = 3.0, 120.0     # s that a robot must have stood ready; that is waited for
 REQUESTS = 100               # of a trial, about: each takes so much longer where the robot is slow
 MINUTES = timedelta(minutes=10)          # after a trial began, in which whoever agreed to it expects the robot to be released
-HOLD = "Check-up"            # reason of the hold that keeps the plan's starts back meanwhile
+HOLD = message("Check-up")["msgid"]      # reason of the hold that keeps the plan's starts back meanwhile, translated where it is shown
 NONE = 0                     # the id of no hold
 ALARM = "check_up_left"
 BUILT_IN = "mirconst"        # guids of the missions that every robot has begin so

@@ -24,6 +24,7 @@ from app.services.suggestions.find import MOST, Finding, Kind, Option, Rule, fin
 from app.services.suggestions.history import counts, is_late, past_of
 from app.services.suggestions.words import Change, Result, Suggestion
 
+UNDONE = "undone"            # an answer: the schedule is again as it was before its suggestion was accepted
 LOOKS_BACK = timedelta(days=28)
 SILENT_FOR = timedelta(days=60)
 TELLS_AFTER = timedelta(days=14)
@@ -53,7 +54,11 @@ class Suggestions:
         answers = self._repository.answers(c)
         site = _Site(c, self._has_mission)
         accepted = {answer.schedule_id: answer.at for answer in answers if answer.answer == ACCEPTED}
-        since = {schedule.id: max(filter(None, (schedule.changed_at, accepted.get(schedule.id), now - LOOKS_BACK))).timestamp()
+        undone = {(answer.schedule_id, answer.at): _before(answer) for answer in answers if answer.answer == UNDONE}
+
+        def changed(schedule: Schedule) -> datetime | None:
+            return schedule.changed_at and undone.get((schedule.id, schedule.changed_at), schedule.changed_at)
+        since = {schedule.id: max(filter(None, (changed(schedule), accepted.get(schedule.id), now - LOOKS_BACK))).timestamp()
                  for schedule in site.schedules.values() if schedule.enabled and schedule.next_at is not None}
         past = past_of(self._repository.runs(c, now - LOOKS_BACK), self._repository.activities(c, now - LOOKS_BACK), since)
         found = findings(past, [site.rule(site.schedules[key]) for key in since], _let_others_go_on)
@@ -71,9 +76,17 @@ class Suggestions:
         return self._answer(suggestion, ACCEPTED, option)
 
     def take_back(self, answer: Answer) -> None:
-        """Undo an answer: it is as if it had not been given. A changed schedule is changed back where it was changed."""
+        """Undo an answer: it is as if it had not been given."""
         self._db.write(lambda c: self._repository.take_back(c, answer.id))
         self.latest = None
+
+    def take_back_change(self, answer: Answer, before: Schedule, now: Schedule) -> None:
+        """Undo that one was accepted. The schedule is ``now`` again as it was ``before``: what it did then goes on to count, though it has
+        just been changed."""
+        self.take_back(answer)
+        if before.changed_at is not None and now.changed_at is not None:
+            undone = replace(answer, answer=UNDONE, at=now.changed_at, option={"since": before.changed_at.isoformat()})
+            self._db.write(lambda c: self._repository.answer(c, undone))
 
     def _answer(self, suggestion: Suggestion, word: str, option: Option | None) -> Answer:
         finding = suggestion.finding
@@ -98,6 +111,15 @@ class Suggestions:
 def _let_others_go_on() -> None:
     """Give the interpreter away for a moment, so that a window is drawn in time meanwhile."""
     time.sleep(0)
+
+
+def _before(answer: Answer) -> datetime:
+    """Since when the schedule had been as it is again; since the undo where that can't be read."""
+    try:
+        since = datetime.fromisoformat(str(answer.option.get("since")))
+    except ValueError:
+        return answer.at
+    return since if since.tzinfo is not None else answer.at
 
 
 def _is_silent(finding: Finding, answers: Sequence[Answer], now: datetime) -> bool:

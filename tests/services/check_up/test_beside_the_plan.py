@@ -8,8 +8,12 @@ import pytest
 
 from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
-from app.domain.models import Group, InvalidInput, State, Trigger
+from app.domain.models import Group, InvalidInput, Reason, ReasonCode, State, Trigger
+from app.domain.reasons import sentence
+from app.i18n import _, translator
+from app.screens.scheduler.hold_view import held_sentence
 from app.services.check_up.service import CheckUps
+from app.services.check_up.trying import HOLD
 from tests.support.site import Site
 
 
@@ -69,6 +73,24 @@ def test_a_start_that_is_open_goes_first(site, check_ups, robot):
     mission = site.container.catalogue.missions()[0]
     site.container.operator.run_now(robot.id, mission.id)
     assert refused(check_ups, robot) == "Deliver waits for R1 or runs there: check up after it"
+
+
+def test_the_reason_of_a_hold_is_said_in_the_language_of_the_screen(site, check_ups, robot):
+    def said() -> tuple[str, str, str]:
+        with pytest.raises(InvalidInput) as refused:
+            check_ups.run(robot.id, Trial())
+        [hold] = site.container.holds.current()
+        skipped = Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": "2026-11-23T12:00+00:00"})
+        return (render(refused.value.message, _), sentence(skipped, "UTC", _),
+                held_sentence(hold, "UTC", site.clock.now()).rpartition(" · ")[2])
+
+    site.container.holds.hold(HOLD, robot_id=robot.id)
+    assert said() == ("R1 is held back (Check-up): check up when it is released", "Held back until 23 Nov 2026 12:00: Check-up", "Check-up")
+    translator.use("fi")
+    try:
+        assert all("tarkastus" in text.casefold() and "Check-up" not in text for text in said())
+    finally:
+        translator.use("en")
 
 
 def test_a_robot_that_is_held_switched_off_or_busy_is_left_alone(site, check_ups, robot):

@@ -46,8 +46,8 @@ def outcomes(app) -> set[str]:
 
 
 def rows(ui) -> list[LogRow]:
-    """Those in sight, from the top; the list keeps the others beside the window."""
-    seen = [row for row in ui.find_all(LogRow) if row.to_window(row.x, 0)[0] < ui.find(RunsList).to_window(ui.find(RunsList).right, 0)[0]]
+    """Those in sight, from the top."""
+    seen = [row for row in ui.find_all(LogRow) if checks.visible_area(row, checks.parents(row))]
     return sorted(seen, key=lambda row: -row.to_window(0, row.y)[1])
 
 
@@ -81,7 +81,9 @@ def test_a_row_opens_its_story_and_closes_it(screen, ui):
 
 def test_a_story_that_finds_no_room_where_it_was_opened_comes_into_sight(screen, ui):
     last = rows(ui)[-1]
-    tap(screen, ui, last)
+    x, y, right, top = checks.visible_area(last, checks.parents(last))
+    ui.tap_at((x + right) / 2, (y + top) / 2)
+    settle(screen, ui)
     ui.advance(.6)
     opened = next(row for row in ui.find_all(LogRow) if row.opened)
     assert opened.key == last.key

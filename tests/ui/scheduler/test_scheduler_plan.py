@@ -186,7 +186,8 @@ def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_says_what_it_is_and
     assert [lane.name for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko"]
     tap_bar(ui, ("schedule", named(container, "Night stock count", "Aino").id))
     card = card_of(ui)
-    start, usual = card.text.splitlines()
+    start, usual, way = card.text.splitlines()
+    assert way == "To change its time, press and hold its bar and drag it"
     assert (card.title, start) == ("Night stock count", "Aino · Fri 20 Nov 19:00–21:54")
     assert usual.startswith("Usually 2 h 54 min, nine of ten within 3 h")
     left, right = (card.to_window(x, 0)[0] for x in (card.x, card.right))

@@ -73,8 +73,10 @@ def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app
     save(app, ui)
     ui.wait(lambda: kits(container).group_id is not None)
     ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
+    assert app.shell.snackbars.texts == ["Kits: the suggestion is taken"]
     undo(app, ui, "Kits: the suggestion is taken")
     ui.wait(lambda: kits(container).robot_id == before.robot_id and kits(container).group_id is None)
+    ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))    # as if it had not been taken
 
 
 @pytest.fixture
@@ -123,3 +125,18 @@ def test_not_now_is_silent_and_can_be_undone(app, container, ui):
     ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
     undo(app, ui, "Kits: nothing more about it for 60 days")
     ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))
+
+
+def test_what_is_answered_goes_at_once_and_the_dialog_is_not_seen_empty(app, ui, monkeypatch):
+    """What else there may be takes seconds to find."""
+    open_all(app, ui)
+    monkeypatch.setattr(app.plan.advice, "compute", lambda: None)
+    ui.tap(ui.find(CommandButton, ui.find(SuggestionPanel), text="Not now"))
+    seen = []
+
+    def is_closed() -> bool:
+        seen.append((bool(ui.find_all(SuggestionsDialog)), bool(ui.find_all(SuggestionPanel))))
+        return not seen[-1][0]
+    ui.wait(is_closed)
+    assert (True, False) not in seen
+    assert not ui.find_all(CommandButton, icon=BULB)

@@ -115,6 +115,16 @@ def test_the_list_of_days_names_the_group_and_the_robot_foreseen():
     assert foreseen.whose(FIXED) == "Aino"
 
 
+HOW_TO_MOVE = "To change its time, press and hold its bar and drag it"
+
+
+def test_the_card_of_a_bar_that_can_be_dragged_says_so():
+    can = {bar.key[1:]: bar.movable for lane in lanes(FACTS).values() for bar in lane.bars if bar.key[0] == "schedule"}
+    assert set(can.values()) == {True, False}
+    for run in FACTS.planned:
+        assert (HOW_TO_MOVE in bar_card.start_card(FACTS, run).text) is can[run.schedule.id, run.at]
+
+
 # ---------------------------------------------------------------------- conflicts
 UNTIL = AT + timedelta(minutes=10)
 TOO_FEW = Conflict(ConflictCode.TOO_FEW_ROBOTS, AT, {"group": "Hall 1", "group_id": 5, "robots": 2, "starts": 4, "until": UNTIL})
@@ -135,7 +145,8 @@ def test_what_wants_a_robot_or_a_place_with_too_many_others_is_hatched_and_its_c
     for key in hatched:
         assert list(found[key].overlaps) == [(bar.start, bar.end) for bar in found[key].bars]
     run = FIXED if conflict is BEHIND else FOUND
-    assert bar_card.start_card(facts, run).text.split("\n")[-1] == (words or "Usually 10 min")
+    told = [line for line in bar_card.start_card(facts, run).text.split("\n") if line != HOW_TO_MOVE]
+    assert told[-1] == (words or "Usually 10 min")
     assert (("overlap", "Overlap or conflict") in timeline(facts, NOW).legend) == bool(hatched)
 
 
