@@ -45,6 +45,11 @@ class CheckUpRepository:
         else:
             self._put(c, robot_id, "left_behind = excluded.left_behind", left.serial_number, left_behind=json.dumps(asdict(left)))
 
+    def leave_paused(self, c: sqlite3.Connection, robot_id: int) -> None:
+        """From now on its pause is a person's."""
+        c.execute("UPDATE check_ups SET left_behind = json_set(left_behind, '$.is_paused', json('false')) WHERE robot_id = ? "
+                  "AND left_behind IS NOT NULL", (robot_id,))
+
     @staticmethod
     def _put(c: sqlite3.Connection, robot_id: int, change: str, serial_number: str | None, **values: str) -> None:
         names = tuple(values)

@@ -134,6 +134,10 @@ class CheckUps:
         with self._alone_with(robot), self._client(robot) as client:
             return self._trials.tidy(self._look(client), robot)
 
+    def leave_paused(self, robot_id: int) -> None:
+        """A person presses Pause: a trial under way ends, and whatever is put back, the robot stays in Pause."""
+        self._trials.leave_paused(robot_id)
+
     def _tidied(self, robot: Robot, client: RobotClient) -> Message | None:
         try:
             return self._trials.tidy(self._look(client), robot)

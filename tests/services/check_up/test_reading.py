@@ -1,6 +1,7 @@
 """What a check-up reads: each deviant is named by the topics that it differs in and by no other, and nothing is written to a robot."""
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from itertools import pairwise
 
@@ -11,7 +12,7 @@ from app.domain.message import render
 from app.mir.errors import Unreachable
 from app.mir.transport import Response
 from app.services.check_up.look import NotWanted
-from app.services.check_up.pace import measure
+from app.services.check_up.pace import load, measure
 from app.services.check_up.reading import read_robot
 from mir_sim import DEVIANTS, deviant
 from tests.support.asked_robot import AskedRobot
@@ -66,6 +67,19 @@ def test_each_deviant_is_named_by_what_differs(name):
     look = read(robot)
     assert told(look) == {Topic.CERTIFICATE: Level.AMBER, **NAMED[name]}, in_words(look)
     assert robot.writes == []
+
+
+def test_a_robot_that_is_slow_to_answer_is_told_how_many_questions_it_bore_in_what_time():
+    robot = AskedRobot(deviant("slow-disk"))
+    look = robot.look()
+    began = robot.clock.now()
+    load(look, 0.0, 60.0)
+    took = (robot.clock.now() - began).total_seconds()
+    [finding] = look.findings
+    found = re.fullmatch(r"It answered (\d+) questions within (\d+) s", render(finding.says))
+    assert found is not None
+    assert 2 <= int(found[1]) <= 5
+    assert 10 <= int(found[2]) <= took < 30
 
 
 def test_a_robot_that_is_slow_to_answer_is_asked_less_so_that_it_lasts_no_longer():
