@@ -9,6 +9,7 @@ import pytest
 
 from app.domain.check_up import Level, Topic
 from app.domain.message import render
+from app.domain.models import Robot
 from app.mir.errors import Unreachable
 from app.mir.transport import Response
 from app.services.check_up.look import NotWanted
@@ -16,6 +17,7 @@ from app.services.check_up.pace import load, measure
 from app.services.check_up.reading import read_robot
 from mir_sim import DEVIANTS, deviant
 from tests.support.asked_robot import AskedRobot
+from tests.support.checked_robot import CheckedRobot
 
 READ = [topic for topic in Topic if not topic.is_tried]
 # The topics that are not green, besides the certificate: the simulator speaks http.
@@ -92,6 +94,21 @@ def test_a_robot_that_is_slow_to_answer_is_asked_less_so_that_it_lasts_no_longer
     assert finding.level is Level.RED
     answered, of = (int(word) for word in render(finding.says).split()[:3:2])
     assert answered == of in range(7, 20)
+
+
+def test_another_robot_of_the_list_with_its_serial_number_has_to_be_put_right(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    assert Topic.IDENTITY not in told(robot.check_ups.run(robot.id))
+    serial = robot.machine.serial_number
+    robots = robot.container.repositories.robots
+    for name, number in (("Veikko", serial), ("Sisu", serial), ("Lempi", "of another"), ("Onni", "")):
+        other = robot.container.catalogue.save_robot(Robot(name, f"http://{name}", "distributor"), password="distributor")
+        if number:                               # as its worker stores it once it has asked
+            robot.container.db.write(lambda c, other=other, number=number: robots.note_identity(c, other, serial_number=number))
+    report = robot.check_ups.run(robot.id)
+    assert told(report)[Topic.IDENTITY] is Level.RED
+    assert f"red identity: Its serial number {serial} is also that of Sisu, Veikko - They are one machine" in in_words(report)
+    assert robot.check_ups.report(robot.id) == report
 
 
 def test_no_answer_takes_no_time(monkeypatch):
