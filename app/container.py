@@ -141,8 +141,7 @@ class Container:
         self.mission_actions = MissionActionsReader(db, self.catalogue, self.snapshots, self.make_client, clock)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
                                  engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client,
-                                 robot_missions=self.robot_missions)
-
+                                 robot_missions=self.robot_missions, leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id))
         self.check_ups = CheckUps(db, clock=clock, ledger=self.ledger, holds=self.holds, alarms=self.alarms, changes=self.changes,
                                   settings=self.settings, make_client=self.make_client)
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)

@@ -51,6 +51,7 @@ def zone(value: Any, name: str) -> str:
 
 
 def one_of(value: Any, name: str, known: Iterable[str]) -> str:
-    if not isinstance(value, str) or value not in (choices := list(known)):
+    choices = list(known)
+    if not isinstance(value, str) or value not in choices:
         raise WrongValue(f"{name} must be one of {', '.join(choices)}.")
     return value

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 import sqlite3
 from collections.abc import Mapping
 from dataclasses import asdict, replace
@@ -11,8 +13,12 @@ from typing import Any, NamedTuple
 
 from app.domain.check_up import Finding, LeftBehind, Level, Report, Rest, RobotProfile, Topic
 from app.domain.message import Message, is_message
+from app.domain.robot import QueueState
 
 LONGEST = 10_000             # characters of a text in a profile
+YEARS = range(1970, 9000)    # of instants: far from where adding to one fails
+_STATES = {state.value.casefold(): state.value for state in QueueState if state is not QueueState.UNKNOWN}
+_CANCELLED = "Cancelled"     # of ``item_states`` as well
 
 
 class StoredCheckUp(NamedTuple):
@@ -44,6 +50,11 @@ class CheckUpRepository:
             c.execute("UPDATE check_ups SET left_behind = NULL WHERE robot_id = ?", (robot_id,))
         else:
             self._put(c, robot_id, "left_behind = excluded.left_behind", left.serial_number, left_behind=json.dumps(asdict(left)))
+
+    def leave_paused(self, c: sqlite3.Connection, robot_id: int) -> None:
+        """From now on its pause is a person's."""
+        c.execute("UPDATE check_ups SET left_behind = json_set(left_behind, '$.is_paused', json('false')) WHERE robot_id = ? "
+                  "AND left_behind IS NOT NULL", (robot_id,))
 
     @staticmethod
     def _put(c: sqlite3.Connection, robot_id: int, change: str, serial_number: str | None, **values: str) -> None:
@@ -80,23 +91,25 @@ def profile_of(text: str) -> RobotProfile:
         _check(found[name], bool)
     for name in ("page_limit", "order_status"):
         _check(found[name], int)
+        _require(found[name] is None or (found[name] >= 0 and found[name] != 1), f"{name} {found[name]}")      # pages of one have no order
     for name in ("clock_offset", "lost", "quiet_s", "timeout_s"):
-        found[name] = None if found[name] is None else float(found[name])
+        found[name] = None if found[name] is None else _finite(found[name], 0.0 if name != "clock_offset" else -math.inf)
     states = {_text(word): _text(state) for word, state in _object(found.pop("item_states")).items()}
+    for word, state in states.items():           # MiR's own words mean what they do
+        _require(state in (*_STATES.values(), _CANCELLED) and _STATES.get(word.casefold(), state) == state, f"item_states {word!r:.40}")
     return RobotProfile(
         **found, item_states=states, ignores=None if ignores is None else frozenset(map(_text, ignores)),
         latency=None if latency is None else _four(latency),
-        rest=None if rest is None else Rest(int(rest["requests"]), float(rest["seconds"])))
+        rest=None if rest is None else Rest(int(_finite(rest["requests"], 1.0)), _finite(rest["seconds"], 0.001)))
 
 
 def _report(found: Mapping[str, Any], profile: str | None) -> Report:
     findings = tuple(Finding(Topic(each["topic"]), Level(each["level"]), _message(each["says"]), _message(each["means"]))
                      for each in found["findings"])
     began_at = datetime.fromisoformat(found["began_at"])
-    if began_at.tzinfo is None:
-        raise ValueError("began_at has no zone")
-    return Report(_text(found["robot"]), _text(found["address"]), _text(found["model"]), began_at.astimezone(UTC), float(found["took_s"]),
-                  findings, profile_of(profile or ""), _text(found["mission"]), found["is_complete"] is True)
+    _require(began_at.tzinfo is not None and began_at.year in YEARS, f"began_at {began_at}")
+    return Report(_text(found["robot"]), _text(found["address"]), _text(found["model"]), began_at.astimezone(UTC),
+                  _finite(found["took_s"]), findings, profile_of(profile or ""), _text(found["mission"]), found["is_complete"] is True)
 
 
 def _without_profile(report: Report) -> dict[str, Any]:
@@ -112,8 +125,20 @@ def _left_behind(found: Any) -> LeftBehind:
     for name in ("serial_number", "mission", "queued"):
         _check(found[name], str)
     _check(found["hold"], int)
-    return LeftBehind(found["serial_number"], found["mission"], tuple(map(_text, found["tokens"])), int(found["queue_floor"]),
+    _require(found["mission"] is None or re.fullmatch(r"[\w-]+", found["mission"], re.ASCII), "mission")      # it goes into addresses
+    return LeftBehind(found["serial_number"], found["mission"], tuple(map(_text, found["tokens"])), int(_finite(found["queue_floor"])),
                       found["is_paused"] is True, found["queued"], found["hold"])
+
+
+def _require(condition: object, problem: str) -> None:
+    if not condition:
+        raise ValueError(problem)
+
+
+def _finite(value: Any, least: float = 0.0) -> float:
+    number = float(value)
+    _require(math.isfinite(number) and number >= least, f"{value!r:.40} is out of range")
+    return number
 
 
 def _object(value: Any) -> dict[str, Any]:
@@ -143,5 +168,5 @@ def _message(value: Any) -> Message:
 
 
 def _four(value: Any) -> tuple[float, float, float, float]:
-    one, two, three, four = map(float, value)
+    one, two, three, four = map(_finite, value)
     return one, two, three, four

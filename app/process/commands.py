@@ -27,7 +27,7 @@ from app.domain.message import render
 from app.domain.models import Execution, InvalidInput, State
 from app.failures import BadInput, Failure
 from app.mir.errors import RobotError
-from app.process import log_file
+from app.process import log_file, terminal
 from app.process.data_directory import DataDirectory
 from app.process.inbox import HolderGone, NoAnswer, ask
 from app.process.lock import InstanceLock
@@ -235,9 +235,10 @@ class _Reader:
 # ------------------------------------------------------------------ check-up
 def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
     """Prints the report, of one that is not complete as well; with ``--report`` it is written as a file too, or to stdout in its stead."""
+    terminal.end_as_interrupted()
     trial = None if options.with_mission is None else Trial(options.with_mission or None)
     if trial is not None and not options.yes and sys.stdin is not None and sys.stdin.isatty():
-        _ask(_moves(directory, options.check_up, trial))
+        terminal.ask(_moves(directory, options.check_up, trial))
 
     def check_up_here(container: Container) -> dict[str, Any]:
         try:
@@ -258,16 +259,9 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
         if file is not None:
             file.write(answer["document"])
     if options.report != "-":
-        print(answer["text"], end="")
+        _write("-", answer["text"].encode("utf-8"))
     _raise_for(answer)
     return 0
-
-
-def _ask(says: str) -> None:
-    """Whoever sits at a terminal is told what will happen on the robot, and asked. Elsewhere the option itself is the agreement."""
-    print(f"{says}\nGo on? [y/N] ", end="", file=sys.stderr, flush=True)
-    if sys.stdin.readline().strip().casefold() not in ("y", "yes"):
-        raise BadInput("nothing was asked of the robot")
 
 
 def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:

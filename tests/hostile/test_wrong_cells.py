@@ -4,6 +4,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from contextlib import closing
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from app.database.connection import DatabaseDamaged, DatabaseRefused
 from app.database.group_starts import GroupStartRepository, Watch
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 from app.domain import rules
+from app.domain.check_up import LeftBehind, Report, RobotProfile
 from app.domain.message import render
 from app.domain.models import DayException, Group, IdleRule, Mission, Place, Robot, Schedule, Trigger
 from app.services.catalogue.stored import problem_in
@@ -22,6 +24,19 @@ from tests.support.process import is_one_line, run
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 PIN_OF_HOURS = json.dumps({"salt": "00" * 16, "hash": "00" * 32, "n": 2**14, "r": 8, "p": 10_000})
+KNOWN = RobotProfile(None, None)
+
+
+def checked_up(column: str, **values: object) -> str:
+    """A statement: a check-up has this in that column."""
+    sound = {"profile": {**asdict(KNOWN), "ignores": None}, "left_behind": asdict(LeftBehind(None)),
+             "report": {**asdict(Report("Bad", "http://127.0.0.1:10", "", NOW, 60.0, (), KNOWN)), "began_at": NOW.isoformat()}}
+    text = json.dumps({**sound[column], **values})
+    columns = {"profile": json.dumps(sound["profile"]), column: text}
+    return f"INSERT INTO check_ups (robot_id, {', '.join(columns)}) SELECT id, {', '.join(map(repr, columns.values()))} FROM robots " \
+           "WHERE name = 'Bad'"
+
+
 # table, statement
 WRONG = {
     "an unknown identity": ("robots", "UPDATE robots SET identified_by = 'nonsense' WHERE name = 'Bad'"),
@@ -61,6 +76,20 @@ WRONG = {
     "a profile that is none": ("robots", "INSERT INTO check_ups (robot_id, profile) SELECT id, '[]' FROM robots WHERE name = 'Bad'"),
     "a check-up that is none": ("check_ups", "INSERT INTO check_ups (robot_id, report) SELECT id, '{}' FROM robots WHERE name = 'Bad'"),
     "what no check-up leaves": ("check_ups", "INSERT INTO check_ups (robot_id, left_behind) SELECT id, '7' FROM robots WHERE name = 'Bad'"),
+    "a page of a robot's list with less than nothing": ("robots", checked_up("profile", page_limit=-50)),
+    "pages of one entry, which have no order": ("robots", checked_up("profile", page_limit=1)),
+    "a time-out that is no number": ("robots", checked_up("profile", timeout_s=float("nan"))),
+    "a quiet time without end": ("robots", checked_up("profile", quiet_s=float("inf"))),
+    "an answer before the question": ("robots", checked_up("profile", latency=[-1.0, 0.1, 0.2, 0.3])),
+    "a rest of no requests": ("robots", checked_up("profile", rest={"requests": 0, "seconds": 10.0})),
+    "a word that means something else": ("robots", checked_up("profile", item_states={"Executing": "Done"})),
+    "a word that means nothing": ("robots", checked_up("profile", item_states={"Fertig": "Ready"})),
+    "a check-up that took no time": ("check_ups", checked_up("report", took_s=float("nan"))),
+    "a check-up at the end of time": ("check_ups", checked_up("report", began_at="9999-12-31T23:59:59-12:00")),
+    "a mission that was left elsewhere": ("check_ups", checked_up("left_behind", mission="../users/admin")),
+    "a way without end": ("executions", "UPDATE executions SET approach_m = 9e999"),
+    "a way of less than nothing": ("run_durations", "INSERT INTO run_durations VALUES (1, 'g', '2026-11-23T06:00:00Z', 1, 60.0, -1.0)"),
+    "a stop without end": ("mission_stops", "INSERT INTO mission_stops VALUES ('guid-1', 1, 'p', 'P', NULL, 9e999, 0.0)"),
     "a place of none": ("places", "UPDATE places SET most = -1"),
     "a place without end": ("sqlite_schema", "UPDATE places SET name = hex(zeroblob(500000))"),
     "a finish of ages": ("schedules", "UPDATE schedules SET finish_by_minutes = 4611686018427387904"),

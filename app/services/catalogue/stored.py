@@ -3,6 +3,7 @@ program wrote into it) would otherwise end all scheduling as soon as it is met."
 from __future__ import annotations
 
 import itertools
+import math
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, replace
@@ -11,7 +12,7 @@ from typing import Any
 
 from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
-from app.database.check_ups import CheckUpRepository
+from app.database.check_ups import YEARS, CheckUpRepository
 from app.database.errors import primary_code
 from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
@@ -32,7 +33,6 @@ LARGEST_ID = 2**53
 MOST_ROWS = 100_000          # of a table that is read as a whole
 MOST_ROBOTS = 1000           # each takes a thread and 300 kB
 LONGEST_TEXT = 100_000       # characters in a cell of it
-_YEARS = range(1970, 9000)   # of instants: far from where adding to one fails
 # What has a default of its own when it isn't known here.
 _FORGIVEN = ("timezone", "language", "theme", "holiday_country", "holiday_subdivision")
 
@@ -66,7 +66,7 @@ def _check_instants(found: Iterable[Any]) -> None:
     for each in found:
         for name, value in vars(each).items():
             if isinstance(value, datetime):
-                _require(value.year in _YEARS and (value.tzinfo is None) == (name == "start"), f"{name} {value}")
+                _require(value.year in YEARS and (value.tzinfo is None) == (name == "start"), f"{name} {value}")
 
 
 def _check_objects(*values: object) -> None:
@@ -180,10 +180,19 @@ def _alarms(c: sqlite3.Connection) -> None:
     _check_objects(*(alarm.details for alarm in found))
 
 
+def _lengths(c: sqlite3.Connection, table: str, *values: str) -> None:
+    """Metres. NULL: not known."""
+    for value in values:
+        wrong = c.execute(f"SELECT {value} FROM {table} WHERE {value} < 0 OR {value} >= 9e999 LIMIT 1").fetchone()
+        _require(wrong is None, f"{value} {wrong and wrong[0]}")
+
+
 def _executions(c: sqlite3.Connection) -> None:
     repository = ExecutionRepository()
     found = [*repository.open_all(c), *repository.page(c, ExecutionFilter(), None, LATEST)]
     _check_instants(found)
+    for each in found:
+        _require(each.approach_m is None or 0 <= each.approach_m < math.inf, f"approach_m {each.approach_m}")
     _check_objects(*itertools.chain.from_iterable((each.parameters, each.wait_details, each.choice, each.tried) for each in found))
     for robot_id, tried in itertools.chain.from_iterable(each.tried.items() for each in found):
         _check_objects(tried)
@@ -193,4 +202,6 @@ def _executions(c: sqlite3.Connection) -> None:
 _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {
     "sqlite_schema": _sizes, "sqlite_sequence": _sequences, "settings": _settings, "robots": _robots, "missions": _missions,
     "robot_groups": _groups, "places": _places, "schedules": _schedules, "skips": _skips, "watches": _watches,
+    "mission_stops": lambda c: _lengths(c, "mission_stops", "abs(x)", "abs(y)"),
+    "run_durations": lambda c: _lengths(c, "run_durations", "approach_m"),
     "check_ups": CheckUpRepository().check, "calendar_days": _calendar, "holds": _holds, "alarms": _alarms, "executions": _executions}

@@ -26,6 +26,7 @@ class Look:
         zone: IANA name of the zone that the plan is in.
         is_wanted: whether the check-up is to go on; asked between questions.
         told: called with how far it is.
+        same_machine: names of the other robots in the list that have this serial number.
         seen: fields of the robot's profile, by name.
         entries: the newest items of its queue when it was read, as they came.
     """
@@ -35,6 +36,7 @@ class Look:
     pause: Callable[[float], None] = time.sleep
     is_wanted: Callable[[], bool] = lambda: True
     told: Callable[[Progress], None] = lambda progress: None
+    same_machine: Callable[[str], Sequence[str]] = lambda serial_number: ()
     findings: list[Finding] = field(default_factory=list)
     seen: dict[str, Any] = field(default_factory=dict)
     entries: Sequence[Mapping[str, Any]] = ()

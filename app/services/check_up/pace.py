@@ -66,7 +66,7 @@ def _judge(look: Look, questions: int, lost: int, usual: float, slowest: float) 
 
 
 def load(look: Look, after_s: float, of_s: float) -> None:
-    """Ten seconds of as many questions as the app asks at its busiest, unless the robot is at work."""
+    """Ten seconds of as many questions as the app asks at its busiest, one after the other, unless the robot is at work."""
     try:
         before = look.probe.status()
     except RobotError:
@@ -77,7 +77,7 @@ def load(look: Look, after_s: float, of_s: float) -> None:
         return
     began, asked = look.probe.clock(), 0
     uptime, failed = before.uptime_s, False
-    while not failed and asked < LOAD_S * LOAD_A_SECOND:
+    while not failed and asked < LOAD_S * LOAD_A_SECOND and look.probe.clock() - began < LOAD_S:
         look.at(message("Asking as often as the app does at its busiest"), after_s + look.probe.clock() - began, of_s)
         asked += 1
         try:
@@ -86,7 +86,7 @@ def load(look: Look, after_s: float, of_s: float) -> None:
             failed = True
         look.pause(max(0.0, began + asked / LOAD_A_SECOND - look.probe.clock()))
     if not failed:
-        look.green(Topic.LOAD, message("It answered {n} questions within {seconds} s", n=asked, seconds=round(LOAD_S)))
+        look.green(Topic.LOAD, message("It answered {n} questions within {seconds} s", n=asked, seconds=round(look.probe.clock() - began)))
         return
     has_booted = _came_back_anew(look, uptime, after_s, of_s)
     seconds = max(1.0, look.probe.clock() - began)

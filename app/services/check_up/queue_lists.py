@@ -84,7 +84,7 @@ class QueueLists:
         is_whole = not page.rows or all(parse.is_whole_item(entry) or "mission_id" in entry for entry in page.rows)
         if not is_whole:
             self._ignores.add("whitelist")
-        self._look.seen["page_limit"] = limit if limit or there >= PAGE else None
+        self._look.seen["page_limit"] = limit if limit > 1 or (not limit and there >= PAGE) else None        # pages of one have no order
         if limit:
             self._look.amber(Topic.PAGING, message("A list has {n} entries at most, whatever is asked for", n=limit),
                              message("The app reads page after page. Nothing to do."))

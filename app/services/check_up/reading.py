@@ -64,7 +64,12 @@ def read_robot(look: Look) -> Identity | None:
 
 
 def _identity(look: Look, identity: Identity) -> None:
-    if identity.identified_by is IdentifiedBy.ADDRESS:
+    if identity.serial_number and (others := look.same_machine(identity.serial_number)):
+        look.red(Topic.IDENTITY, message("Its serial number {number} is also that of {robots}", number=identity.serial_number,
+                                         robots=", ".join(others)),
+                 message("They are one machine, or one of their addresses is wrong: what is planned for each meets in one queue. Correct "
+                         "the address, or remove one of them."))
+    elif identity.identified_by is IdentifiedBy.ADDRESS:
         look.amber(Topic.IDENTITY, message("It is known by its address only, as it shows no serial number without a password"),
                    message("Another machine at this address would be sent the password. A fixed address for the robot, or https, helps."))
     else:

@@ -106,6 +106,8 @@ class CheckUps:
              is_wanted: Callable[[], bool]) -> Report:
         began_at, began, whole = self._clock.now(), self._clock.monotonic(), self.length_s(trial)
         look = self._look(client, is_wanted, lambda progress: told(replace(progress, done=min(progress.done, whole), of=whole)))
+        look.same_machine = lambda serial_number: sorted(
+            each.name for each in self._robots.all(self._db.read()) if each.serial_number == serial_number and each.id != robot.id)
         if robot.known is not None and robot.known.rest is not None:
             look.probe.spare(robot.known.rest.requests, robot.known.rest.seconds)
         identity: Identity | None = None
@@ -133,6 +135,10 @@ class CheckUps:
         robot = self._robot(robot_id)
         with self._alone_with(robot), self._client(robot) as client:
             return self._trials.tidy(self._look(client), robot)
+
+    def leave_paused(self, robot_id: int) -> None:
+        """A person presses Pause: a trial under way ends, and whatever is put back, the robot stays in Pause."""
+        self._trials.leave_paused(robot_id)
 
     def _tidied(self, robot: Robot, client: RobotClient) -> Message | None:
         try:

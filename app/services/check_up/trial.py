@@ -153,6 +153,7 @@ class TrialRun:
         return self._shows(lambda state: state is RobotState.PAUSE)
 
     def _release(self) -> None:
+        self._look.check_is_wanted()             # a person may have pressed Pause
         set_state(self._look, RobotState.READY)
         if self._shows(lambda state: state is not RobotState.PAUSE):
             self._left = with_pause(self._left, False, self._note)

@@ -43,6 +43,7 @@ class Trials:
                  settings: Callable[[], Settings]) -> None:
         self._db, self._clock, self._ledger, self._holds, self._alarms, self._settings = db, clock, ledger, holds, alarms, settings
         self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
+        self._stays_paused = set[int]()          # robots on which a person has pressed Pause since their trial began
 
     @staticmethod
     def length_s(agreed: Trial | None) -> float:
@@ -77,6 +78,9 @@ class Trials:
             return False
         made = None if queued else str(uuid.uuid4())
         left = self._hold(robot, LeftBehind(identity.serial_number or robot.serial_number, made, trial.tokens(), floor, queued=queued))
+        is_wanted = look.is_wanted
+        look.is_wanted = lambda: is_wanted() and robot.id not in self._stays_paused
+        self._stays_paused.discard(robot.id)
         run = trial.TrialRun(look, left, self._noting(robot, left.hold), reading.length_s(), self.length_s(agreed))
         try:
             judge(look, seen := run.run(), identity.user_name)
@@ -103,6 +107,9 @@ class Trials:
 
     def _finish(self, look: Look, robot: Robot, left: LeftBehind, user: str) -> None:
         """Everything as it was, and a finding of it."""
+        stays_paused = robot.id in self._stays_paused
+        if stays_paused:
+            left = replace(left, is_paused=False)
         try:
             is_in_error = look.probe.status().state is RobotState.ERROR
             problem = self._put_back(look, robot, left, user)
@@ -115,8 +122,16 @@ class Trials:
         elif is_in_error:
             look.red(Topic.LEFT, message("Nothing of the trial is left on it, but it stands with an error"),
                      message("Look at the robot, then reset the error there or in the app."))
+        elif stays_paused:
+            look.green(Topic.LEFT, message("Nothing of the trial is left on it; it stands in Pause, as somebody wanted"))
         else:
             look.green(Topic.LEFT, message("It is as it was before: nothing is queued, no mission was left, it is not paused"))
+
+    def leave_paused(self, robot_id: int) -> None:
+        """A person presses Pause: it is theirs from now on, and a trial under way ends."""
+        if robot_id in self.left_behind():
+            self._stays_paused.add(robot_id)
+            self._db.write(lambda c: self._check_ups.leave_paused(c, robot_id))
 
     # ------------------------------------------------------------------ what was cut off
     def left_behind(self) -> Mapping[int, LeftBehind]:

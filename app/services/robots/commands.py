@@ -42,10 +42,11 @@ ClientFactory = Callable[[Robot], RobotClient]
 
 class Operator:
     def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, engine: Engine,
-                 holds: Holds, settings: Callable[[], Settings], make_client: ClientFactory, robot_missions: RobotMissions) -> None:
+                 holds: Holds, settings: Callable[[], Settings], make_client: ClientFactory, robot_missions: RobotMissions,
+                 leave_paused: Callable[[int], None]) -> None:
         self._db, self._robots, self._missions = db, robots, missions
         self._ledger, self._clock, self._engine, self._settings, self._make_client = ledger, clock, engine, settings, make_client
-        self._holds, self._robot_missions = holds, robot_missions
+        self._holds, self._robot_missions, self._leave_paused = holds, robot_missions, leave_paused
 
     # ------------------------------------------------------------------ missions
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
@@ -180,6 +181,7 @@ class Operator:
 
     # ------------------------------------------------------------------ the robot
     def pause(self, robot_id: int) -> None:
+        self._leave_paused(robot_id)             # a check-up would release it
         self._set_state(robot_id, RobotState.PAUSE)
 
     def resume(self, robot_id: int) -> None:

@@ -114,12 +114,24 @@ def test_to_stdout_the_file_comes_alone_so_that_a_program_can_read_it(data, robo
     assert json.loads(out)["report"]["robot"] == robot.name
 
 
+def test_a_report_that_nobody_takes_is_said_in_one_line(data, robot):
+    process = start(data, "--check-up", robot.name)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    err = process.stderr.read()
+    assert process.wait(WITHIN) == 2
+    assert is_one_line(err)
+    assert "stdout can't be written: Broken pipe" in err
+    assert kept(data) is not None
+
+
 def at_a_terminal(data, *arguments, answer: str) -> tuple[int, str]:
     """The exit code, and what stood on stderr."""
     ours, terminal = pty.openpty()
     try:
         process = start(data, *arguments, stdin=terminal)
-        os.write(ours, f"{answer}\n".encode())
+        os.write(ours, answer.encode())
         _out, err = process.communicate(timeout=60)
         return process.returncode, err
     finally:
@@ -127,11 +139,29 @@ def at_a_terminal(data, *arguments, answer: str) -> tuple[int, str]:
         os.close(terminal)
 
 
-def test_whoever_sits_at_a_terminal_is_asked_before_anything_moves(data, robot):
-    code, err = at_a_terminal(data, "--check-up", robot.name, "--with-mission", answer="")
+@pytest.mark.parametrize("answer", ["\n", "n\n", "\x04"])         # the last one ends the input
+def test_whoever_sits_at_a_terminal_is_asked_before_anything_moves(data, robot, answer):
+    code, err = at_a_terminal(data, "--check-up", robot.name, "--with-mission", answer=answer)
     assert code == 2
     assert f"{robot.name} gets a mission that waits a second" in err
     assert err.endswith("nothing was asked of the robot\n")
+    assert queue(robot) == []
+
+
+def test_who_interrupts_the_question_is_told_that_nothing_was_done(data, robot):
+    ours, terminal = pty.openpty()
+    process = start(data, "--check-up", robot.name, "--with-mission", stdin=terminal)
+    try:
+        assert process.stderr is not None
+        asked = process.stderr.readline() + process.stderr.read(len("Go on? [y/N] "))
+        process.send_signal(signal.SIGINT)
+        _out, err = process.communicate(timeout=WITHIN)
+    finally:
+        process.kill()
+        os.close(ours)
+        os.close(terminal)
+    assert asked.endswith("Go on? [y/N] ")
+    assert (process.returncode, err) == (2, "\nmain.py: nothing was asked of the robot\n")
     assert queue(robot) == []
 
 
@@ -227,14 +257,15 @@ def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data
         wait_for(lambda: missions(robot) == before and robot.state()["state_id"] == 3, within=WITHIN)
 
 
-@pytest.mark.parametrize("is_beside_an_app", [False, True])
-def test_who_interrupts_it_leaves_nothing(data, robot, is_beside_an_app):
+@pytest.mark.parametrize(("number", "is_beside_an_app"), [
+    (signal.SIGINT, False), (signal.SIGINT, True), (signal.SIGTERM, False), (signal.SIGHUP, False), (signal.SIGHUP, True)])
+def test_who_interrupts_it_or_closes_its_terminal_leaves_nothing(data, robot, number, is_beside_an_app):
     before = missions(robot)
     with headless(data) if is_beside_an_app else nullcontext():
         process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
         try:
             wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
-            process.send_signal(signal.SIGINT)
+            process.send_signal(number)
             out, err = process.communicate(timeout=WITHIN)
         finally:
             process.kill()

@@ -6,7 +6,8 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.check_up import Level, Topic, Trial
+from app.database.check_ups import CheckUpRepository
+from app.domain.check_up import LeftBehind, Level, Topic, Trial
 from app.domain.message import render
 from app.domain.models import Group, InvalidInput, Reason, ReasonCode, State, Trigger
 from app.domain.reasons import sentence
@@ -198,3 +199,41 @@ def test_a_person_ends_it_and_the_robot_is_as_it_was(site, check_ups, robot):
     assert not site.container.holds.current()
     assert not check_ups.left_behind()
     assert check_ups.report(robot.id) is None
+
+
+# ---------------------------------------------------------------------- a person presses Pause in the app meanwhile
+@pytest.mark.parametrize("says", ["Queueing missions", "Waiting until the missions have ended"])
+@pytest.mark.parametrize("is_again", [False, True])
+def test_a_persons_pause_ends_it_and_stays(site, robot, says, is_again):
+    """Whether the trial has paused the robot at that moment or not."""
+    c, pressed = site.container, []
+
+    def told(progress):
+        if render(progress.says) == says:
+            pressed.append(site.clock.now())
+            if len(pressed) == (3 if is_again else 1) or (is_again and says == "Queueing missions"):
+                c.operator.pause(robot.id)
+
+    check_ups = c.check_ups
+    check_ups._clock = check_ups._trials._clock = RunningClock(site)
+    site.run(10)
+    report = check_ups.run(robot.id, Trial("Deliver"), told)
+    assert pressed
+    assert site.machines["R1"].paused
+    assert not report.is_complete
+    assert not [item for item in site.machines["R1"].queue if str(item.state) in ("Pending", "Executing")]
+    [left] = [finding for finding in report.findings if finding.topic is Topic.LEFT]
+    assert (left.level, render(left.says)) == (Level.GREEN, "Nothing of the trial is left on it; it stands in Pause, as somebody wanted")
+    assert not check_ups.left_behind()
+    assert not c.holds.current()
+
+
+def test_a_persons_pause_after_it_was_cut_off_stays(site, robot):
+    c = site.container
+    site.run(10)
+    left = LeftBehind(site.machines["R1"].serial_number, None, ("a", "a", "b", "c"), 0, is_paused=True, queued=None)
+    c.db.write(lambda connection: CheckUpRepository().note_left_behind(connection, robot.id, left))
+    c.operator.pause(robot.id)
+    assert c.check_ups.tidy(robot.id) is None
+    assert site.machines["R1"].paused
+    assert not c.check_ups.left_behind()

@@ -1,6 +1,7 @@
 """What a check-up reads: each deviant is named by the topics that it differs in and by no other, and nothing is written to a robot."""
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from itertools import pairwise
 
@@ -8,13 +9,15 @@ import pytest
 
 from app.domain.check_up import Level, Topic
 from app.domain.message import render
+from app.domain.models import Robot
 from app.mir.errors import Unreachable
 from app.mir.transport import Response
 from app.services.check_up.look import NotWanted
-from app.services.check_up.pace import measure
+from app.services.check_up.pace import load, measure
 from app.services.check_up.reading import read_robot
 from mir_sim import DEVIANTS, deviant
 from tests.support.asked_robot import AskedRobot
+from tests.support.checked_robot import CheckedRobot
 
 READ = [topic for topic in Topic if not topic.is_tried]
 # The topics that are not green, besides the certificate: the simulator speaks http.
@@ -68,6 +71,19 @@ def test_each_deviant_is_named_by_what_differs(name):
     assert robot.writes == []
 
 
+def test_a_robot_that_is_slow_to_answer_is_told_how_many_questions_it_bore_in_what_time():
+    robot = AskedRobot(deviant("slow-disk"))
+    look = robot.look()
+    began = robot.clock.now()
+    load(look, 0.0, 60.0)
+    took = (robot.clock.now() - began).total_seconds()
+    [finding] = look.findings
+    found = re.fullmatch(r"It answered (\d+) questions within (\d+) s", render(finding.says))
+    assert found is not None
+    assert 2 <= int(found[1]) <= 5
+    assert 10 <= int(found[2]) <= took < 30
+
+
 def test_a_robot_that_is_slow_to_answer_is_asked_less_so_that_it_lasts_no_longer():
     robot = AskedRobot(deviant("slow-disk"))
     look = robot.look()
@@ -78,6 +94,21 @@ def test_a_robot_that_is_slow_to_answer_is_asked_less_so_that_it_lasts_no_longer
     assert finding.level is Level.RED
     answered, of = (int(word) for word in render(finding.says).split()[:3:2])
     assert answered == of in range(7, 20)
+
+
+def test_another_robot_of_the_list_with_its_serial_number_has_to_be_put_right(tmp_path):
+    robot = CheckedRobot(tmp_path)
+    assert Topic.IDENTITY not in told(robot.check_ups.run(robot.id))
+    serial = robot.machine.serial_number
+    robots = robot.container.repositories.robots
+    for name, number in (("Veikko", serial), ("Sisu", serial), ("Lempi", "of another"), ("Onni", "")):
+        other = robot.container.catalogue.save_robot(Robot(name, f"http://{name}", "distributor"), password="distributor")
+        if number:                               # as its worker stores it once it has asked
+            robot.container.db.write(lambda c, other=other, number=number: robots.note_identity(c, other, serial_number=number))
+    report = robot.check_ups.run(robot.id)
+    assert told(report)[Topic.IDENTITY] is Level.RED
+    assert f"red identity: Its serial number {serial} is also that of Sisu, Veikko - They are one machine" in in_words(report)
+    assert robot.check_ups.report(robot.id) == report
 
 
 def test_no_answer_takes_no_time(monkeypatch):

@@ -277,3 +277,13 @@ def test_on_a_slow_robot_the_plan_is_held_back_to_the_end(tmp_path):
     robot.asked.before = look
     assert robot.check_ups.run(robot.id, Trial()).is_complete
     assert unheld == []
+
+
+@pytest.mark.parametrize("limit", [1, 2, 50])
+def test_what_is_stored_of_short_pages_can_be_read_again(tmp_path, limit):
+    robot = CheckedRobot(tmp_path, page_limit=limit)
+    robot.check_ups.run(robot.id, Trial())
+    known = robot.container.catalogue.robot(robot.id).known
+    assert known is not None
+    assert known.page_limit == (limit if limit > 1 else None)
+    assert problem_in(robot.container.db.read()) is None

@@ -27,6 +27,8 @@ def asker(**document: Any) -> Asker:
     ({"sotfware": "3.5.4"}, "A profile has no 'sotfware'; known are about, software,"),
     ({"about": 1}, "about must be a text."),
     ({"software": "9.9"}, "software must be one of 2.14.7, 3.5.4, 3.8.1."),
+    ({"software": 3.5}, "software must be one of 2.14.7, 3.5.4, 3.8.1."),
+    ({"ignores": [["sort_by"]]}, "each of ignores must be one of whitelist, sort_by, limit, offset, filters."),
     ({"timezone": "Mars/Crater"}, "timezone must be a time zone such as Europe/Helsinki, not 'Mars/Crater'."),
     ({"timezone": ["x"]}, "timezone must be a text."),
     ({"clock_offset": "late"}, "clock_offset must be a number from -1000000 to 1000000."),
