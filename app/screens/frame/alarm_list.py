@@ -36,10 +36,10 @@ from app.screens.frame.view import OpenIssue, issue_entry, late_line, open_issue
 from app.services.live.alarms import LONGEST_NOTE
 from app.widgets import load_kv
 from app.widgets.dialogs import Dialog, FormDialog
-from app.widgets.lists import Row
+from app.widgets.lists import RecycledRow, Row
 from app.widgets.surfaces import TonedSurface
 
-PAGE = 50                                # past alarms shown at first, and added by each press
+PAGE = 50                                # past alarms that are read at first, and whenever the last one comes into sight
 SECOND_TAP = 1.0                         # s within which it is the same press, and in which nobody has read what has just come
 EMPTY: Mapping[str, Callable[[], str]] = {
     "open": lambda: _("No alarms. Everything is as it should be."),
@@ -50,7 +50,7 @@ EMPTY: Mapping[str, Callable[[], str]] = {
 Do = Callable[[Act, int | None], object]
 
 
-class AlarmRow(Row, TonedSurface):
+class AlarmRow(RecycledRow, TonedSurface):
     """One alarm, or several with one cause: what, its state, since when, how often, what to do, what was noted.
     ``action`` is the word of its button."""
     icon = StringProperty()
@@ -91,11 +91,10 @@ class AlarmsDialog(Dialog):
     rows = ListProperty()
     empty = StringProperty()             # shown where there are no rows
     count = StringProperty()             # under the past ones
-    more = StringProperty()              # the word of the button that shows further ones
     unseen = ListProperty()              # keys of the rows that nobody has acknowledged
     all_word = StringProperty()          # of the button that acknowledges those on screen
 
-    __events__ = ("on_row", "on_show_more", "on_acknowledge")
+    __events__ = ("on_row", "on_end", "on_acknowledge")
 
     def __init__(self, **kwargs: Any) -> None:
         load_kv("frame/alarm_list")
@@ -106,7 +105,7 @@ class AlarmsDialog(Dialog):
         for name in ("rows", "unseen"):
             self.fbind(name, self._look)
         for name in ("scroll_y", "size", "pos", "content_height"):
-            self.ids.alarm_page.fbind(name, self._look)
+            self.ids.alarm_rows.fbind(name, self._look)
 
     def on_rows(self, *_args: Any) -> None:
         now = Clock.get_time() if self._came else 0.0
@@ -114,10 +113,10 @@ class AlarmsDialog(Dialog):
 
     def _in_sight(self) -> list[object]:
         """Of the rows that nobody has acknowledged those that are wholly on screen, or fill the page."""
-        page, unseen = self.ids.alarm_page, set(self.unseen)
+        page, unseen = self.ids.alarm_rows, set(self.unseen)
         bottom = page.to_window(*page.pos)[1]
         found = []
-        for row in self.ids.alarm_rows.children:
+        for row in page.whole_rows:
             low = row.to_window(*row.pos)[1]
             shown = min(low + row.height, bottom + page.height) - max(low, bottom)
             if row.key in unseen and shown >= min(row.height, page.height) - 1:
@@ -142,8 +141,8 @@ class AlarmsDialog(Dialog):
     def on_row(self, key: tuple[str, int], action: str, *values: Any) -> None:
         """The button or the menu of a row was pressed."""
 
-    def on_show_more(self) -> None:
-        """Further past alarms are wanted."""
+    def on_end(self) -> None:
+        """The last of the rows is in sight."""
 
 
 class NoteDialog(FormDialog):
@@ -181,7 +180,7 @@ class AlarmList:
             return
         self._wanted, self._unfolded = PAGE, {unfold} if unfold is not None else set()
         self._dialog = dialog = AlarmsDialog()
-        dialog.bind(on_dismiss=self._closed, on_row=self._row_used, on_acknowledge=self._acknowledge, on_show_more=self._show_more,
+        dialog.bind(on_dismiss=self._closed, on_row=self._row_used, on_acknowledge=self._acknowledge, on_end=self._read_on,
                     tab=lambda *_args: self._tab_chosen())
         self._show()
         self._shell.dialogs.open(dialog)
@@ -216,7 +215,6 @@ class AlarmList:
         empty = "put_off" if dialog.tab == "open" and off else dialog.tab
         dialog.empty = "" if dialog.rows or (is_past and self._past is None) else EMPTY[empty]()
         dialog.count = past_count(len(entries), self._past_total) if is_past and entries else ""
-        dialog.more = _("Show more") if is_past and entries and len(entries) < self._past_total else ""
 
     def _is_unfolded(self, group: Together) -> bool:
         return len(group) > 1 and any(alarm.id in self._unfolded for alarm in group)
@@ -246,9 +244,10 @@ class AlarmList:
         self.changed()
         self._show()
 
-    def _show_more(self, _dialog: AlarmsDialog) -> None:
-        self._wanted += PAGE
-        self._read_past()
+    def _read_on(self, dialog: AlarmsDialog) -> None:
+        if dialog.tab == "past" and self._past is not None and self._wanted <= len(self._past) < self._past_total:
+            self._wanted += PAGE
+            self._read_past()
 
     def _read_past(self) -> None:
         wanted = self._wanted

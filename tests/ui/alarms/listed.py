@@ -29,7 +29,9 @@ def menu(ui, of: AlarmRow, word: str) -> None:
 
 
 def wait_for_rows(ui, count: int) -> None:
-    ui.wait(lambda: len(ui.find_all(AlarmRow)) == count)
+    """In sight or not."""
+    ui.wait(lambda: len(ui.find(AlarmsDialog).rows) == count)
+    ui.advance()
 
 
 def silence(alarms, ui, count: int = 6) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from app.domain.models import Robot
 from app.screens.frame import alarm_list as frame_alarms
-from app.screens.frame.alarm_list import AlarmsDialog, NoteDialog
+from app.screens.frame.alarm_list import AlarmRow, AlarmsDialog, NoteDialog
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import Menu
 from app.widgets.fields import FormField
@@ -150,24 +150,22 @@ def test_a_group_is_acknowledged_shelved_and_taken_back_in_one_go(app, alarms, u
 
 
 # ---------------------------------------------------------------------- the past
-def test_the_past_is_shown_page_by_page_with_its_count(app, alarms, ui, monkeypatch):
-    monkeypatch.setattr(frame_alarms, "PAGE", 3)
-    for number in range(7):
+def test_the_past_is_read_page_by_page_as_it_is_scrolled_with_its_count(app, alarms, ui, monkeypatch):
+    monkeypatch.setattr(frame_alarms, "PAGE", 12)
+    for number in range(30):
         alarms.raise_("app_was_off", str(number))
     for alarm in alarms.open():
         alarms.acknowledge(alarm.id)
     ui.wait(lambda: ui.find(TopBar).bell_count == "")
     dialog = open_list(ui)
     ui.tap(tab(ui, "past"))
-    wait_for_rows(ui, 3)
-    assert dialog.count == "The newest 3 of 7"
-    ui.tap(ui.find(CommandButton, dialog, text="Show more"))
-    wait_for_rows(ui, 6)
-    dialog.ids.alarm_page.scroll_y = 0
-    ui.advance(.1)
-    ui.tap(ui.find(CommandButton, dialog, text="Show more"))
-    wait_for_rows(ui, 7)
-    assert (dialog.count, dialog.more) == ("7 past alarms", "")
+    for count, words in ((12, "The newest 12 of 30"), (24, "The newest 24 of 30"), (30, "30 past alarms")):
+        ui.wait(lambda count=count: len(dialog.rows) == count)
+        ui.advance(1)
+        assert (len(dialog.rows), dialog.count) == (count, words)        # no more is read than is looked at
+        assert len(ui.find_all(AlarmRow)) < 12
+        assert checks.problems(dialog) == []
+        dialog.ids.alarm_rows.scroll_y = 0
 
 
 # ---------------------------------------------------------------------- holds, and the way to where it is solved

@@ -44,7 +44,7 @@ def test_what_is_out_of_sight_is_not_acknowledged(app, alarms, ui):
     ui.wait(lambda: ui.find(TopBar).bell_count == "9")
     dialog = open_list(ui)
     wait_for_rows(ui, 9)
-    page = dialog.ids.alarm_page
+    page = dialog.ids.alarm_rows
     page.scroll_y = .5                                        # rows are cut off above and below
     ui.advance(.2)
     shown = [each.text for each in ui.find_all(AlarmRow) if page.to_window(*page.pos)[1] <= each.to_window(*each.pos)[1]
