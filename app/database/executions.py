@@ -214,7 +214,8 @@ class ExecutionRepository:
 
     def drop_oldest(self, c: sqlite3.Connection, surplus: Surplus) -> Surplus:
         """Delete the oldest of that many ended rows of each kind, 100 at most; returns how many are left to delete. Open rows are never
-        deleted, nor what a robot has of ours while an outcome there is unknown, nor what may still come to a robot."""
+        deleted, nor what a robot has of ours while what it has of another start is still to be judged, nor what may still come to a
+        robot."""
         return Surplus(*(number - self._drop_oldest(c, kind, number) for kind, number in zip((_RUN, _NOT_RUN), surplus, strict=True)))
 
     @staticmethod
@@ -222,7 +223,12 @@ class ExecutionRepository:
         if not number:
             return 0
         return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE ended_at IS NOT NULL AND {kind}
-                             AND coalesce(robot_id, 0) NOT IN (SELECT robot_id FROM executions WHERE {OPEN} AND state = 'submitting')
+                             AND coalesce(robot_id, 0) NOT IN (
+                                 SELECT robot_id FROM executions WHERE {OPEN} AND state = 'submitting'
+                                 UNION ALL SELECT robot_id FROM executions
+                                 WHERE {OPEN} AND state = 'waiting' AND robot_id IS NOT NULL AND queue_floor IS NOT NULL
+                                 UNION ALL SELECT CAST(key AS INTEGER) FROM executions, json_each(iif(json_valid(tried), tried, '[]'))
+                                 WHERE {OPEN} AND state = 'waiting' AND group_id IS NOT NULL)
                              AND id NOT IN (SELECT execution_id FROM watches)
                              ORDER BY ended_at, id LIMIT ?)""", (min(number, PRUNED_AT_ONCE),)).rowcount
 

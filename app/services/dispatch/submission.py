@@ -343,6 +343,8 @@ class Submission:
             self._accepted(intent, queue_id)
 
     def _accepted(self, intent: Execution, queue_id: int) -> None:
+        if self._seen.highest is not None:           # what others start here from now on lies above
+            self._seen.highest = max(self._seen.highest, queue_id)
         self.attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id))
 
     # ------------------------------------------------------------------ in doubt

@@ -255,3 +255,68 @@ def test_with_a_history_of_one_row_and_of_all_robots_of_a_group_are_sent_the_sam
     short, long = posts_of_group(story, 1), posts_of_group(story, None)
     assert [(robot, mission) for robot, _at, mission in short] == [(robot, mission) for robot, _at, mission in long]
     assert [at for _robot, at, _mission in short] == pytest.approx([at for _robot, at, _mission in long], abs=1.0)
+
+
+# ---------------------------------------------------------------------- robots that forget whose an item is
+@pytest.fixture
+def forgetful(plant):
+    """By mission, user and number it is judged there which item is a start's, and so by which ones others have."""
+    plant.site.network.forgets_descriptions = True
+    plant.site.container.catalogue.change_settings(poll_interval_seconds=600)
+    return plant
+
+
+def missions_of(plant):
+    plant.site.machines["R1"].catch_up()
+    return len([item for item in plant.site.machines["R1"].queue if item.finished])
+
+
+def test_an_item_of_a_start_that_is_forgotten_is_not_taken_for_a_later_one(forgetful):
+    """The later one's first try was refused, and before its second one the robot is asked what it has of it."""
+    site = forgetful.site
+    forgetful.plan("Earlier", "06:05")
+    forgetful.plan("Later", "06:10")
+    site.run(598)
+    assert "Earlier" not in [row.schedule for row in site.executions()]
+    site.network.next("POST", "/mission_queue", Fate.REFUSED, robot="R1")
+    site.run(120)
+    assert missions_of(forgetful) == 2
+
+
+def test_nor_is_that_of_one_that_ran_while_the_other_waited_for_its_second_try(forgetful):
+    site = forgetful.site
+    forgetful.plan("Waits", "06:05", minimum_battery_percent=50, start_window_minutes=60)
+    forgetful.plan("Runs", "06:06")
+    site.run(298)
+    site.network.next("POST", "/mission_queue", Fate.REFUSED, robot="R1")
+    site.run(2.5)
+    site.machines["R1"].set_battery(30)
+    site.run(600)
+    assert missions_of(forgetful) == 1
+    site.machines["R1"].set_battery(90)
+    site.run(240)
+    assert missions_of(forgetful) == 2
+
+
+def test_nor_where_any_robot_of_a_group_may_have_the_other(tmp_path):
+    """It was given back by one that refused the connection, and waits for none in particular."""
+    hall = Hall(tmp_path, robots=2)
+    hall.container.catalogue.change_settings(history_limit=1, poll_interval_seconds=600)
+    hall.network.forgets_descriptions = True
+    hall.plan("Waits", "2026-11-23T06:05", minimum_battery_percent=50, start_window_minutes=60)
+    for minute in (12, 13, 14):
+        for name in hall.machines:
+            hall.plan(f"Runs on {name} at {minute}", f"2026-11-23T06:{minute}", group_id=None, robot_id=hall.robot(name).id)
+    hall.run(299.5)
+    hall.network.next("POST", "/mission_queue", Fate.REFUSED, count=2)
+    hall.run(1)
+    hall.run_until(lambda: len(hall.run_of("Waits").tried) == 2, within=30)
+    for machine in hall.machines.values():
+        machine.set_battery(30)
+    hall.run(780)
+    assert len(hall.items()) == 6
+    for machine in hall.machines.values():
+        machine.set_battery(90)
+    hall.run(240)
+    assert len(hall.items()) == 7
+    hall.switch_off()
