@@ -31,6 +31,7 @@ log = logging.getLogger(__name__)
 
 READY_FOR, READY_WITHIN = 3.0, 120.0     # s that a robot must have stood ready; that is waited for
 REQUESTS = 100               # of a trial, about: each takes so much longer where the robot is slow
+TRIES, AGAIN_AFTER = 4, 3.0              # to put a robot back at the end, s between them
 MINUTES = timedelta(minutes=10)          # after a trial began, in which whoever agreed to it expects the robot to be released
 HOLD = message("Check-up")["msgid"]      # reason of the hold that keeps the plan's starts back meanwhile, translated where it is shown
 NONE = 0                     # the id of no hold
@@ -110,11 +111,17 @@ class Trials:
         stays_paused = robot.id in self._stays_paused
         if stays_paused:
             left = replace(left, is_paused=False)
-        try:
-            is_in_error = look.probe.status().state is RobotState.ERROR
-            problem = self._put_back(look, robot, left, user)
-        except RobotError as error:
-            problem, is_in_error = error.message, False
+        is_in_error = False
+        for tries_left in reversed(range(TRIES)):
+            try:
+                is_in_error = look.probe.status().state is RobotState.ERROR
+                problem = self._put_back(look, robot, left, user)
+                break
+            except RobotError as error:
+                problem = error.message
+            if tries_left:                       # a command that ends now leaves it so until the app is started
+                self._clock.sleep(AGAIN_AFTER)
+                left = self.left_behind().get(robot.id, left)
         if problem is not None:
             self._tell(robot, problem)
             look.red(Topic.LEFT, message("It is not as it was before: {problem}", problem=problem),
