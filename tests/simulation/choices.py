@@ -305,9 +305,9 @@ class ChoiceSite(Site):
 
     @staticmethod
     def _was_overlapped(row: Execution, rows: list[Execution]) -> bool:
-        """Whether a late start of the same schedule was still with the robot, which it has executed."""
+        """Whether an earlier start of the same schedule, whose runs don't overlap, was still with the robot, or may have been."""
         return row.reason is not None and row.reason.code is ReasonCode.OVERLAP and any(
-            other.schedule == row.schedule and other.planned_at < row.planned_at and other.state is State.COMPLETED
+            other.schedule == row.schedule and other.planned_at < row.planned_at and other.attempts > 0
             and other.ended_at is not None and other.ended_at > row.planned_at for other in rows)
 
     def _is_told(self, row: Execution) -> bool:
