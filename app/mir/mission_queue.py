@@ -165,8 +165,9 @@ class QueueReader:
 
     def _pages(self, method: str, path: str, body: Any, wanted: Wanted, floor: int | None) -> Iterator[parse.Object]:
         """Each wanted entry once, whether or not the robot supports filter, order, limit and offset. A page that is shorter than what was
-        asked for is the last one only where it reaches down to the ``floor``: there are robots that give no more than 50 at once."""
-        seen: set[int] = set()
+        asked for is the last one only where it reaches down to the ``floor``: there are robots that give no more than 50 at once. One entry
+        shows no order, so a single one that is not wanted does not say that those after it are not."""
+        seen: dict[int, None] = {}                                # in the order in which they came
         self._does_sort = self._is_complete = True
         while len(seen) < MOST_ITEMS:
             query = {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page), "offset": str(len(seen))}
@@ -176,15 +177,17 @@ class QueueReader:
             if len(seen) + len(found) > MOST_ITEMS:               # a robot that does not page
                 break
             yield from found
-            is_sorted = list(page) == sorted(page, reverse=True)
+            seen |= dict.fromkeys(page)
+            shown = list(seen if len(page) == 1 else page)
+            is_sorted = shown == sorted(shown, reverse=True)
             self._does_sort &= is_sorted
-            seen |= page.keys()
-            is_all = floor is None or not self._limits_pages or (self._does_sort and min(seen, default=floor) <= floor + 1)
+            has_order = self._does_sort and (len(seen) > 1 or bool(found))
+            is_all = floor is None or not self._limits_pages or (has_order and min(seen) <= floor + 1)
             if page and not fresh:                                # it gives one page only
                 self._is_complete = is_all
                 return
             is_listed_otherwise = method == "GET" and not is_sorted              # which proves nothing, however much is read
-            if (len(page) != self._page and (is_all or is_listed_otherwise)) or (is_sorted and not found):
+            if (len(page) != self._page and (is_all or is_listed_otherwise)) or not page or (is_sorted and not found and len(seen) > 1):
                 return
         raise Unreadable(problem=message("more than {n} queue items", n=MOST_ITEMS))
 

@@ -67,7 +67,7 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenI
          background: Any = _NOWHERE) -> HomeScreen:
     """Home in its frame, with these facts; ``more`` services by name."""
     services: Any = SimpleNamespace(**{
-        "maps": SimpleNamespace(is_due=lambda _robot_id, _map_id: False), "operator": None,
+        "maps": SimpleNamespace(is_due=lambda _robot_id, _map_id: False), "operator": None, "catalogue": None,
         "robot_missions": SimpleNamespace(learn_names=bool), "clock": SimpleNamespace(now=lambda: sample.NOW),
         "snapshots": SimpleNamespace(get=lambda robot_id: facts.snapshots.get(robot_id) or RobotSnapshot(robot_id))} | (more or {}))
     shell: Any = SimpleNamespace(background=background, dialogs=studio.dialogs, navigator=Navigator(None, {}), bus=UiBus())

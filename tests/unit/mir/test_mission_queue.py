@@ -111,7 +111,8 @@ def test_open_and_newer_items_are_found_whatever_the_robot_knows(done: int, exec
 @pytest.mark.parametrize("features", [
     {"page_limit": 50}, {"offsets": False}, {"page_limit": 50, "offsets": False}, {"page_limit": 50, "sorts": False},
     {"page_limit": 50, "filters": False}, {"page_limit": 50, "has_search": False}, {"offsets": False, "has_search": False},
-    {"page_limit": 1}])
+    {"page_limit": 1}, {"page_limit": 1, "sorts": False, "filters": False}, {"page_limit": 1, "sorts": False, "has_search": False},
+    {"page_limit": 1, "sorts": False, "filters": False, "offsets": False}])
 @pytest.mark.parametrize("profile", [None, RobotProfile(None, None, page_limit=50)])
 def test_a_list_that_ends_early_hides_nothing(features: dict[str, Any], profile: RobotProfile | None) -> None:
     """What is wanted is found, or it is said that it can't be; a start that is not found is sent again."""
