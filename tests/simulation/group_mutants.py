@@ -55,7 +55,8 @@ GROUP_MUTANTS = (
         "after a crash it is any robot's at once",
         f"{SUBMISSION}.recover",
         "self._doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)",
-        "self._failed([row], 'x') if row.group_id else self._doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)",
+        "self._failed([row], 'x') if row.group_id else "
+        "self._doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)",
         "before the first was read",
         CRASHES,
         seed=2,
