@@ -125,6 +125,13 @@ def after_failed_attempt(execution: Execution, settings: Settings, problem: Mess
     return None
 
 
+def when_overtaken(idle: Execution, now: datetime) -> Reason:
+    """Why an idle mission that could not be sent at once was not sent before its robot was used."""
+    if not idle.attempts:
+        return when_window_closed(replace(idle, closes_at=now), app_was_down=False)
+    return Reason(ReasonCode.RETRY_LIMIT, {"attempts": idle.attempts, "problem": idle.wait_details.get("problem", "")})
+
+
 def when_window_closed(execution: Execution, app_was_down: bool) -> Reason:
     """Why an execution that was still waiting when its start window closed was not sent."""
     until = execution.closes_at.isoformat()

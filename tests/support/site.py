@@ -23,6 +23,7 @@ from app.mir.credentials import Token
 from app.mir.pace import Pace
 from app.services.dispatch import messages
 from app.services.dispatch.engine import Engine
+from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.dispatch.worker import RobotWorker
 from app.services.live.changes import Topic
 from mir_sim import MISSIONS, Profile, SimulatedRobot
@@ -259,6 +260,7 @@ class Site:
     def suspend(self, seconds: float) -> None:
         """The tablet sleeps. Robots go on; nothing of the app does, and its monotonic clock stands still."""
         self.clock.suspend(seconds)
+        self._next_round = min(self._next_round, self.clock.monotonic() + LONGEST_WAIT)        # of the app's own seconds one is over soon
         for machine in self.machines.values():
             machine.catch_up()
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import datetime, timedelta
 
-from app.domain import names, rules
+from app.domain import names
 from app.domain.models import Group, InvalidInput, Mission, Robot, Schedule, State
 from app.services.catalogue import told, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
 from app.services.live.changes import Topic
+from app.services.planning.edited import as_defined
 from app.services.planning.first_due import first_due
 from app.services.planning.working_days import WorkingCalendar
 
@@ -73,15 +74,11 @@ class ScheduleEdit(Transaction):
         return schedule
 
     def _change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
-        """What waits runs as it is defined now. One for which a robot of a group had been chosen is decided anew."""
+        """What waits runs as it is defined now; what is on its way does when it waits again (``changed_since``). One for which a robot of a
+        group had been chosen is decided anew."""
         for row in self.executions.unsent_of_schedule(self.c, schedule.id):
-            install_id = self._settings.install_id(self.c)
-            made = rules.scheduled(schedule, target, mission, self.settings, install_id, row.planned_at, row.created_at)
-            tried = row.tried if row.mission == made.mission else rules.may_try_again(row.tried)
-            self.executions.change(self.c, row.id, (State.WAITING,), schedule=made.schedule, mission=made.mission,
-                                    mission_guid=made.mission_guid, parameters=made.parameters, priority=made.priority,
-                                    minimum_battery_percent=made.minimum_battery_percent, closes_at=made.closes_at,
-                                    finish_by=made.finish_by, tried=tried)
+            columns = as_defined(row, schedule, target, mission, self.settings, self._settings.install_id(self.c))
+            self.executions.change(self.c, row.id, (State.WAITING,), **columns)
             if isinstance(target, Group):
                 self.executions.unbind(self.c, row.id)
             self.topics.add(Topic.EXECUTIONS)

@@ -6,6 +6,7 @@ not known yet whether it does, an item that may be ours is taken for ours: rathe
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable, Iterable, Sequence
 from datetime import timedelta
 
@@ -151,11 +152,11 @@ class Copies:
             highest = self._client.highest_queue_id() or 0
             if highest < max(self._read, default=0):         # its numbers have begun anew
                 self._read, known = {}, 0
-            last = self._s.robots.last_accepted(self._s.db.read(), robot.id)
-            if last is not None and highest < last.queue_id:                 # it boots, or has forgotten what it had: that is no answer
-                log.info("%r does not show its newest items, so whether it has starts of before the restore is not known", robot.name)
-                return
             items = self._client.items_after(max(0, highest - SEARCHED_AFTER_RESTORE), self._read, highest)
+            last = self._s.robots.last_accepted(self._s.db.read(), robot.id)
+            if last is not None and highest < last.queue_id:                 # it boots, or has forgotten others: that is no answer
+                log.info("%r does not show its newest items, so whether it has other starts of before the restore is not known", robot.name)
+                asked_at = -math.inf
         except RobotError as error:
             if len(self._read) > known:          # more of them the next time: reading all at once would make what falls due late
                 return

@@ -25,6 +25,7 @@ from app.domain.robot import QueueItem
 from app.services.dispatch.timing import WATCHED_FOR
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
+from app.services.planning.edited import changed_since
 
 log = logging.getLogger("app.executions")
 NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least may be
@@ -90,12 +91,21 @@ class Ledger:
 
     # ------------------------------------------------------------------ moves
     def add(self, execution: Execution) -> Execution | None:
-        """Write a new row; None when this occurrence or token is already in the ledger. With an idle mission, its robot's idle period has
-        had its mission."""
+        """Write a new row; None when its token is already in the ledger."""
+        return self._added(lambda c: self._executions.add_once(c, execution))
+
+    def add_idle(self, execution: Execution, robot: Robot) -> None:
+        """Write the row of an idle mission, unless ``robot`` or its rule has been changed since it was read. Its idle period has then had
+        its mission."""
         def work(c: Any) -> Execution | None:
-            if execution.trigger is Trigger.IDLE and execution.robot_id is not None:
-                self._robots.note_idle(c, execution.robot_id, execution.queue_floor)
+            now = self._robots.get(c, robot.id)
+            if now is None or not now.enabled or now.idle != robot.idle:
+                return None
+            self._robots.note_idle(c, robot.id, execution.queue_floor)
             return self._executions.add_once(c, execution)
+        self._added(work)
+
+    def _added(self, work: Callable[[Any], Execution | None]) -> Execution | None:
         added = self._db.write(work)
         if added:
             self._announce(added)
@@ -147,10 +157,13 @@ class Ledger:
     def _made(self, c: Any, move: Move) -> Execution | None:
         if move.needs_room and self._starts.full_place(c, move.execution):
             return None
+        columns = dict(move.columns)
+        if columns.get("state") is State.WAITING and move.execution.state is State.SUBMITTING:
+            columns |= changed_since(c, replace(move.execution, tried=columns.get("tried", move.execution.tried)))
         if State.WAITING in move.expected:               # which edits change too
-            made = self._executions.change(c, move.execution.id, move.expected, of_robot=move.execution.robot_id, **move.columns)
+            made = self._executions.change(c, move.execution.id, move.expected, of_robot=move.execution.robot_id, **columns)
         else:
-            made = self._executions.change_owned(c, move.execution, move.expected, **move.columns)
+            made = self._executions.change_owned(c, move.execution, move.expected, **columns)
         if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
             self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
             if made.trigger is Trigger.IDLE:
@@ -203,6 +216,10 @@ class Ledger:
     def may_get(self, execution: Execution) -> bool:
         """Whether the robot that a start of a group was given to is still one that may get it."""
         return self._starts.may_get(self._db.read(), execution)
+
+    def is_edited(self, execution: Execution) -> bool:
+        """Whether its schedule wants something else of it since its intent was written."""
+        return bool(changed_since(self._db.read(), execution))
 
     def full_place(self, execution: Execution) -> FullPlace | None:
         """A place that it uses at which there is no room; None: there is room everywhere."""

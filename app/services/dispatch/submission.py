@@ -159,7 +159,7 @@ class Submission:
     def _is_taken_back(self, intent: Execution) -> bool:
         row = self._ledger.get(intent.id)
         return row is None or row.held or row.state is not State.SUBMITTING or self._taken_back(row) is not None or (
-            row.group_id is not None and not self._ledger.may_get(row))
+            row.group_id is not None and not self._ledger.may_get(row)) or self._ledger.is_edited(row)
 
     def _is_own(self, row: Execution) -> bool:
         """Whether it waits for this robot, and for no other."""
@@ -230,11 +230,10 @@ class Submission:
             if self._waiting.is_in_line(row, self._seen.robot, status, before):
                 self.seeks = True
                 return False
-            if row.trigger is Trigger.IDLE and row.attempts:
+            if row.trigger is Trigger.IDLE and (row.attempts or row.wait is not Wait.DUE):
                 self._start(before)
                 if not self._is_still_idle(row):
-                    details = {"attempts": row.attempts, "problem": row.wait_details.get("problem", "")}
-                    self._ledger.end(row, Reason(ReasonCode.RETRY_LIMIT, details))
+                    self._ledger.end(row, rules.when_overtaken(row, self._clock.now()))
                     self._ledger.forget_idle(self._robot_id)      # it may begin anew
                     return False
             if self._seen.highest is None:

@@ -89,13 +89,14 @@ class Whereabouts:
         return max([*noted, self._right_since or noted[0]])
 
     def clock_is_right(self, is_proven: bool) -> None:
-        """Since now. ``is_proven``: by a robot or a person; then what is planned later is certain, in later runs of the app too."""
+        """Since now. ``is_proven``: by a robot or a person; then what is planned later is certain, in later runs of the app too, also where
+        a clock that was ahead has noted a later time."""
         self._right_since = self._clock.now()
-        if is_proven and (through := self.through):
-            settled = {"of": [to_text(at) for at in self._noted], "through": to_text(through)}
-            if settled != self._settled:
-                self._db.write(lambda c: self._repository.put(c, SETTLED, settled))
-                self._settled = settled
+        noted = [to_text(at) for at in self._noted]
+        if is_proven and noted and self._settled.get("of") != noted:
+            settled = {"of": noted, "through": to_text(self._right_since)}
+            self._db.write(lambda c: self._repository.put(c, SETTLED, settled))
+            self._settled = settled
 
     # ------------------------------------------------------------------ asking robots
     def find(self, tokens: Sequence[str | None], robot_id: int | None) -> Found:

@@ -288,9 +288,10 @@ class RobotWorker:
                 return
         except RobotError:
             return
-        if mission := self._s.missions.get(db, rule.mission_id):
-            self._s.ledger.add(rules.one_off(Trigger.IDLE, self.robot, mission, self._s.settings(), self._clock.now(), str(uuid.uuid4()),
-                                             queue_floor=self.seen.highest))
+        if (mission := self._s.missions.get(db, rule.mission_id)) and self._s.holds.active(self.robot.id) is None:
+            row = rules.one_off(Trigger.IDLE, self.robot, mission, self._s.settings(), self._clock.now(), str(uuid.uuid4()),
+                                queue_floor=self.seen.highest)
+            self._s.ledger.add_idle(row, self.robot)
             self._ledger_changed = True
 
     def _seems_anew(self, last_queue_id: int | None) -> bool:

@@ -2,11 +2,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import datetime
+from datetime import datetime, timedelta
 
 import pytest
 
 from app.domain.models import ReasonCode, State
+from tests.support.groups import Hall
+from tests.support.network import Fate
 from tests.support.seen import items, outcomes, sent_at
 
 TEN_PAST = datetime.fromisoformat("2026-11-23T06:10")
@@ -65,6 +67,64 @@ def test_a_longer_window_keeps_what_waits_for_longer(site, waiting):
     site.machines["R1"].set_battery(80.0)
     site.run(300)
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
+
+
+# ---------------------------------------------------------------------- while it is on its way
+@pytest.mark.parametrize("restarts", [False, True])
+@pytest.mark.parametrize("fate", [Fate.LOST, Fate.ERROR_BEFORE])
+def test_what_is_edited_in_the_quiet_time_is_sent_as_it_is_defined_then(site, plan, fate, restarts):
+    """The first request did not arrive: the second one is for the mission that the schedule has by now."""
+    home, schedule = site.add_mission("Home"), plan("2026-11-23T06:05", priority=1)
+    site.network.next("POST", "/mission_queue", fate)
+    site.run(306)
+    keep_instant(site, schedule, mission_id=home.id, priority=3, start_window_minutes=60, name="New name")
+    if restarts:
+        site.power_cut(5)
+    site.run(600)
+    assert [(item.mission_id, item.priority) for item in items(site)] == [(home.guid, 3)]
+    [row] = site.executions()
+    assert (row.state, row.mission, row.schedule, row.attempts) == (State.COMPLETED, "Home", "New name", 2)
+    assert row.closes_at == row.planned_at + timedelta(minutes=60)
+
+
+def test_what_did_arrive_before_it_was_edited_stays_what_it_is(site, plan):
+    """The history tells what has run."""
+    home, schedule = site.add_mission("Home"), plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(306)
+    keep_instant(site, schedule, mission_id=home.id)
+    site.run(600)
+    assert [item.mission_id for item in items(site)] == [site.executions()[0].mission_guid] != [home.guid]
+    assert [(row.state, row.mission) for row in site.executions()] == [(State.COMPLETED, "Deliver")]
+
+
+def test_what_is_edited_a_moment_before_its_instant_leaves_as_it_is_defined_then(site, plan):
+    """It is on the disk and with its robot's worker by then."""
+    home, schedule = site.add_mission("Home"), plan("2026-11-23T06:05")
+    written = []
+
+    def edit():
+        written.extend(site.executions(State.SUBMITTING))
+        keep_instant(site, schedule, mission_id=home.id)
+    site.at(299.9, edit)
+    site.run(400)
+    assert len(written) == 1
+    assert [item.mission_id for item in items(site)] == [home.guid]
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+    assert sent_at(site) == [300]
+
+
+def test_of_a_group_too(tmp_path):
+    """Given back by the robot that did not receive it, it goes to any of them as it is defined then."""
+    hall = Hall(tmp_path)
+    home, schedule = hall.add_mission("Home"), hall.plan()
+    hall.network.next("POST", "/mission_queue", Fate.LOST)
+    hall.run(306)
+    keep_instant(hall, schedule, mission_id=home.id)
+    hall.run(600)
+    assert [item.mission_id for item in hall.items()] == [home.guid]
+    assert [(row.state, row.mission) for row in hall.executions()] == [(State.COMPLETED, "Home")]
+    hall.switch_off()
 
 
 def _schedule(site, schedule):

@@ -1,14 +1,16 @@
 """Idle automation starts what its robot's idle period, as it was really seen, still allows at that moment (D14)."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import Schedule
+from app.domain.models import Place, ReasonCode, Schedule, State, Wait
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
 from tests.support.seen import robot_of, sent_at, states
+from tests.support.site import Site
 
 
 @pytest.fixture
@@ -191,3 +193,53 @@ def test_an_idle_start_that_nothing_has_overtaken_is_tried_again(resting):
     site.run(1200)
     assert len(sent_at(site)) == 2
     assert states(site) == ["Done"]
+
+
+def _removed(site):
+    site.container.catalogue.remove_robot(robot_of(site).id)
+
+
+def _switched_off(site):
+    site.container.catalogue.save_robot(replace(robot_of(site), enabled=False))
+
+
+def _rule_switched_off(site):
+    robot = robot_of(site)
+    site.container.catalogue.save_idle_rule(robot.id, robot.idle.mission_id, after_minutes=5, enabled=False)
+
+
+def _held(site):
+    site.container.holds.hold("a meeting")
+
+
+@pytest.mark.parametrize("take_back", [_removed, _switched_off, _rule_switched_off, _held])
+def test_an_idle_mission_that_is_taken_back_while_the_robot_is_read_for_it_is_not_sent(resting, take_back):
+    """The read that finds the robot idle for long enough is answered slowly, and meanwhile a person decides otherwise."""
+    site = resting
+    site.network.others_wait = False
+    site.run(330)
+    site.network.next("GET", "/mission_queue", Fate.SLOW, 8.0)
+    site.at(35, lambda: take_back(site))
+    site.run(600)
+    assert site.network.counts[Fate.SLOW] == 1
+    assert (states(site), site.executions()) == ([], [])
+
+
+def test_an_idle_mission_that_waits_for_a_place_is_judged_again_once_there_is_room(tmp_path):
+    """When the place is free again, somebody uses the robot."""
+    site = Site(tmp_path, robots=2)
+    site.add_robots()
+    home, deliver = site.add_mission("Home"), site.add_mission("Deliver")
+    catalogue = site.container.catalogue
+    catalogue.change_settings(poll_interval_seconds=120)
+    catalogue.edit(lambda edit: edit.save_place(Place("Dock", 1, (home.id, deliver.id))))
+    catalogue.save_idle_rule(robot_of(site, "R1").id, home.id, after_minutes=5)
+    site.run(330)
+    site.container.operator.run_now(robot_of(site, "R2").id, deliver.id)
+    site.run_until(lambda: any(row.wait is Wait.PLACE for row in site.executions()), within=120)
+    site.stranger_queues("Deliver")
+    site.run_until(lambda: states(site, "R2") == ["Done"], within=120)
+    site.run(60)
+    assert sent_at(site, "R1") == []
+    assert [row.reason.code for row in site.executions(State.SKIPPED)] == [ReasonCode.PLACE_BUSY]
+    site.switch_off()

@@ -10,6 +10,7 @@ import pytest
 from app.database.backups import back_up, restore
 from app.domain.models import Schedule, State
 from app.domain.reasons import sentence, waiting_sentence
+from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
 from tests.support.seen import items, outcomes, reason, robot_of, sent_at, states
 from tests.support.site import Site
@@ -79,6 +80,36 @@ def test_what_ran_since_the_backup_is_not_sent_again_though_the_clock_was_behind
     go_back(clock_behind=3600.0)
     site.run(300)
     assert len(sent_at(site)) == 1
+
+
+def test_a_restore_noted_by_a_clock_far_ahead_delays_no_start_of_after_it(site, plan, backed_up):
+    """Once the clock is proven right, what is planned from then on can't have been sent before; after each start of the app too."""
+    plan("2026-11-23T06:10", "FREQ=MINUTELY;INTERVAL=10")
+    site.run(200)
+    backed_up()(clock_behind=-3e8)
+    site.run(300)
+    assert sent_at(site) == []
+    site.run(200)
+    site.power_cut(20)
+    site.run(1300)
+    assert sent_at(site) == [600, 1200, 1800]
+
+
+def test_what_ran_before_the_robots_numbers_began_anew_is_found_where_it_can_be_seen(site, plan, backed_up):
+    """Its newest number is lower than the last that the backup knows: no proof that it has nothing else, but what it shows it has."""
+    for _n in range(5):
+        site.stranger_queues("Home")
+    plan("2026-11-23T06:02")
+    plan("2026-11-23T06:10", start_window_minutes=60)
+    site.run(400)
+    go_back = backed_up()
+    site.machines["R1"].queue = MissionQueue()
+    site.run(400)
+    assert states(site) == ["Done"]
+    go_back()
+    site.run(120)
+    assert [row.state for row in site.executions()] == [State.COMPLETED, State.COMPLETED]
+    assert states(site) == ["Done"]
 
 
 def test_a_mission_that_a_person_started_before_the_backup_is_not_sent_again(site, backed_up):
