@@ -68,8 +68,8 @@ class Truth:
                 agrees = ItemState.DONE in states
             case State.FAILED | State.CANCELLED:
                 agrees = states != {ItemState.DONE}  # of two copies the earlier one counts
-            case _:
-                agrees = not states
+            case _:  # it may have been tried, and come when it was too late
+                agrees = not states or (row.attempts > 0 and states == {ItemState.ABORTED})
         if not agrees:
             self.judge_.object(f"truth: {self._shown(row)}, the robot says {sorted(states) or 'nothing'}")
 
