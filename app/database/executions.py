@@ -121,15 +121,17 @@ class ExecutionRepository:
         return _with(execution, **{**wishes, **columns})
 
     def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None,
-                  robot_id: int | None = None, ids: Sequence[int] | None = None) -> list[int]:
-        """What has not reached its robot yet, of a schedule or of a robot, or of these alone, is not sent any more: what waits ends, what
-        is on its way is marked. Returns the ids of what ended."""
+                  robot_id: int | None = None, ids: Sequence[int] | None = None, only: Trigger | None = None) -> list[int]:
+        """What has not reached its robot yet, of a schedule or of a robot, or of these alone, or of one trigger, is not sent any more: what
+        waits ends, what is on its way is marked. Returns the ids of what ended."""
         column, value = ("schedule_id", schedule_id) if robot_id is None else ("robot_id", robot_id)
-        where, values = f"{column} = ? AND {OPEN}", [value]
+        where, values = f"{column} = ? AND {OPEN}", list[object]([value])
         if robot_id is not None:
             where += " AND group_id IS NULL"             # those are for the group's other robots
         if ids is not None:
             where, values = f"{where} AND id IN ({placeholders(ids)})", [value, *ids]
+        if only is not None:
+            where, values = f"{where} AND trigger = ?", [*values, only]
         c.execute(f"UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'", (_reason_to_text(reason), *values))
         return self._end(c, f"{where} AND state = 'waiting'", values, reason, now)
 
@@ -173,15 +175,27 @@ class ExecutionRepository:
                                  AND state IN ('waiting', 'submitting') ORDER BY planned_at""", schedule_id)
 
     def follow_mission(self, c: sqlite3.Connection, before: Mission, now: Mission) -> None:
-        """The mission that starts of groups wait for has another name: each robot's own is looked for by it."""
-        c.execute("UPDATE executions SET mission = ? WHERE state = 'waiting' AND robot_id IS NULL AND group_id IS NOT NULL AND mission = ?",
-                  (now.name, before.name))
+        """The mission that starts of groups wait for, or will where no robot took them, has another name: each robot's own is looked for
+        by it."""
+        c.execute(f"""UPDATE executions SET mission = ? WHERE {OPEN} AND state IN ('waiting', 'submitting') AND group_id IS NOT NULL
+                      AND mission = ?""", (now.name, before.name))
 
     def wait_again(self, c: sqlite3.Connection, ids: Sequence[int], now: datetime) -> None:
         """An edit that ended these has been undone: what was never sent and is not too late waits again."""
         c.execute(f"""UPDATE executions SET state = 'waiting', reason_code = NULL, reason_details = '{{}}', ended_at = NULL
                       WHERE id IN ({placeholders(ids)}) AND state = 'cancelled' AND attempts = 0 AND closes_at > ?""", (*ids, to_text(now)))
         self._unbind(c, f"id IN ({placeholders(ids)}) AND state = 'waiting' AND group_id IS NOT NULL", *ids)
+
+    def want_again(self, c: sqlite3.Connection, ids: Sequence[int]) -> None:
+        """What an edit had taken back while it was on its way, and has not ended, is wanted after all."""
+        c.execute(f"""UPDATE executions SET revoked = NULL WHERE id IN ({placeholders(ids)}) AND state = 'submitting'
+                      AND json_extract(revoked, '$.code') = 'schedule_changed'""", ids)
+
+    def go_on(self, c: sqlite3.Connection, states: Iterable[tuple[int, State]]) -> None:
+        """The robot with which these have ended is there again: what it has, or may have, is looked for."""
+        c.executemany("""UPDATE executions SET state = ?, reason_code = NULL, reason_details = '{}', ended_at = NULL
+                         WHERE id = ? AND state = 'cancelled' AND reason_code = 'robot_removed'""",
+                      [(state, row_id) for row_id, state in states])
 
     def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
         """An instant that an edit had taken back, with nothing sent, is planned again: its old row makes room."""

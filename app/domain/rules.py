@@ -126,10 +126,12 @@ def after_failed_attempt(execution: Execution, settings: Settings, problem: Mess
 
 
 def when_overtaken(idle: Execution, now: datetime) -> Reason:
-    """Why an idle mission that could not be sent at once was not sent before its robot was used."""
-    if not idle.attempts:
-        return when_window_closed(replace(idle, closes_at=now), app_was_down=False)
-    return Reason(ReasonCode.RETRY_LIMIT, {"attempts": idle.attempts, "problem": idle.wait_details.get("problem", "")})
+    """Why an idle mission was not sent before its robot was used, or something else was planned."""
+    if idle.attempts:
+        return Reason(ReasonCode.RETRY_LIMIT, {"attempts": idle.attempts, "problem": idle.wait_details.get("problem", "")})
+    if idle.wait is Wait.DUE:
+        return Reason(ReasonCode.OVERLAP, {"idle": True})
+    return when_window_closed(replace(idle, closes_at=now), app_was_down=False)
 
 
 def when_window_closed(execution: Execution, app_was_down: bool) -> Reason:

@@ -420,7 +420,7 @@ MUTANTS = (
     ),
     Mutant(
         "what waits keeps its old mission (D6)",
-        f"{EDIT}._change_waiting",
+        f"{EDIT}.change_waiting",
         "for row in self.executions",
         "for row in [] and self.executions",
         "as another mission",

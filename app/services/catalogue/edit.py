@@ -17,6 +17,8 @@ from app.domain.models import (
     ReasonCode,
     Robot,
     Settings,
+    State,
+    Trigger,
 )
 from app.mir.credentials import token_for
 from app.services.catalogue import made_names, told, validation
@@ -177,8 +179,16 @@ class Edit(GroupEdit, ScheduleEdit):
             elif stored.needs_password and not robot.needs_password:
                 self._clear_alarms(robot.id)
         self._note_idle(robot, stored.idle if stored else None)
+        if stored is not None and _idle_mission(stored) not in (None, _idle_mission(robot)):
+            self._take_back_idle(robot)
         self.topics.add(Topic.ROBOTS)
         return robot
+
+    def _take_back_idle(self, robot: Robot) -> None:
+        """Its idle mission is not sent any more; where it never was, the idle period has had none."""
+        reason = Reason(ReasonCode.SCHEDULE_CHANGED, {"idle": True})
+        if self.note_ended(self.executions.take_back(self.c, reason, self.now, robot_id=robot.id, only=Trigger.IDLE)):
+            self.robots.note_idle(self.c, robot.id, None)
 
     def _note_idle(self, robot: Robot, before: IdleRule | None) -> None:
         old, new = (told.of_idle_rule(rule, self.missions.get(self.c, rule.mission_id) if rule else None) for rule in (before, robot.idle))
@@ -199,6 +209,7 @@ class Edit(GroupEdit, ScheduleEdit):
         robot = self.the_robot(robot_id)
         reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
         self._give_back(robot_id)
+        under_way = [(row.id, row.state) for row in self.executions.open_for(self.c, robot_id) if row.state is not State.WAITING]
         waiting = self.note_ended(self.executions.end_open_of_robot(self.c, robot_id, reason, self.now))
         schedules = self.schedules.for_robot(self.c, robot_id)
         self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
@@ -209,7 +220,8 @@ class Edit(GroupEdit, ScheduleEdit):
                           schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
                           missions=missions, uses=self.places.uses_of(self.c, [mission.id for mission in missions]),
                           holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id],
-                          member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id))
+                          member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id),
+                          under_way=under_way)
         self._clear_alarms(robot_id)
         self.robots.remove(self.c, robot_id)
         self.groups.keep_fewer_free(self.c, validation.FEWEST_TO_KEEP_FREE)
@@ -250,6 +262,9 @@ class Edit(GroupEdit, ScheduleEdit):
             made_names.follow_mission(self, stored.name, mission)
             if mission.robot_id is None:
                 self.executions.follow_mission(self.c, stored, mission)
+            for schedule in self.schedules.for_mission(self.c, mission.id):
+                if schedule.robot_id is not None:                 # robots of a group are asked for theirs when one is chosen
+                    self.change_waiting(schedule, self.the_robot(schedule.robot_id), mission)
         self.prefer_own(mission)
         self.topics.add(Topic.MISSIONS)
         return mission
@@ -273,7 +288,10 @@ class Edit(GroupEdit, ScheduleEdit):
         mission = self.the_mission(mission_id)
         if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
             self._use_instead(mission_id, general.id, mission.robot_id)
-        idle = [(robot.id, robot.idle) for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
+        rests = [robot for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
+        idle = [(robot.id, robot.idle) for robot in rests if robot.idle]
+        for robot in rests:
+            self._take_back_idle(robot)
         schedules = self.schedules.for_mission(self.c, mission_id)
         waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
@@ -282,6 +300,10 @@ class Edit(GroupEdit, ScheduleEdit):
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed
+
+
+def _idle_mission(robot: Robot) -> int | None:
+    return robot.idle.mission_id if robot.idle and robot.idle.enabled else None
 
 
 def _days_off(settings: Settings) -> tuple[object, ...]:

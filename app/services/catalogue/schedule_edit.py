@@ -50,7 +50,7 @@ class ScheduleEdit(Transaction):
             self.notes.append(f"schedule {stored.name!r} changed: {changed}")
             schedule = self._replan(stored, schedule, calendar)
             self.schedules.update(self.c, schedule)
-            self._change_waiting(schedule, target, mission)
+            self.change_waiting(schedule, target, mission)
         self.topics.add(Topic.SCHEDULES)
         return schedule
 
@@ -64,6 +64,7 @@ class ScheduleEdit(Transaction):
         kept = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id)
                 if schedule.enabled and (schedule.robot_id, schedule.group_id) == (stored.robot_id, stored.group_id)
                 and first_due(replace(schedule, planned_through=None), self.settings, row.planned_at, calendar) == row.planned_at]
+        self.executions.want_again(self.c, [row.id for row in kept])
         gone = [row for row in self.take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0 and not row.held]
         if gone:                               # never sent: as if they had never been planned
             last = max((row.planned_at for row in kept), default=min(row.planned_at for row in gone) - _MOMENT)
@@ -73,12 +74,13 @@ class ScheduleEdit(Transaction):
             self.executions.drop_taken_back(self.c, schedule.id, schedule.next_at)
         return schedule
 
-    def _change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
+    def change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
         """What waits runs as it is defined now; what is on its way does when it waits again (``changed_since``). One for which a robot of a
         group had been chosen is decided anew."""
         for row in self.executions.unsent_of_schedule(self.c, schedule.id):
             columns = as_defined(row, schedule, target, mission, self.settings, self._settings.install_id(self.c))
             self.executions.change(self.c, row.id, (State.WAITING,), **columns)
+            self.executions.change(self.c, row.id, (State.SUBMITTING,), closes_at=columns["closes_at"])      # how long it is looked for
             if isinstance(target, Group):
                 self.executions.unbind(self.c, row.id)
             self.topics.add(Topic.EXECUTIONS)

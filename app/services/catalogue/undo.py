@@ -53,7 +53,8 @@ class Removed:
     idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
     holds: Sequence[StoredHold] = ()
     days: Sequence[DayException] = ()
-    waiting: Sequence[int] = ()                          # executions that ended with it
+    waiting: Sequence[int] = ()                          # executions that ended with it while they waited
+    under_way: Sequence[tuple[int, State]] = ()          # others that ended with the robot, and what they were
     group: Group | None = None
     member_of: Sequence[Group] = ()                      # that the robot was in
     watches: Sequence[Watch] = ()                        # what may still come to the robot
@@ -123,6 +124,9 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
             edit.schedules.skip(edit.c, schedule.id, instant)
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
     edit.executions.wait_again(edit.c, removed.waiting, edit.now)
+    edit.executions.go_on(edit.c, removed.under_way)
+    on_their_way = [row.id for schedule in removed.schedules for row in edit.executions.unsent_of_schedule(edit.c, schedule.id)]
+    edit.executions.want_again(edit.c, on_their_way)
     for hold in removed.holds:
         edit.holds.add(edit.c, hold)
     if removed.days:

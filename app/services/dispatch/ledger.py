@@ -375,9 +375,10 @@ class Ledger:
                             timezone=execution.timezone)
 
     def alarm_for(self, ended: Execution) -> None:
-        """Raise the alarm of a failed or skipped execution; repetitions of one schedule are counted."""
+        """Raise the alarm of a failed or skipped execution, but of an idle mission that was overtaken; repetitions of one schedule are
+        counted."""
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
-        if code and ended.reason:
+        if code and ended.reason and not (ended.trigger is Trigger.IDLE and ended.reason.code is ReasonCode.OVERLAP):
             about = f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot_id}"
             self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot or ended.robot_group, robot_id=ended.robot_id,
                                 reason=to_store(ended.reason), timezone=ended.timezone)

@@ -142,8 +142,8 @@ class Submission:
         status = self._seen.fresh_status
         if status is None or not self._seen.robot.enabled or self._s.holds.active(self._robot_id) is not None:
             return False
-        is_fit = can_work(status) and rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
-        return is_fit or not is_for_any(intent)
+        is_charged = rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
+        return is_charged and (can_work(status) or not is_for_any(intent))
 
     def _taken_back(self, row: Execution) -> Reason | None:
         """Why it must not be sent (again). ``row`` was read a moment ago."""
@@ -230,7 +230,7 @@ class Submission:
             if self._waiting.is_in_line(row, self._seen.robot, status, before):
                 self.seeks = True
                 return False
-            if row.trigger is Trigger.IDLE and (row.attempts or row.wait is not Wait.DUE):
+            if row.trigger is Trigger.IDLE:
                 self._start(before)
                 if not self._is_still_idle(row):
                     self._ledger.end(row, rules.when_overtaken(row, self._clock.now()))

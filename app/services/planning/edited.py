@@ -27,9 +27,7 @@ def as_defined(row: Execution, schedule: Schedule, target: Robot | Group, missio
 def changed_since(c: sqlite3.Connection, row: Execution) -> dict[str, Any]:
     """What was edited while it was on its way to a robot or in doubt, as edits leave such rows alone; empty: nothing."""
     schedule = ScheduleRepository().get(c, row.schedule_id) if row.trigger is Trigger.SCHEDULED and row.schedule_id is not None else None
-    if schedule is None or schedule.changed_at is None or schedule.changed_at < row.created_at:
-        return {}
-    if schedule.group_id != row.group_id or (row.group_id is None and schedule.robot_id != row.robot_id):
+    if schedule is None or schedule.group_id != row.group_id or (row.group_id is None and schedule.robot_id != row.robot_id):
         return {}                                 # it was taken back
     target = GroupRepository().get(c, row.group_id) if row.group_id is not None else RobotRepository().get(c, row.robot_id or 0)
     mission = MissionRepository().get(c, schedule.mission_id)

@@ -6,10 +6,11 @@ from datetime import datetime, timedelta
 
 import pytest
 
-from app.domain.models import ReasonCode, State
+from app.domain.models import ReasonCode, State, Wait
 from tests.support.groups import Hall
 from tests.support.network import Fate
 from tests.support.seen import items, outcomes, sent_at
+from tests.support.site import GUIDS
 
 TEN_PAST = datetime.fromisoformat("2026-11-23T06:10")
 
@@ -112,6 +113,132 @@ def test_what_is_edited_a_moment_before_its_instant_leaves_as_it_is_defined_then
     assert [item.mission_id for item in items(site)] == [home.guid]
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
     assert sent_at(site) == [300]
+
+
+def test_an_edit_after_the_clock_was_set_back_counts_too(site, plan):
+    """By the tablet's clock it is older than the start."""
+    home, schedule = site.add_mission("Home"), plan("2026-11-23T06:05", start_window_minutes=60)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(306)
+    site.clock.step(-30)
+    site.run(1)
+    keep_instant(site, schedule, mission_id=home.id)
+    site.run(900)
+    assert [item.mission_id for item in items(site)] == [home.guid]
+
+
+@pytest.mark.parametrize("fate", [Fate.LOST, Fate.REFUSED])
+def test_what_waits_or_is_in_doubt_follows_its_mission(site, plan, fate):
+    """A mission that was entered wrongly is another one of the robot by now."""
+    schedule = plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", fate)
+    site.run(301)
+    mission = next(each for each in site.container.catalogue.missions() if each.id == schedule.mission_id)
+    site.container.catalogue.save_mission(replace(mission, guid=GUIDS["Home"]))
+    site.run(600)
+    assert [item.mission_id for item in items(site)] == [GUIDS["Home"]]
+    assert [row.state for row in site.executions()] == [State.COMPLETED]
+
+
+def test_a_minimum_that_is_raised_while_the_robot_is_read_for_a_start_counts(site, plan):
+    """The answer to the read is slow; it says 90 %."""
+    schedule = plan("2026-11-23T06:05", start_window_minutes=60)
+    site.network.others_wait = False
+    site.network.down.add("R1")
+    site.run(310)
+    site.network.down.clear()
+    site.network.next("GET", "/status", Fate.SLOW, 8.0)
+    site.network.met = lambda _robot, met: met.fate is Fate.SLOW and site.at(
+        3.0, lambda: keep_instant(site, schedule, minimum_battery_percent=100))
+    site.run(90)
+    assert site.network.counts[Fate.SLOW] == 1
+    assert sent_at(site) == []
+    assert [row.wait for row in site.executions()] == [Wait.BATTERY]
+
+
+# ---------------------------------------------------------------------- undone while it is on its way
+def _delete_robot(site, schedule):
+    return site.container.catalogue.remove_robot(schedule.robot_id)
+
+
+def _delete_schedule(site, schedule):
+    return site.container.catalogue.remove_schedule(schedule.id)
+
+
+def _delete_mission(site, schedule):
+    return site.container.catalogue.remove_mission(schedule.mission_id)
+
+
+@pytest.mark.parametrize("fate", [Fate.LOST, Fate.LATE, Fate.ANSWER_LOST])
+@pytest.mark.parametrize("remove", [_delete_robot, _delete_schedule, _delete_mission])
+def test_what_is_in_doubt_when_it_is_deleted_runs_once_when_that_is_undone(site, plan, remove, fate):
+    schedule = plan("2026-11-23T06:05", start_window_minutes=60)
+    site.network.next("POST", "/mission_queue", fate, 30.0 if fate is Fate.LATE else None)
+    site.run(306)
+    removed = remove(site, schedule)
+    site.run(3)
+    site.container.catalogue.restore(removed)
+    site.run(900)
+    assert [str(item.state) for item in items(site)] == ["Done"]
+    assert [row.state for row in site.executions()] == [State.COMPLETED]
+
+
+def test_what_runs_when_its_robot_is_deleted_is_followed_on_when_that_is_undone(site, plan):
+    schedule = plan("2026-11-23T06:05")
+    site.run(320)
+    assert [row.state for row in site.executions()] == [State.EXECUTING]
+    removed = _delete_robot(site, schedule)
+    site.run(3)
+    site.container.catalogue.restore(removed)
+    site.run(300)
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+
+
+@pytest.mark.parametrize("there_and_back", ["switched off and on", "moved and back"])
+def test_what_is_in_doubt_is_wanted_again_when_its_edit_is_taken_back(site, plan, there_and_back):
+    schedule = plan("2026-11-23T06:05", start_window_minutes=60)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(306)
+    keep_instant(site, schedule, **({"enabled": False} if there_and_back == "switched off and on" else {"start": TEN_PAST}))
+    site.run(3)
+    keep_instant(site, schedule)
+    site.run(600)
+    assert [str(item.state) for item in items(site)] == ["Done"]
+    assert outcomes(site) == [(State.COMPLETED, None, 2)]
+
+
+def test_a_window_that_is_made_longer_in_doubt_counts_though_the_robot_is_gone(site, plan):
+    schedule = plan("2026-11-23T06:05", start_window_minutes=5)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(306)
+    site.network.down.add("R1")
+    keep_instant(site, schedule, start_window_minutes=60)
+    site.run(600)
+    site.network.down.clear()
+    site.run(600)
+    assert [row.state for row in site.executions()] == [State.COMPLETED]
+
+
+@pytest.mark.parametrize("is_given", [False, True])
+def test_a_start_of_a_group_follows_its_mission_to_another_name(tmp_path, is_given):
+    """In doubt at a robot, or given to one which can't get it."""
+    hall = Hall(tmp_path)
+    hall.plan(start_window_minutes=60)
+    if is_given:
+        hall.network.down.update(hall.machines)
+        hall.run(300.5)
+        hall.container.operator.give_to(hall.executions()[0].id, hall.robot("R1").id)
+        hall.network.down.clear()
+    else:
+        hall.network.next("POST", "/mission_queue", Fate.LOST)
+        hall.run(306)
+    mission = next(each for each in hall.container.catalogue.missions() if each.name == "Deliver")
+    hall.container.catalogue.save_mission(replace(mission, name="Bring"))
+    if is_given:
+        hall.switch("R1", on=False)
+    hall.run(900)
+    assert [(row.state, row.mission) for row in hall.executions()] == [(State.COMPLETED, "Bring")]
+    hall.switch_off()
 
 
 def test_of_a_group_too(tmp_path):

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import Place, ReasonCode, Schedule, State, Wait
+from app.domain.models import Place, ReasonCode, Schedule, State, Trigger, Wait
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
 from tests.support.seen import robot_of, sent_at, states
@@ -223,6 +223,43 @@ def test_an_idle_mission_that_is_taken_back_while_the_robot_is_read_for_it_is_no
     site.run(600)
     assert site.network.counts[Fate.SLOW] == 1
     assert (states(site), site.executions()) == ([], [])
+
+
+def _mission_removed(site):
+    site.container.catalogue.remove_mission(robot_of(site).idle.mission_id)
+
+
+def _day_off(site):
+    site.container.catalogue.change_settings(working_days=("SU",))
+
+
+def _planned_soon(site):
+    soon = (site.clock.now() + timedelta(minutes=3)).replace(tzinfo=None, second=0, microsecond=0)
+    site.container.catalogue.save_schedule(Schedule("soon", robot_of(site).id, robot_of(site).idle.mission_id, soon, "UTC"))
+
+
+def _somebody_works(site):
+    site.stranger_queues("Deliver")
+
+
+@pytest.mark.parametrize("take_back", [_removed, _switched_off, _rule_switched_off, _mission_removed, _held, _day_off, _planned_soon,
+                                       _somebody_works])
+def test_an_idle_mission_that_is_taken_back_while_the_robot_is_asked_once_more_is_not_sent(resting, take_back):
+    """Its row is on the disk; the status is too old to send by."""
+    site = resting
+    site.network.others_wait = False
+    site.run(330)
+    site.network.next("GET", "/mission_queue", Fate.SLOW, 8.0)
+    site.at(33, lambda: site.network.next("GET", "/status", Fate.SLOW, 8.0))
+    found = []
+
+    def act():
+        found.extend(site.executions())
+        take_back(site)
+    site.at(39, act)
+    site.run(90)
+    assert [row.trigger for row in found] == [Trigger.IDLE]
+    assert sent_at(site) == []
 
 
 def test_an_idle_mission_that_waits_for_a_place_is_judged_again_once_there_is_room(tmp_path):
