@@ -36,6 +36,15 @@ def container(tmp_path, clock):
     container.close()
 
 
+def test_a_robot_that_has_been_removed_meanwhile_can_not_be_held(container):
+    robot = container.catalogue.robots()[0]
+    container.catalogue.remove_robot(robot.id)
+    with pytest.raises(InvalidInput) as refused:
+        container.holds.hold("a meeting", robot_id=robot.id)
+    assert refused.value.field == "robot"
+    assert container.holds.all_active() == []
+
+
 def test_a_hold_of_all_holds_each_and_says_since_when_and_why(container):
     told = []
     container.changes.subscribe(lambda topic, _about: told.append(topic))

@@ -89,7 +89,7 @@ class Holds:
     def hold(self, reason: str = "", until: datetime | None = None, robot_id: int | None = None, *,
              also: Callable[[sqlite3.Connection, Hold], object] = lambda c, hold: None) -> Hold:
         """Replace the hold of all robots, or of one; ``also`` is done in the same transaction. Raises InvalidInput for an end that has
-        passed and a reason too long."""
+        passed, a reason too long and a robot that is gone."""
         now = self._clock.now()
         if until is not None and until <= now:
             raise InvalidInput("until", "choose a time in the future")
@@ -99,6 +99,8 @@ class Holds:
                                length=len(reason))
 
         def put(c: sqlite3.Connection, before: Sequence[StoredHold]) -> Sequence[StoredHold]:
+            if robot_id is not None and RobotRepository().get(c, robot_id) is None:
+                raise InvalidInput("robot", "there is no such robot any more")
             self._repository.remove(c, robot_id)
             stored = self._repository.add(c, StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=now))
             also(c, _hold(stored))
