@@ -42,6 +42,7 @@ LATEST = 1.0             # s, after which the network delivers at the latest
 SLOWEST = 3.0            # s that a good answer takes at most
 GRACE = 1.0 + LATEST + SLOWEST + 0.5     # s after which nothing that was taken back arrives any more; the last for seeing it
 LIFE = (0.5, 12.0)       # s
+LONG_LIFE = 25.0         # s, one of eight: what the life before left in doubt is known 15 s after the start at the earliest
 REBOOT = 1.0             # s that one takes: were robots away for as long as all tries last, starts would fail rightly
 OPERATORS = 3
 FAULTS = ("drop_request", "drop_response", "late", "status_503", "html", "truncate", "garbage")
@@ -159,7 +160,7 @@ class Stress:
             life = 0
             while time.monotonic() - began < seconds:
                 life += 1
-                self._live(life, fleet)
+                self._live(life, fleet, LONG_LIFE if life % 8 == 0 else self._rng.uniform(*LIFE))
             robots.calm_down()
             self._come_to_rest(patience)
             robots.stop()
@@ -167,8 +168,7 @@ class Stress:
             self._judge(fleet, robots.first_seen)
         return self.result
 
-    def _live(self, life: int, fleet: mir_sim.Fleet) -> None:
-        for_seconds = self._rng.uniform(*LIFE)
+    def _live(self, life: int, fleet: mir_sim.Fleet, for_seconds: float) -> None:
         if life % 5 == 0:
             self._live_headless(life, fleet, for_seconds)
         else:
