@@ -293,10 +293,12 @@ class Edit(GroupEdit, ScheduleEdit):
         for robot in rests:
             self._take_back_idle(robot)
         schedules = self.schedules.for_mission(self.c, mission_id)
+        on_their_way = self.on_their_way(schedules)
         waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(missions=[mission], schedules=schedules, made_names=self.with_made_names(schedules),
-                          skips=self.skips_of(schedules), idle=idle, waiting=waiting, uses=self.places.uses_of(self.c, [mission_id]))
+                          skips=self.skips_of(schedules), idle=idle, waiting=waiting, on_their_way=on_their_way,
+                          uses=self.places.uses_of(self.c, [mission_id]))
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed

@@ -50,10 +50,11 @@ class GroupEdit(Transaction):
     def remove_group(self, group_id: int) -> Removed:
         """With its schedules. What no robot has yet is cancelled, whoever wanted it; what runs goes on."""
         group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
+        on_their_way = self.on_their_way(schedules)
         waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
         waiting += self._end_waiting(group, {"removed": group.name})
         removed = Removed(group=group, schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
-                          waiting=waiting)
+                          waiting=waiting, on_their_way=on_their_way)
         self.groups.remove(self.c, group_id)
         self.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
         self.topics |= {Topic.ROBOTS, Topic.SCHEDULES}

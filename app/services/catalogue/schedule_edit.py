@@ -107,7 +107,7 @@ class ScheduleEdit(Transaction):
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
         removed = Removed(schedules=[schedule], made_names=self.with_made_names([schedule]), skips=self.skips_of([schedule]),
-                          waiting=[row.id for row in self.take_back(schedule)])
+                          on_their_way=self.on_their_way([schedule]), waiting=[row.id for row in self.take_back(schedule)])
         self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")
         self.topics.add(Topic.SCHEDULES)

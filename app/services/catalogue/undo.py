@@ -54,6 +54,7 @@ class Removed:
     holds: Sequence[StoredHold] = ()
     days: Sequence[DayException] = ()
     waiting: Sequence[int] = ()                          # executions that ended with it while they waited
+    on_their_way: Sequence[int] = ()                     # executions that were not sent again because of it
     under_way: Sequence[tuple[int, State]] = ()          # others that ended with the robot, and what they were
     group: Group | None = None
     member_of: Sequence[Group] = ()                      # that the robot was in
@@ -125,8 +126,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
     edit.executions.wait_again(edit.c, removed.waiting, edit.now)
     edit.executions.go_on(edit.c, removed.under_way)
-    on_their_way = [row.id for schedule in removed.schedules for row in edit.executions.unsent_of_schedule(edit.c, schedule.id)]
-    edit.executions.want_again(edit.c, on_their_way)
+    edit.executions.want_again(edit.c, removed.on_their_way)
     for hold in removed.holds:
         edit.holds.add(edit.c, hold)
     if removed.days:

@@ -183,6 +183,21 @@ def test_what_is_in_doubt_when_it_is_deleted_runs_once_when_that_is_undone(site,
     assert [row.state for row in site.executions()] == [State.COMPLETED]
 
 
+@pytest.mark.parametrize("take_back", ["switched off", "moved"])
+def test_what_was_taken_back_before_it_was_deleted_stays_so_when_that_is_undone(site, plan, take_back):
+    schedule = plan("2026-11-23T06:05", start_window_minutes=60)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(306)
+    tomorrow = {"start": datetime.fromisoformat("2026-11-24T06:05")}
+    keep_instant(site, schedule, **({"enabled": False} if take_back == "switched off" else tomorrow))
+    removed = _delete_schedule(site, schedule)
+    site.run(3)
+    site.container.catalogue.restore(removed)
+    site.run(900)
+    assert items(site) == []
+    assert outcomes(site) == [(State.CANCELLED, ReasonCode.SCHEDULE_CHANGED, 1)]
+
+
 def test_what_runs_when_its_robot_is_deleted_is_followed_on_when_that_is_undone(site, plan):
     schedule = plan("2026-11-23T06:05")
     site.run(320)
