@@ -123,7 +123,8 @@ class ExecutionRepository:
     def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None,
                   robot_id: int | None = None, ids: Sequence[int] | None = None, only: Trigger | None = None) -> list[int]:
         """What has not reached its robot yet, of a schedule or of a robot, or of these alone, or of one trigger, is not sent any more: what
-        waits ends, what is on its way is marked. Returns the ids of what ended."""
+        waits ends, what is on its way is marked; a change of the plan, which may be undone, covers no other reason. Returns the ids of
+        what ended."""
         column, value = ("schedule_id", schedule_id) if robot_id is None else ("robot_id", robot_id)
         where, values = f"{column} = ? AND {OPEN}", list[object]([value])
         if robot_id is not None:
@@ -132,7 +133,9 @@ class ExecutionRepository:
             where, values = f"{where} AND id IN ({placeholders(ids)})", [value, *ids]
         if only is not None:
             where, values = f"{where} AND trigger = ?", [*values, only]
-        c.execute(f"UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'", (_reason_to_text(reason), *values))
+        c.execute(f"""UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'
+                      AND coalesce(json_extract(revoked, '$.code'), 'schedule_changed') = 'schedule_changed'""",
+                  (_reason_to_text(reason), *values))
         return self._end(c, f"{where} AND state = 'waiting'", values, reason, now)
 
     def give_back(self, c: sqlite3.Connection, robot_id: int, group_id: int | None = None, *, but_persons: bool = False) -> int:
@@ -152,15 +155,18 @@ class ExecutionRepository:
         assignments = ", ".join(f"{name} = ?" for name in columns)
         return c.execute(f"UPDATE executions SET {assignments} WHERE {where}", (*columns.values(), *values)).rowcount
 
-    def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> list[int]:
-        """End everything open of a robot that is being removed; returns the ids of what was still waiting."""
-        waiting = self._end(c, f"robot_id = ? AND {OPEN} AND state = 'waiting'", [robot_id], reason, now)
+    def end_open_of_robot(self, c: sqlite3.Connection, robot_id: int, reason: Reason, now: datetime) -> None:
+        """End everything open of a robot that is being removed."""
         self._end(c, f"robot_id = ? AND {OPEN}", [robot_id], reason, now)
-        return waiting
 
-    def end_waiting_of_group(self, c: sqlite3.Connection, group_id: int, reason: Reason, now: datetime) -> list[int]:
-        """What no robot has of a group ends; returns the ids."""
-        return self._end(c, f"group_id = ? AND {OPEN} AND state = 'waiting'", [group_id], reason, now)
+    def end_waiting_of_group(self, c: sqlite3.Connection, group_id: int, reason: Reason, now: datetime) -> None:
+        """What no robot has of a group ends."""
+        self._end(c, f"group_id = ? AND {OPEN} AND state = 'waiting'", [group_id], reason, now)
+
+    def waiting_of_group(self, c: sqlite3.Connection, group_id: int) -> list[Execution]:
+        """What no robot has of a group, oldest first."""
+        return self._list(c, f"""INDEXED BY executions_open WHERE {OPEN} AND state = 'waiting' AND group_id = ?
+                                 ORDER BY planned_at, id""", group_id)
 
     @staticmethod
     def _end(c: sqlite3.Connection, where: str, values: Sequence[Any], reason: Reason, now: datetime) -> list[int]:
@@ -180,22 +186,15 @@ class ExecutionRepository:
         c.execute(f"""UPDATE executions SET mission = ? WHERE {OPEN} AND state IN ('waiting', 'submitting') AND group_id IS NOT NULL
                       AND mission = ?""", (now.name, before.name))
 
-    def wait_again(self, c: sqlite3.Connection, ids: Sequence[int], now: datetime) -> None:
-        """An edit that ended these has been undone: what was never sent and is not too late waits again."""
-        c.execute(f"""UPDATE executions SET state = 'waiting', reason_code = NULL, reason_details = '{{}}', ended_at = NULL
-                      WHERE id IN ({placeholders(ids)}) AND state = 'cancelled' AND attempts = 0 AND closes_at > ?""", (*ids, to_text(now)))
-        self._unbind(c, f"id IN ({placeholders(ids)}) AND state = 'waiting' AND group_id IS NOT NULL", *ids)
+    def open_again(self, c: sqlite3.Connection, execution: Execution) -> None:
+        """What ended it has been undone: it is as given, also where the history has forgotten it."""
+        if self.change(c, execution.id, (State.CANCELLED,), **{name: getattr(execution, name) for name in _FIELDS}) is None:
+            self.add_once(c, execution)
 
     def want_again(self, c: sqlite3.Connection, ids: Sequence[int]) -> None:
         """What an edit had taken back while it was on its way, and has not ended, is wanted after all."""
         c.execute(f"""UPDATE executions SET revoked = NULL WHERE id IN ({placeholders(ids)}) AND state = 'submitting'
                       AND json_extract(revoked, '$.code') = 'schedule_changed'""", ids)
-
-    def go_on(self, c: sqlite3.Connection, states: Iterable[tuple[int, State]]) -> None:
-        """The robot with which these have ended is there again: what it has, or may have, is looked for."""
-        c.executemany("""UPDATE executions SET state = ?, reason_code = NULL, reason_details = '{}', ended_at = NULL
-                         WHERE id = ? AND state = 'cancelled' AND reason_code = 'robot_removed'""",
-                      [(state, row_id) for row_id, state in states])
 
     def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
         """An instant that an edit had taken back, with nothing sent, is planned again: its old row makes room."""

@@ -127,9 +127,7 @@ def after_failed_attempt(execution: Execution, settings: Settings, problem: Mess
 
 def when_overtaken(idle: Execution, now: datetime) -> Reason:
     """Why an idle mission was not sent before its robot was used, or something else was planned."""
-    if idle.attempts:
-        return Reason(ReasonCode.RETRY_LIMIT, {"attempts": idle.attempts, "problem": idle.wait_details.get("problem", "")})
-    if idle.wait is Wait.DUE:
+    if idle.wait in (Wait.DUE, Wait.RETRY):          # nothing had held it up
         return Reason(ReasonCode.OVERLAP, {"idle": True})
     return when_window_closed(replace(idle, closes_at=now), app_was_down=False)
 

@@ -82,7 +82,7 @@ def change(site, schedule, **values) -> None:
 SINCE, NO_SCHEDULE = "its schedule has been changed since", "there is no such schedule any more"
 MEANWHILE = {
     "too late": (lambda site, schedule: site.run(1200), "it is too late for this start"),
-    "schedule changed": (lambda site, schedule: change(site, schedule, minimum_battery_percent=40), SINCE),
+    "schedule moved": (lambda site, schedule: change(site, schedule, start=schedule.start.replace(hour=9)), SINCE),
     "schedule off": (lambda site, schedule: site.container.catalogue.set_schedule_enabled(schedule.id, False), SINCE),
     "schedule paused": (lambda site, schedule: site.container.pausing.pause(schedule.id, site.clock.now().replace(hour=23)), SINCE),
     "schedule deleted": (lambda site, schedule: site.container.catalogue.remove_schedule(schedule.id), NO_SCHEDULE),

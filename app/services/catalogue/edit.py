@@ -17,7 +17,6 @@ from app.domain.models import (
     ReasonCode,
     Robot,
     Settings,
-    State,
     Trigger,
 )
 from app.mir.credentials import token_for
@@ -52,6 +51,8 @@ class Edit(GroupEdit, ScheduleEdit):
                 self.notes.append(f"settings changed: {line}")
         if _days_off(self.settings) != _days_off(before):
             self._plan_anew()
+        if _of_starts(self.settings) != _of_starts(before):
+            self.follow_definition(self.schedules.all(self.c))
         return self.settings
 
     def leave_unknown_zones(self, local: str) -> list[str]:
@@ -190,6 +191,13 @@ class Edit(GroupEdit, ScheduleEdit):
         if self.note_ended(self.executions.take_back(self.c, reason, self.now, robot_id=robot.id, only=Trigger.IDLE)):
             self.robots.note_idle(self.c, robot.id, None)
 
+    def _take_back_idle_of(self, mission_id: int) -> list[tuple[int, IdleRule]]:
+        """The same of all robots that have this mission when idle; returns their rules, by the robot's id."""
+        rests = [(robot, robot.idle) for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
+        for robot, _rule in rests:
+            self._take_back_idle(robot)
+        return [(robot.id, rule) for robot, rule in rests]
+
     def _note_idle(self, robot: Robot, before: IdleRule | None) -> None:
         old, new = (told.of_idle_rule(rule, self.missions.get(self.c, rule.mission_id) if rule else None) for rule in (before, robot.idle))
         if old != new:
@@ -209,8 +217,9 @@ class Edit(GroupEdit, ScheduleEdit):
         robot = self.the_robot(robot_id)
         reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
         self._give_back(robot_id)
-        under_way = [(row.id, row.state) for row in self.executions.open_for(self.c, robot_id) if row.state is not State.WAITING]
-        waiting = self.note_ended(self.executions.end_open_of_robot(self.c, robot_id, reason, self.now))
+        starts = self.executions.open_for(self.c, robot_id)
+        self.executions.end_open_of_robot(self.c, robot_id, reason, self.now)
+        self.note_ended([row.id for row in starts])
         schedules = self.schedules.for_robot(self.c, robot_id)
         self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
         missions = [mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id]
@@ -220,12 +229,11 @@ class Edit(GroupEdit, ScheduleEdit):
                           schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
                           missions=missions, uses=self.places.uses_of(self.c, [mission.id for mission in missions]),
                           holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id],
-                          member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id),
-                          under_way=under_way)
+                          member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id))
         self._clear_alarms(robot_id)
         self.robots.remove(self.c, robot_id)
         self.groups.keep_fewer_free(self.c, validation.FEWEST_TO_KEEP_FREE)
-        removed = replace(removed, waiting=[*waiting, *self._end_without_robots(removed.member_of)])
+        removed = replace(removed, starts=[*starts, *self._end_without_robots(removed.member_of)])
         self.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
         return removed
 
@@ -262,9 +270,9 @@ class Edit(GroupEdit, ScheduleEdit):
             made_names.follow_mission(self, stored.name, mission)
             if mission.robot_id is None:
                 self.executions.follow_mission(self.c, stored, mission)
-            for schedule in self.schedules.for_mission(self.c, mission.id):
-                if schedule.robot_id is not None:                 # robots of a group are asked for theirs when one is chosen
-                    self.change_waiting(schedule, self.the_robot(schedule.robot_id), mission)
+            self.follow_definition(self.schedules.for_mission(self.c, mission.id))
+            if stored.guid != mission.guid:
+                self._take_back_idle_of(mission.id)
         self.prefer_own(mission)
         self.topics.add(Topic.MISSIONS)
         return mission
@@ -279,25 +287,26 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def _use_instead(self, old_id: int, new_id: int, robot_id: int) -> None:
         self.schedules.use_instead(self.c, old_id, new_id, robot_id)
+        self.follow_definition(self.schedules.for_mission(self.c, new_id))
         robot = self.the_robot(robot_id)
         if robot.idle and robot.idle.mission_id == old_id:
             self.robots.update(self.c, replace(robot, idle=replace(robot.idle, mission_id=new_id)))
+            self._take_back_idle(robot)
+        self.topics.add(Topic.SCHEDULES)
 
     def remove_mission(self, mission_id: int) -> Removed:
         """With the schedules and idle rules that use it; those of a robot's own one go on with the mission of that name for all robots."""
         mission = self.the_mission(mission_id)
         if mission.robot_id is not None and (general := self.missions.by_name(self.c, mission.name)):
             self._use_instead(mission_id, general.id, mission.robot_id)
-        rests = [robot for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
-        idle = [(robot.id, robot.idle) for robot in rests if robot.idle]
-        for robot in rests:
-            self._take_back_idle(robot)
+        idle = self._take_back_idle_of(mission_id)
         schedules = self.schedules.for_mission(self.c, mission_id)
-        on_their_way = self.on_their_way(schedules)
-        waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
+        starts = self.unsent_of(schedules)
+        for schedule in schedules:
+            self.take_back(schedule)
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(missions=[mission], schedules=schedules, made_names=self.with_made_names(schedules),
-                          skips=self.skips_of(schedules), idle=idle, waiting=waiting, on_their_way=on_their_way,
+                          skips=self.skips_of(schedules), idle=idle, starts=starts,
                           uses=self.places.uses_of(self.c, [mission_id]))
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
@@ -306,6 +315,11 @@ class Edit(GroupEdit, ScheduleEdit):
 
 def _idle_mission(robot: Robot) -> int | None:
     return robot.idle.mission_id if robot.idle and robot.idle.enabled else None
+
+
+def _of_starts(settings: Settings) -> tuple[object, ...]:
+    """The settings that hold for starts whose schedule says nothing else."""
+    return settings.start_window_minutes, settings.minimum_battery_percent
 
 
 def _days_off(settings: Settings) -> tuple[object, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from app.domain.models import Group, InvalidInput, Mission, Place, Reason, ReasonCode
+from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode
 from app.services.catalogue import made_names, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
@@ -50,24 +50,28 @@ class GroupEdit(Transaction):
     def remove_group(self, group_id: int) -> Removed:
         """With its schedules. What no robot has yet is cancelled, whoever wanted it; what runs goes on."""
         group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
-        on_their_way = self.on_their_way(schedules)
-        waiting = [row.id for schedule in schedules for row in self.take_back(schedule)]
-        waiting += self._end_waiting(group, {"removed": group.name})
+        starts = self.unsent_of(schedules)
+        for schedule in schedules:
+            self.take_back(schedule)
+        starts += self._end_waiting(group, {"removed": group.name})
         removed = Removed(group=group, schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
-                          waiting=waiting, on_their_way=on_their_way)
+                          starts=starts)
         self.groups.remove(self.c, group_id)
         self.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
         self.topics |= {Topic.ROBOTS, Topic.SCHEDULES}
         return removed
 
-    def _end_without_robots(self, groups: Iterable[Group]) -> list[int]:
-        """A robot of these was removed: what waits for one that has no other that is switched on ends. Returns the ids."""
+    def _end_without_robots(self, groups: Iterable[Group]) -> list[Execution]:
+        """A robot of these was removed: what waits for one that has no other that is switched on ends. Returns it as it was."""
         left = [group for before in groups if (group := self.groups.get(self.c, before.id)) is not None]
-        return [row_id for group in left if not any(self.the_robot(robot_id).enabled for robot_id in group.members)
-                for row_id in self._end_waiting(group, {"group": group.name})]
+        return [row for group in left if not any(self.the_robot(robot_id).enabled for robot_id in group.members)
+                for row in self._end_waiting(group, {"group": group.name})]
 
-    def _end_waiting(self, group: Group, details: Mapping[str, str]) -> list[int]:
-        return self.note_ended(self.executions.end_waiting_of_group(self.c, group.id, Reason(ReasonCode.ROBOT_REMOVED, details), self.now))
+    def _end_waiting(self, group: Group, details: Mapping[str, str]) -> list[Execution]:
+        waiting = self.executions.waiting_of_group(self.c, group.id)
+        self.executions.end_waiting_of_group(self.c, group.id, Reason(ReasonCode.ROBOT_REMOVED, details), self.now)
+        self.note_ended([row.id for row in waiting])
+        return waiting
 
     def _give_back(self, robot_id: int, group_id: int | None = None) -> None:
         """What was to go to this robot as one of a group, with nothing sent, is for any of the others again."""

@@ -1,6 +1,7 @@
 """Schedules: the part of a change of the plan that is about them."""
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from datetime import datetime, timedelta
 
@@ -10,8 +11,8 @@ from app.services.catalogue import told, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed
 from app.services.live.changes import Topic
-from app.services.planning.edited import as_defined
 from app.services.planning.first_due import first_due
+from app.services.planning.wanted import as_defined, is_planned
 from app.services.planning.working_days import WorkingCalendar
 
 NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None, "planned_through": None,
@@ -51,6 +52,7 @@ class ScheduleEdit(Transaction):
             schedule = self._replan(stored, schedule, calendar)
             self.schedules.update(self.c, schedule)
             self.change_waiting(schedule, target, mission)
+            self._decide_anew(schedule)
         self.topics.add(Topic.SCHEDULES)
         return schedule
 
@@ -61,9 +63,7 @@ class ScheduleEdit(Transaction):
         schedule = replace(schedule, **noted)
         if _when(schedule) == _when(stored):
             return schedule
-        kept = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id)
-                if schedule.enabled and (schedule.robot_id, schedule.group_id) == (stored.robot_id, stored.group_id)
-                and first_due(replace(schedule, planned_through=None), self.settings, row.planned_at, calendar) == row.planned_at]
+        kept = [row for row in self.unsent_of([schedule]) if is_planned(row, schedule, self.settings, calendar)]
         self.executions.want_again(self.c, [row.id for row in kept])
         gone = [row for row in self.take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0 and not row.held]
         if gone:                               # never sent: as if they had never been planned
@@ -75,15 +75,24 @@ class ScheduleEdit(Transaction):
         return schedule
 
     def change_waiting(self, schedule: Schedule, target: Robot | Group, mission: Mission) -> None:
-        """What waits runs as it is defined now; what is on its way does when it waits again (``changed_since``). One for which a robot of a
-        group had been chosen is decided anew."""
-        for row in self.executions.unsent_of_schedule(self.c, schedule.id):
-            columns = as_defined(row, schedule, target, mission, self.settings, self._settings.install_id(self.c))
+        """What waits says how it is to run by now, and is judged by that. When it is sent, and of what is on its way, that is asked once
+        more (``changed_since``)."""
+        for row in self.unsent_of([schedule]):
+            columns = as_defined(self.c, row, schedule, target, mission, self.settings, self._settings.install_id(self.c))
             self.executions.change(self.c, row.id, (State.WAITING,), **columns)
             self.executions.change(self.c, row.id, (State.SUBMITTING,), closes_at=columns["closes_at"])      # how long it is looked for
-            if isinstance(target, Group):
-                self.executions.unbind(self.c, row.id)
             self.topics.add(Topic.EXECUTIONS)
+
+    def _decide_anew(self, schedule: Schedule) -> None:
+        """Which robot of its group gets what waits; before what else is as the schedule says."""
+        for row in self.unsent_of([schedule]) if schedule.group_id is not None else ():
+            self.executions.change(self.c, row.id, (State.WAITING,), priority=schedule.priority)
+            self.executions.unbind(self.c, row.id)
+
+    def follow_definition(self, schedules: Iterable[Schedule]) -> None:
+        """What waits of these, whose mission or settings were changed."""
+        for schedule in schedules:
+            self.change_waiting(schedule, self.target_of(schedule), self.the_mission(schedule.mission_id))
 
     @staticmethod
     def definition(schedule: Schedule) -> Schedule:
@@ -107,7 +116,8 @@ class ScheduleEdit(Transaction):
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
         removed = Removed(schedules=[schedule], made_names=self.with_made_names([schedule]), skips=self.skips_of([schedule]),
-                          on_their_way=self.on_their_way([schedule]), waiting=[row.id for row in self.take_back(schedule)])
+                          starts=self.unsent_of([schedule]))
+        self.take_back(schedule)
         self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")
         self.topics.add(Topic.SCHEDULES)

@@ -19,7 +19,7 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import names
-from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule, State
+from app.domain.models import Execution, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
 from app.services.live.changes import Topic
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -115,10 +115,9 @@ class Transaction:
                                                           ids=[row.id for row in gone]))
         return [row for row in gone if row.id in ended]
 
-    def on_their_way(self, schedules: Sequence[Schedule]) -> list[int]:
-        """Starts of these that are on their way or in doubt, and still wanted."""
-        return [row.id for schedule in schedules for row in self.executions.unsent_of_schedule(self.c, schedule.id)
-                if row.state is State.SUBMITTING and row.revoked is None]
+    def unsent_of(self, schedules: Sequence[Schedule]) -> list[Execution]:
+        """What no robot has yet of these, as far as is known."""
+        return [row for schedule in schedules for row in self.executions.unsent_of_schedule(self.c, schedule.id)]
 
     def note_ended(self, ids: list[int]) -> list[int]:
         if ids:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from app.database.check_ups import StoredCheckUp
 from app.database.durations import RunDuration
+from app.database.executions import UNBOUND
 from app.database.group_starts import Watch
 from app.database.holds import StoredHold
 from app.database.robots import Accepted
@@ -30,10 +31,12 @@ from app.domain.models import (
 )
 from app.services.catalogue import told, validation
 from app.services.live.changes import Topic
+from app.services.planning.wanted import changed_since, why_unwanted
 
 if TYPE_CHECKING:
     from app.services.catalogue.edit import Edit
 
+_UNDONE = (ReasonCode.SCHEDULE_CHANGED, ReasonCode.ROBOT_REMOVED)
 Uses = frozenset[tuple[int, int]]        # of places by missions: ids of mission and place
 
 
@@ -53,9 +56,7 @@ class Removed:
     idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
     holds: Sequence[StoredHold] = ()
     days: Sequence[DayException] = ()
-    waiting: Sequence[int] = ()                          # executions that ended with it while they waited
-    on_their_way: Sequence[int] = ()                     # executions that were not sent again because of it
-    under_way: Sequence[tuple[int, State]] = ()          # others that ended with the robot, and what they were
+    starts: Sequence[Execution] = ()                     # that no robot had, or that ended with the robot, as they were
     group: Group | None = None
     member_of: Sequence[Group] = ()                      # that the robot was in
     watches: Sequence[Watch] = ()                        # what may still come to the robot
@@ -124,9 +125,9 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
             edit.schedules.skip(edit.c, schedule.id, instant)
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
-    edit.executions.wait_again(edit.c, removed.waiting, edit.now)
-    edit.executions.go_on(edit.c, removed.under_way)
-    edit.executions.want_again(edit.c, removed.on_their_way)
+    for start in removed.starts:
+        _restore_start(edit, start, has_its_robot_again=removed.robot is not None and removed.robot.id == start.robot_id)
+    edit.executions.want_again(edit.c, [row.id for row in edit.unsent_of(removed.schedules) if why_unwanted(edit.c, row) is None])
     for hold in removed.holds:
         edit.holds.add(edit.c, hold)
     if removed.days:
@@ -173,6 +174,32 @@ def _restore_idle(edit: Edit, robot_id: int, rule: IdleRule) -> None:
         edit.robots.update(edit.c, replace(robot, idle=rule))
 
 
+def _restore_start(edit: Edit, before: Execution, *, has_its_robot_again: bool) -> None:
+    """What waited waits again, where the plan has it by now; what its robot had, or may have, is looked for there. Decided without the
+    history: what it has forgotten by now is put back as it was."""
+    row = edit.executions.get(edit.c, before.id)
+    if row is not None and (row.state is not State.CANCELLED or row.reason is None or row.reason.code not in _UNDONE):
+        return                                           # it has moved on, or a person has ended it
+    goes_on = has_its_robot_again and before.state is not State.WAITING
+    if row is None and not goes_on and before.state is not State.WAITING:
+        return                                           # found on its robot: else it would be kept, as it may still arrive
+    row = replace(row or before, state=before.state if goes_on else State.WAITING, reason=None, ended_at=None, duration_s=None)
+    unwanted = why_unwanted(edit.c, row)
+    if goes_on:
+        is_final = before.revoked is not None and before.revoked.code is not ReasonCode.SCHEDULE_CHANGED
+        edit.executions.open_again(edit.c, replace(row, revoked=before.revoked if is_final else unwanted))
+    elif unwanted is None:
+        _wait_again(edit, row)
+
+
+def _wait_again(edit: Edit, row: Execution) -> None:
+    """As its schedule is defined by now, and of a group for whichever robot; not where it is too late."""
+    row = replace(row, state=State.WAITING, reason=None, ended_at=None, revoked=None, **(UNBOUND if row.group_id is not None else {}))
+    row = replace(row, **(changed_since(edit.c, row) or {}))
+    if row.closes_at > edit.now:
+        edit.executions.open_again(edit.c, row)
+
+
 def may_wait_again(row: Execution) -> bool:
     """Whether a person has cancelled that start before anything of it was sent. What idleness wanted, it wants again by itself."""
     return (row.state is State.CANCELLED and row.reason is not None and row.reason.code is ReasonCode.USER_CANCELLED and not row.attempts
@@ -196,16 +223,15 @@ def wait_again(edit: Edit, execution_id: int) -> None:
     elif not (robot := edit.the_robot(row.robot_id or 0)).enabled:
         raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
     if row.schedule_id is not None:
-        _check_is_same_plan(edit, row, edit.the_schedule(row.schedule_id))
-    edit.executions.wait_again(edit.c, [row.id], edit.now)
+        _check_is_planned(edit, row, edit.the_schedule(row.schedule_id))
+    _wait_again(edit, row)
     edit.notes.append(f"#{row.id} {row.mission!r} waits again: its cancellation was undone")
     edit.topics.add(Topic.EXECUTIONS)
 
 
-def _check_is_same_plan(edit: Edit, row: Execution, schedule: Schedule) -> None:
-    """An edit since would have taken the start back; a start of its own since would have been left out because of it."""
-    is_changed = row.ended_at is not None and schedule.changed_at is not None and schedule.changed_at > row.ended_at
-    if is_changed or not schedule.enabled or schedule.is_paused(row.planned_at):
+def _check_is_planned(edit: Edit, row: Execution, schedule: Schedule) -> None:
+    """An edit since may have taken the start back; a start of its own since would have been left out because of it."""
+    if why_unwanted(edit.c, row) is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
     if schedule.overlap is Overlap.SKIP and schedule.id in edit.executions.open_of_schedules(edit.c, [schedule.id]):
         raise InvalidInput("schedule", "the next start of its schedule is there already")

@@ -68,11 +68,9 @@ class Allocator:
 
     # ------------------------------------------------------------------ what waits
     def _is_to_be_given(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> bool:
-        members = [robots[key] for key in group.members if key in robots] if group is not None else []
         reason = taken_back(row)
-        if reason is None and not any(robot.enabled for robot in members):
-            reason = Reason(ReasonCode.ROBOT_REMOVED, {"removed" if group is None else "group": row.robot_group})
-        reason = reason or self._refused_by_all(row, members)
+        if reason is None and self._has_no_robot(row, group, robots):         # as far as their workers know by now
+            reason = self._has_no_robot(row, group, {robot.id: robot for robot in self._s.robots.all(self._s.db.read())})
         return self._waiting.may_be_tried(row, reason) and not self._waits_for_the_one_before(row)
 
     def _looks_first(self, row: Execution, group: Group, workers: Mapping[int, RobotWorker]) -> bool:
@@ -83,6 +81,13 @@ class Allocator:
             return False
         self._later(row, left)
         return True
+
+    def _has_no_robot(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> Reason | None:
+        """Why none of these can ever get it; None: one can."""
+        members = [robots[key] for key in group.members if key in robots] if group is not None else []
+        if not any(robot.enabled for robot in members):
+            return Reason(ReasonCode.ROBOT_REMOVED, {"removed" if group is None else "group": row.robot_group})
+        return self._refused_by_all(row, members)
 
     def _refused_by_all(self, row: Execution, members: Sequence[Robot]) -> Reason | None:
         """The last refusal, where every robot of the group that is switched on has refused it for good."""

@@ -16,14 +16,13 @@ from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.message import Message, message
 from app.services.dispatch.observation import ClockReading
-from app.services.dispatch.timing import FIRST_DOUBT, REPORTED_STEP
+from app.services.dispatch.timing import CLOCKS_AGREE, FIRST_DOUBT, REPORTED_STEP
 from app.services.live.alarms import Alarms
 from app.services.live.gaps import EVER, HEARTBEAT_EVERY, NOTEWORTHY, Downtime, Gap
 from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
-TOLERANCE = 600.0                       # s by which a robot's clock may differ and still agree
 BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
 HEARD_AGAIN = 3600.0                    # s without a difference after which the clock of an overruled robot counts again
 CONFIRMED = "confirmed_clock_offsets"   # name of the setting: what the robots' clocks differed by when a person said that this one is right
@@ -162,7 +161,7 @@ class ClockGuard:
     def _overrule(self, readings: Readings, mono: float) -> None:
         """Robots whose clocks differ when a person says that the tablet's is right have no say until they have not differed for long. As
         long as the tablet's clock does not step, it is theirs that move when they differ in another way: no reason to hold the plant."""
-        self._overruled = {key: mono for key, reading in readings.items() if abs(reading.offset) > TOLERANCE}
+        self._overruled = {key: mono for key, reading in readings.items() if abs(reading.offset) > CLOCKS_AGREE}
         if self._overruled:
             log.warning("A person decided against the clocks of robots %s", ", ".join(f"#{key}" for key in self._overruled))
 
@@ -180,12 +179,12 @@ class ClockGuard:
         confirmed: Mapping[str, float] | None = None
         for key, reading in readings.items():
             offset, has_a_say = reading.offset, True
-            if abs(offset) > TOLERANCE:
+            if abs(offset) > CLOCKS_AGREE:
                 if confirmed is None:
                     confirmed = self._settings.get(self._db.read(), CONFIRMED, {})
                 offset -= confirmed.get(str(key), 0.0)
                 has_a_say = self._has_a_say(key, reading)
-            if abs(offset) <= TOLERANCE:
+            if abs(offset) <= CLOCKS_AGREE:
                 agree += 1
             elif has_a_say:
                 differ.append(reading.offset)

@@ -53,6 +53,7 @@ from app.services.live.changes import NO_ROBOT, Changes, Topic
 log = logging.getLogger(__name__)
 
 POLLED_AT_ONCE = 2          # robots in a turn at least
+_REDEFINING = (Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS, Topic.MISSIONS, Topic.SETTINGS)     # what is about to be sent, or take it back
 _DECIDING = (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS, Topic.MISSIONS)       # what a choice of a robot rests on
 
 
@@ -166,7 +167,7 @@ class Engine:
             return                            # the round itself knows what is to be sent, and reads the plan after it
         if topic is Topic.ROBOTS:
             self._robots_version += 1
-        if topic in (Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS) or (topic is Topic.EXECUTIONS and about is None):
+        if topic in _REDEFINING or (topic is Topic.EXECUTIONS and about is None):
             self.plan_version += 1
         if topic in (Topic.EXECUTIONS, Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS):
             if about is None:

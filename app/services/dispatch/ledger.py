@@ -25,9 +25,10 @@ from app.domain.robot import QueueItem
 from app.services.dispatch.timing import WATCHED_FOR
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
-from app.services.planning.edited import changed_since
+from app.services.planning.wanted import changed_since, why_unwanted
 
 log = logging.getLogger("app.executions")
+_ENDS_BY = ("mission", "closes_at", "finish_by", "tried")     # what waits
 NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least may be
 WITH_THE_ROBOT = (State.QUEUED, State.EXECUTING)
 
@@ -41,6 +42,16 @@ class Move:
     watch: Watch | None = None
     needs_room: bool = False             # at the places that its mission uses; else it is not made
     used: Used | None = None             # of its robot's battery, where that is known
+
+    @property
+    def is_end(self) -> bool:
+        return self.columns.get("ended_at") is not None
+
+    @property
+    def is_defined_anew(self) -> bool:
+        """Whether it is about to be sent, or waits to be sent again: as its schedule is defined by now."""
+        state = self.columns.get("state")
+        return state is State.SUBMITTING or (state is State.WAITING and self.execution.state is State.SUBMITTING)
 
 
 def was_replaced(row: Execution, serial_number: str | None) -> bool:
@@ -99,7 +110,7 @@ class Ledger:
         its mission."""
         def work(c: Any) -> Execution | None:
             now = self._robots.get(c, robot.id)
-            if now is None or not now.enabled or now.idle != robot.idle:
+            if now is None or not now.enabled or (now.address, now.idle) != (robot.address, robot.idle):
                 return None
             self._robots.note_idle(c, robot.id, execution.queue_floor)
             return self._executions.add_once(c, execution)
@@ -157,13 +168,17 @@ class Ledger:
     def _made(self, c: Any, move: Move) -> Execution | None:
         if move.needs_room and self._starts.full_place(c, move.execution):
             return None
-        columns = dict(move.columns)
-        if columns.get("state") is State.WAITING and move.execution.state is State.SUBMITTING:
-            columns |= changed_since(c, replace(move.execution, tried=columns.get("tried", move.execution.tried)))
-        if State.WAITING in move.expected:               # which edits change too
-            made = self._executions.change(c, move.execution.id, move.expected, of_robot=move.execution.robot_id, **columns)
+        columns, expected = dict(move.columns), move.expected
+        if State.WAITING in expected and move.is_end and not self._is_as_judged(c, move.execution):
+            return None
+        if move.is_defined_anew:
+            columns |= changed_since(c, replace(move.execution, tried=columns.get("tried", move.execution.tried))) or {}
+        if State.CANCELLED in expected and why_unwanted(c, move.execution):
+            expected = (State.SUBMITTING,)
+        if State.WAITING in expected:                    # which edits change too
+            made = self._executions.change(c, move.execution.id, expected, of_robot=move.execution.robot_id, **columns)
         else:
-            made = self._executions.change_owned(c, move.execution, move.expected, **columns)
+            made = self._executions.change_owned(c, move.execution, expected, **columns)
         if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
             self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
             if made.trigger is Trigger.IDLE:
@@ -173,6 +188,11 @@ class Ledger:
         if made and move.used is not None and made.robot_id is not None:
             self._robots.note_used(c, made.robot_id, made.robot_serial, move.used)
         return made
+
+    def _is_as_judged(self, c: Any, execution: Execution) -> bool:
+        """Whether what its end rests on is still as it was read: somebody may just have given it more time, or another mission."""
+        now = self._executions.get(c, execution.id)
+        return now is not None and all(getattr(now, name) == getattr(execution, name) for name in _ENDS_BY)
 
     def begun(self, execution: Execution, robot: Robot, queue_floor: int | None) -> Move:
         """The intent on disk before the POST: ``submitting``, one attempt more, and the highest queue id known before it. The floor of the
@@ -218,8 +238,12 @@ class Ledger:
         return self._starts.may_get(self._db.read(), execution)
 
     def is_edited(self, execution: Execution) -> bool:
-        """Whether its schedule wants something else of it since its intent was written."""
-        return bool(changed_since(self._db.read(), execution))
+        """Whether its schedule or idle rule wants something else since its intent was written, or nothing."""
+        return changed_since(self._db.read(), execution) != {}
+
+    def is_wanted(self, execution: Execution) -> bool:
+        """Whether anything still wants it, as it is or otherwise."""
+        return changed_since(self._db.read(), execution) is not None
 
     def full_place(self, execution: Execution) -> FullPlace | None:
         """A place that it uses at which there is no room; None: there is room everywhere."""
@@ -249,7 +273,8 @@ class Ledger:
             for move in moves:
                 row_id, robot_id = move.execution.id, move.columns["robot_id"]
                 if self._starts.may_be_bound(c, move.execution, robot_id, row_id in into_queue):
-                    made.append(self._executions.change(c, row_id, move.expected, **move.columns))
+                    given = replace(move.execution, robot_id=robot_id, mission_guid=move.columns["mission_guid"])
+                    made.append(self._executions.change(c, row_id, move.expected, **{**move.columns, **(changed_since(c, given) or {})}))
             return [row for row in made if row is not None]
         rows = self._db.write(work) if moves else []
         hand_over([row for row in rows if row.state is State.SUBMITTING])          # before listeners are notified and read
@@ -288,7 +313,8 @@ class Ledger:
         return self._starts.unbound(self._db.read())
 
     def not_tried(self, intent: Execution) -> Move:
-        """An intent whose POST was not even begun; that of a group waits again though its robot has been removed meanwhile."""
+        """An intent whose POST was not even begun; that of a group waits again though its robot has been removed meanwhile, where its plan
+        still has it."""
         expected = (State.SUBMITTING,) if intent.group_id is None else (State.SUBMITTING, State.CANCELLED)
         return Move(intent, expected, {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None})
 

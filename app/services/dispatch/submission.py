@@ -172,6 +172,7 @@ class Submission:
         for waiting in self._ledger.make([self._ledger.not_tried(intent) for intent in intents]):
             if reason := self._taken_back(waiting):
                 self._ledger.end(waiting, reason)
+                self._forget_idle([waiting])
             elif self._is_own(waiting):
                 self._later(waiting, 0.0)
             else:
@@ -308,7 +309,12 @@ class Submission:
                 self.attempts.pop(waiting.id, None)
             else:
                 self._later(waiting, 0.0 if waited else rules.back_off(waiting.attempts, settings))
-        self._ledger.make(ends)
+        self._forget_idle(self._ledger.make(ends))
+
+    def _forget_idle(self, ended: Iterable[Execution]) -> None:
+        """Of an idle mission that was taken back nothing is here: its idle period has had none."""
+        if any(row.trigger is Trigger.IDLE and row.revoked is not None for row in ended):
+            self._ledger.forget_idle(self._robot_id)
 
     def _post(self, intent: Execution, plan_version: int) -> None:
         """``description`` carries the token; ``message`` is for people and the robot overwrites it. Whatever goes wrong in an unforeseen

@@ -42,6 +42,7 @@ SAVE_SPANS_EVERY = 60.0      # between writes of what a robot is seen doing
 # The clock
 FIRST_DOUBT = 30.0           # that the first start, or one after a jump, waits for a robot's time when no robot answers
 DOUBT_POLLS_EVERY = 5.0      # between polls while robots' clocks are waited for
+CLOCKS_AGREE = 600.0         # by which a robot's clock may differ and still agree
 REPORTED_STEP = 5.0          # from here on a step of the clock raises an alarm
 
 assert PREFETCH_LEAD > LONGEST_WAIT, "or some instants are never announced"

@@ -10,7 +10,7 @@ import math
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
@@ -19,7 +19,7 @@ from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import Robot, Settings
 from app.domain.robot import QueueItem
-from app.services.dispatch.timing import AWAITED_FOR
+from app.services.dispatch.timing import AWAITED_FOR, CLOCKS_AGREE
 from app.services.live.changes import Changes, Topic
 from app.services.live.tablet import Tablet
 
@@ -90,11 +90,12 @@ class Whereabouts:
 
     def clock_is_right(self, is_proven: bool) -> None:
         """Since now. ``is_proven``: by a robot or a person; then what is planned later is certain, in later runs of the app too, also where
-        a clock that was ahead has noted a later time."""
+        a clock that was further ahead than one that is right can be has noted a later time."""
         self._right_since = self._clock.now()
         noted = [to_text(at) for at in self._noted]
         if is_proven and noted and self._settled.get("of") != noted:
-            settled = {"of": noted, "through": to_text(self._right_since)}
+            latest = min(max(self._noted), self._right_since + timedelta(seconds=2 * CLOCKS_AGREE))
+            settled = {"of": noted, "through": to_text(max(self._right_since, latest))}
             self._db.write(lambda c: self._repository.put(c, SETTLED, settled))
             self._settled = settled
 

@@ -321,9 +321,10 @@ class RobotWorker:
         return False
 
     def _is_still_idle(self, row: Execution) -> bool:
-        """An idle mission that could not be sent at once is judged anew: nothing else may have run. Raises RobotError."""
+        """An idle mission is judged anew before it is sent: nothing else may have run. Raises RobotError."""
         self.seen.highest = self._client.highest_queue_id() or 0
-        return self.seen.highest == row.queue_floor and self._idle_mission_is_due(None, math.inf)
+        is_wanted = self._s.ledger.is_wanted(row)
+        return is_wanted and self.seen.highest == row.queue_floor and self._idle_mission_is_due(None, math.inf)
 
     def _idle_mission_is_due(self, last_queue_id: int | None, idle_seconds: float) -> bool:
         """``last_queue_id``: of the last idle mission; ids above it have ended its idle period."""

@@ -82,8 +82,9 @@ def test_what_ran_since_the_backup_is_not_sent_again_though_the_clock_was_behind
     assert len(sent_at(site)) == 1
 
 
-def test_a_restore_noted_by_a_clock_far_ahead_delays_no_start_of_after_it(site, plan, backed_up):
-    """Once the clock is proven right, what is planned from then on can't have been sent before; after each start of the app too."""
+def test_a_restore_noted_by_a_clock_far_ahead_delays_starts_by_little_and_for_minutes_only(site, plan, backed_up):
+    """Once the clock is proven right, what is planned later than clocks that agree may differ can't have been sent before; after each
+    start of the app too."""
     plan("2026-11-23T06:10", "FREQ=MINUTELY;INTERVAL=10")
     site.run(200)
     backed_up()(clock_behind=-3e8)
@@ -92,7 +93,7 @@ def test_a_restore_noted_by_a_clock_far_ahead_delays_no_start_of_after_it(site, 
     site.run(200)
     site.power_cut(20)
     site.run(1300)
-    assert sent_at(site) == [600, 1200, 1800]
+    assert sent_at(site) == [602, 1202, 1800]
 
 
 def test_what_ran_before_the_robots_numbers_began_anew_is_found_where_it_can_be_seen(site, plan, backed_up):

@@ -126,15 +126,24 @@ def test_only_some_of_a_schedule_are_taken_back(db, row):
     assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1, ids=[])) == []
 
 
-def test_what_an_edit_ended_waits_again_unless_it_was_sent_or_is_too_late(db, row):
-    sent, late = row(attempts=1), row(closes_at=NOON)
-    rows = [add(db, each) for each in (row(), sent, late)]
-    ended = add(db, row(state=State.COMPLETED, ended_at=NOON))
+def test_what_an_edit_ended_is_opened_again_also_when_the_history_has_forgotten_it_but_not_what_moved_on(db, row):
+    kept, forgotten, moved_on = (add(db, row()) for _n in range(3))
     db.write(lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1))
-    db.write(lambda c: EXECUTIONS.wait_again(c, [row.id for row in (*rows, ended)], NOON))
-    assert EXECUTIONS.get(db.read(), rows[0].id) == rows[0]
-    assert [EXECUTIONS.get(db.read(), each.id).state for each in (*rows, ended)] == [
-        State.WAITING, State.CANCELLED, State.CANCELLED, State.COMPLETED]
+    db.write(lambda c: c.execute("DELETE FROM executions WHERE id = ?", (forgotten.id,)))
+    db.write(lambda c: EXECUTIONS.change(c, moved_on.id, (State.CANCELLED,), state=State.COMPLETED))
+    for each in (kept, forgotten, moved_on):
+        db.write(lambda c, each=each: EXECUTIONS.open_again(c, each))
+    assert [EXECUTIONS.get(db.read(), each.id) for each in (kept, forgotten)] == [kept, forgotten]
+    assert EXECUTIONS.get(db.read(), moved_on.id).state is State.COMPLETED
+
+
+@pytest.mark.parametrize(("first", "then", "left"), [
+    (ReasonCode.SCHEDULE_CHANGED, ReasonCode.HOLD, ReasonCode.HOLD), (ReasonCode.HOLD, ReasonCode.SCHEDULE_CHANGED, ReasonCode.HOLD)])
+def test_a_change_of_the_plan_which_may_be_undone_covers_no_other_reason(db, row, first, then, left):
+    on_its_way = add(db, row(state=State.SUBMITTING))
+    for code in (first, then):
+        db.write(lambda c, code=code: EXECUTIONS.take_back(c, Reason(code), NOON, schedule_id=1))
+    assert EXECUTIONS.get(db.read(), on_its_way.id).revoked.code is left
 
 
 def test_an_instant_that_was_taken_back_makes_room_unless_something_was_sent(db, row):
@@ -148,7 +157,7 @@ def test_an_instant_that_was_taken_back_makes_room_unless_something_was_sent(db,
 def test_what_a_robot_still_had_to_do_ends(db, row):
     waiting, running, other = add(db, row()), add(db, row(state=State.QUEUED)), add(db, row(robot_id=2))
     reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": "Aino"})
-    assert db.write(lambda c: EXECUTIONS.end_open_of_robot(c, 1, reason, NOON)) == [waiting.id]
+    db.write(lambda c: EXECUTIONS.end_open_of_robot(c, 1, reason, NOON))
     c = db.read()
     assert [EXECUTIONS.get(c, found.id).state for found in (waiting, running, other)] == [State.CANCELLED, State.CANCELLED, State.WAITING]
 
@@ -280,7 +289,7 @@ SMALL = ("executions_open", "executions_open_of_schedule")      # indexes that h
     lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]), lambda c: EXECUTIONS.has_sent(c, 1),
     lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]), lambda c: EXECUTIONS.waited_for(c, [1, 2]),
     lambda c: EXECUTIONS.unsent_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1),
-    lambda c: EXECUTIONS.wait_again(c, [1, 2], NOON), lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON),
+    lambda c: EXECUTIONS.waiting_of_group(c, 1), lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON),
     lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON), lambda c: EXECUTIONS.drop_unsent_after(c, 1, NOON),
     lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
