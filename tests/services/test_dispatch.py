@@ -248,7 +248,53 @@ def test_the_robot_stays_silent_until_the_window_is_over(site, plan):
     site.network.down.add("R1")
     site.run(600)
     assert outcome(site) == [(State.FAILED, ReasonCode.UNKNOWN_OUTCOME)]
+    assert [alarm.code for alarm in site.container.alarms.open()].count("unknown_outcome") == 1
+    assert "execution_failed" not in [alarm.code for alarm in site.container.alarms.open()]      # that would be the same again
+
+
+@pytest.mark.parametrize("others_fail", [False, True])
+def test_once_its_outcome_is_known_no_alarm_asks_for_it(site, plan, others_fail):
+    plan("2026-11-23T06:05", start_window_minutes=5)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(306)
+    site.network.down.add("R1")
+    if others_fail:
+        site.container.alarms.raise_("unknown_outcome", "execution:99", robot="R1", mission="Home", problem="none")
+    site.run(600)
     assert "unknown_outcome" in [alarm.code for alarm in site.container.alarms.open()]
+    site.network.down.clear()
+    site.run(60)
+    assert outcome(site) == [(State.COMPLETED, None)]
+    left = [alarm.key for alarm in site.container.alarms.open() if alarm.code in ("unknown_outcome", "execution_failed")]
+    assert left == ["execution:99"] * others_fail
+
+
+def test_what_is_found_late_was_sent_when_its_request_left_and_not_when_it_was_found(site, plan):
+    """Its answer was lost and the robot silent for ten minutes: the run is not told to have been late."""
+    plan("2026-11-23T06:05", start_window_minutes=60)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(306)
+    site.network.down.add("R1")
+    site.run(600)
+    site.network.down.clear()
+    site.run(60)
+    [run] = site.executions()
+    assert run.state is State.COMPLETED
+    assert 0 <= (run.submitted_at - run.planned_at).total_seconds() < 40             # a lost answer is given up after 30 s
+
+
+def test_a_failure_that_turns_out_to_be_none_is_no_alarm_any_more(site, plan):
+    """Given up at the second attempt; the first one's request comes a moment later, and runs."""
+    site.container.catalogue.change_settings(retry_limit=1, unknown_outcome_quiet_seconds=5)
+    plan("2026-11-23T06:05")
+    site.network.next("POST", "/mission_queue", Fate.LATE, 60)
+    site.network.next("POST", "/mission_queue", Fate.REFUSED)
+    site.run(340)
+    assert outcome(site) == [(State.FAILED, ReasonCode.RETRY_LIMIT)]
+    assert "execution_failed" in [alarm.code for alarm in site.container.alarms.open()]
+    site.run(120)
+    assert outcome(site) == [(State.COMPLETED, None)]
+    assert [alarm.code for alarm in site.container.alarms.open()] == []
 
 
 def test_an_unreachable_robot_leaves_running_executions_open(site, plan):

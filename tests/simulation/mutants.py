@@ -5,6 +5,7 @@ import __future__ as future
 
 import importlib
 import inspect
+import sys
 import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -128,11 +129,14 @@ def planted(mutant: Mutant) -> Iterator[None]:
     made: dict[str, object] = {}
     code = compile(source.replace(mutant.old, mutant.new), mutant.target, "exec", flags=future.annotations.compiler_flag)
     exec(code, vars(module), made)
-    setattr(owner, name, made[name])
+    owners = [owner, *(each for key, each in [*sys.modules.items()] if key.startswith("app.") and vars(each).get(name) is original)]
+    for each in owners:
+        setattr(each, name, made[name])
     try:
         yield
     finally:
-        setattr(owner, name, original)
+        for each in owners:
+            setattr(each, name, original)
 
 
 SUBMISSION, LEDGER, PLANNER = (
@@ -407,7 +411,7 @@ MUTANTS = (
         "(lambda *a, **k: 0)(c,",
         "taken back",
         PEOPLE,
-        seed=4,
+        seed=9,
     ),
     Mutant(
         "skips are forgotten (D5)",
@@ -420,9 +424,9 @@ MUTANTS = (
     ),
     Mutant(
         "what waits keeps its old mission (D6)",
-        f"{EDIT}.change_waiting",
-        "for row in self.executions",
-        "for row in [] and self.executions",
+        "services.planning.wanted:as_defined",
+        "for name in _FOLLOWS}",
+        "for name in _FOLLOWS if 'mission' not in name}",
         "as another mission",
         BUSY,
         seed=2,
@@ -430,8 +434,8 @@ MUTANTS = (
     Mutant(
         "what is edited while it is in doubt is sent as it was",
         f"{LEDGER}._made",
-        'if columns.get("state") is State.WAITING and',
-        "if False and",
+        "if move.is_defined_anew:",
+        "if False:",
         "as another mission",
         Profile(acts_per_hour=120, events_per_hour=40).only(
             acts="change_mission",
@@ -444,7 +448,7 @@ MUTANTS = (
     Mutant(
         "an idle mission is begun by what was read of its robot",
         f"{LEDGER}.add_idle",
-        "if now is None or not now.enabled or now.idle != robot.idle:",
+        "if now is None or not now.enabled or (now.address, now.idle) != (robot.address, robot.idle):",
         "if False:",
         "switched off",
         Profile(acts_per_hour=120, events_per_hour=60).only(

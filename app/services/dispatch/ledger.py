@@ -202,10 +202,11 @@ class Ledger:
         return Move(execution, (State.WAITING,), {"state": State.SUBMITTING, "attempts": execution.attempts + 1, "queue_floor": floor,
                                                   "robot_address": robot.address, "robot_serial": robot.serial_number}, needs_room=True)
 
-    def accepted(self, execution: Execution, robot: Robot, queue_id: int) -> Move:
-        """The robot has it since now. If this were never written, the robot would be asked."""
-        return Move(execution, (State.SUBMITTING,), {"state": State.QUEUED, "queue_id": queue_id, "submitted_at": self._clock.now(),
-                                                     "robot_address": robot.address, "robot_serial": robot.serial_number})
+    def accepted(self, execution: Execution, robot: Robot, queue_id: int, since: datetime | None = None) -> Move:
+        """The robot has it, (None:) since now. If this were never written, the robot would be asked."""
+        return Move(execution, (State.SUBMITTING,), {
+            "state": State.QUEUED, "queue_id": queue_id, "submitted_at": since or self._clock.now(), "robot_address": robot.address,
+            "robot_serial": robot.serial_number})
 
     def adopted(self, execution: Execution, robot: Robot, item: QueueItem) -> Move:
         """It is on a robot already: the one that it waits for, or another one."""
@@ -360,7 +361,14 @@ class Ledger:
         changed = self._db.write(lambda c: [self._executions.change(c, execution.id, move.expected, **move.columns) for move in moves])
         if changed[-1] is not None:
             self._announce(changed[-1])
+            self._withdraw_alarms_of(execution)
         return changed[-1]
+
+    def _withdraw_alarms_of(self, reopened: Execution) -> None:
+        """It has not failed, as far as is known now."""
+        if reopened.state is State.FAILED:
+            self._alarms.withdraw("unknown_outcome", f"execution:{reopened.id}")
+            self._alarms.withdraw("execution_failed", _about(reopened))
 
     def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
         """Note that the operator has cancelled these (None: undo that); the robot's answer decides."""
@@ -401,12 +409,12 @@ class Ledger:
                             timezone=execution.timezone)
 
     def alarm_for(self, ended: Execution) -> None:
-        """Raise the alarm of a failed or skipped execution, but of an idle mission that was overtaken; repetitions of one schedule are
-        counted."""
+        """Raise the alarm of a failed or skipped execution, but of an idle mission that was overtaken, and of an unknown outcome, which has
+        its own; repetitions of one schedule are counted."""
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
-        if code and ended.reason and not (ended.trigger is Trigger.IDLE and ended.reason.code is ReasonCode.OVERLAP):
-            about = f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot_id}"
-            self._alarms.raise_(code, about, mission=ended.mission, robot=ended.robot or ended.robot_group, robot_id=ended.robot_id,
+        told_elsewhere = (ReasonCode.UNKNOWN_OUTCOME, *([ReasonCode.OVERLAP] if ended.trigger is Trigger.IDLE else []))
+        if code and ended.reason and ended.reason.code not in told_elsewhere:
+            self._alarms.raise_(code, _about(ended), mission=ended.mission, robot=ended.robot or ended.robot_group, robot_id=ended.robot_id,
                                 reason=to_store(ended.reason), timezone=ended.timezone)
 
     # ------------------------------------------------------------------ inside
@@ -420,6 +428,11 @@ class Ledger:
         if not quietly:
             log.info("%s", describe(execution))
         self._changes.publish(Topic.EXECUTIONS, execution.robot_id or NO_ROBOT)
+
+
+def _about(ended: Execution) -> str:
+    """The key of its alarm."""
+    return f"schedule:{ended.schedule_id}" if ended.schedule_id else f"{ended.trigger}:{ended.robot_id}"
 
 
 def describe(execution: Execution) -> str:

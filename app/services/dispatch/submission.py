@@ -14,6 +14,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Iterable, Sequence
+from datetime import datetime, timedelta
 
 from app.database.executions import Unsent
 from app.domain import rules
@@ -347,10 +348,11 @@ class Submission:
         else:
             self._accepted(intent, queue_id)
 
-    def _accepted(self, intent: Execution, queue_id: int) -> None:
+    def _accepted(self, intent: Execution, queue_id: int, since: datetime | None = None) -> None:
         if self._seen.highest is not None:           # what others start here from now on lies above
             self._seen.highest = max(self._seen.highest, queue_id)
-        self.attempts[intent.id] = Attempt(Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id))
+        self.attempts[intent.id] = Attempt(
+            Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id, since))
 
     # ------------------------------------------------------------------ in doubt
     def _doubt(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
@@ -371,7 +373,8 @@ class Submission:
                 return
             self._seen.identify()                      # with other software it may answer in another way
             if found := self._copies.of(row):
-                self._found(row, found)
+                in_doubt = max(0.0, self._clock.monotonic() - attempt.in_doubt_since)
+                self._found(row, found, self._clock.now() - timedelta(seconds=in_doubt))
                 return
             if quiet_left <= 0 and (problem := self._copies.why_uncertain(row, attempt.is_taken, is_for_any(row))):
                 self._give_up(row, problem)
@@ -388,9 +391,10 @@ class Submission:
             self._failed([row], message("the robot did not receive it"), waited=True)
             self._copies.watch_for(row)
 
-    def _found(self, row: Execution, items: list[QueueItem]) -> None:
+    def _found(self, row: Execution, items: list[QueueItem], left_at: datetime | None = None) -> None:
+        """``left_at``: when its request left, where that is known: robots tell their times in no known zone."""
         first, *later = items
-        self._accepted(row, first.id)
+        self._accepted(row, first.id, left_at)
         self.note()
         for item in later:
             if not self._copies.cancel_copy(item, row):

@@ -134,6 +134,11 @@ class Alarms:
             self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
             self._changes.publish(Topic.ALARMS)
 
+    def withdraw(self, code: str, key: str) -> None:
+        """What this event told has turned out not to be so: nobody needs to read it any more, but it stays in the list of past ones."""
+        if self._db.write(lambda c: self._repository.withdraw(c, code, key, self._clock.now())):
+            self._changes.publish(Topic.ALARMS)
+
     def database_fails(self, problem: Message) -> None:
         """Nothing can be written, so nothing is sent, and this alarm is kept in memory until ``database_works``."""
         if self._database is None:
