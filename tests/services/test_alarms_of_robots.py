@@ -1,13 +1,16 @@
 """Alarms of a robot that is switched off, on and removed: what nobody asks any more has none, what is asked again has its own again."""
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import pytest
 
+from app.domain.models import Connection
 from app.mir.errors import CertificateMismatch
 from app.screens.common.alarms_view import alarm_note
 from app.services.live.alarms import alarm_sentence
+from tests.support.network import Fate
 from tests.support.site import Site
 
 
@@ -36,6 +39,24 @@ def test_a_robot_that_is_still_unreachable_when_it_is_switched_on_again_has_its_
     switch(site, robot.id, True)
     site.run(120)
     assert active(site) == ["unreachable"]
+
+
+def test_a_robot_whose_queue_can_not_be_read_is_one_thing_and_not_now_this_now_that(site, robot):
+    """It tells its status all the time, and is on screen."""
+    site.container.engine.watch(robot.id)
+    site.run(60)
+    seen = []
+    site.container.changes.subscribe(lambda _topic, _about: seen.append(site.container.snapshots.get(robot.id).connection))
+    site.network.next("GET", "/mission_queue", Fate.ERROR_BEFORE, count=10_000)
+    site.network.next("POST", "/mission_queue/search", Fate.ERROR_BEFORE, count=10_000)
+    site.run(300)
+    assert [key for key, _same in itertools.groupby(seen)] == [Connection.CONNECTED, Connection.UNREACHABLE]
+    assert active(site) == ["unreachable"]
+    assert site.container.snapshots.get(robot.id).status is not None
+    site.network.planned.clear()
+    site.run(120)
+    assert site.container.snapshots.get(robot.id).connection is Connection.CONNECTED
+    assert active(site) == []
 
 
 @pytest.mark.parametrize("leave", ["removed", "switched off"])

@@ -29,7 +29,7 @@ from app.mir.errors import (
 )
 from app.services.dispatch.freedom import can_work, is_charging
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import LIVE_EVERY, SAVE_SPANS_EVERY, SLOW_ANSWER, STATUS_IS_FRESH
+from app.services.dispatch.timing import IN_PART_AT_MOST, LIVE_EVERY, SAVE_SPANS_EVERY, SLOW_ANSWER, STATUS_IS_FRESH
 from app.services.live.snapshots import STALE_POLLS
 
 log = logging.getLogger(__name__)
@@ -58,6 +58,7 @@ class Observation:
         self._answered_at = -math.inf            # when it was last read; -inf once anything went wrong
         self._identified = False
         self._refused = False                    # answers, but not to this user; /status alone answers anybody
+        self._in_part_since = math.inf           # it tells its status, but its queue can't be read; on the monotonic clock
         self._evaluated: set[str] = set()        # codes judged since the start
         self._alarmed: set[str] = set()          # codes of this robot's alarms that are active
         self._spans = SpanRecorder()
@@ -73,7 +74,7 @@ class Observation:
         """As it is configured now. With another serial number it is another machine, of which nothing is known yet; switched off or on,
         it has no alarms until it is asked again (the catalogue has ended them)."""
         if robot.enabled is not self._robot.enabled:
-            self.failures, self._alarmed, self._evaluated = 0, set(), set()
+            self.failures, self._alarmed, self._evaluated, self._in_part_since = 0, set(), set(), math.inf
         if self._robot.serial_number not in (None, robot.serial_number):
             self.highest, self._identified = None, False
             self.distrust()
@@ -173,12 +174,14 @@ class Observation:
 
     # ------------------------------------------------------------------ what a reading means
     def _note_answer(self, status: RobotStatus) -> None:
-        now = self._s.clock.now()
+        now, before = self._s.clock.now(), self._s.snapshots.get(self.robot.id)
         self.failures = 0
         connection = Connection.SLOW if status.elapsed_s > SLOW_ANSWER else Connection.CONNECTED
         problem: Message = ""
         if self._refused:
-            connection, problem = Connection.UNAUTHORIZED, self._s.snapshots.get(self.robot.id).problem
+            connection, problem = Connection.UNAUTHORIZED, before.problem
+        elif self._in_part_since < math.inf:
+            connection, problem = before.connection, before.problem
         self.gives_time = status.date is not None
         if status.date is not None:
             self.clock = ClockReading((status.date - now).total_seconds(), self._s.clock.monotonic())
@@ -191,9 +194,17 @@ class Observation:
             self._judge_check_up()
 
     def note_failure(self, error: RobotError) -> None:
-        """Of a request other than for the status."""
-        if self.failures == 0:
+        """Of a read whose request for the status may have failed already. Where that was answered and others are not, it stays so until all
+        are."""
+        if self._read_at > -math.inf:
+            self._in_part_since = min(self._in_part_since, self._s.clock.monotonic())
             self._note_failure(error)
+
+    def note_all_read(self) -> None:
+        """Its queue was read too."""
+        if self._in_part_since < math.inf:
+            self._in_part_since = math.inf
+            self._change_connection(Connection.CONNECTED, "")
 
     def _note_failure(self, error: RobotError) -> None:
         self.failures += 1
@@ -223,8 +234,8 @@ class Observation:
                 connection = Connection.SLOW          # one slow answer is slow, not unreachable
             case _:
                 connection = Connection.UNREACHABLE
-        problem = message_of(error)
-        if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and self.failures == 2:
+        problem, in_part_for = message_of(error), self._s.clock.monotonic() - self._in_part_since
+        if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and (self.failures == 2 or in_part_for >= IN_PART_AT_MOST):
             self._set_alarm("unreachable" if connection is Connection.UNREACHABLE else "not_a_robot", True, problem=problem)
         if connection not in (Connection.UNREACHABLE, Connection.SLOW):
             self._set_alarm("unreachable", False)

@@ -221,6 +221,8 @@ class RobotWorker:
                 open_ids = self._read_queue(status, full) if self._reads_queue(full) else None
                 self._following.follow(status.serial_number, open_ids)
                 self._copies.answer()
+                if open_ids is not None:
+                    self.seen.note_all_read()
             except AnotherRobot as error:
                 self._following.give_up_moved(error.params["found"])
             except RobotError as error:
