@@ -195,11 +195,11 @@ class RobotPlace(Part):
 
 def ground(picture: MapPicture) -> Texture:
     """White, as opaque as there are walls."""
-    pixels = bytearray(b"\xff" * (4 * len(picture.shade)))
-    pixels[3::4] = picture.shade
     texture = Texture.create(size=picture.size, colorfmt="rgba")
 
     def fill(texture: Texture) -> None:
+        pixels = bytearray(b"\xff" * (4 * len(picture.shade)))           # 1.4 MB of a usual map, not kept
+        pixels[3::4] = picture.shade
         texture.blit_buffer(bytes(pixels), colorfmt="rgba", bufferfmt="ubyte")
 
     fill(texture)
