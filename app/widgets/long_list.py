@@ -237,6 +237,14 @@ class LongList(LowPage):
         for seat in self._spare:
             if seat.parent is not None:
                 self._content.remove_widget(seat)
+        self._forget_spare()
+
+    def _forget_spare(self):
+        """Keep as many as there is room for, as when a search hides rows: a larger window, or rows before they had their height, took more.
+        """
+        if self._spare and self._heights:
+            usual = sum(self._heights.values()) / len(self._heights) + self.spacing
+            del self._spare[max(0, int(self.height / usual) + 2 - len(self._live)):]
 
     def _new_seat(self):
         view = Factory.get(self.viewclass)(size_hint=(None, None), width=self.width)

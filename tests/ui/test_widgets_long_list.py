@@ -42,6 +42,25 @@ def test_thousands_of_runs_need_a_dozen_rows(ui):
     assert len(rows.views) < 20
 
 
+def test_rows_that_only_a_larger_window_had_room_for_are_not_kept(ui):
+    rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 1600))
+    many = len(rows.views)
+    rows.height = 250
+    ui.advance(.5)
+    assert many > 15
+    assert len(rows.views) + len(rows._spare) < 10
+
+
+def test_rows_that_a_search_hides_are_at_hand_when_it_ends(ui):
+    rows = ui.show(LongList(viewclass="LogRow", data=runs(50)), (800, 600))
+    views = set(rows.views)
+    rows.data = []
+    ui.advance(.5)
+    rows.data = runs(50)
+    ui.advance(.5)
+    assert set(rows.views) == views
+
+
 def calls_of(monkeypatch, kind: type, name: str) -> list:
     """The widgets whose method is called from now on."""
     called, method = [], getattr(kind, name)
