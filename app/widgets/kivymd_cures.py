@@ -21,7 +21,7 @@ CLEAR = (0, 0, 0, 0)
 
 def apply() -> None:
     """Install all of them; before the first KivyMD widget is made. A second time changes nothing."""
-    for cure in (ids_in_kv, declared_ids, hover, ripple, shadow, background, state_layer, scheme, type_scale):
+    for cure in (ids_in_kv, declared_ids, touches, hover, ripple, shadow, background, state_layer, scheme, type_scale):
         cure()
 
 
@@ -46,6 +46,18 @@ def declared_ids() -> None:
     from kivymd.uix.behaviors.declarative_behavior import DeclarativeBehavior
 
     DeclarativeBehavior._register_ids = _nothing
+
+
+def touches() -> None:
+    """A touch that scrolled a page and ends above something else is noted for ever as one that takes no focus away. It holds the label on
+    which it began, as KivyMD's labels wait for a long touch, and with that the whole screen."""
+    from kivy.uix.behaviors import FocusBehavior
+
+    class Touches(weakref.WeakSet):
+        append = weakref.WeakSet.add         # kivy's is a list
+
+    if isinstance(FocusBehavior.ignored_touch, list):
+        FocusBehavior.ignored_touch = Touches()
 
 
 def hover() -> None:

@@ -7,13 +7,19 @@ import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
+import kivy
 import kivymd
 import pytest
 from kivy.core.window import Window
+from kivy.factory import Factory
 from kivy.graphics import BorderImage, CanvasBase, Color, Fbo, RoundedRectangle
 from kivy.lang import Builder
 from kivy.metrics import Metrics, sp
 from kivy.properties import ObservableDict
+from kivy.tests.common import UnitTestTouch
+from kivy.uix.behaviors import FocusBehavior
+from kivy.uix.floatlayout import FloatLayout
+from kivy.uix.widget import Widget
 from kivymd.uix.boxlayout import MDBoxLayout
 from kivymd.uix.button import MDButton, MDButtonText
 from kivymd.uix.card import MDCard
@@ -22,7 +28,7 @@ from kivymd.uix.label import MDLabel
 from app.widgets import kivymd_cures
 from app.widgets.tokens import apply_theme, tk
 
-KIVYMD = Path(kivymd.__file__).parent
+KIVY, KIVYMD = Path(kivy.__file__).parent, Path(kivymd.__file__).parent
 UIX = KIVYMD / "uix"
 RED, BLUE = (1, 0, 0, 1), (0, 0, 1, 1)
 
@@ -61,6 +67,41 @@ def card(**values) -> MDCard:
 
 
 # ---------------------------------------------------------------------- leaks
+class Lid(Widget):
+    """Takes the end of each touch, as a dialog or the keyboard on the screen does."""
+
+    def on_touch_up(self, touch):
+        return touch.grab_current is None
+
+
+def test_a_touch_that_scrolled_and_ended_above_something_else_is_not_kept(ui):
+    page = Factory.ScrollPage()
+    for n in range(40):
+        page.add_widget(Factory.Body(text=f"Line {n}"))
+    room = FloatLayout()
+    room.add_widget(page)
+    ui.show(room, (600, 400))
+    touch = UnitTestTouch(*page.to_window(*page.center))
+    touch.touch_down()
+    for _n in range(5):
+        touch.touch_move(touch.x, touch.y + 20)
+        ui.advance()
+    room.add_widget(Lid())
+    touch.touch_up()
+    ui.advance(1)
+    assert page.scroll_y < 1
+    kept = weakref.ref(touch)
+    del touch
+    gc.collect()
+    assert kept() is None
+    assert len(FocusBehavior.ignored_touch) == 0
+
+
+def test_kivy_keeps_touches():
+    assert "    ignored_touch = []" in source(KIVY / "uix" / "behaviors" / "focus.py")
+    assert "FocusBehavior.ignored_touch.append(touch)" in source(KIVY / "uix" / "scrollview.py", "def on_touch_up(")
+
+
 def test_a_widget_whose_kv_reads_the_ids_of_another_is_freed(ui):
     widget = Builder.load_string("MDBoxLayout:\n    MDBoxLayout:\n        id: inner\n    MDLabel:\n        width: root.ids.inner.width\n")
     ui.show(widget)
