@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from app.window.garbage import ALIVE, AT_THE_LATEST, EVERY, FROZEN, LET_GO, NEW, REST, Garbage
+from app.window.garbage import ALIVE, AT_REST, EVERY, LET_GO, NEW, REST, Garbage
 from tests.support.clock import VirtualClock
 
 STATM = Path("/proc/self/statm")
@@ -82,43 +82,60 @@ def test_what_was_shown_for_a_while_and_has_gone_is_collected_in_use(window: Win
 
 def test_what_stays_is_frozen(window: Window) -> None:
     before = gc.get_freeze_count()
-    stays = [Kept() for _n in range(ALIVE)]
+    stays = many_more(window, ALIVE)
     window.frames()
     assert gc.get_freeze_count() >= before + len(stays)
 
 
-def frozen_garbage(window: Window) -> None:
-    old = [Ring() for _n in range(ALIVE)]
+def frozen_garbage(window: Window) -> int:
+    """A screen that was there when everything was scanned, and has gone since."""
+    old = [Ring() for _n in range(AT_REST)]
     window.frames()
-    assert Ring.alive == len(old)
+    window.rest()
+    assert gc.get_freeze_count() >= len(old)
+    return len(old)
 
 
 def many_more(window: Window, least: int) -> list[Kept]:
     """As many objects, in use."""
     new: list[Kept] = []
     while 2 * len(new) < least:
-        new += [Kept() for _m in range(NEW)]
+        new += [Kept() for _m in range(NEW // 2)]
         window.frames()
     return new
 
 
 def test_what_was_frozen_and_has_gone_is_collected_at_a_rest_when_as_much_has_come(window: Window) -> None:
-    frozen_garbage(window)
+    count = frozen_garbage(window)
     window.rest()
-    assert Ring.alive == ALIVE
-    new = many_more(window, FROZEN)
-    assert Ring.alive == ALIVE
+    assert Ring.alive == count
+    new = many_more(window, AT_REST)
+    assert Ring.alive == count
     window.rest()
     assert Ring.alive == 0
-    assert len(new) >= FROZEN // 2
+    assert 2 * len(new) >= AT_REST
 
 
 def test_frozen_garbage_does_not_wait_for_a_rest_for_ever(window: Window) -> None:
-    frozen_garbage(window)
-    new = many_more(window, AT_THE_LATEST)
+    count = frozen_garbage(window)
+    new = many_more(window, ALIVE - 2 * NEW)
+    assert Ring.alive == count
+    new += many_more(window, 2 * NEW)
     window.frames()
     assert Ring.alive == 0
-    assert 2 * len(new) >= AT_THE_LATEST
+    assert len(new) >= ALIVE // 2
+
+
+def test_a_form_and_a_dialog_that_were_open_for_long_are_no_frozen_garbage(window: Window) -> None:
+    """However many dialogs came and went meanwhile."""
+    form = [Ring() for _m in range(3 * NEW // 2)]
+    for _n in range(9):
+        dialog = [Ring() for _m in range(3 * NEW // 2)]
+        window.frames(3)
+        del dialog
+    del form
+    many_more(window, NEW)
+    assert Ring.alive == 0
 
 
 def test_what_closes_soon_after_it_was_opened_is_no_frozen_garbage(window: Window) -> None:
@@ -154,7 +171,7 @@ def test_freed_memory_goes_back_to_the_system_when_everything_is_scanned(window:
     frozen_garbage(window)
     del blocks
     before = resident()
-    many_more(window, AT_THE_LATEST)
+    many_more(window, ALIVE)
     window.frames()
     assert Ring.alive == 0
     assert before - resident() > 30_000 * size / 2 ** 20
