@@ -22,7 +22,7 @@ from app.process.data_directory import DataDirectory
 from app.process.host import host
 from app.process.restoring import restore_backup
 from app.window.display import display_size
-from app.window.garbage import Garbage
+from app.window.garbage import Garbage, share_one_heap
 from app.window.sound import Loudspeaker
 
 DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
@@ -37,6 +37,7 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: b
 
     A damaged database is a screen of its own with a Restore button; closed without restoring it raises what the other commands do.
     """
+    share_one_heap()
     log_file.start(directory.logs, stderr=False)
     configure(kiosk)
     has_begun = False

@@ -33,7 +33,7 @@ from app.services.planning import public_holidays  # noqa: E402
 from app.widgets.dialogs import Overlay  # noqa: E402
 from app.widgets.fields import FieldInput  # noqa: E402
 from app.window.application import SchedulerApp  # noqa: E402
-from app.window.garbage import give_back  # noqa: E402
+from app.window.garbage import give_back, share_one_heap  # noqa: E402
 from app.window.window import quiet_garbage  # noqa: E402
 from mir_sim.faults import FaultKind  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
@@ -224,6 +224,7 @@ class Errors(logging.Handler):
 
 def play(directory: Path, ui: Driver, acts: int, seed: int, tell: Callable[[str], object] = lambda _line: None) -> tuple[list[str], float]:
     """``acts`` acts on a fresh tablet; returns the errors in the log and the growth of resident memory since act ``WARM`` in MiB."""
+    share_one_heap()                         # as the app does
     errors = Errors()
     logging.getLogger().addHandler(errors)
     before, first, last = Path.cwd(), 0.0, 0.0

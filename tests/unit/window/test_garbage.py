@@ -1,8 +1,11 @@
 """Garbage is collected by how much there is: a window that is used all day long never waits for it, and never keeps it."""
 from __future__ import annotations
 
+import ctypes
 import gc
 import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -185,6 +188,32 @@ def test_a_little_garbage_waits_for_a_rest(window: Window) -> None:
     assert Ring.alive == 1
     window.rest()
     assert Ring.alive == 0
+
+
+HEAPS = """
+import ctypes, threading
+from app.window.garbage import share_one_heap
+{first}
+ready = threading.Barrier(5)
+def work():
+    blocks = [bytes(2_000) for _n in range(1_000)]
+    ready.wait()
+    ready.wait()
+for _n in range(4):
+    threading.Thread(target=work).start()
+ready.wait()
+libc = ctypes.CDLL(None)
+libc.malloc_info(0, ctypes.c_void_p.in_dll(libc, "stdout"))
+libc.fflush(None)
+ready.wait()
+"""
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "malloc_info"), reason="another system's malloc")
+@pytest.mark.parametrize(("first", "one"), [("", False), ("share_one_heap()", True)])
+def test_all_threads_share_one_heap(first: str, one: bool) -> None:
+    said = subprocess.run([sys.executable, "-c", HEAPS.format(first=first)], capture_output=True, text=True, check=True, timeout=60).stdout
+    assert (said.count("<heap nr=") == 1) == one
 
 
 def test_python_is_left_as_it_was() -> None:
