@@ -164,6 +164,8 @@ class Monkey:
         for robot in self._site.fleet.robots:
             robot.control(WELL)
         self._app.shell.dialogs.close_all()
+        self._app.shell.go("home", robot_id=self._site.container.catalogue.robots()[0].id)     # not all of them, a third of its widgets
+        self._ui.wait(lambda: self._app.shell.background.idle, CHECK_UP_S)
         self._app.shell.navigator.rebuild()
         self._collect()                      # before everything is built a second time
         for name, intent in (*(("settings", {"section": section}) for section in SECTIONS), ("scheduler", {}), ("logs", {}), ("home", {})):
