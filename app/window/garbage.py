@@ -20,6 +20,7 @@ from collections.abc import Callable
 NEW = 40_000                 # objects that have come since the last collection: if all are garbage it takes 50 ms
 AT_REST = 100_000            # alive since everything was scanned, after which it is again, and they are frozen, at the next rest: 0.3 s
 ALIVE = 150_000              # also while the screen is in use: until then a collection takes up to 20 ms
+AT_THE_LATEST = 250_000      # also while a dialog is open, which would be frozen too: 30 ms
 EVERY = 300.0                # s between collections at rest, however little there is
 LET_GO = 2.0                 # s after which nothing holds the screens any more that were thrown away
 REST = 5.0                   # s without a touch, after which a pause goes unnoticed
@@ -28,10 +29,11 @@ FALLBACK = (10 * NEW, 5, 5)  # Python's own thresholds, for when no frames are d
 
 
 class Garbage:
-    """``now`` is a monotonic clock in s. Call ``touched`` at every touch, ``collect_due`` every frame, both on the UI thread."""
+    """``now`` is a monotonic clock in s; ``is_calm()`` is whether nothing is open that will close. Call ``touched`` at every touch,
+    ``collect_due`` every frame, both on the UI thread."""
 
-    def __init__(self, now: Callable[[], float]) -> None:
-        self._now = now
+    def __init__(self, now: Callable[[], float], is_calm: Callable[[], bool] = lambda: True) -> None:
+        self._now, self._is_calm = now, is_calm
         self._touched_at = self._collected_at = now()
         self._alive = 0                      # objects that are not frozen, at the last collection
         self._gone_at: float | None = None
@@ -67,9 +69,12 @@ class Garbage:
             gc.collect()
             self._collected_at = now
             self._alive = len(gc.get_objects(generation=2))
-        elif self._alive >= (AT_REST if rests else ALIVE) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
+        elif self._is_scan_due(rests) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
             self._scan_all()
             self._gone_at = None
+
+    def _is_scan_due(self, rests: bool) -> bool:
+        return self._alive >= AT_THE_LATEST or (self._alive >= (AT_REST if rests else ALIVE) and self._is_calm())
 
     def _scan_all(self) -> None:
         gc.unfreeze()

@@ -144,7 +144,9 @@ def quiet_garbage(app=None) -> Iterator[None]:  # type: ignore[no-untyped-def]
     """Garbage is collected between frames, as long as the block lasts; ``app`` says when it throws its screens away."""
     from kivy.clock import Clock
     from kivy.core.window import Window
-    garbage = Garbage(Clock.get_time)
+
+    from app.widgets.dialogs import Overlay
+    garbage = Garbage(Clock.get_time, lambda: not any(isinstance(top, Overlay) for top in Window.children))
     garbage.begin()
     if app is not None:
         app.much_has_gone = garbage.much_has_gone

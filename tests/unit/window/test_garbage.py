@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from app.window.garbage import ALIVE, AT_REST, EVERY, LET_GO, NEW, REST, Garbage
+from app.window.garbage import ALIVE, AT_REST, AT_THE_LATEST, EVERY, LET_GO, NEW, REST, Garbage
 from tests.support.clock import VirtualClock
 
 STATM = Path("/proc/self/statm")
@@ -41,7 +41,8 @@ class Window:
 
     def __init__(self) -> None:
         self.clock = VirtualClock()
-        self.garbage = Garbage(self.clock.monotonic)
+        self.is_calm = True
+        self.garbage = Garbage(self.clock.monotonic, lambda: self.is_calm)
         self.garbage.begin()
 
     def frames(self, count: int = 1, *, finger: bool = True) -> None:
@@ -150,6 +151,22 @@ def test_what_closes_soon_after_it_was_opened_is_no_frozen_garbage(window: Windo
         del dialog
     many_more(window, NEW)
     assert Ring.alive == 0
+
+
+def test_what_will_close_is_not_frozen_before_it_is_much(window: Window) -> None:
+    window.is_calm = False
+    dialog = [Ring() for _n in range(ALIVE)]
+    window.frames()
+    window.rest()
+    del dialog
+    window.is_calm = True
+    many_more(window, NEW)
+    assert Ring.alive == 0
+    window.is_calm = False
+    before = gc.get_freeze_count()
+    stays = many_more(window, AT_THE_LATEST)
+    window.frames()
+    assert gc.get_freeze_count() >= before + len(stays)
 
 
 def test_what_is_let_go_of_a_moment_later_is_collected_then(window: Window) -> None:
