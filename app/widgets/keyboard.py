@@ -40,6 +40,14 @@ class BoardKey(Tap):
     share = NumericProperty(1)
 
 
+class WordKey(BoardKey):
+    """With a character or a word on it."""
+
+
+class IconKey(BoardKey):
+    """With an icon on it."""
+
+
 class BoardRow(BoxLayout):
     """The keys of one row; 64 dp high with gloves and in high windows."""
 
@@ -127,6 +135,8 @@ class DockedKeyboard(Surface):
         self.page = ""
         if self.parent is not None:
             Window.remove_widget(self)
+        self.clear_widgets()
+        self._pages = {name: rows for name, rows in self._pages.items() if name == "letters"}        # the others are seldom needed
 
     def _scroll_to_field(self, _dt) -> None:
         """With its label and help where these fit."""
@@ -181,7 +191,8 @@ class DockedKeyboard(Surface):
     def _row(self, keys) -> BoardRow:
         row = BoardRow()
         for key in keys:
-            button = BoardKey(key=key, text="" if key in ICONS else WORDS.get(key, key), icon=ICONS.get(key, ""), share=WIDE.get(key, 1.))
+            face = {"icon": ICONS[key]} if key in ICONS else {"text": WORDS.get(key, key)}
+            button = (IconKey if key in ICONS else WordKey)(key=key, share=WIDE.get(key, 1.), **face)
             button.bind(on_press=self._pressed, on_release=self._released)
             row.add_widget(button)
         return row

@@ -65,6 +65,24 @@ def test_a_rare_sign_is_two_keys_away(ui):
         keys.stop()
 
 
+def test_of_its_pages_only_the_letters_stay_when_it_goes(ui):
+    field = ui.show(FormField(label="Password"), (400, 90))
+    keys = DockedKeyboard(lambda: True)
+    keys.start()
+    try:
+        ui.tap(ui.find(FieldInput, field))
+        tap_keys(ui, "signs", "more", "$", "signs", "letters")
+        letters = set(ui.find_all(BoardKey))
+        tap_keys(ui, "signs", "done")
+        ui.wait(lambda: not ui.find_all(DockedKeyboard))
+        assert {key for row in keys.walk() for key in row.children if isinstance(key, BoardKey)} == set()
+        assert list(keys._pages) == ["letters"]
+        ui.tap(ui.find(FieldInput, field))
+        assert set(ui.find_all(BoardKey)) == letters
+    finally:
+        keys.stop()
+
+
 def test_it_goes_when_a_real_keyboard_types_and_comes_back_for_a_finger(ui):
     field = ui.show(FormField(label="Name"), (400, 90))
     keys = DockedKeyboard(lambda: True)
