@@ -43,6 +43,10 @@ class PanelGrid(LongList):
     def _come_to_rest(self, _dt):
         """Panels stay where they were left."""
 
+    def _forget_spare(self):
+        """Keep one, for what scrolls into sight, where not all are: a shelf is a whole row of panels, and other columns need other ones."""
+        del self._spare[1 if len(self._live) < len(self._keys) else 0:]
+
     @property
     def columns(self) -> int:
         return max(1, int((self.width + self.spacing) // (max(dp(100), self.panel_width) + self.spacing)))

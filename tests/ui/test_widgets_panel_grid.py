@@ -65,6 +65,15 @@ def shelves(ui, root) -> list[list[str]]:
             for shelf in sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.to_window(*shelf.pos)[1])]
 
 
+def test_panels_of_other_columns_are_not_kept(ui):
+    panels = grid(ui, 6, width=350)
+    ui.advance(.5)
+    panels.width = 1000
+    ui.advance(.5)
+    assert len(panels.rows) == 6
+    assert panels._spare == []
+
+
 @pytest.mark.parametrize(("width", "columns"), [(1000, 3), (932, 3), (931, 2), (400, 1), (150, 1)])
 def test_as_many_columns_as_fit(ui, width, columns):
     root = grid(ui, 4, width)
