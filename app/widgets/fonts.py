@@ -131,8 +131,7 @@ def fonts_at_hand() -> tuple[str, ...]:
 
 # ---------------------------------------------------------------------- in kivy
 def apply() -> None:
-    """Let kivy measure and draw every text run by run, all on one baseline, and open each font once for each size that differs. A second
-    time changes nothing."""
+    """Let kivy measure and draw every text run by run, all on one baseline. A second time changes nothing."""
     measure, draw = CoreLabel.get_extents, CoreLabel._render_text
     if measure.__module__ == __name__:
         return
@@ -153,14 +152,7 @@ def apply() -> None:
             _in(run, self, draw, run.text, x, y + max(ascents) - ascent)
             x += _size(run, self, measure)[0]
 
-    CoreLabel.get_extents, CoreLabel._render_text, CoreLabel._get_font_id = get_extents, render_text, _font_id
-
-
-def _font_id(self: CoreLabel) -> str:
-    """By which kivy keeps the last 64 fonts that it has opened, 0.1 to 0.3 MB each. It draws in whole px, but opens one for each decimal.
-    """
-    of = self.options
-    return f"{int(of['font_size'])}|{of['font_name_r']}|{of['bold']}|{of['italic']}|{of['underline']}|{of['strikethrough']}"
+    CoreLabel.get_extents, CoreLabel._render_text = get_extents, render_text
 
 
 def _size(run: Run, label: CoreLabel, measure: Callable[..., tuple[int, int]]) -> tuple[int, int]:

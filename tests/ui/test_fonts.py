@@ -128,12 +128,3 @@ def test_a_font_that_is_a_pipe_holds_up_nothing(machine):
     searching.join(20)
     assert found == [(Run("Robot 机", ROBOTO),), (DEJAVU,)]
     Body(text="Robot 机").texture_update()
-
-
-def test_a_font_is_opened_once_for_all_sizes_that_are_drawn_alike(ui):
-    """Kivy draws in whole px; each font that it has opened takes 0.1 to 0.3 MB."""
-    labels = [CoreLabel(text="Robot", font_name="Roboto", font_size=size) for size in (16, 16.1, 16.9, 17)]
-    for label in labels:
-        label.refresh()
-    assert [label.size == labels[0].size for label in labels] == [True, True, True, False]
-    assert [label._get_font_id() == labels[0]._get_font_id() for label in labels] == [True, True, True, False]
