@@ -180,6 +180,11 @@ class ExecutionRepository:
         return self._list(c, f"""INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN}
                                  AND state IN ('waiting', 'submitting') ORDER BY planned_at""", schedule_id)
 
+    def schedules_with_unsent(self, c: sqlite3.Connection) -> list[int]:
+        """Ids of the schedules of which something is with no robot yet."""
+        return [row[0] for row in c.execute(f"""SELECT DISTINCT schedule_id FROM executions INDEXED BY executions_open_of_schedule
+                                                WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NOT NULL""")]
+
     def follow_mission(self, c: sqlite3.Connection, before: Mission, now: Mission) -> None:
         """The mission that starts of groups wait for, or will where no robot took them, has another name: each robot's own is looked for
         by it."""

@@ -52,7 +52,8 @@ class Edit(GroupEdit, ScheduleEdit):
         if _days_off(self.settings) != _days_off(before):
             self._plan_anew()
         if _of_starts(self.settings) != _of_starts(before):
-            self.follow_definition(self.schedules.all(self.c))
+            found = (self.schedules.get(self.c, schedule_id) for schedule_id in self.executions.schedules_with_unsent(self.c))
+            self.follow_definition(filter(None, found))              # of a deleted one something may be in doubt
         return self.settings
 
     def leave_unknown_zones(self, local: str) -> list[str]:

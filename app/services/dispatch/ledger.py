@@ -44,8 +44,9 @@ class Move:
     used: Used | None = None             # of its robot's battery, where that is known
 
     @property
-    def is_end(self) -> bool:
-        return self.columns.get("ended_at") is not None
+    def is_end_by_judgement(self) -> bool:
+        """By what was read of it a moment ago, and not because nobody wants it."""
+        return self.columns.get("ended_at") is not None and self.columns["state"] is not State.CANCELLED
 
     @property
     def is_defined_anew(self) -> bool:
@@ -169,7 +170,7 @@ class Ledger:
         if move.needs_room and self._starts.full_place(c, move.execution):
             return None
         columns, expected = dict(move.columns), move.expected
-        if State.WAITING in expected and move.is_end and not self._is_as_judged(c, move.execution):
+        if State.WAITING in expected and move.is_end_by_judgement and not self._is_as_judged(c, move.execution):
             return None
         if move.is_defined_anew:
             columns |= changed_since(c, replace(move.execution, tried=columns.get("tried", move.execution.tried))) or {}

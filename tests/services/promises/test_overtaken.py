@@ -203,6 +203,23 @@ def test_a_window_that_is_made_longer_while_it_is_looked_at_counts(hall, monkeyp
     assert hall.run_of().state is State.COMPLETED
 
 
+def test_what_a_person_ends_ends_though_it_was_edited_in_that_moment(site, plan):
+    """The queue is cleared; while the robot answers that, somebody makes the start's window longer."""
+    schedule = plan("2026-11-23T06:05", minimum_battery_percent=30)
+    site.machines["R1"].set_battery(12.0)
+    site.run(360)
+    site.network.next("DELETE", "/mission_queue", Fate.SLOW, 3.0)
+    edited = []
+
+    def edit(_robot, met):
+        if met.method == "DELETE":
+            edited.append(site.container.catalogue.save_schedule(replace(schedule, start_window_minutes=60)))
+    site.network.met = edit
+    site.container.operator.clear_queue(robot_of(site).id)
+    assert edited
+    assert [row.state for row in site.executions()] == [State.CANCELLED]
+
+
 def test_a_robot_that_is_switched_on_while_its_answer_is_slow_gets_the_start_of_its_group(hall):
     """It was off, and is read because something of ours runs there; that answer takes 8 s."""
     hall.network.others_wait = False

@@ -378,3 +378,26 @@ def test_an_idle_mission_that_was_overtaken_after_a_lost_request_raises_no_alarm
     site.run(300)
     assert [alarm.code for alarm in site.container.alarms.open()] == []
     assert [row.reason.code for row in site.executions()] == [ReasonCode.OVERLAP]
+
+
+# ---------------------------------------------------------------------- settings
+def test_a_window_that_is_made_longer_in_the_settings_counts_for_what_waits(site, plan):
+    """As it does for what is in doubt, and as the schedule's own does."""
+    site.container.catalogue.change_settings(start_window_minutes=3)
+    plan("2026-11-23T06:05", start_window_minutes=None, minimum_battery_percent=30)
+    site.machines["R1"].set_battery(12.0)
+    site.run(306)
+    site.container.catalogue.change_settings(start_window_minutes=60)
+    site.run(600)
+    site.machines["R1"].set_battery(90.0)
+    site.run(300)
+    assert states(site) == ["Done"]
+
+
+def test_a_setting_can_be_changed_while_a_start_of_a_deleted_schedule_is_in_doubt(site, plan):
+    schedule = plan("2026-11-23T06:05", start_window_minutes=60)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(306)
+    site.container.catalogue.remove_schedule(schedule.id)
+    site.container.catalogue.change_settings(start_window_minutes=60)
+    assert [row.state for row in site.executions()] == [State.SUBMITTING]

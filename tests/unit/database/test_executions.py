@@ -289,14 +289,14 @@ SMALL = ("executions_open", "executions_open_of_schedule")      # indexes that h
     lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]), lambda c: EXECUTIONS.has_sent(c, 1),
     lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]), lambda c: EXECUTIONS.waited_for(c, [1, 2]),
     lambda c: EXECUTIONS.unsent_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1),
-    lambda c: EXECUTIONS.waiting_of_group(c, 1), lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON),
+    lambda c: EXECUTIONS.waiting_of_group(c, 1), EXECUTIONS.schedules_with_unsent, lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON),
     lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON), lambda c: EXECUTIONS.drop_unsent_after(c, 1, NOON),
     lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
     lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1),
     lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1, ids=[1, 2]),
     lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.ROBOT_REMOVED), NOON, robot_id=1),
-    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(22))
+    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(23))
 def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     add(db, ended(row))
     asked = []
