@@ -66,11 +66,12 @@ class AlarmRepository:
         return c.execute("UPDATE alarms SET cleared_at = ? WHERE code = ? AND key = ? AND cleared_at IS NULL",
                          (to_text(now), code, key)).rowcount > 0
 
-    def withdraw(self, c: sqlite3.Connection, code: str, key: str, now: datetime) -> bool:
-        """What an event told has turned out not to be so: nobody needs to read it. One that counts others stays. Returns whether there was
-        one."""
+    def withdraw(self, c: sqlite3.Connection, code: str, key: str, at: datetime, now: datetime) -> bool:
+        """What an event told within a minute ``at`` has turned out not to be so: nobody needs to read it. One that counts others stays.
+        Returns whether there was one."""
         return c.execute("""UPDATE alarms SET acknowledged_at = ? WHERE code = ? AND key = ? AND cleared_at IS NOT NULL
-                            AND acknowledged_at IS NULL AND count = 1""", (to_text(now), code, key)).rowcount > 0
+                            AND acknowledged_at IS NULL AND count = 1 AND abs(julianday(last_at) - julianday(?)) < 60 / 86400.0""",
+                         (to_text(now), code, key, to_text(at))).rowcount > 0
 
     def clear_of_robot(self, c: sqlite3.Connection, robot_id: int, now: datetime) -> bool:
         """Its conditions, whatever they are. Returns whether there was something to clear."""

@@ -36,7 +36,6 @@ from app.services.planning.wanted import changed_since, why_unwanted
 if TYPE_CHECKING:
     from app.services.catalogue.edit import Edit
 
-_UNDONE = (ReasonCode.SCHEDULE_CHANGED, ReasonCode.ROBOT_REMOVED)
 Uses = frozenset[tuple[int, int]]        # of places by missions: ids of mission and place
 
 
@@ -175,21 +174,31 @@ def _restore_idle(edit: Edit, robot_id: int, rule: IdleRule) -> None:
 
 
 def _restore_start(edit: Edit, before: Execution, *, has_its_robot_again: bool) -> None:
-    """What waited waits again, where the plan has it by now; what its robot had, or may have, is looked for there. Decided without the
-    history: what it has forgotten by now is put back as it was."""
-    row = edit.executions.get(edit.c, before.id)
-    if row is not None and (row.state is not State.CANCELLED or row.reason is None or row.reason.code not in _UNDONE):
-        return                                           # it has moved on, or a person has ended it
-    goes_on = has_its_robot_again and before.state is not State.WAITING
-    if row is None and not goes_on and before.state is not State.WAITING:
-        return                                           # found on its robot: else it would be kept, as it may still arrive
+    """What waited waits again, where the plan has it by now; what its robot had, or may have, is looked for there, as soon as that is there
+    again. Decided without the history: what it has forgotten by now is put back as it was."""
+    row, was_waiting = edit.executions.get(edit.c, before.id), before.state is State.WAITING
+    if row is None:                                      # what was in doubt was found on its robot: else it would be kept
+        may_wait, goes_on = was_waiting, has_its_robot_again and not was_waiting
+    elif row.state is not State.CANCELLED or row.reason is None:
+        return                                           # it has moved on
+    else:
+        was_changed, was_removed = (row.reason.code is code for code in (ReasonCode.SCHEDULE_CHANGED, ReasonCode.ROBOT_REMOVED))
+        goes_on = was_removed and has_its_robot_again and not was_waiting and row.robot_id == before.robot_id
+        may_wait = was_changed or (was_removed and (was_waiting or (has_its_robot_again and row.robot_id is None)))
     row = replace(row or before, state=before.state if goes_on else State.WAITING, reason=None, ended_at=None, duration_s=None)
     unwanted = why_unwanted(edit.c, row)
     if goes_on:
         is_final = before.revoked is not None and before.revoked.code is not ReasonCode.SCHEDULE_CHANGED
         edit.executions.open_again(edit.c, replace(row, revoked=before.revoked if is_final else unwanted))
-    elif unwanted is None:
+    elif may_wait and unwanted is None and not _has_made_way(edit, row):
         _wait_again(edit, row)
+
+
+def _has_made_way(edit: Edit, row: Execution) -> bool:
+    """Whether another start of its schedule is there, whose runs don't overlap: one of them would have been left out."""
+    schedule = edit.schedules.get(edit.c, row.schedule_id) if row.schedule_id is not None else None
+    return (schedule is not None and schedule.overlap is Overlap.SKIP
+            and schedule.id in edit.executions.open_of_schedules(edit.c, [schedule.id]))
 
 
 def _wait_again(edit: Edit, row: Execution) -> None:
@@ -223,15 +232,11 @@ def wait_again(edit: Edit, execution_id: int) -> None:
     elif not (robot := edit.the_robot(row.robot_id or 0)).enabled:
         raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
     if row.schedule_id is not None:
-        _check_is_planned(edit, row, edit.the_schedule(row.schedule_id))
+        edit.the_schedule(row.schedule_id)
+    if why_unwanted(edit.c, row) is not None:
+        raise InvalidInput("schedule", "its schedule has been changed since")
+    if _has_made_way(edit, row):
+        raise InvalidInput("schedule", "the next start of its schedule is there already")
     _wait_again(edit, row)
     edit.notes.append(f"#{row.id} {row.mission!r} waits again: its cancellation was undone")
     edit.topics.add(Topic.EXECUTIONS)
-
-
-def _check_is_planned(edit: Edit, row: Execution, schedule: Schedule) -> None:
-    """An edit since may have taken the start back; a start of its own since would have been left out because of it."""
-    if why_unwanted(edit.c, row) is not None:
-        raise InvalidInput("schedule", "its schedule has been changed since")
-    if schedule.overlap is Overlap.SKIP and schedule.id in edit.executions.open_of_schedules(edit.c, [schedule.id]):
-        raise InvalidInput("schedule", "the next start of its schedule is there already")

@@ -367,9 +367,12 @@ class Ledger:
 
     def _withdraw_alarms_of(self, reopened: Execution) -> None:
         """It has not failed, as far as is known now."""
-        if reopened.state is State.FAILED:
-            self._alarms.withdraw("unknown_outcome", f"execution:{reopened.id}")
-            self._alarms.withdraw("execution_failed", _about(reopened))
+        if reopened.state is not State.FAILED or reopened.reason is None or reopened.ended_at is None:
+            return
+        if reopened.reason.code is ReasonCode.UNKNOWN_OUTCOME:
+            self._alarms.withdraw("unknown_outcome", f"execution:{reopened.id}", reopened.ended_at)
+        else:
+            self._alarms.withdraw("execution_failed", _about(reopened), reopened.ended_at)
 
     def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
         """Note that the operator has cancelled these (None: undo that); the robot's answer decides."""

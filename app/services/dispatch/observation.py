@@ -180,7 +180,7 @@ class Observation:
         problem: Message = ""
         if self._refused:
             connection, problem = Connection.UNAUTHORIZED, before.problem
-        elif self._in_part_since < math.inf:
+        elif self.answers_in_part:
             connection, problem = before.connection, before.problem
         self.gives_time = status.date is not None
         if status.date is not None:
@@ -200,9 +200,14 @@ class Observation:
             self._in_part_since = min(self._in_part_since, self._s.clock.monotonic())
             self._note_failure(error)
 
+    @property
+    def answers_in_part(self) -> bool:
+        """Whether it told its status last, and something else could not be read."""
+        return self._in_part_since < math.inf
+
     def note_all_read(self) -> None:
         """Its queue was read too."""
-        if self._in_part_since < math.inf:
+        if self.answers_in_part:
             self._in_part_since = math.inf
             self._change_connection(Connection.CONNECTED, "")
 
@@ -211,6 +216,7 @@ class Observation:
         self.was_lost = True
         self._answered_at = -math.inf
         self._observe("offline")
+        in_part_for = self._s.clock.monotonic() - self._in_part_since
         match error:
             case AnotherRobot():
                 self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=self._named(error.params["found"]))
@@ -230,11 +236,11 @@ class Observation:
                 connection = Connection.UNAUTHORIZED
             case NotAMir() | Unreadable():
                 connection = Connection.NOT_A_ROBOT
-            case TimedOut() if self.failures == 1:
+            case TimedOut() if self.failures == 1 and in_part_for < IN_PART_AT_MOST:
                 connection = Connection.SLOW          # one slow answer is slow, not unreachable
             case _:
                 connection = Connection.UNREACHABLE
-        problem, in_part_for = message_of(error), self._s.clock.monotonic() - self._in_part_since
+        problem = message_of(error)
         if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and (self.failures == 2 or in_part_for >= IN_PART_AT_MOST):
             self._set_alarm("unreachable" if connection is Connection.UNREACHABLE else "not_a_robot", True, problem=problem)
         if connection not in (Connection.UNREACHABLE, Connection.SLOW):

@@ -232,7 +232,7 @@ class RobotWorker:
         self._next_live = mono + (self._apart(pause) if full else pause)
 
     def _reads_queue(self, full: bool) -> bool:
-        return full or self._watched or self._is_sought or self._copies.is_watching
+        return full or self._watched or self._is_sought or self._copies.is_watching or self.seen.answers_in_part
 
     def _follow_switched_off(self) -> None:
         """Without a password there is nothing to ask with: what runs stays as it was until that is entered."""

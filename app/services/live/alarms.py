@@ -134,9 +134,10 @@ class Alarms:
             self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
             self._changes.publish(Topic.ALARMS)
 
-    def withdraw(self, code: str, key: str) -> None:
-        """What this event told has turned out not to be so: nobody needs to read it any more, but it stays in the list of past ones."""
-        if self._db.write(lambda c: self._repository.withdraw(c, code, key, self._clock.now())):
+    def withdraw(self, code: str, key: str, at: datetime) -> None:
+        """What this event told ``at`` that time, or about then, has turned out not to be so: nobody needs to read it any more, but it stays
+        in the list of past ones."""
+        if self._db.write(lambda c: self._repository.withdraw(c, code, key, at, self._clock.now())):
             self._changes.publish(Topic.ALARMS)
 
     def database_fails(self, problem: Message) -> None:
