@@ -9,7 +9,7 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_text
+from app.database.values import from_json, placeholders, to_instant, to_json, to_text
 from app.domain.models import OPEN_STATES, Execution, Mission, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
@@ -53,12 +53,12 @@ class PageKey:
 
 
 class Unsent(NamedTuple):
-    """What decides whether an execution that no robot has yet is to be handled now."""
+    """What decides whether an execution that no robot has yet is to be handled now, as it is stored."""
     id: int
-    state: State
-    closes_at: datetime
-    is_cancelled: bool
-    wait: Wait
+    state: str
+    closes_at: str
+    is_cancelled: int
+    wait: str
 
 
 class Surplus(NamedTuple):
@@ -263,11 +263,11 @@ class ExecutionRepository:
                           robot_id, *states)
 
     def unsent_of(self, c: sqlite3.Connection, robot_id: int) -> list[Unsent]:
-        """What waits for a robot or is on its way to it, in no order."""
-        rows = c.execute(f"""SELECT id, state, closes_at, cancel_code IS NOT NULL, wait FROM executions
-                             WHERE robot_id = ? AND {OPEN} AND state IN ('waiting', 'submitting')""", (robot_id,))
-        return [Unsent(id_, State(state), to_instant(closes_at), bool(is_cancelled), Wait(wait))
-                for id_, state, closes_at, is_cancelled, wait in rows]
+        """What waits for a robot or is on its way to it, in no order. Read as one row: between any two, other threads may take the
+        interpreter, and for an unreachable robot hundreds wait."""
+        found: str = c.execute(f"""SELECT json_group_array(json_array(id, state, closes_at, cancel_code IS NOT NULL, wait)) FROM executions
+                                   WHERE robot_id = ? AND {OPEN} AND state IN ('waiting', 'submitting')""", (robot_id,)).fetchone()[0]
+        return [Unsent(*each) for each in from_json(found)]
 
     def in_states(self, c: sqlite3.Connection, ids: Sequence[int], states: Sequence[State]) -> list[Execution]:
         """Those of these rows that are in one of the states, in no order."""
@@ -277,7 +277,8 @@ class ExecutionRepository:
 
     def has_sent(self, c: sqlite3.Connection, robot_id: int) -> bool:
         """Whether anything open of a robot is with it, or may be."""
-        found = c.execute(f"SELECT 1 FROM executions WHERE robot_id = ? AND {OPEN} AND state <> 'waiting' LIMIT 1", (robot_id,)).fetchone()
+        found = c.execute(f"""SELECT 1 FROM executions WHERE robot_id = ? AND {OPEN} AND state IN ('submitting', 'queued', 'executing')
+                              LIMIT 1""", (robot_id,)).fetchone()
         return found is not None
 
     def waited_for(self, c: sqlite3.Connection, robot_ids: Collection[int]) -> set[int]:
@@ -426,19 +427,19 @@ def _row_of(execution: Execution) -> tuple[Any, ...]:
     return execution.id or None, *plain, reason and reason.code, to_json(reason.details) if reason else "{}"
 
 
+_FROM_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType({
+    **dict.fromkeys(_INSTANTS, to_instant), **dict.fromkeys(_OBJECTS, from_json), "trigger": Trigger, "state": State, "wait": Wait,
+    "cancel_code": ReasonCode, "revoked": _text_to_reason, "held": bool})
+
+
 def execution_of(row: sqlite3.Row) -> Execution:
     """The execution in a row of all columns."""
-    reason = Reason(ReasonCode(row["reason_code"]), from_json(row["reason_details"])) if row["reason_code"] else None
-    return Execution(
-        id=row["id"], trigger=Trigger(row["trigger"]), schedule_id=row["schedule_id"], schedule=row["schedule"], robot_id=row["robot_id"],
-        robot=row["robot"], mission=row["mission"], mission_guid=row["mission_guid"], parameters=from_json(row["parameters"]),
-        priority=row["priority"], minimum_battery_percent=row["minimum_battery_percent"], timezone=row["timezone"], token=row["token"],
-        state=State(row["state"]), reason=reason, wait=Wait(row["wait"]), wait_details=from_json(row["wait_details"]),
-        hold_until=to_optional_instant(row["hold_until"]), planned_at=to_instant(row["planned_at"]), closes_at=to_instant(row["closes_at"]),
-        created_at=to_instant(row["created_at"]), attempts=row["attempts"], queue_floor=row["queue_floor"], queue_id=row["queue_id"],
-        cancel_code=ReasonCode(row["cancel_code"]) if row["cancel_code"] else None, revoked=_text_to_reason(row["revoked"]),
-        held=bool(row["held"]), group_id=row["group_id"], robot_group=row["robot_group"], finish_by=to_optional_instant(row["finish_by"]),
-        bound_at=to_optional_instant(row["bound_at"]), choice=from_json(row["choice"]), tried=from_json(row["tried"]),
-        approach_m=row["approach_m"], robot_address=row["robot_address"], robot_serial=row["robot_serial"],
-        submitted_at=to_optional_instant(row["submitted_at"]), started_at=to_optional_instant(row["started_at"]),
-        ended_at=to_optional_instant(row["ended_at"]), duration_s=row["duration_s"], robot_delay_s=row["robot_delay_s"])
+    values = dict(zip(row.keys(), row, strict=True))         # a row looks for each name among all of them
+    code, details = values.pop("reason_code"), values.pop("reason_details")
+    values["reason"] = Reason(ReasonCode(code), from_json(details)) if code else None
+    for name, convert in _FROM_COLUMN.items():
+        if (stored := values[name]) is not None:
+            values[name] = convert(stored)
+    made = object.__new__(Execution)                          # as in ``_with``
+    made.__dict__.update(values)
+    return made

@@ -10,8 +10,9 @@ from app.domain.models import State
 from app.mir.client import RobotClient
 from app.mir.errors import Unreachable
 from app.services.dispatch.submission import STARTED_TOGETHER
-from app.services.dispatch.timing import LIVE_EVERY
+from app.services.dispatch.timing import LIVE_EVERY, PUT_OFF_AT_MOST
 from app.services.dispatch.worker import RobotWorker
+from tests.support.seen import robot_of
 
 DUE = 300.0              # s from the beginning: 06:05
 COUNT = 10
@@ -75,6 +76,25 @@ def test_what_waits_for_a_robot_that_is_gone_is_one_write_a_try(site, plan, ledg
     site.run(60.0)
     assert all(run.queue_id for run in site.executions())
     assert ledger.writes[:2] == [STARTED_TOGETHER, COUNT - STARTED_TOGETHER]           # their intents
+
+
+def test_what_comes_for_a_robot_that_does_not_answer_is_judged_together(site, ledger):
+    robot, mission = robot_of(site), site.add_mission("Home")
+    site.network.down.add("R1")
+    site.run(2 * 30.0)                             # polls that failed
+    ledger.looks = 0
+    for number in range(COUNT):
+        site.at(0.05 * number, lambda: site.container.operator.run_now(robot.id, mission.id))
+    site.run(0.05 * COUNT + PUT_OFF_AT_MOST)
+    assert [run.attempts for run in site.executions()] == [1] * COUNT
+    assert ledger.looks <= 3
+    ledger.looks = 0
+    site.run(20.0)
+    assert sum(run.attempts for run in site.executions()) >= 3 * COUNT         # 2, 4 and 8 s later
+    assert ledger.looks <= 6, "not one by one"
+    site.network.down.clear()
+    site.run(60.0)
+    assert all(run.queue_id for run in site.executions())
 
 
 def test_one_that_is_cancelled_while_another_of_the_same_write_is_sent_is_not_sent(site, plan, monkeypatch):

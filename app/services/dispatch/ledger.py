@@ -173,7 +173,10 @@ class Ledger:
         if State.WAITING in expected and move.is_end_by_judgement and not self._is_as_judged(c, move.execution):
             return None
         if move.is_defined_anew:
-            columns |= changed_since(c, replace(move.execution, tried=columns.get("tried", move.execution.tried))) or {}
+            anew = changed_since(c, replace(move.execution, tried=columns.get("tried", move.execution.tried)))
+            if anew is None and columns["state"] is State.SUBMITTING:
+                return None                              # nothing wants it any more: no intent, no request
+            columns |= anew or {}
         if State.CANCELLED in expected and why_unwanted(c, move.execution):
             expected = (State.SUBMITTING,)
         if State.WAITING in expected:                    # which edits change too

@@ -178,6 +178,8 @@ class Planner:
         target, mission = context.target_of(schedule), context.missions.get(schedule.mission_id)
         if target is None or mission is None:              # foreign keys prevent that
             return _Taken([], Progress(schedule.id, None, None, None))
+        if schedule.next_at is not None and schedule.next_at > context.now and context.has_to_wait(target, mission):
+            return None                                    # before all else: it is asked again and again until then
         make = _RowMaker(schedule, target, mission, context)
         earlier, following = _instants(schedule, context.now, context.calendar)
         while following is not None and (schedule.id, following) in context.skips:       # its row was written when it was skipped
@@ -217,10 +219,7 @@ class Planner:
             return make.ended(instant, Reason(ReasonCode.OVERLAP, {"planned_at": previous.isoformat()}))
         if self._hold_late_starts and (gap := self._downtime.at(instant)) is not None and gap.problem is None:
             return make.waiting(instant, late=True)
-        if robot is None:
-            return make.waiting(instant)
-        has_to_wait = robot.id in context.waited_for or make.mission.name in context.with_places        # what waits may have to go first
-        ready = None if has_to_wait else context.ready(robot.id)
+        ready = None if robot is None else context.readiness(robot, make.mission)
         return make.waiting(instant) if ready is None else make.submitting(instant, ready)
 
 
@@ -264,6 +263,14 @@ class PlanningContext:
     skips: Collection[Skip]
     with_places: Collection[str]                 # names of missions that wait where one is full
     ready: Callable[[int], Readiness | None]     # robots to which something can go out at once
+
+    def readiness(self, robot: Robot, mission: Mission) -> Readiness | None:
+        """None: nothing goes out to it at once. What waits may have to go first."""
+        return None if robot.id in self.waited_for or mission.name in self.with_places else self.ready(robot.id)
+
+    def has_to_wait(self, target: Robot | Group, mission: Mission) -> bool:
+        """Whether a start of this mission can't be given out before its instant, whatever else holds for it."""
+        return isinstance(target, Robot) and self.readiness(target, mission) is None
 
     def target_of(self, schedule: Schedule) -> Robot | Group | None:
         if schedule.robot_id is not None:

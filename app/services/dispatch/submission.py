@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime, timedelta
 
 from app.database.executions import Unsent
+from app.database.values import to_text
 from app.domain import rules
 from app.domain.choice import is_for_any
 from app.domain.message import Message, message
@@ -97,7 +98,8 @@ class Submission:
         self._forget_all_but({each.id for each in unsent})
         is_held = self._s.holds.active(self._robot_id) is not None
         self.seeks = False
-        awake = [each.id for each in unsent if self._is_awake(each, is_held)]
+        now, mono = to_text(self._clock.now()), self._clock.monotonic()
+        awake = [each.id for each in unsent if self._is_awake(each, is_held, now, mono)]
         starts: list[Execution] = []
         unreachable: list[Execution] = []
         trouble: RobotError | None = None        # asked once, and written once, for all that wait
@@ -190,14 +192,14 @@ class Submission:
             del self.attempts[key]
         self._waiting.forget_all_but(unsent)
 
-    def _is_awake(self, unsent: Unsent, is_held: bool) -> bool:
+    def _is_awake(self, unsent: Unsent, is_held: bool, now: str, mono: float) -> bool:
         """Whether it has to be handled now. Hundreds may wait for an unreachable robot: each is loaded when its time has come."""
         attempt = self.attempts.get(unsent.id)
-        is_due = attempt is None or attempt.wake_at <= self._clock.monotonic()
-        if unsent.state is State.SUBMITTING:
+        is_due = attempt is None or attempt.wake_at <= mono
+        if unsent.state == State.SUBMITTING:
             return is_due and attempt is not None and attempt.phase is Phase.IN_DOUBT
         is_let_go = unsent.wait in (Wait.DUE, Wait.ROBOT)        # by a person, what had it wait is over; or they are judged together
-        return is_due or is_held or is_let_go or unsent.is_cancelled or self._clock.now() >= unsent.closes_at
+        return bool(is_due or is_held or is_let_go or unsent.is_cancelled or now >= unsent.closes_at)
 
     def _later(self, row: Execution, seconds: float) -> None:
         """Look at it again then, or when its window closes."""

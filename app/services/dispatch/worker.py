@@ -59,6 +59,7 @@ class RobotWorker:
         self._has_sent = False                  # something of ours is with the robot, or may be
         self._next_live = -math.inf             # all on the monotonic clock
         self._prefetch_at = self._put_off_since = math.inf
+        self._round_ended_at = -math.inf
 
     @property
     def robot(self) -> Robot:
@@ -115,12 +116,11 @@ class RobotWorker:
         """Send what is due; then, unless something else is due in a moment, do what is wanted. Returns the seconds until the next call is
         wanted, unless there is a message before."""
         self._give_way()
-        if self._has_time():
+        if (wake_at := self._busy_until()) is None:
             self._round()
+            self._round_ended_at = self._clock.monotonic()
             next_read = self._next_live if self._is_live else math.inf
             wake_at = min(self._submission.attempts.next_at(), self._prefetch_at, next_read)
-        else:
-            wake_at = self._submission.attempts.next_held_at()
         return max(0.0, wake_at - self._clock.monotonic())
 
     def _give_way(self) -> None:
@@ -129,15 +129,17 @@ class RobotWorker:
         if self._submission.attempts.may_be_with_the_robot():
             self._note_sent(True)
 
-    def _has_time(self) -> bool:
-        """Whether a round would make nothing late that is held, or has been put off for long enough."""
-        mono = self._clock.monotonic()
-        if self._submission.attempts.next_held_at() - mono <= ROUND_TAKES:
+    def _busy_until(self) -> float | None:
+        """None: a round would make nothing late that is held, or has been put off for long enough. While the robot does not answer, what
+        comes for it is judged together."""
+        mono, held_at = self._clock.monotonic(), self._submission.attempts.next_held_at()
+        if held_at - mono <= ROUND_TAKES:
             self._put_off_since = min(self._put_off_since, mono)
             if mono - self._put_off_since < PUT_OFF_AT_MOST:
-                return False
+                return held_at
         self._put_off_since = math.inf
-        return True
+        together_at = min(self._round_ended_at + PUT_OFF_AT_MOST, self._prefetch_at)
+        return min(held_at, together_at) if self.seen.failures and not self._poll_wanted and mono < together_at else None
 
     def _round(self) -> None:
         mono = self._clock.monotonic()

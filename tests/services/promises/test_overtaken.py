@@ -29,6 +29,17 @@ def low_battery_start(site, plan, mission_id=None):
     assert [row.wait for row in site.executions()] == [Wait.BATTERY]
 
 
+def test_no_intent_is_written_of_what_nothing_wants(site, plan):
+    """Whatever may have left the row waiting: the question is part of the write."""
+    schedule = plan("2026-11-23T06:05", minimum_battery_percent=30)
+    site.machines["R1"].set_battery(12.0)
+    site.run(360)
+    [row], ledger, robot = site.executions(), site.container.ledger, robot_of(site)
+    site.container.db.write(lambda c: c.execute("DELETE FROM schedules WHERE id = ?", (schedule.id,)))
+    assert ledger.make([ledger.begun(row, robot, 0)]) == []
+    assert ledger.get(row.id).state is State.WAITING
+
+
 # ---------------------------------------------------------------------- a robot's own mission
 def test_what_waits_does_not_run_a_mission_that_was_deleted(site, plan):
     """The robot's own one was a mistake: the schedule goes on with the one for all robots, and so does its start."""
