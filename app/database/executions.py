@@ -202,8 +202,10 @@ class ExecutionRepository:
                       AND json_extract(revoked, '$.code') = 'schedule_changed'""", ids)
 
     def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
-        """An instant that an edit had taken back, with nothing sent, is planned again: its old row makes room."""
-        c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled' AND attempts = 0
+        """An instant that an edit had taken back, with nothing sent (``Execution.was_never_sent``), is planned again: its old row makes
+        room."""
+        c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled'
+                     AND (attempts = 0 OR (queue_floor IS NULL AND group_id IS NULL))
                      AND reason_code IN ('schedule_changed', 'robot_removed')""", (schedule_id, to_text(since)))
 
     def drop_skipped(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> None:

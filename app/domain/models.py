@@ -297,6 +297,11 @@ class Execution:
     robot_delay_s: float | None = None   # robot's started − ordered
 
     @property
+    def was_never_sent(self) -> bool:
+        """Whether certainly no request of it has left: tries that found no robot don't count. Of a group's that is not known here."""
+        return self.attempts == 0 or (self.queue_floor is None and self.group_id is None)
+
+    @property
     def given_name(self) -> str:
         """Its schedule's, where a person has given one; "" where that says what it does where."""
         return names.given_to_schedule(self.schedule, self.mission, self.robot_group or self.robot)

@@ -65,7 +65,7 @@ class ScheduleEdit(Transaction):
             return schedule
         kept = [row for row in self.unsent_of([schedule]) if is_planned(row, schedule, self.settings, calendar)]
         self.executions.want_again(self.c, [row.id for row in kept])
-        gone = [row for row in self.take_back(stored, except_for=[row.id for row in kept]) if row.attempts == 0 and not row.held]
+        gone = [row for row in self.take_back(stored, except_for=[row.id for row in kept]) if row.was_never_sent and not row.held]
         if gone:                               # never sent: as if they had never been planned
             last = max((row.planned_at for row in kept), default=min(row.planned_at for row in gone) - _MOMENT)
             schedule = replace(schedule, planned_through=last)

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 from app.database.check_ups import StoredCheckUp
@@ -124,8 +125,9 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
             edit.schedules.skip(edit.c, schedule.id, instant)
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
+    together = {start.planned_at for start in removed.starts}
     for start in removed.starts:
-        _restore_start(edit, start, has_its_robot_again=removed.robot is not None and removed.robot.id == start.robot_id)
+        _restore_start(edit, start, together, has_its_robot_again=removed.robot is not None and removed.robot.id == start.robot_id)
     edit.executions.want_again(edit.c, [row.id for row in edit.unsent_of(removed.schedules) if why_unwanted(edit.c, row) is None])
     for hold in removed.holds:
         edit.holds.add(edit.c, hold)
@@ -173,9 +175,10 @@ def _restore_idle(edit: Edit, robot_id: int, rule: IdleRule) -> None:
         edit.robots.update(edit.c, replace(robot, idle=rule))
 
 
-def _restore_start(edit: Edit, before: Execution, *, has_its_robot_again: bool) -> None:
+def _restore_start(edit: Edit, before: Execution, together: Collection[datetime], *, has_its_robot_again: bool) -> None:
     """What waited waits again, where the plan has it by now; what its robot had, or may have, is looked for there, as soon as that is there
-    again. Decided without the history: what it has forgotten by now is put back as it was."""
+    again. ``together``: instants of all that are put back, which were there beside each other. Decided without the history: what it has
+    forgotten by now is put back as it was."""
     row, was_waiting = edit.executions.get(edit.c, before.id), before.state is State.WAITING
     if row is None:                                      # what was in doubt was found on its robot: else it would be kept
         may_wait, goes_on = was_waiting, has_its_robot_again and not was_waiting
@@ -190,15 +193,18 @@ def _restore_start(edit: Edit, before: Execution, *, has_its_robot_again: bool) 
     if goes_on:
         is_final = before.revoked is not None and before.revoked.code is not ReasonCode.SCHEDULE_CHANGED
         edit.executions.open_again(edit.c, replace(row, revoked=before.revoked if is_final else unwanted))
-    elif may_wait and unwanted is None and not _has_made_way(edit, row):
+    elif may_wait and unwanted is None and not _has_made_way(edit, row, together):
         _wait_again(edit, row)
 
 
-def _has_made_way(edit: Edit, row: Execution) -> bool:
-    """Whether another start of its schedule is there, whose runs don't overlap: one of them would have been left out."""
+def _has_made_way(edit: Edit, row: Execution, together: Collection[datetime] = ()) -> bool:
+    """Whether another start of its schedule is there, but one of ``together``, whose runs don't overlap: one of them would have been left
+    out."""
     schedule = edit.schedules.get(edit.c, row.schedule_id) if row.schedule_id is not None else None
-    return (schedule is not None and schedule.overlap is Overlap.SKIP
-            and schedule.id in edit.executions.open_of_schedules(edit.c, [schedule.id]))
+    if schedule is None or schedule.overlap is not Overlap.SKIP:
+        return False
+    newest = edit.executions.open_of_schedules(edit.c, [schedule.id]).get(schedule.id)
+    return newest is not None and newest not in together
 
 
 def _wait_again(edit: Edit, row: Execution) -> None:

@@ -16,10 +16,10 @@ from app.domain import rules
 from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
 from app.services.allocation.decide import LAST_CALL, Decision, decide
 from app.services.dispatch.belief import Belief, Experience
-from app.services.dispatch.ledger import Move
+from app.services.dispatch.ledger import Move, taken_back
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import DECIDES_EVERY, LOOKS_FOR
-from app.services.dispatch.waiting import Waiting, taken_back
+from app.services.dispatch.waiting import Waiting
 from app.services.dispatch.worker import RobotWorker
 
 BOUND_TOGETHER = 50          # with one write: more would hold up what else is to be written

@@ -31,6 +31,7 @@ log = logging.getLogger("app.executions")
 _ENDS_BY = ("mission", "closes_at", "finish_by", "tried")     # what waits
 NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least may be
 WITH_THE_ROBOT = (State.QUEUED, State.EXECUTING)
+MAY_BE_WITH_THE_ROBOT = (State.SUBMITTING, *WITH_THE_ROBOT)
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,11 @@ class Move:
         """Whether it is about to be sent, or waits to be sent again: as its schedule is defined by now."""
         state = self.columns.get("state")
         return state is State.SUBMITTING or (state is State.WAITING and self.execution.state is State.SUBMITTING)
+
+
+def taken_back(row: Execution) -> Reason | None:
+    """Why it must not be sent (again). ``row`` was read a moment ago."""
+    return Reason(row.cancel_code) if row.cancel_code else row.revoked
 
 
 def was_replaced(row: Execution, serial_number: str | None) -> bool:
@@ -183,6 +189,8 @@ class Ledger:
             made = self._executions.change(c, move.execution.id, expected, of_robot=move.execution.robot_id, **columns)
         else:
             made = self._executions.change_owned(c, move.execution, expected, **columns)
+        if made and made.state is State.WAITING and move.execution.state is State.SUBMITTING and (reason := taken_back(made)):
+            made = self._executions.change_owned(c, made, (State.WAITING,), **self.ended(made, reason).columns)     # not even for a moment
         if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
             self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
             if made.trigger is Trigger.IDLE:
@@ -277,9 +285,10 @@ class Ledger:
             made = []
             for move in moves:
                 row_id, robot_id = move.execution.id, move.columns["robot_id"]
-                if self._starts.may_be_bound(c, move.execution, robot_id, row_id in into_queue):
-                    given = replace(move.execution, robot_id=robot_id, mission_guid=move.columns["mission_guid"])
-                    made.append(self._executions.change(c, row_id, move.expected, **{**move.columns, **(changed_since(c, given) or {})}))
+                given = replace(move.execution, robot_id=robot_id, mission_guid=move.columns["mission_guid"])
+                anew = changed_since(c, given)
+                if anew is not None and self._starts.may_be_bound(c, move.execution, robot_id, row_id in into_queue):
+                    made.append(self._executions.change(c, row_id, move.expected, **{**move.columns, **anew}))
             return [row for row in made if row is not None]
         rows = self._db.write(work) if moves else []
         hand_over([row for row in rows if row.state is State.SUBMITTING])          # before listeners are notified and read
@@ -328,11 +337,13 @@ class Ledger:
         return Move(execution, (State.SUBMITTING,), {"submitted_at": self._clock.now()})
 
     def attempt_failed(self, execution: Execution, problem: Message, *, may_come: bool) -> Move:
-        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here. ``may_come``: as above."""
+        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here. ``may_come``: as above. Where
+        that was its first, nothing of it was ever there."""
         attempts = execution.attempts + (execution.state is State.WAITING)
-        return Move(execution, NOT_WITH_THE_ROBOT, {"state": State.WAITING, "attempts": attempts, "wait": Wait.RETRY,
-                                                    "wait_details": {"problem": problem}},
-                    self._watch(execution, execution.robot_id) if may_come else None)
+        columns = {"state": State.WAITING, "attempts": attempts, "wait": Wait.RETRY, "wait_details": {"problem": problem}}
+        if attempts == 1 and not may_come:
+            columns["queue_floor"] = None
+        return Move(execution, NOT_WITH_THE_ROBOT, columns, self._watch(execution, execution.robot_id) if may_come else None)
 
     def given_up(self, execution: Execution, reason: Reason) -> Move:
         """Ended without its outcome being known: it may be on the robot, or come there yet."""

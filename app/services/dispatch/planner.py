@@ -110,17 +110,21 @@ class Planner:
     def _take_due(self, c: sqlite3.Connection, batch: DueBatch, ready: Callable[[int], Readiness | None]) -> bool:
         """What is due by now, when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
         more of it."""
-        now = self._clock.now()
-        schedules = self._schedules.due(c, now + rules.INTENT_LEAD, now - LATELY, AT_ONCE)
-        context = self._load_context(c, schedules, now, ready)
+        now, read = self._clock.now(), 0
         rows: list[Execution] = []
         progress: list[Progress] = []
-        for schedule in schedules:
-            if taken := self._take(schedule, context, batch):
-                rows += taken.rows
-                progress.append(taken.progress)
-                if len(rows) >= AT_ONCE:
-                    break
+        while True:
+            schedules = self._schedules.due(c, now + rules.INTENT_LEAD, now - LATELY, AT_ONCE, read)
+            context = self._load_context(c, schedules, now, ready)
+            for schedule in schedules:
+                if taken := self._take(schedule, context, batch):
+                    rows += taken.rows
+                    progress.append(taken.progress)
+                    if len(rows) >= AT_ONCE:
+                        break
+            read += len(schedules)
+            if progress or len(schedules) < AT_ONCE:         # else all of these have to wait, and keep none behind them waiting
+                break
         added = self._executions.add_each_once(c, rows)
         self._schedules.advance_all(c, progress)
         if len(added) < len(rows):
@@ -178,8 +182,8 @@ class Planner:
         target, mission = context.target_of(schedule), context.missions.get(schedule.mission_id)
         if target is None or mission is None:              # foreign keys prevent that
             return _Taken([], Progress(schedule.id, None, None, None))
-        if schedule.next_at is not None and schedule.next_at > context.now and context.has_to_wait(target, mission):
-            return None                                    # before all else: it is asked again and again until then
+        if schedule.next_at is not None and schedule.next_at > context.now and context.waits_for_its_instant(target, mission):
+            return None                                    # before all that takes time: it is asked every few ms until its instant
         make = _RowMaker(schedule, target, mission, context)
         earlier, following = _instants(schedule, context.now, context.calendar)
         while following is not None and (schedule.id, following) in context.skips:       # its row was written when it was skipped
@@ -268,7 +272,7 @@ class PlanningContext:
         """None: nothing goes out to it at once. What waits may have to go first."""
         return None if robot.id in self.waited_for or mission.name in self.with_places else self.ready(robot.id)
 
-    def has_to_wait(self, target: Robot | Group, mission: Mission) -> bool:
+    def waits_for_its_instant(self, target: Robot | Group, mission: Mission) -> bool:
         """Whether a start of this mission can't be given out before its instant, whatever else holds for it."""
         return isinstance(target, Robot) and self.readiness(target, mission) is None
 

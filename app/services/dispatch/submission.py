@@ -29,12 +29,12 @@ from app.services.allocation.belief import Out
 from app.services.dispatch.attempt import Attempt, Attempts, Phase, intent_of
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.freedom import can_work
-from app.services.dispatch.ledger import was_replaced
+from app.services.dispatch.ledger import taken_back, was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.refusals import refusal, tried_here
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
-from app.services.dispatch.waiting import Waiting, robot_off, taken_back
+from app.services.dispatch.waiting import Waiting, robot_off
 
 log = logging.getLogger(__name__)
 
@@ -152,7 +152,10 @@ class Submission:
         """Why it must not be sent (again). ``row`` was read a moment ago."""
         if reason := taken_back(row):
             return reason
-        return None if self._seen.robot.enabled or row.group_id is not None else robot_off(row.robot)
+        if self._seen.robot.enabled or row.group_id is not None:
+            return None
+        robot = self._s.robots.get(self._s.db.read(), self._robot_id)        # it may have been switched on since, which is not known here
+        return None if robot is not None and robot.enabled else robot_off(row.robot)
 
     def _is_wanted(self, intent: Execution, plan_version: int) -> bool:
         """``plan_version``: of the plan that the intent was written from."""
@@ -161,8 +164,11 @@ class Submission:
 
     def _is_taken_back(self, intent: Execution) -> bool:
         row = self._ledger.get(intent.id)
-        return row is None or row.held or row.state is not State.SUBMITTING or self._taken_back(row) is not None or (
-            row.group_id is not None and not self._ledger.may_get(row)) or self._ledger.is_edited(row)
+        if row is None or row.held or row.state is not State.SUBMITTING or self._clock.now() >= row.closes_at:
+            return True
+        if self._taken_back(row) is not None or self._ledger.is_edited(row) or self._ledger.full_place(row) is not None:
+            return True
+        return row.group_id is not None and not self._ledger.may_get(row)
 
     def _is_own(self, row: Execution) -> bool:
         """Whether it waits for this robot, and for no other."""
@@ -173,9 +179,10 @@ class Submission:
         for intent in intents:
             self.attempts.pop(intent.id, None)
         for waiting in self._ledger.make([self._ledger.not_tried(intent) for intent in intents]):
-            if reason := self._taken_back(waiting):
-                self._ledger.end(waiting, reason)
+            if waiting.ended_at is not None:
                 self._forget_idle([waiting])
+            elif reason := self._taken_back(waiting):
+                self._ledger.end(waiting, reason)
             elif self._is_own(waiting):
                 self._later(waiting, 0.0)
             else:
@@ -306,13 +313,16 @@ class Submission:
         self._give_back([row for row in rows if row.group_id is not None], problem=problem, may_come=waited)
         rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
-        for waiting in self._ledger.make([self._ledger.attempt_failed(row, problem, may_come=waited) for row in rows]):
-            if reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
+        tried = self._ledger.make([self._ledger.attempt_failed(row, problem, may_come=waited) for row in rows])
+        for waiting in tried:
+            if waiting.ended_at is not None:
+                self.attempts.pop(waiting.id, None)
+            elif reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
                 ends.append(self._ledger.ended(waiting, reason, (State.WAITING,)))
                 self.attempts.pop(waiting.id, None)
             else:
                 self._later(waiting, 0.0 if waited else rules.back_off(waiting.attempts, settings))
-        self._forget_idle(self._ledger.make(ends))
+        self._forget_idle([*tried, *self._ledger.make(ends)])
 
     def _forget_idle(self, ended: Iterable[Execution]) -> None:
         """Of an idle mission that was taken back nothing is here: its idle period has had none."""

@@ -95,10 +95,5 @@ class Waiting:
         return found.robot is not None or not found.is_certain
 
 
-def taken_back(row: Execution) -> Reason | None:
-    """Why it must not be sent (again). ``row`` was read a moment ago."""
-    return Reason(row.cancel_code) if row.cancel_code else row.revoked
-
-
 def robot_off(name: str) -> Reason:
     return Reason(ReasonCode.ROBOT_REMOVED, {"robot": name})

@@ -19,7 +19,7 @@ from app.domain import rules
 from app.domain.models import Execution, HandOver, Robot, Trigger
 from app.domain.robot import RobotStatus
 from app.mir.client import RobotClient
-from app.mir.errors import AnotherRobot, Rejected, RobotError
+from app.mir.errors import AnotherRobot, NotAMir, Rejected, RobotError, RobotFault, Unreadable
 from app.services.dispatch import messages
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.following import Following
@@ -130,16 +130,17 @@ class RobotWorker:
             self._note_sent(True)
 
     def _busy_until(self) -> float | None:
-        """None: a round would make nothing late that is held, or has been put off for long enough. While the robot does not answer, what
-        comes for it is judged together."""
+        """Until when there is no round; None: it would make nothing late that is held, or has been put off for long enough. While the robot
+        does not answer, what comes for it is judged together, as one read serves all of it; a read ahead is not put off."""
         mono, held_at = self._clock.monotonic(), self._submission.attempts.next_held_at()
         if held_at - mono <= ROUND_TAKES:
             self._put_off_since = min(self._put_off_since, mono)
             if mono - self._put_off_since < PUT_OFF_AT_MOST:
                 return held_at
         self._put_off_since = math.inf
+        is_silent = self.seen.failures > 0 and not self.seen.answers_in_part and not self._poll_wanted
         together_at = min(self._round_ended_at + PUT_OFF_AT_MOST, self._prefetch_at)
-        return min(held_at, together_at) if self.seen.failures and not self._poll_wanted and mono < together_at else None
+        return min(held_at, together_at) if is_silent and mono < together_at else None
 
     def _round(self) -> None:
         mono = self._clock.monotonic()
@@ -220,10 +221,12 @@ class RobotWorker:
                 status = self.seen.read_status()
                 self._give_way()
                 self.seen.identify()
-                open_ids = self._read_queue(status, full) if self._reads_queue(full) else None
+                open_ids, unread = self._open_ids(status, full)
                 self._following.follow(status.serial_number, open_ids)
                 self._copies.answer()
-                if open_ids is not None:
+                if unread is not None:
+                    self.seen.note_failure(unread)
+                elif open_ids is not None:
                     self.seen.note_all_read()
             except AnotherRobot as error:
                 self._following.give_up_moved(error.params["found"])
@@ -232,6 +235,14 @@ class RobotWorker:
         failures = max(self.seen.failures, self._unanswered)
         pause = min(LIVE_EVERY * 2 ** min(failures, 5), max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
         self._next_live = mono + (self._apart(pause) if full else pause)
+
+    def _open_ids(self, status: RobotStatus, full: bool) -> tuple[set[int] | None, RobotError | None]:
+        """Those in its queue, where that is read now; or why it can't be, though the robot answers: what it has of ours is asked for by
+        its number all the same."""
+        try:
+            return self._read_queue(status, full) if self._reads_queue(full) else None, None
+        except (NotAMir, Unreadable, RobotFault, Rejected) as problem:
+            return None, problem
 
     def _reads_queue(self, full: bool) -> bool:
         return full or self._watched or self._is_sought or self._copies.is_watching or self.seen.answers_in_part

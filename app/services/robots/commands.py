@@ -29,7 +29,7 @@ from app.mir.fingerprint import presented_fingerprint
 from app.services.allocation.belief import HIGH
 from app.services.catalogue import validation
 from app.services.dispatch.engine import Engine
-from app.services.dispatch.ledger import Ledger, Move
+from app.services.dispatch.ledger import MAY_BE_WITH_THE_ROBOT, Ledger, Move
 from app.services.live.holds import Holds
 from app.services.robots.missions import RobotMissions
 
@@ -163,9 +163,12 @@ class Operator:
         self._engine.poll(robot_id)
 
     def clear_queue(self, robot_id: int) -> None:
-        """Everything pending or executing on the robot goes, and what waits here to be sent there."""
-        ours = self._ledger.open_for(robot_id)
-        sent = [e for e in ours if e.state is not State.WAITING]
+        """Everything pending or executing on the robot goes, and what waits here to be sent there, which is kept back until the robot has
+        answered."""
+        waited = {row.id: row.held for row in self._ledger.open_for(robot_id, (State.WAITING,))}
+        free = [row_id for row_id, held in waited.items() if not held]
+        self._ledger.hold(free, True)
+        sent = self._ledger.open_for(robot_id, MAY_BE_WITH_THE_ROBOT)
         self._ledger.ask_cancel(sent, ReasonCode.QUEUE_CLEARED)
         try:
             with self._client(robot_id, "Clear queue") as client:
@@ -173,9 +176,10 @@ class Operator:
         except RobotError as error:
             if error.certainly_without_effect:
                 self._ledger.ask_cancel(sent, None)
+            self._ledger.hold(free, False)
             raise
-        for execution in ours:
-            if execution.state is State.WAITING:
+        for execution in self._ledger.open_for(robot_id, (State.WAITING,)):
+            if execution.id in waited:
                 self._ledger.end(execution, Reason(ReasonCode.QUEUE_CLEARED))
         self._engine.poll(robot_id)
 

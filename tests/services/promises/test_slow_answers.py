@@ -66,13 +66,13 @@ def test_a_second_try_leaves_though_each_look_for_the_first_takes_three_seconds(
 
 
 def test_what_is_held_while_the_robot_is_read_for_a_start_is_not_sent(site, plan):
-    """Its second try asks the robot what became of the first one; before the slow answer comes, somebody holds the robot."""
+    """A later try asks the robot what became of those before; before the slow answer comes, somebody holds the robot."""
     plan("2026-11-23T06:05")
     site.network.others_wait = False
-    site.network.next("POST", "/mission_queue", Fate.REFUSED)
-    site.run(301)
+    site.network.next("POST", "/mission_queue", Fate.REFUSED, count=2)
+    site.run(304)
     site.network.next("POST", "/mission_queue/search", Fate.SLOW, 4.0, count=2)
-    site.at(3.0, lambda: site.container.holds.hold("a meeting"))
+    site.at(4.0, lambda: site.container.holds.hold("a meeting"))
     site.run(60)
     assert [post.fate for post in site.network.posts()] == []
     [row] = site.executions()

@@ -147,11 +147,12 @@ def test_a_change_of_the_plan_which_may_be_undone_covers_no_other_reason(db, row
 
 
 def test_an_instant_that_was_taken_back_makes_room_unless_something_was_sent(db, row):
-    before, taken_back, sent = (add(db, row(planned_at=NOON + timedelta(minutes=minutes), attempts=attempts))
-                                for minutes, attempts in ((-1, 0), (0, 0), (1, 1)))
+    before, taken_back, tried, sent = (add(db, row(planned_at=NOON + timedelta(minutes=minutes), attempts=attempts, queue_floor=floor))
+                                       for minutes, attempts, floor in ((-1, 0, None), (0, 0, 7), (1, 3, None), (2, 1, 7)))
+    assert [each.was_never_sent for each in (before, taken_back, tried, sent)] == [True, True, True, False]
     db.write(lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1))
     db.write(lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON))
-    assert [EXECUTIONS.get(db.read(), each.id) is None for each in (before, taken_back, sent)] == [False, True, False]
+    assert [EXECUTIONS.get(db.read(), each.id) is None for each in (before, taken_back, tried, sent)] == [False, True, True, False]
 
 
 def test_what_a_robot_still_had_to_do_ends(db, row):
