@@ -379,9 +379,9 @@ MUTANTS = (
     ),
     Mutant(
         "what was cancelled in doubt is sent again",
-        f"{SUBMISSION}._taken_back",
-        "if reason := taken_back(row):",
-        "if reason := row.revoked:",
+        "services.dispatch.ledger:taken_back",
+        "Reason(row.cancel_code) if row.cancel_code else row.revoked",
+        "row.revoked",
         "though it was cancelled",
         PEOPLE,
         seed=2,
@@ -389,11 +389,11 @@ MUTANTS = (
     Mutant(
         "a cleared queue keeps what waits",
         "services.robots.commands:Operator.clear_queue",
-        "if execution.state is State.WAITING:",
-        "if False:",
+        "if execution.id in waited:",
+        "if self._ledger.hold([execution.id], False) < 0:",
         "though it was cancelled",
         PEOPLE,
-        seed=4,
+        seed=5,
     ),
     Mutant(
         "pauses are ignored",

@@ -8,6 +8,7 @@ import pytest
 from app.database.executions import ExecutionRepository
 from app.domain.message import message
 from app.domain.models import State
+from app.services.dispatch import ledger, submission
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.ledger import NOT_WITH_THE_ROBOT, Ledger
 from app.services.dispatch.submission import Submission
@@ -73,5 +74,6 @@ def test_a_second_copy_that_nobody_looks_for_is_found(monkeypatch):
 @pytest.mark.long
 def test_a_start_that_is_sent_again_although_it_was_taken_back_is_found(monkeypatch):
     """A request is lost, its schedule is switched off, and after the quiet time it leaves again."""
-    monkeypatch.setattr(Submission, "_taken_back", lambda self, row: None)
+    for module in (ledger, submission):
+        monkeypatch.setattr(module, "taken_back", lambda row: None)
     assert is_found("after it was taken back", faults=2, acts=("switch off A",))
