@@ -37,7 +37,7 @@ def ran(container: Container, duration_s: float) -> tuple[Robot, Mission]:
         container.db.write(lambda c, row=row, state=state: container.repositories.executions.change(  # type: ignore[misc]
             c, row.id, (State.WAITING,), state=state, queue_id=row.id, submitted_at=now))
         if state is State.QUEUED:
-            container.ledger.make([container.ledger.completed(container.ledger.get(row.id), duration_s, None)])
+            container.ledger.make([container.ledger.moves.completed(container.ledger.get(row.id), duration_s, None)])
     for one, rule in ((other, "FREQ=MINUTELY"), (mission, "FREQ=DAILY")):
         start = (datetime.now() + timedelta(hours=1)).replace(second=0, microsecond=0)
         container.catalogue.save_schedule(Schedule(one.name, robot.id, one.id, start, "UTC", rule))
@@ -77,5 +77,5 @@ def test_hundreds_of_such_runs_in_a_day_end_all_the_same(container: Container) -
         assert row is not None
         container.db.write(lambda c, row=row: container.repositories.executions.change(  # type: ignore[misc]
             c, row.id, (State.WAITING,), state=State.EXECUTING, submitted_at=row.planned_at))
-        container.ledger.make([container.ledger.completed(container.ledger.get(row.id), longest, None)])
+        container.ledger.make([container.ledger.moves.completed(container.ledger.get(row.id), longest, None)])
         assert container.ledger.get(row.id).state is State.COMPLETED

@@ -182,8 +182,8 @@ MUTANTS = (
     Mutant(
         "an intent that is not on disk",
         f"{SUBMISSION}._begin",
-        "return self._ledger.make([self._ledger.begun(row, robot, floor) for row in rows], quietly=True)",
-        "from dataclasses import replace; return [replace(row, **self._ledger.begun(row, robot, floor).columns) for row in rows]",
+        "return self._ledger.make([self._ledger.moves.begun(row, robot, floor) for row in rows], quietly=True)",
+        "from dataclasses import replace; return [replace(row, **self._ledger.moves.begun(row, robot, floor).columns) for row in rows]",
         "items with one token",
         CRASHES,
     ),
@@ -379,7 +379,7 @@ MUTANTS = (
     ),
     Mutant(
         "what was cancelled in doubt is sent again",
-        "services.dispatch.ledger:taken_back",
+        "services.dispatch.moves:taken_back",
         "Reason(row.cancel_code) if row.cancel_code else row.revoked",
         "row.revoked",
         "though it was cancelled",

@@ -10,7 +10,7 @@ from app.domain.message import message
 from app.domain.models import State
 from app.services.dispatch import ledger, submission
 from app.services.dispatch.copies import Copies
-from app.services.dispatch.ledger import NOT_WITH_THE_ROBOT, Ledger
+from app.services.dispatch.moves import NOT_WITH_THE_ROBOT, Moves
 from app.services.dispatch.submission import Submission
 from tests.simulation.choices import Scenario
 from tests.simulation.explorer import explore
@@ -47,13 +47,13 @@ def test_a_blind_retry_is_found(monkeypatch):
 
 def test_an_intent_that_is_not_committed_is_found(monkeypatch):
     """The POST leaves before its row says so: a crash in between forgets it."""
-    add, accepted = ExecutionRepository.add_each_once, Ledger.accepted
+    add, accepted = ExecutionRepository.add_each_once, Moves.accepted
 
     def forgetful(self, c, executions):
         added = add(self, c, [replace(row, state=State.WAITING, attempts=0) for row in executions])
         return [replace(row, state=State.SUBMITTING, attempts=1) for row in added]
     monkeypatch.setattr(ExecutionRepository, "add_each_once", forgetful)
-    monkeypatch.setattr(Ledger, "accepted", lambda *given: replace(accepted(*given), expected=NOT_WITH_THE_ROBOT))
+    monkeypatch.setattr(Moves, "accepted", lambda *given: replace(accepted(*given), expected=NOT_WITH_THE_ROBOT))
     assert is_found("2 items")
 
 

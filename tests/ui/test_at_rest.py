@@ -24,7 +24,7 @@ def robots_answer(container) -> None:
 def test_at_rest_next_to_nothing_is_drawn(container, silent_robots, ui, place):
     """The robots are read every two seconds, and answer the same each time."""
     name, intent = place
-    container.ledger.make([container.ledger.completed(run, 240.0, 2.0) for run in container.history.open()])
+    container.ledger.make([container.ledger.moves.completed(run, 240.0, 2.0) for run in container.history.open()])
     robots_answer(container)
     with shown(container, ui) as app:
         app.shell.go(name, **intent)

@@ -16,7 +16,7 @@ from app.domain import rules
 from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
 from app.services.allocation.decide import LAST_CALL, Decision, decide
 from app.services.dispatch.belief import Belief, Experience
-from app.services.dispatch.ledger import Move, taken_back
+from app.services.dispatch.moves import Move, taken_back
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import DECIDES_EVERY, LOOKS_FOR
 from app.services.dispatch.waiting import Waiting
@@ -64,7 +64,7 @@ class Allocator:
 
     def wait_for_the_clock(self) -> None:
         """Nothing is decided until it can be right."""
-        self._ledger.make([move for row in self._ledger.unbound() if not row.held for move in self._ledger.waiting(row, Wait.CLOCK)])
+        self._ledger.make([move for row in self._ledger.unbound() if not row.held for move in self._ledger.moves.waiting(row, Wait.CLOCK)])
 
     # ------------------------------------------------------------------ what waits
     def _is_to_be_given(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> bool:
@@ -119,7 +119,7 @@ class Allocator:
             elif decision.robot_id is None:
                 waits += self._awaits(row, decision, belief)
             elif mission := belief.mission(decision.robot_id, row.mission):
-                bound.append(self._ledger.bound(row, belief.robots[decision.robot_id], mission.guid, belief.choice(decision),
+                bound.append(self._ledger.moves.bound(row, belief.robots[decision.robot_id], mission.guid, belief.choice(decision),
                                                 self._intent_floor(row, workers[decision.robot_id]),
                                                 belief.approach(decision.robot_id, mission)))
                 if decision.is_last_call or decision.start.at_once:
@@ -142,8 +142,8 @@ class Allocator:
     def _awaits(self, row: Execution, decision: Decision, belief: Belief) -> list[Move]:
         """What it waits for, where that is something new."""
         if decision.full is not None and (full := self._ledger.full_place(row)) is not None:
-            return self._ledger.waiting(row, Wait.PLACE, **belief.who_is_there(full))
-        return self._ledger.waiting(row, Wait.ROBOT, group=row.robot_group, **belief.choice(decision))
+            return self._ledger.moves.waiting(row, Wait.PLACE, **belief.who_is_there(full))
+        return self._ledger.moves.waiting(row, Wait.ROBOT, group=row.robot_group, **belief.choice(decision))
 
 
 def batched(moves: Sequence[Move], size: int) -> list[Sequence[Move]]:

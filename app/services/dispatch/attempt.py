@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from app.domain.models import Execution
-from app.services.dispatch.ledger import Move
+from app.services.dispatch.moves import Move
 
 
 class Phase(Enum):

@@ -15,7 +15,7 @@ from app.domain.models import Execution, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
 from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
-from app.services.dispatch.ledger import NOT_WITH_THE_ROBOT
+from app.services.dispatch.moves import NOT_WITH_THE_ROBOT
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import WATCHED_FOR

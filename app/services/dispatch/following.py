@@ -12,7 +12,8 @@ from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.draining import Draining
-from app.services.dispatch.ledger import WITH_THE_ROBOT, Move, seconds_between
+from app.services.dispatch.ledger import seconds_between
+from app.services.dispatch.moves import WITH_THE_ROBOT, Move
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import GONE_FOR
@@ -64,7 +65,7 @@ class Following:
 
     def _given_up(self, row: Execution, problem: Message) -> Move:
         self._seen.raise_about(row, "unknown_outcome", problem=problem)
-        return self._ledger.ended(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
+        return self._ledger.moves.ended(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))
 
     def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
@@ -90,7 +91,7 @@ class Following:
         return self._moves(row, item, open_ids)
 
     def _vanished(self, row: Execution, queue_id: int) -> Move:
-        return self._ledger.ended(row, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
+        return self._ledger.moves.ended(row, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
 
     def _gone(self, row: Execution, queue_id: int) -> list[Move]:
         return [self._vanished(row, queue_id)] if self._has_been_missing(queue_id) else []
@@ -121,17 +122,17 @@ class Following:
         delay = seconds_between(item.ordered, item.started)
         duration = seconds_between(item.started, item.finished)
         if item.state is QueueState.DONE:
-            return [self._ledger.completed(row, duration, delay, self._draining.saw_completed(row))]
+            return [self._ledger.moves.completed(row, duration, delay, self._draining.saw_completed(row))]
         if item.state is QueueState.EXECUTING:
             self._draining.saw_executing(row)
         moves = []
         if item.state is not QueueState.PENDING and row.state is State.QUEUED and item.started is not None:
-            moves.append(self._ledger.started(row, delay, self._approach(row, delay)))
+            moves.append(self._ledger.moves.started(row, delay, self._approach(row, delay)))
         is_unknown = item.state is QueueState.UNKNOWN
         if not is_unknown:
             self._missing_since.pop(item.id, None)
         if item.state is QueueState.ABORTED or (is_unknown and (item.finished is not None or self._is_over(item.id, open_ids))):
-            moves.append(self._ledger.ended(row, why_aborted(row, item), duration_s=duration))
+            moves.append(self._ledger.moves.ended(row, why_aborted(row, item), duration_s=duration))
         return moves
 
     def _approach(self, row: Execution, delay: float | None) -> float | None:

@@ -6,64 +6,27 @@ was changed and the caller must not act on it.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from datetime import datetime, timedelta
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
+from datetime import datetime
 from typing import Any
 
 from app.database.connection import Database
-from app.database.executions import UNBOUND, ExecutionFilter, ExecutionRepository, Unsent
-from app.database.group_starts import FullPlace, GroupStartRepository, Watch, Watched
+from app.database.executions import ExecutionFilter, ExecutionRepository, Unsent
+from app.database.group_starts import FullPlace, GroupStartRepository, Watched
 from app.database.robots import Accepted, RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
-from app.domain.drain import Used
-from app.domain.message import Message
 from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.reasons import sentence, to_store
 from app.domain.robot import QueueItem
-from app.services.dispatch.timing import WATCHED_FOR
+from app.services.dispatch.moves import NOT_WITH_THE_ROBOT, Move, Moves, taken_back
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.planning.wanted import changed_since, why_unwanted
 
 log = logging.getLogger("app.executions")
 _ENDS_BY = ("mission", "closes_at", "finish_by", "tried")     # what waits
-NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least may be
-WITH_THE_ROBOT = (State.QUEUED, State.EXECUTING)
-MAY_BE_WITH_THE_ROBOT = (State.SUBMITTING, *WITH_THE_ROBOT)
-
-
-@dataclass(frozen=True)
-class Move:
-    """A change of an execution that is still in one of the ``expected`` states."""
-    execution: Execution
-    expected: Sequence[State]
-    columns: Mapping[str, Any]
-    watch: Watch | None = None
-    needs_room: bool = False             # at the places that its mission uses; else it is not made
-    used: Used | None = None             # of its robot's battery, where that is known
-
-    @property
-    def is_end_by_judgement(self) -> bool:
-        """By what was read of it a moment ago, and not because nobody wants it."""
-        return self.columns.get("ended_at") is not None and self.columns["state"] is not State.CANCELLED
-
-    @property
-    def is_defined_anew(self) -> bool:
-        """Whether it is about to be sent, or waits to be sent again: as its schedule is defined by now."""
-        state = self.columns.get("state")
-        return state is State.SUBMITTING or (state is State.WAITING and self.execution.state is State.SUBMITTING)
-
-
-def taken_back(row: Execution) -> Reason | None:
-    """Why it must not be sent (again). ``row`` was read a moment ago."""
-    return Reason(row.cancel_code) if row.cancel_code else row.revoked
-
-
-def was_replaced(row: Execution, serial_number: str | None) -> bool:
-    """Whether another machine than the one it was sent to is the row's robot now."""
-    return None not in (row.robot_serial, serial_number) and row.robot_serial != serial_number
 
 
 class Ledger:
@@ -71,7 +34,7 @@ class Ledger:
                  alarms: Alarms) -> None:
         self._db, self._executions, self._settings = db, executions, settings
         self._clock, self._changes, self._alarms, self._robots = clock, changes, alarms, RobotRepository()
-        self._starts = GroupStartRepository()
+        self._starts, self.moves = GroupStartRepository(), Moves(clock)
         self.grew = True                     # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading
@@ -140,11 +103,6 @@ class Ledger:
         """There was no idle mission in this idle period."""
         self._db.write(lambda c: self._robots.note_idle(c, robot_id, None))
 
-    def waiting(self, execution: Execution, wait: Wait, **details: Any) -> list[Move]:
-        """What holds a waiting execution; none where that is nothing new."""
-        is_known = (execution.wait, dict(execution.wait_details)) == (wait, details)
-        return [] if is_known else [Move(execution, (State.WAITING,), {"wait": wait, "wait_details": details})]
-
     def waits(self, execution: Execution, wait: Wait, **details: Any) -> Execution | None:
         """Note what holds a waiting execution; writes only when that is something new."""
         if (execution.wait, dict(execution.wait_details)) == (wait, details):
@@ -153,7 +111,7 @@ class Ledger:
 
     def end(self, execution: Execution, reason: Reason) -> Execution | None:
         """End an open execution with a reason, whose code gives the state."""
-        return next(iter(self.make([self.ended(execution, reason, (execution.state,))])), None)
+        return next(iter(self.make([self.moves.ended(execution, reason, (execution.state,))])), None)
 
     def make(self, moves: Sequence[Move], patient: bool = False, quietly: bool = False) -> list[Execution]:
         """Moves found by one read of a robot, in one transaction; the rows after those that could be made. Several moves of one
@@ -190,7 +148,8 @@ class Ledger:
         else:
             made = self._executions.change_owned(c, move.execution, expected, **columns)
         if made and made.state is State.WAITING and move.execution.state is State.SUBMITTING and (reason := taken_back(made)):
-            made = self._executions.change_owned(c, made, (State.WAITING,), **self.ended(made, reason).columns)     # not even for a moment
+            end = self.moves.ended(made, reason, (State.WAITING,))       # here, as an undo may come in any moment between two writes
+            made = self._executions.change_owned(c, made, end.expected, **end.columns)
         if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
             self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
             if made.trigger is Trigger.IDLE:
@@ -205,39 +164,6 @@ class Ledger:
         """Whether what its end rests on is still as it was read: somebody may just have given it more time, or another mission."""
         now = self._executions.get(c, execution.id)
         return now is not None and all(getattr(now, name) == getattr(execution, name) for name in _ENDS_BY)
-
-    def begun(self, execution: Execution, robot: Robot, queue_floor: int | None) -> Move:
-        """The intent on disk before the POST: ``submitting``, one attempt more, and the highest queue id known before it. The floor of the
-        first attempt on this machine is kept: everything that this execution ever put there lies above it."""
-        is_first = execution.queue_floor is None or was_replaced(execution, robot.serial_number)
-        floor = queue_floor if is_first else execution.queue_floor
-        return Move(execution, (State.WAITING,), {"state": State.SUBMITTING, "attempts": execution.attempts + 1, "queue_floor": floor,
-                                                  "robot_address": robot.address, "robot_serial": robot.serial_number}, needs_room=True)
-
-    def accepted(self, execution: Execution, robot: Robot, queue_id: int, since: datetime | None = None) -> Move:
-        """The robot has it, (None:) since now. If this were never written, the robot would be asked."""
-        return Move(execution, (State.SUBMITTING,), {
-            "state": State.QUEUED, "queue_id": queue_id, "submitted_at": since or self._clock.now(), "robot_address": robot.address,
-            "robot_serial": robot.serial_number})
-
-    def adopted(self, execution: Execution, robot: Robot, item: QueueItem) -> Move:
-        """It is on a robot already: the one that it waits for, or another one."""
-        return Move(execution, (State.WAITING,), {
-            "state": State.QUEUED, "queue_id": item.id, "token": item.description, "submitted_at": self._clock.now(),
-            "attempts": max(1, execution.attempts), "queue_floor": item.id - 1, "robot_id": robot.id, "robot": robot.name,
-            "robot_address": robot.address, "robot_serial": robot.serial_number})
-
-    def given_back(self, execution: Execution, robot_id: int, tried: Mapping[str, Any], *, is_attempt: bool, may_come: bool) -> Move:
-        """A start of a group of which certainly nothing is on this robot has none again. ``tried``: what became of it here. ``is_attempt``:
-        it counts as one, also where it never reached the POST. ``may_come``: its request may still come here."""
-        attempts = execution.attempts + (execution.state is State.WAITING and is_attempt)
-        return Move(execution, NOT_WITH_THE_ROBOT, {
-            **UNBOUND, "state": State.WAITING, "wait": Wait.ROBOT, "wait_details": {}, "attempts": attempts,
-            "tried": {**execution.tried, str(robot_id): tried}}, self._watch(execution, robot_id) if may_come else None)
-
-    def unbound_again(self, execution: Execution) -> Move:
-        """A start of a group that its robot could not begin is for any of them again; nothing is held against this one."""
-        return Move(execution, (State.WAITING,), UNBOUND)
 
     def give_back_bound(self, robot_id: int | None = None) -> None:
         """The same of all that waits for this robot, or for any, but where a person chose it."""
@@ -261,20 +187,6 @@ class Ledger:
     def full_place(self, execution: Execution) -> FullPlace | None:
         """A place that it uses at which there is no room; None: there is room everywhere."""
         return self._starts.full_place(self._db.read(), execution)
-
-    def bound(self, execution: Execution, robot: Robot, mission_guid: str, choice: Mapping[str, Any],
-              intent_floor: int | None = None, approach_m: float | None = None) -> Move:
-        """A robot of its group is chosen. What was ever sent to it lies above the floor of the first time, on the machine of that time.
-        ``intent_floor``: it was never there, and is about to be sent; the highest queue id known of that robot. ``approach_m``: straight
-        way to the mission's first stop, of a robot that goes there at once."""
-        before = execution.tried.get(str(robot.id), {})
-        columns: dict[str, Any] = {
-            "robot_id": robot.id, "robot": robot.name, "mission_guid": mission_guid, "bound_at": self._clock.now(), "choice": choice,
-            "approach_m": approach_m, "wait": Wait.DUE, "wait_details": {}, "queue_floor": before.get("floor"),
-            "robot_serial": before.get("serial")}
-        if intent_floor is not None:
-            columns |= {**self.begun(execution, robot, intent_floor).columns, "queue_floor": intent_floor}
-        return Move(execution, (State.WAITING,), columns)
 
     def bind(self, moves: Sequence[Move], into_queue: Collection[int] = (),
              hand_over: Callable[[Sequence[Execution]], None] = lambda intents: None) -> list[Execution]:
@@ -302,9 +214,9 @@ class Ledger:
         waited so."""
         moves = []
         if execution.robot_id not in (None, robot.id):
-            moves.append(self.unbound_again(execution))
+            moves.append(self.moves.unbound_again(execution))
             execution = replace(execution, robot_id=None, robot="")
-        return len(self.make([*moves, self.adopted(execution, robot, item)])) > len(moves)
+        return len(self.make([*moves, self.moves.adopted(execution, robot, item)])) > len(moves)
 
     def watches_of(self, robot_id: int) -> list[Watched]:
         """What may still come to this robot though it was given up there, or may have come while nobody looked."""
@@ -312,57 +224,15 @@ class Ledger:
 
     def watch(self, execution: Execution, robot_id: int) -> None:
         """It may come to this robot, or run there, once more than wanted."""
-        self._db.write(lambda c: self._starts.watch(c, self._watch(execution, robot_id)))
+        self._db.write(lambda c: self._starts.watch(c, self.moves.watch(execution, robot_id)))
 
     def drop_watches(self, robot_id: int, tokens: Collection[str]) -> None:
         """The robot was searched for these when nothing could come any more."""
         self._db.write(lambda c: self._starts.drop_watches(c, robot_id, tokens), patient=True)
 
-    def _watch(self, execution: Execution, robot_id: int | None) -> Watch:
-        assert robot_id is not None, "it was sent to a robot"
-        return Watch(execution.id, robot_id, execution.queue_floor or 0, self._clock.now() + timedelta(seconds=WATCHED_FOR))
-
     def unbound(self) -> list[Execution]:
         """What waits for a robot of a group, oldest first."""
         return self._starts.unbound(self._db.read())
-
-    def not_tried(self, intent: Execution) -> Move:
-        """An intent whose POST was not even begun; that of a group waits again though its robot has been removed meanwhile, where its plan
-        still has it."""
-        expected = (State.SUBMITTING,) if intent.group_id is None else (State.SUBMITTING, State.CANCELLED)
-        return Move(intent, expected, {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None})
-
-    def taken(self, execution: Execution) -> Move:
-        """The robot has said so, and has given no number to find it by."""
-        return Move(execution, (State.SUBMITTING,), {"submitted_at": self._clock.now()})
-
-    def attempt_failed(self, execution: Execution, problem: Message, *, may_come: bool) -> Move:
-        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here. ``may_come``: as above. Where
-        that was its first, nothing of it was ever there."""
-        attempts = execution.attempts + (execution.state is State.WAITING)
-        columns = {"state": State.WAITING, "attempts": attempts, "wait": Wait.RETRY, "wait_details": {"problem": problem}}
-        if attempts == 1 and not may_come:
-            columns["queue_floor"] = None
-        return Move(execution, NOT_WITH_THE_ROBOT, columns, self._watch(execution, execution.robot_id) if may_come else None)
-
-    def given_up(self, execution: Execution, reason: Reason) -> Move:
-        """Ended without its outcome being known: it may be on the robot, or come there yet."""
-        return replace(self.ended(execution, reason, (execution.state,)), watch=self._watch(execution, execution.robot_id))
-
-    def started(self, execution: Execution, robot_delay_s: float | None, approach_m: float | None) -> Move:
-        return Move(execution, (State.QUEUED,), {"state": State.EXECUTING, "started_at": self._clock.now(), "robot_delay_s": robot_delay_s,
-                                                 "approach_m": approach_m})
-
-    def completed(self, execution: Execution, duration_s: float | None, robot_delay_s: float | None, used: Used | None = None) -> Move:
-        """Seen done; a fast one is first seen so, and then began about now."""
-        now = self._clock.now()
-        return Move(execution, WITH_THE_ROBOT, {"state": State.COMPLETED, "ended_at": now, "duration_s": duration_s,
-                                                "robot_delay_s": robot_delay_s, "started_at": execution.started_at or now}, used=used)
-
-    def ended(self, execution: Execution, reason: Reason, expected: Sequence[State] = WITH_THE_ROBOT,
-              duration_s: float | None = None) -> Move:
-        """Ended with a reason, whose code gives the state."""
-        return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
 
     def reopen(self, execution: Execution, robot: Robot, queue_id: int) -> Execution | None:
         """This robot has it after all, or another item than was thought: it is followed (again) to its end."""

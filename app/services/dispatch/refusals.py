@@ -13,7 +13,7 @@ from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, Unauthorized
 from app.services.allocation.belief import Out
-from app.services.dispatch.ledger import was_replaced
+from app.services.dispatch.moves import was_replaced
 
 log = logging.getLogger(__name__)
 

@@ -29,7 +29,7 @@ from app.services.allocation.belief import Out
 from app.services.dispatch.attempt import Attempt, Attempts, Phase, intent_of
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.freedom import can_work
-from app.services.dispatch.ledger import taken_back, was_replaced
+from app.services.dispatch.moves import taken_back, was_replaced
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.refusals import refusal, tried_here
 from app.services.dispatch.shared import Shared
@@ -178,7 +178,7 @@ class Submission:
         """Intents of which nothing was sent wait again, or end where they were taken back."""
         for intent in intents:
             self.attempts.pop(intent.id, None)
-        for waiting in self._ledger.make([self._ledger.not_tried(intent) for intent in intents]):
+        for waiting in self._ledger.make([self._ledger.moves.not_tried(intent) for intent in intents]):
             if waiting.ended_at is not None:
                 self._forget_idle([waiting])
             elif reason := self._taken_back(waiting):
@@ -190,7 +190,7 @@ class Submission:
 
     def _unbind(self, row: Execution) -> None:
         """One of a group, with nothing sent, that can't go here now, though nothing went wrong."""
-        self._ledger.make([self._ledger.unbound_again(row)], quietly=True)
+        self._ledger.make([self._ledger.moves.unbound_again(row)], quietly=True)
         self.attempts.pop(row.id, None)
 
     def _forget_all_but(self, unsent: set[int]) -> None:
@@ -273,7 +273,7 @@ class Submission:
 
     def _begin(self, rows: list[Execution]) -> list[Execution]:
         robot, floor = self._seen.robot, self._seen.highest
-        return self._ledger.make([self._ledger.begun(row, robot, floor) for row in rows], quietly=True)
+        return self._ledger.make([self._ledger.moves.begun(row, robot, floor) for row in rows], quietly=True)
 
     def _read_failed(self, rows: list[Execution], error: RobotError) -> None:
         """A read before the POST brought nothing: final for another robot or user, else an attempt of each that failed."""
@@ -290,7 +290,7 @@ class Submission:
     def _refused(self, rows: Sequence[Execution], reason: Reason) -> None:
         """For good by this robot: the end of a start, but one of a group goes to another robot."""
         self._give_back([row for row in rows if row.group_id is not None], reason=reason)
-        self._ledger.make([self._ledger.ended(row, reason, (row.state,)) for row in rows if row.group_id is None])
+        self._ledger.make([self._ledger.moves.ended(row, reason, (row.state,)) for row in rows if row.group_id is None])
         for row in rows:
             self.attempts.pop(row.id, None)
 
@@ -301,7 +301,7 @@ class Submission:
         settings, now, moves = self._s.settings(), self._clock.now(), []
         for row in rows:
             tried = tried_here(row, self._seen.robot, settings, now, out, problem, reason)
-            moves.append(self._ledger.given_back(row, self._robot_id, tried, is_attempt=out is Out.TRIED, may_come=may_come))
+            moves.append(self._ledger.moves.given_back(row, self._robot_id, tried, is_attempt=out is Out.TRIED, may_come=may_come))
             self.attempts.pop(row.id, None)
             if reason:
                 self._ledger.alarm_of_refusal(row, self._seen.robot, reason)
@@ -313,12 +313,12 @@ class Submission:
         self._give_back([row for row in rows if row.group_id is not None], problem=problem, may_come=waited)
         rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
-        tried = self._ledger.make([self._ledger.attempt_failed(row, problem, may_come=waited) for row in rows])
+        tried = self._ledger.make([self._ledger.moves.attempt_failed(row, problem, may_come=waited) for row in rows])
         for waiting in tried:
             if waiting.ended_at is not None:
                 self.attempts.pop(waiting.id, None)
             elif reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
-                ends.append(self._ledger.ended(waiting, reason, (State.WAITING,)))
+                ends.append(self._ledger.moves.ended(waiting, reason, (State.WAITING,)))
                 self.attempts.pop(waiting.id, None)
             else:
                 self._later(waiting, 0.0 if waited else rules.back_off(waiting.attempts, settings))
@@ -355,7 +355,7 @@ class Submission:
                 is_taken = isinstance(error, Unnumbered)
                 self._doubt(intent, is_taken=is_taken)          # the quiet time begins now
                 if is_taken:
-                    self._ledger.make([self._ledger.taken(intent)], quietly=True)
+                    self._ledger.make([self._ledger.moves.taken(intent)], quietly=True)
                 log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._seen.robot.name, error.text)
         else:
             self._accepted(intent, queue_id)
@@ -364,7 +364,7 @@ class Submission:
         if self._seen.highest is not None:           # what others start here from now on lies above
             self._seen.highest = max(self._seen.highest, queue_id)
         self.attempts[intent.id] = Attempt(
-            Phase.ACCEPTED, math.inf, accepted=self._ledger.accepted(intent, self._seen.robot, queue_id, since))
+            Phase.ACCEPTED, math.inf, accepted=self._ledger.moves.accepted(intent, self._seen.robot, queue_id, since))
 
     # ------------------------------------------------------------------ in doubt
     def _doubt(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
@@ -414,6 +414,6 @@ class Submission:
 
     def _give_up(self, row: Execution, problem: Message) -> None:
         self._seen.raise_about(row, "unknown_outcome", problem=problem)
-        self._ledger.make([self._ledger.given_up(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))])
+        self._ledger.make([self._ledger.moves.given_up(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))])
         self.attempts.pop(row.id, None)
         self._copies.watch_for(row)

@@ -29,7 +29,8 @@ from app.mir.fingerprint import presented_fingerprint
 from app.services.allocation.belief import HIGH
 from app.services.catalogue import validation
 from app.services.dispatch.engine import Engine
-from app.services.dispatch.ledger import MAY_BE_WITH_THE_ROBOT, Ledger, Move
+from app.services.dispatch.ledger import Ledger
+from app.services.dispatch.moves import MAY_BE_WITH_THE_ROBOT, Move
 from app.services.live.holds import Holds
 from app.services.robots.missions import RobotMissions
 
@@ -83,7 +84,7 @@ class Operator:
         if mission is None:
             raise InvalidInput("mission", "{robot} has no mission {mission}", robot=robot.name, mission=row.mission)
         choice = {"by": "person", "robots": [{"robot": robot.name}]}
-        if given := self._ledger.bind([self._ledger.bound(row, robot, mission.guid, choice)], into_queue=[row.id]):
+        if given := self._ledger.bind([self._ledger.moves.bound(row, robot, mission.guid, choice)], into_queue=[row.id]):
             return given[0]
         raise InvalidInput("robot", "it has just been given to a robot, or changed")
 

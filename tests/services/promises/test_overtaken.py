@@ -36,7 +36,7 @@ def test_no_intent_is_written_of_what_nothing_wants(site, plan):
     site.run(360)
     [row], ledger, robot = site.executions(), site.container.ledger, robot_of(site)
     site.container.db.write(lambda c: c.execute("DELETE FROM schedules WHERE id = ?", (schedule.id,)))
-    assert ledger.make([ledger.begun(row, robot, 0)]) == []
+    assert ledger.make([ledger.moves.begun(row, robot, 0)]) == []
     assert ledger.get(row.id).state is State.WAITING
 
 
