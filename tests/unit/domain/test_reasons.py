@@ -30,7 +30,7 @@ def told(code: ReasonCode, zone=HELSINKI, **details) -> str:
     (ReasonCode.WINDOW_CLOSED, {"attempts": 2, "until": NOON, "problem": "busy"}, "Its start window closed at 14:00 after attempt 2: busy"),
     (ReasonCode.ROBOT_ABORTED, {"message": "Failed to reach goal"}, "The robot ended it: Failed to reach goal"),
     (ReasonCode.WRONG_ROBOT, {"found": "22", "expected": "11"}, "Another robot answered at this address: serial number 22 instead of 11"),
-    (ReasonCode.OVERLAP, {"planned_at": NOON}, "The run planned for 14:00 was still under way"),
+    (ReasonCode.OVERLAP, {"planned_at": NOON}, "The run planned for 14:00 was not over yet"),
     (ReasonCode.HOLD, {"until": NOON + timedelta(days=2)}, "Held back until 25 Nov 2026 14:00"),
     (ReasonCode.HOLD, {"skipped_at": NOON}, "Skipped by a person on 23 Nov 2026 14:00"),
     (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=1)}, "The app was off or asleep from 14:00 to 15:00"),
@@ -42,8 +42,8 @@ def test_numbers_and_times_are_in_the_sentence(code, details, expected):
 
 
 def test_times_are_reported_in_the_zone_that_is_asked_for():
-    assert told(ReasonCode.OVERLAP, ZoneInfo("Asia/Tokyo"), planned_at=NOON) == "The run planned for 21:00 was still under way"
-    assert told(ReasonCode.OVERLAP, "No/Where", planned_at=NOON) == "The run planned for 12:00 was still under way"
+    assert told(ReasonCode.OVERLAP, ZoneInfo("Asia/Tokyo"), planned_at=NOON) == "The run planned for 21:00 was not over yet"
+    assert told(ReasonCode.OVERLAP, "No/Where", planned_at=NOON) == "The run planned for 12:00 was not over yet"
 
 
 @pytest.mark.parametrize("code", list(ReasonCode))
