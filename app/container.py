@@ -52,6 +52,7 @@ from app.services.history.shift_report import ShiftReports
 from app.services.live.access import Access
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
+from app.services.live.clearing import Clearing
 from app.services.live.gaps import Downtime
 from app.services.live.holds import Holds
 from app.services.live.questions import Questions
@@ -110,6 +111,7 @@ class Container:
         self.alarms = Alarms(db, repositories.alarms, clock, self.changes)
         self.access = Access(db, repositories.settings, clock, self.changes, self.alarms)
         self.holds = Holds(db, repositories.holds, clock, self.changes)
+        self.clearing = Clearing(self.changes)
         self.tablet = Tablet(db, repositories.settings, clock, self.holds, machine)
         self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes, self.alarms)
         self.history = History(db, repositories.executions, repositories.missions)
@@ -124,9 +126,9 @@ class Container:
                           alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
         robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
         self.whereabouts = Whereabouts(db, repositories.settings, clock, self.changes, self.tablet, robots, self.settings)
-        self.shared = Shared(db, clock, self.ledger, self.holds, self.alarms, self.downtime, self.snapshots, repositories.robots,
-                             repositories.missions, repositories.schedules, self.settings, self.calendar, self.tablet, self.whereabouts,
-                             lambda: self.engine.plan_version)
+        self.shared = Shared(db, clock, self.ledger, self.holds, self.clearing, self.alarms, self.downtime, self.snapshots,
+                             repositories.robots, repositories.missions, repositories.schedules, self.settings, self.calendar,
+                             self.tablet, self.whereabouts, lambda: self.engine.plan_version)
         guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
         self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)
         self.allocator = Allocator(self.shared, self.robot_missions.lacks)
@@ -140,8 +142,9 @@ class Container:
         self.runner = Runner(db, self.engine, clock, self.alarms)
         self.mission_actions = MissionActionsReader(db, self.catalogue, self.snapshots, self.make_client, clock)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
-                                 engine=self.engine, holds=self.holds, settings=self.settings, make_client=self.make_client,
-                                 robot_missions=self.robot_missions, leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id))
+                                 engine=self.engine, holds=self.holds, clearing=self.clearing, settings=self.settings,
+                                 make_client=self.make_client, robot_missions=self.robot_missions,
+                                 leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id))
         self.check_ups = CheckUps(db, clock=clock, ledger=self.ledger, holds=self.holds, alarms=self.alarms, changes=self.changes,
                                   settings=self.settings, make_client=self.make_client)
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)

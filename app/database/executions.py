@@ -120,6 +120,12 @@ class ExecutionRepository:
         wishes = {"cancel_code": row[0] and ReasonCode(row[0]), "revoked": _text_to_reason(row[1]), "held": bool(row[2])}
         return _with(execution, **{**wishes, **columns})
 
+    def mark_cancelled(self, c: sqlite3.Connection, ids: Collection[int], code: ReasonCode) -> list[int]:
+        """A person does not want these open ones any more; returns the ids of those of which that was not known."""
+        marked = c.execute(f"""UPDATE executions SET cancel_code = ? WHERE id IN ({placeholders(ids)}) AND {OPEN} AND cancel_code IS NULL
+                               RETURNING id""", (code, *ids))
+        return [row[0] for row in marked]
+
     def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None,
                   robot_id: int | None = None, ids: Sequence[int] | None = None, only: Trigger | None = None) -> list[int]:
         """What has not reached its robot yet, of a schedule or of a robot, or of these alone, or of one trigger, is not sent any more: what
@@ -205,7 +211,8 @@ class ExecutionRepository:
         """An instant that an edit had taken back, with nothing sent (``Execution.was_never_sent``), is planned again: its old row makes
         room."""
         c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled'
-                     AND (attempts = 0 OR (queue_floor IS NULL AND group_id IS NULL))
+                     AND (attempts = 0 OR (queue_floor IS NULL AND NOT EXISTS (
+                         SELECT 1 FROM json_each(iif(json_valid(tried), tried, '{}')) WHERE json_extract(value, '$.floor') IS NOT NULL)))
                      AND reason_code IN ('schedule_changed', 'robot_removed')""", (schedule_id, to_text(since)))
 
     def drop_skipped(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> None:

@@ -82,6 +82,7 @@ class Rehearsal:
     def close(self) -> None:
         """Give the copy back; ``repeat`` needs only what was written."""
         self._changed = _changed(self._schedules, _rows(self.copy, _SCHEDULES))
+        self._changed_waiting = _changed(self._waiting, _rows(self.copy, _WAITING))
         self._changed_robots = _changed(self._before["robots"], _rows(self.copy, _COMPARED["robots"]))
         self._done = self.copy.done
         self.copy.close()
@@ -104,8 +105,9 @@ class Rehearsal:
             for (key, row), before in zip(now.items(), self._schedules.values(), strict=True))
 
     def _touched(self, waiting: Rows) -> Rows:
-        """What waits of schedules or for robots that were changed: only that was read or written."""
-        return {key: row for key, row in waiting.items() if row[1] in self._changed or row[2] in self._changed_robots}
+        """What waits of schedules or for robots that were changed, or was itself: only that was read or written."""
+        return {key: row for key, row in waiting.items()
+                if key in self._changed_waiting or row[1] in self._changed or row[2] in self._changed_robots}
 
 
 def _changed(before: Rows, after: Rows) -> set[int]:

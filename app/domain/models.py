@@ -298,8 +298,8 @@ class Execution:
 
     @property
     def was_never_sent(self) -> bool:
-        """Whether certainly no request of it has left: tries that found no robot don't count. Of a group's that is not known here."""
-        return self.attempts == 0 or (self.queue_floor is None and self.group_id is None)
+        """Whether certainly nothing of it has been on any robot: tries that found none, or were refused, leave no floor."""
+        return self.attempts == 0 or (self.queue_floor is None and all(each.get("floor") is None for each in self.tried.values()))
 
     @property
     def given_name(self) -> str:

@@ -389,8 +389,8 @@ MUTANTS = (
     Mutant(
         "a cleared queue keeps what waits",
         "services.robots.commands:Operator.clear_queue",
-        "if execution.id in waited:",
-        "if self._ledger.hold([execution.id], False) < 0:",
+        "cleared.rows = frozenset(row.id for row in self._ledger.open_for(robot_id))",
+        "cleared.rows = frozenset()",
         "though it was cancelled",
         PEOPLE,
         seed=5,
@@ -411,7 +411,7 @@ MUTANTS = (
         "(lambda *a, **k: 0)(c,",
         "taken back",
         PEOPLE,
-        seed=9,
+        seed=76,
     ),
     Mutant(
         "skips are forgotten (D5)",

@@ -37,7 +37,8 @@ class ScheduleActions:
         self._act(schedule.id, lambda: start(target or 0, schedule.mission_id, schedule.parameters), self._started.follow)
 
     def skip_next(self, schedule: Schedule) -> None:
-        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id), lambda at: self._was_skipped(schedule, at))
+        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id, schedule.next_at),
+                  lambda at: self._was_skipped(schedule, at))
 
     def skip(self, schedule: Schedule, at: datetime) -> None:
         """The start planned at that instant."""

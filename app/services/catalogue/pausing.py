@@ -38,13 +38,16 @@ class Pausing:
         self._schedules, self._missions = ScheduleRepository(), MissionRepository()
         self._executions, self._settings = ExecutionRepository(), SettingsRepository()
 
-    def skip_next(self, schedule_id: int) -> datetime:
-        """Returns the instant (UTC) that was skipped. Raises InvalidInput when no start is left."""
+    def skip_next(self, schedule_id: int, seen: datetime | None = None) -> datetime:
+        """Returns the instant (UTC) that was skipped. Raises InvalidInput when no start is left, or the next one that a person has
+        ``seen`` is on its way by now."""
         def work(c: sqlite3.Connection) -> tuple[Schedule, datetime]:
             schedule = self._the_schedule(c, schedule_id)
             at = self._next_to_run(c, schedule, may_be_paused=False)
             if not schedule.enabled or at is None:
                 raise _nothing_to_skip()
+            if seen is not None and schedule.next_at is not None and seen < schedule.next_at:
+                raise InvalidInput("schedule", "the time of this start has passed")
             return self._skip(c, schedule, at)
         return _told_skipped(*self._write(work))
 

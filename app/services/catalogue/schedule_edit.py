@@ -79,9 +79,12 @@ class ScheduleEdit(Transaction):
         more (``changed_since``)."""
         for row in self.unsent_of([schedule]):
             columns = as_defined(self.c, row, schedule, target, mission, self.settings, self._settings.install_id(self.c))
-            self.executions.change(self.c, row.id, (State.WAITING,), **columns)
-            self.executions.change(self.c, row.id, (State.SUBMITTING,), closes_at=columns["closes_at"])      # how long it is looked for
-            self.topics.add(Topic.EXECUTIONS)
+            columns = {name: value for name, value in columns.items() if value != getattr(row, name)}
+            if row.state is State.SUBMITTING:
+                columns = {name: value for name, value in columns.items() if name == "closes_at"}           # how long it is looked for
+            if columns:
+                self.executions.change(self.c, row.id, (row.state,), **columns)
+                self.topics.add(Topic.EXECUTIONS)
 
     def _decide_anew(self, schedule: Schedule) -> None:
         """Which robot of its group gets what waits; before what else is as the schedule says."""

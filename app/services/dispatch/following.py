@@ -40,6 +40,8 @@ class Following:
         """Ask for every queued or executing item by its id; for many together, where the robot can be asked so. What that brought is
         written together. ``serial_number``: of the machine that answers, where that is known. ``open_ids`` are those of the robot's list of
         open items, where it was read a moment ago."""
+        if self._s.clearing.is_of(self._seen.robot.id):
+            return                                        # what the robot has cancelled a moment ago is the operator's wish
         accepted = [(row, row.queue_id) for row in self.give_up_moved(serial_number) if row.queue_id is not None]
         items = self._items_from(min(queue_id for _row, queue_id in accepted)) if len(accepted) >= MANY else {}
         moves: list[Move] = []

@@ -71,9 +71,15 @@ class Ledger:
         return any(row.trigger is Trigger.IDLE for row in self.open_for(robot_id))
 
     # ------------------------------------------------------------------ moves
-    def add(self, execution: Execution) -> Execution | None:
-        """Write a new row; None when its token is already in the ledger."""
-        return self._added(lambda c: self._executions.add_once(c, execution))
+    def add(self, execution: Execution, instead_of: Execution | None = None) -> Execution | None:
+        """Write a new row; None when its token is already in the ledger. ``instead_of`` is not sent again, and if it is not in doubt any
+        more, nothing is written."""
+        def work(c: Any) -> Execution | None:
+            revoked = Reason(ReasonCode.USER_CANCELLED)
+            if instead_of is not None and self._executions.change(c, instead_of.id, (State.SUBMITTING,), revoked=revoked) is None:
+                return None
+            return self._executions.add_once(c, execution)
+        return self._added(work)
 
     def add_idle(self, execution: Execution, robot: Robot) -> None:
         """Write the row of an idle mission, unless ``robot`` or its rule has been changed since it was read. Its idle period has then had
@@ -258,13 +264,25 @@ class Ledger:
         else:
             self._alarms.withdraw("execution_failed", _about(reopened), reopened.ended_at)
 
-    def ask_cancel(self, executions: Sequence[Execution], code: ReasonCode | None) -> None:
-        """Note that the operator has cancelled these (None: undo that); the robot's answer decides."""
-        def work(c: Any) -> None:
-            for execution in executions:
-                self._executions.change(c, execution.id, OPEN_STATES, cancel_code=code)
-        self._db.write(work)
+    def ask_cancel(self, executions: Sequence[Execution]) -> list[int]:
+        """Note that the operator has cancelled these; the robot's answer decides. Returns the ids of those that nobody had before."""
+        return self._mark_cancelled([execution.id for execution in executions], ReasonCode.USER_CANCELLED)
+
+    def withdraw_cancel(self, ids: Collection[int]) -> None:
+        """The robot has refused to cancel these."""
+        self._db.write(lambda c: [self._executions.change(c, each, OPEN_STATES, cancel_code=None) for each in ids])
         self._changes.publish(Topic.EXECUTIONS)
+
+    def clear(self, ids: Collection[int]) -> None:
+        """The queue in which these were, or were to be, was cleared: what no robot has ends."""
+        self._mark_cancelled(ids, ReasonCode.QUEUE_CLEARED)
+        waiting = (row for row in self.unsent([*ids]) if row.state is State.WAITING and row.cancel_code is not None)
+        self.make([self.moves.ended(row, Reason(row.cancel_code), (State.WAITING,)) for row in waiting if row.cancel_code])
+
+    def _mark_cancelled(self, ids: Collection[int], code: ReasonCode) -> list[int]:
+        marked = self._db.write(lambda c: self._executions.mark_cancelled(c, ids, code))
+        self._changes.publish(Topic.EXECUTIONS)
+        return marked
 
     def hold(self, ids: Collection[int], held: bool) -> int:
         """A person keeps these back while they wait, or lets them go; how many that was in time for."""

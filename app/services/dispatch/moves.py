@@ -120,12 +120,12 @@ class Moves:
         """The robot has said so, and has given no number to find it by."""
         return Move(execution, (State.SUBMITTING,), {"submitted_at": self._clock.now()})
 
-    def attempt_failed(self, execution: Execution, problem: Message, *, may_come: bool) -> Move:
-        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here. ``may_come``: as above. Where
-        that was its first, nothing of it was ever there."""
+    def attempt_failed(self, execution: Execution, problem: Message, *, may_come: bool, is_first: bool) -> Move:
+        """An attempt that certainly put nothing on the robot. One that never reached the POST counts here. ``may_come``: as above.
+        ``is_first``: nothing of it can have been there before."""
         attempts = execution.attempts + (execution.state is State.WAITING)
         columns = {"state": State.WAITING, "attempts": attempts, "wait": Wait.RETRY, "wait_details": {"problem": problem}}
-        if attempts == 1 and not may_come:
+        if is_first and not may_come:
             columns["queue_floor"] = None
         return Move(execution, NOT_WITH_THE_ROBOT, columns, self.watch(execution, execution.robot_id) if may_come else None)
 

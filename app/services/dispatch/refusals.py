@@ -37,15 +37,16 @@ def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason
 
 
 def tried_here(row: Execution, robot: Robot, settings: Settings, now: datetime, out: Out, problem: Message,
-               reason: Reason | None) -> Mapping[str, Any]:
+               reason: Reason | None, *, may_come: bool) -> Mapping[str, Any]:
     """What became of a start of a group on this robot, which is left out for a while, or where it has refused (``reason``) or was tried too
-    often, for good. With the floor and serial number of the first time: what was ever sent to that machine lies above."""
+    often, for good. With the floor and serial number of the first time that it may have come (``may_come``): what was ever sent to that
+    machine lies above."""
     before = row.tried.get(str(robot.id), {})
     tries = before.get("tries", 0) + (out is Out.TRIED)
     is_for_good = reason is not None or tries > settings.retry_limit
     until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
     is_first = before.get("floor") is None or was_replaced(row, before.get("serial"))
     return {"robot": robot.name, "out": str(out), "tries": tries, "at": to_text(now), "until": to_text(until), "is_for_good": is_for_good,
-            "floor": row.queue_floor if is_first else before["floor"],
+            "floor": (row.queue_floor if may_come else None) if is_first else before["floor"],
             "serial": row.robot_serial if is_first else before.get("serial"),
             "problem": reason.details.get("problem", "") if reason else problem, **({"code": str(reason.code)} if reason else {})}

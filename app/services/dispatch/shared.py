@@ -14,6 +14,7 @@ from app.domain.models import Settings
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.whereabouts import Whereabouts
 from app.services.live.alarms import Alarms
+from app.services.live.clearing import Clearing
 from app.services.live.gaps import Downtime
 from app.services.live.holds import Holds
 from app.services.live.snapshots import Snapshots
@@ -28,6 +29,7 @@ class Shared:
     clock: Clock
     ledger: Ledger
     holds: Holds
+    clearing: Clearing
     alarms: Alarms
     downtime: Downtime
     snapshots: Snapshots

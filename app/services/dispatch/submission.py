@@ -49,6 +49,7 @@ class Submission:
         self._client, self._s, self._ledger, self._clock = client, shared, shared.ledger, shared.clock
         self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
         self.attempts = Attempts()
+        self._first: set[int] = set()             # of which nothing was ever here before they were begun
         self._recovered: set[tuple[object, ...]] = set()          # intents that were looked for as those of nobody
         self._waiting = Waiting(shared, observation.robot.id, self._later)
         copies.note_accepted = self.note
@@ -160,7 +161,8 @@ class Submission:
     def _is_wanted(self, intent: Execution, plan_version: int) -> bool:
         """``plan_version``: of the plan that the intent was written from."""
         is_changed = plan_version != self._s.plan_version()
-        return not intent.held and self._clock.now() < intent.closes_at and not (is_changed and self._is_taken_back(intent))
+        may_go = not intent.held and self._clock.now() < intent.closes_at and not self._s.clearing.keeps_back(intent)
+        return may_go and not (is_changed and self._is_taken_back(intent))
 
     def _is_taken_back(self, intent: Execution) -> bool:
         row = self._ledger.get(intent.id)
@@ -197,6 +199,7 @@ class Submission:
         kept = (Phase.ACCEPTED, Phase.HELD)       # what is held is judged at its instant
         for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase not in kept]:
             del self.attempts[key]
+        self._first &= unsent
         self._waiting.forget_all_but(unsent)
 
     def _is_awake(self, unsent: Unsent, is_held: bool, now: str, mono: float) -> bool:
@@ -273,6 +276,7 @@ class Submission:
 
     def _begin(self, rows: list[Execution]) -> list[Execution]:
         robot, floor = self._seen.robot, self._seen.highest
+        self._first |= {row.id for row in rows if row.queue_floor is None}
         return self._ledger.make([self._ledger.moves.begun(row, robot, floor) for row in rows], quietly=True)
 
     def _read_failed(self, rows: list[Execution], error: RobotError) -> None:
@@ -300,7 +304,7 @@ class Submission:
         it has refused (``reason``) or was tried too often, for good."""
         settings, now, moves = self._s.settings(), self._clock.now(), []
         for row in rows:
-            tried = tried_here(row, self._seen.robot, settings, now, out, problem, reason)
+            tried = tried_here(row, self._seen.robot, settings, now, out, problem, reason, may_come=may_come)
             moves.append(self._ledger.moves.given_back(row, self._robot_id, tried, is_attempt=out is Out.TRIED, may_come=may_come))
             self.attempts.pop(row.id, None)
             if reason:
@@ -313,16 +317,22 @@ class Submission:
         self._give_back([row for row in rows if row.group_id is not None], problem=problem, may_come=waited)
         rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
-        tried = self._ledger.make([self._ledger.moves.attempt_failed(row, problem, may_come=waited) for row in rows])
+        moves = self._ledger.moves
+        tried = self._ledger.make([moves.attempt_failed(row, problem, may_come=waited, is_first=self._is_first(row)) for row in rows])
+        self._first -= {row.id for row in rows} if waited else set()
         for waiting in tried:
             if waiting.ended_at is not None:
                 self.attempts.pop(waiting.id, None)
             elif reason := self._taken_back(waiting) or rules.after_failed_attempt(waiting, settings, problem):
-                ends.append(self._ledger.moves.ended(waiting, reason, (State.WAITING,)))
+                ends.append(moves.ended(waiting, reason, (State.WAITING,)))
                 self.attempts.pop(waiting.id, None)
             else:
                 self._later(waiting, 0.0 if waited else rules.back_off(waiting.attempts, settings))
         self._forget_idle([*tried, *self._ledger.make(ends)])
+
+    def _is_first(self, row: Execution) -> bool:
+        """Whether nothing of it can have been here before its last attempt."""
+        return (row.state is State.SUBMITTING and row.attempts == 1) or row.id in self._first
 
     def _forget_idle(self, ended: Iterable[Execution]) -> None:
         """Of an idle mission that was taken back nothing is here: its idle period has had none."""

@@ -32,6 +32,8 @@ class Waiting:
             self._ledger.end(row, taken_back)
         elif now >= row.closes_at:
             self._ledger.end(row, rules.when_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at)))
+        elif self._s.clearing.keeps_back(row):
+            self._later(row, RECHECK)
         elif row.held:
             self._waits(row, Wait.HOLD)
         elif hold := self._s.holds.active(self._robot_id):

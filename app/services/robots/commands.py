@@ -30,7 +30,8 @@ from app.services.allocation.belief import HIGH
 from app.services.catalogue import validation
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
-from app.services.dispatch.moves import MAY_BE_WITH_THE_ROBOT, Move
+from app.services.dispatch.moves import Move
+from app.services.live.clearing import Clearing
 from app.services.live.holds import Holds
 from app.services.robots.missions import RobotMissions
 
@@ -43,11 +44,11 @@ ClientFactory = Callable[[Robot], RobotClient]
 
 class Operator:
     def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, engine: Engine,
-                 holds: Holds, settings: Callable[[], Settings], make_client: ClientFactory, robot_missions: RobotMissions,
-                 leave_paused: Callable[[int], None]) -> None:
+                 holds: Holds, clearing: Clearing, settings: Callable[[], Settings], make_client: ClientFactory,
+                 robot_missions: RobotMissions, leave_paused: Callable[[int], None]) -> None:
         self._db, self._robots, self._missions = db, robots, missions
         self._ledger, self._clock, self._engine, self._settings, self._make_client = ledger, clock, engine, settings, make_client
-        self._holds, self._robot_missions, self._leave_paused = holds, robot_missions, leave_paused
+        self._holds, self._clearing, self._robot_missions, self._leave_paused = holds, clearing, robot_missions, leave_paused
 
     # ------------------------------------------------------------------ missions
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
@@ -98,7 +99,8 @@ class Operator:
 
     def start_on_another(self, execution_id: int, robot_id: int | None = None, token: str | None = None) -> Execution:
         """The mission of a start of which a robot may or may not have, or have had, its request is run now on another robot (None: on any
-        other of its group). It is a start of its own: should the first robot have that one after all, both run. Raises InvalidInput."""
+        other of its group). It is a start of its own: should the first robot have that one after all, both run; else that one is not sent
+        again. Raises InvalidInput."""
         row = self._ledger.get(execution_id)
         is_unknown = row is not None and row.reason is not None and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
         if row is None or row.robot_id is None or not (row.state is State.SUBMITTING or is_unknown):
@@ -113,16 +115,16 @@ class Operator:
         if mission is None:
             raise InvalidInput("mission", "{robot} has no mission {mission}", robot=target.name, mission=row.mission)
         barred = {str(row.robot_id): rules.left_out(row.robot, self._clock.now())} if robot_id is None else {}
-        return self._start(target, mission, row.parameters, token, max(HIGH, row.priority), barred)
+        return self._start(target, mission, row.parameters, token, max(HIGH, row.priority), barred, instead_of=None if is_unknown else row)
 
     def _start(self, target: Robot | Group, mission: Mission, parameters: Mapping[str, Any], token: str | None,
-               priority: int = 0, tried: Mapping[str, Any] = MappingProxyType({})) -> Execution:
+               priority: int = 0, tried: Mapping[str, Any] = MappingProxyType({}), instead_of: Execution | None = None) -> Execution:
         token = token or str(uuid.uuid4())
         row = rules.one_off(Trigger.MANUAL, target, mission, self._settings(), self._clock.now(), token,
                             parameters=validation.parameters(parameters), priority=priority)
-        execution = self._ledger.add(replace(row, tried=dict(tried))) or self._ledger.by_token(token)
+        execution = self._ledger.add(replace(row, tried=dict(tried)), instead_of) or self._ledger.by_token(token)
         if execution is None:
-            raise LookupError(token)
+            raise InvalidInput("robot", "what became of it is known by now")
         return execution
 
     def cancel_execution(self, execution_id: int) -> Execution | None:
@@ -133,13 +135,13 @@ class Operator:
             return execution
         if execution.state is State.WAITING and (ended := self._ledger.end(execution, Reason(ReasonCode.USER_CANCELLED))):
             return ended
-        self._ledger.ask_cancel([execution], ReasonCode.USER_CANCELLED)
+        asked = self._ledger.ask_cancel([execution])
         if execution.queue_id is not None and execution.robot_id is not None:
             try:
                 self.cancel_item(execution.robot_id, execution.queue_id)
             except RobotError as error:
                 if error.delivery is Delivery.REFUSED:
-                    self._ledger.ask_cancel([execution], None)
+                    self._ledger.withdraw_cancel(asked)
                     raise
                 log.info("#%d is cancelled as soon as %r answers: %s", execution.id, execution.robot, error.text)
         return self._ledger.get(execution_id)
@@ -158,30 +160,24 @@ class Operator:
     def cancel_item(self, robot_id: int, queue_id: int) -> None:
         """Cancel one item of the robot's queue, whoever put it there. One that has just ended stays as it ended."""
         ours = [e for e in self._ledger.open_for(robot_id) if e.queue_id == queue_id]
-        self._ledger.ask_cancel(ours, ReasonCode.USER_CANCELLED)
+        self._ledger.ask_cancel(ours)
         with self._client(robot_id, f"Cancel of queue item {queue_id}") as client:
             client.cancel(queue_id)
         self._engine.poll(robot_id)
 
     def clear_queue(self, robot_id: int) -> None:
-        """Everything pending or executing on the robot goes, and what waits here to be sent there, which is kept back until the robot has
-        answered."""
-        waited = {row.id: row.held for row in self._ledger.open_for(robot_id, (State.WAITING,))}
-        free = [row_id for row_id, held in waited.items() if not held]
-        self._ledger.hold(free, True)
-        sent = self._ledger.open_for(robot_id, MAY_BE_WITH_THE_ROBOT)
-        self._ledger.ask_cancel(sent, ReasonCode.QUEUE_CLEARED)
-        try:
-            with self._client(robot_id, "Clear queue") as client:
-                client.clear_queue()
-        except RobotError as error:
-            if error.certainly_without_effect:
-                self._ledger.ask_cancel(sent, None)
-            self._ledger.hold(free, False)
-            raise
-        for execution in self._ledger.open_for(robot_id, (State.WAITING,)):
-            if execution.id in waited:
-                self._ledger.end(execution, Reason(ReasonCode.QUEUE_CLEARED))
+        """Everything pending or executing on the robot goes, and what waits here to be sent there; also where it is not known whether the
+        robot has done it. Nothing is sent to it meanwhile."""
+        with self._clearing.of(robot_id) as cleared:
+            cleared.rows = frozenset(row.id for row in self._ledger.open_for(robot_id))
+            try:
+                with self._client(robot_id, "Clear queue") as client:
+                    client.clear_queue()
+            except RobotError as error:
+                if not error.certainly_without_effect:
+                    self._ledger.clear(cleared.rows)
+                raise
+            self._ledger.clear(cleared.rows)
         self._engine.poll(robot_id)
 
     # ------------------------------------------------------------------ the robot

@@ -6,8 +6,9 @@ from datetime import datetime
 
 import pytest
 
-from app.domain.models import Connection, HandOver, Overlap, Place, Schedule, State, Wait
-from app.mir.errors import RobotError
+from app.database.rehearsal import Rehearsal
+from app.domain.models import Connection, InvalidInput, Overlap, Place, Schedule, State
+from app.services.catalogue import configuration
 from app.services.dispatch.ledger import Ledger
 from tests.support.groups import Hall
 from tests.support.network import Fate
@@ -36,47 +37,6 @@ def two(tmp_path):
 
 def stored(site, schedule: Schedule) -> Schedule:
     return site.container.repositories.schedules.get(site.container.db.read(), schedule.id)
-
-
-# ---------------------------------------------------------------------- the queue is cleared
-@pytest.mark.parametrize("seconds", [0.3, 3.0])
-def test_clear_queue_ends_what_waits_for_a_robot_that_becomes_free_by_it(site, plan, seconds):
-    site.container.catalogue.save_robot(replace(robot_of(site), hand_over=HandOver.WHEN_FREE))
-    for _n in range(2):
-        plan(AT, **LONG)
-    site.run(330)
-    site.network.others_wait = False
-    site.network.next("DELETE", "/mission_queue", Fate.SLOW, seconds)
-    site.container.operator.clear_queue(robot_of(site).id)
-    site.run(600)
-    assert len(items(site)) == 1, outcomes(site)
-    assert [row.state for row in site.executions()] == [State.CANCELLED] * 2
-
-
-def test_clear_queue_ends_what_is_about_to_be_tried_again(site, plan):
-    plan(AT, **LONG)
-    site.network.next("POST", "/mission_queue", Fate.REFUSED)
-    site.run(300.5)
-    assert [row.wait for row in site.executions()] == [Wait.RETRY]
-    site.network.others_wait = False
-    site.run(0.9)
-    site.network.next("DELETE", "/mission_queue", Fate.SLOW, 2.0)
-    site.container.operator.clear_queue(robot_of(site).id)
-    site.run(600)
-    assert items(site) == [], outcomes(site)
-
-
-def test_a_queue_that_could_not_be_cleared_goes_on(site, plan):
-    plan(AT, minimum_battery_percent=30, **LONG)
-    site.machines["R1"].set_battery(12.0)
-    site.run(360)
-    site.network.next("DELETE", "/mission_queue", Fate.REFUSED)
-    with pytest.raises(RobotError):
-        site.container.operator.clear_queue(robot_of(site).id)
-    assert [(row.state, row.held) for row in site.executions()] == [(State.WAITING, False)]
-    site.machines["R1"].set_battery(90.0)
-    site.run(60)
-    assert len(items(site)) == 1
 
 
 # ---------------------------------------------------------------------- switched on again
@@ -245,3 +205,88 @@ def test_what_runs_is_followed_where_the_queue_can_t_be_read(site, plan):
     site.run(120)
     assert site.container.snapshots.get(robot_of(site).id).connection is Connection.NOT_A_ROBOT
     assert [row.state for row in site.executions()] == [State.COMPLETED], outcomes(site)
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_what_is_started_on_another_robot_is_not_sent_again_where_it_was_lost(hall, own):
+    """The dialog: 'If R1 has it after all, it runs twice.' R1 never had it."""
+    hall.plan(**(LONG | ({"robot_id": hall.robot("R1").id, "group_id": None} if own else {})))
+    hall.network.next("POST", "/mission_queue", Fate.LOST)
+    hall.run(310)
+    row = hall.run_of()
+    assert row.state is State.SUBMITTING
+    other = next(hall.robot(name) for name in ("R3", "R2") if name != row.robot)
+    hall.container.operator.start_on_another(row.id, other.id)
+    hall.run(600)
+    assert len(hall.items()) == 1, outcomes(hall)
+
+
+@pytest.mark.parametrize("how", ["off and on", "to another robot"])
+@pytest.mark.parametrize("fails", [1, 2])
+def test_a_start_whose_posts_found_no_connection_is_there_again(two, how, fails):
+    r1, r2 = two.container.catalogue.robots()
+    deliver, save = two.add_mission(), two.container.catalogue.save_schedule
+    schedule = save(Schedule("A", r1.id, deliver.id, datetime.fromisoformat(AT), "UTC", **LONG))
+    two.network.next("POST", "/mission_queue", Fate.REFUSED, robot="R1", count=fails)
+    two.run_until(lambda: [(row.attempts, row.state) for row in two.executions()] == [(fails, State.WAITING)], within=900)
+    if how == "off and on":
+        save(replace(stored(two, schedule), enabled=False))
+        save(replace(stored(two, schedule), enabled=True))
+    else:
+        save(replace(stored(two, schedule), robot_id=r2.id))
+    two.run(300)
+    assert len(items(two, "R1") + items(two, "R2")) == 1, (outcomes(two), stored(two, schedule).next_at)
+
+
+def test_a_groups_start_whose_post_found_no_connection_is_there_again(hall):
+    schedule, save = hall.plan(**LONG), hall.container.catalogue.save_schedule
+    hall.only("R1")
+    hall.network.next("POST", "/mission_queue", Fate.REFUSED)
+    hall.run(300.3)
+    assert [(row.attempts, row.state) for row in hall.executions()] == [(1, State.WAITING)]
+    save(replace(stored(hall, schedule), enabled=False))
+    save(replace(stored(hall, schedule), enabled=True))
+    hall.run(300)
+    assert len(hall.items()) == 1, (outcomes(hall), stored(hall, schedule).next_at)
+
+
+@pytest.mark.parametrize("what", ["priority", "tried"])
+def test_what_happens_to_a_groups_start_while_an_import_is_rehearsed_stays(hall, monkeypatch, what):
+    hall.container.catalogue.change_settings(start_window_minutes=60)
+    if what == "priority":
+        hall.plan(minimum_battery_percent=30)
+        for machine in hall.machines.values():
+            machine.set_battery(12.0)
+        hall.run(330)
+    else:
+        hall.only("R1")
+        hall.plan()
+        hall.network.next("POST", "/mission_queue", Fate.LOST)
+        hall.run(391)                                  # in doubt, and not found soon
+        assert hall.run_of().state is State.SUBMITTING
+    close, acted = Rehearsal.close, []
+
+    def and_then(rehearsal) -> None:
+        close(rehearsal)
+        if not acted:
+            acted.append(True)
+            if what == "priority":
+                hall.container.operator.prioritise(hall.run_of().id, 50)
+            else:
+                hall.run_until(lambda: bool(hall.run_of().tried), within=100)
+    monkeypatch.setattr(Rehearsal, "close", and_then)
+    content = b'{"format": "amr-scheduler/1", "settings": {"start_window_minutes": 45}}'
+    configuration.import_configuration(hall.container.catalogue, content)
+    row = hall.run_of()
+    assert row.priority == 50 if what == "priority" else row.tried, (row.priority, row.tried)
+
+
+def test_a_start_that_is_on_its_way_is_not_skipped_and_no_other_in_its_place(site, plan):
+    """0.1 s before 06:05, the next start that is on screen, its row is there and the schedule says 07:05."""
+    schedule = plan(AT, "FREQ=HOURLY")
+    site.run(299.9)
+    with pytest.raises(InvalidInput, match="has passed"):
+        site.container.pausing.skip_next(schedule.id, schedule.next_at)
+    site.run(60)
+    assert len(items(site)) == 1
+    assert [row.state for row in site.executions()] == [State.EXECUTING]
