@@ -66,15 +66,18 @@ def test_a_second_try_leaves_though_each_look_for_the_first_takes_three_seconds(
 
 
 def test_what_is_held_while_the_robot_is_read_for_a_start_is_not_sent(site, plan):
-    """A later try asks the robot what became of those before; before the slow answer comes, somebody holds the robot."""
-    plan("2026-11-23T06:05")
+    """A second try asks the robot what became of the first; before the slow answer comes, somebody holds the robot."""
+    plan("2026-11-23T06:05", start_window_minutes=60, minimum_battery_percent=30)
     site.network.others_wait = False
-    site.network.next("POST", "/mission_queue", Fate.REFUSED, count=2)
-    site.run(304)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run(320)
+    site.machines["R1"].set_battery(12.0)
+    site.run_until(lambda: [row.wait for row in site.executions()] == [Wait.BATTERY])
+    site.machines["R1"].set_battery(90.0)
     site.network.next("POST", "/mission_queue/search", Fate.SLOW, 4.0, count=2)
-    site.at(4.0, lambda: site.container.holds.hold("a meeting"))
+    site.at(3.0, lambda: site.container.holds.hold("a meeting"))
     site.run(60)
-    assert [post.fate for post in site.network.posts()] == []
+    assert [post.fate for post in site.network.posts()] == [Fate.LOST]
     [row] = site.executions()
     assert (row.state, row.wait) == (State.WAITING, Wait.HOLD)
 
