@@ -15,8 +15,7 @@ import os
 import random
 import tempfile
 from collections.abc import Callable
-from contextlib import closing
-from dataclasses import asdict
+from contextlib import closing, suppress
 from pathlib import Path
 from unittest import mock
 
@@ -29,6 +28,7 @@ from kivy.core.window import Window  # noqa: E402
 from kivy.uix.behaviors import ButtonBehavior  # noqa: E402
 
 import app.widgets  # noqa: E402
+from app.mir.errors import RobotError  # noqa: E402
 from app.services.planning import public_holidays  # noqa: E402
 from app.widgets.dialogs import Overlay  # noqa: E402
 from app.widgets.fields import FieldInput  # noqa: E402
@@ -36,6 +36,7 @@ from app.window.application import SchedulerApp  # noqa: E402
 from app.window.garbage import give_back, share_one_heap  # noqa: E402
 from app.window.window import quiet_garbage  # noqa: E402
 from mir_sim.faults import FaultKind  # noqa: E402
+from tests.support.stored import Stored  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
 from tests.ui.wear import SECTIONS, Wear  # noqa: E402
 from tests.ui.whole_app import GUIDS, Plant, shown  # noqa: E402
@@ -62,8 +63,7 @@ class Monkey:
             self.type: 3, self.turn: 1, self.trouble: 3,
         }
         self.done = 0
-        settings = asdict(site.container.settings())
-        self._settings = {name: settings[name] for name in ("language", "theme", "gloves", "font_scale_percent", "keyboard")}
+        self._stored = Stored(site.container)
 
     def act(self) -> str:
         """One act; returns its name."""
@@ -156,14 +156,17 @@ class Monkey:
         return " ".join([self._app.shell.navigator.current, *opened])
 
     def rest(self) -> None:
-        """The same on screen each time, whatever was done before, so that memory can be compared: everything as it was set at first, all
-        screens and sections built anew, and nothing open or under way on Home."""
+        """The same on screen each time, whatever was done before, so that memory can be compared: settings, plan and history as they were
+        at first, all screens and sections built anew, and nothing open or under way on Home."""
         Window.size = SIZES[0]
-        self._keep_going()
-        self._site.container.catalogue.change_settings(**self._settings)
         for robot in self._site.fleet.robots:
             robot.control(WELL)
         self._app.shell.dialogs.close_all()
+        self._ui.wait(lambda: self._app.shell.background.idle, CHECK_UP_S)
+        for execution in self._site.container.history.open():
+            with suppress(RobotError):
+                self._site.container.operator.cancel_execution(execution.id)
+        self._stored.put_back()
         self._app.shell.go("home", robot_id=self._site.container.catalogue.robots()[0].id)     # not all of them, a third of its widgets
         self._ui.wait(lambda: self._app.shell.background.idle, CHECK_UP_S)
         self._app.shell.navigator.rebuild()
