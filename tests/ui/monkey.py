@@ -16,6 +16,7 @@ import random
 import tempfile
 from collections.abc import Callable
 from contextlib import closing, suppress
+from datetime import datetime
 from pathlib import Path
 from unittest import mock
 
@@ -28,6 +29,7 @@ from kivy.core.window import Window  # noqa: E402
 from kivy.uix.behaviors import ButtonBehavior  # noqa: E402
 
 import app.widgets  # noqa: E402
+from app.domain.models import FONT_SCALES, THEMES, Schedule  # noqa: E402
 from app.mir.errors import RobotError  # noqa: E402
 from app.services.planning import public_holidays  # noqa: E402
 from app.widgets.dialogs import Overlay  # noqa: E402
@@ -42,6 +44,7 @@ from tests.ui.wear import SECTIONS, Wear  # noqa: E402
 from tests.ui.whole_app import GUIDS, Plant, shown  # noqa: E402
 
 ROBOTS = 5
+SCHEDULES = 12
 ROUNDS = 9                               # a dialog each
 WARM = 2_000                             # acts, after which caches are full
 MOST_GROWTH_MIB = 10.0
@@ -136,18 +139,33 @@ class Monkey:
 
     # ------------------------------------------------------------------ around it
     def see_all(self) -> None:
-        """Once every screen and dialog in every size, the keyboard and the library of holidays, which a finger finds sooner or later."""
+        """Once every screen and dialog in every size and look, with a plan, its runs and alarms on them, the keyboard and the library of
+        holidays: all that a finger finds or makes sooner or later."""
         wear = Wear(self._app, self._ui)
-        self._site.container.catalogue.change_settings(keyboard="on")
-        for size in SIZES:
-            Window.size = size
-            wear.rounds(ROUNDS)
+        self._furnish()
+        for scale, theme, language in zip(FONT_SCALES, THEMES, ("en", "fi", "en"), strict=True):
+            self._site.container.catalogue.change_settings(keyboard="on", font_scale_percent=scale, theme=theme, language=language,
+                                                           gloves=language == "fi")
+            for size in SIZES:
+                Window.size = size
+                wear.rounds(ROUNDS)
         self._app.shell.go("settings", section="robots", add=True)
         self._ui.wait(lambda: self._ui.find_all(FieldInput))
         self._ui.find(FieldInput).focus = True
         self._ui.advance(1)
         public_holidays.of_year("FI", "", 2026, "en")
         self.rest()
+
+    def _furnish(self) -> None:
+        container = self._site.container
+        robots, missions = container.catalogue.robots(), container.catalogue.missions()
+        for number in range(SCHEDULES):
+            robot, mission = robots[number % len(robots)], missions[number % len(missions)]
+            first = datetime(2026, 1, 1, number)
+            container.catalogue.save_schedule(Schedule(f"Plan {number}", robot.id, mission.id, first, "UTC", "FREQ=DAILY"))
+            container.operator.run_now(robot.id, mission.id)
+        for robot in self._site.fleet.robots:
+            robot.control({"error": {"code": 7, "description": "Cart not found"}})
 
     @property
     def where(self) -> str:
