@@ -331,8 +331,10 @@ class Submission:
         self._forget_idle([*tried, *self._ledger.make(ends)])
 
     def _is_first(self, row: Execution) -> bool:
-        """Whether nothing of it can have been here before its last attempt."""
-        return (row.state is State.SUBMITTING and row.attempts == 1) or row.id in self._first
+        """Whether nothing of it can have been here before its last attempt. Of an idle mission the floor tells too that nobody has used the
+        robot since: it stays."""
+        is_first = (row.state is State.SUBMITTING and row.attempts == 1) or row.id in self._first
+        return is_first and row.trigger is not Trigger.IDLE
 
     def _forget_idle(self, ended: Iterable[Execution]) -> None:
         """Of an idle mission that was taken back nothing is here: its idle period has had none."""

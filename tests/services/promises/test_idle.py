@@ -186,6 +186,16 @@ def test_work_during_a_sleep_of_the_tablet_ends_the_rest(resting):
     assert sent_at(site) == []
 
 
+@pytest.mark.parametrize("refused", [1, 2])
+def test_an_idle_start_that_found_no_connection_is_the_one_that_is_sent(resting, refused):
+    """The number that tells whether anybody has used the robot since is kept: it has not been overtaken."""
+    site = resting
+    site.network.next("POST", "/mission_queue", Fate.REFUSED, count=refused)
+    site.run_until(lambda: bool(sent_at(site)), within=900)
+    site.run(60)
+    assert [(row.state, row.attempts) for row in site.executions()] == [(State.COMPLETED, refused + 1)]
+
+
 def test_an_idle_start_that_nothing_has_overtaken_is_tried_again(resting):
     """The robot still rests after the quiet time, so it is sent home then, once."""
     site = resting
