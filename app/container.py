@@ -126,10 +126,10 @@ class Container:
                           alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
         robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
         self.whereabouts = Whereabouts(db, repositories.settings, clock, self.changes, self.tablet, robots, self.settings)
+        guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
         self.shared = Shared(db, clock, self.ledger, self.holds, self.clearing, self.alarms, self.downtime, self.snapshots,
                              repositories.robots, repositories.missions, repositories.schedules, self.settings, self.calendar,
-                             self.tablet, self.whereabouts, lambda: self.engine.plan_version)
-        guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
+                             self.tablet, self.whereabouts, lambda: self.engine.plan_version, guard.is_contradicted)
         self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)
         self.allocator = Allocator(self.shared, self.robot_missions.lacks)
         self.engine = Engine(planner=planner, guard=guard, ledger=self.ledger, clock=clock, alarms=self.alarms, changes=self.changes,

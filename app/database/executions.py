@@ -13,6 +13,8 @@ from app.database.values import from_json, placeholders, to_instant, to_json, to
 from app.domain.models import OPEN_STATES, Execution, Mission, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
+NEVER_SENT = """(attempts = 0 OR (queue_floor IS NULL AND NOT EXISTS (         -- Execution.was_never_sent
+    SELECT 1 FROM json_each(iif(json_valid(tried), tried, '{}')) WHERE json_extract(value, '$.floor') IS NOT NULL)))"""
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
 UNBOUND: dict[str, Any] = {"robot_id": None, "robot": "", "bound_at": None, "choice": {}, "approach_m": None, "queue_floor": None,
@@ -208,12 +210,9 @@ class ExecutionRepository:
                       AND json_extract(revoked, '$.code') = 'schedule_changed'""", ids)
 
     def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
-        """An instant that an edit had taken back, with nothing sent (``Execution.was_never_sent``), is planned again: its old row makes
-        room."""
-        c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled'
-                     AND (attempts = 0 OR (queue_floor IS NULL AND NOT EXISTS (
-                         SELECT 1 FROM json_each(iif(json_valid(tried), tried, '{}')) WHERE json_extract(value, '$.floor') IS NOT NULL)))
-                     AND reason_code IN ('schedule_changed', 'robot_removed')""", (schedule_id, to_text(since)))
+        """An instant that an edit had taken back, with nothing sent, is planned again: its old row makes room."""
+        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled' AND {NEVER_SENT}
+                      AND reason_code IN ('schedule_changed', 'robot_removed')""", (schedule_id, to_text(since)))
 
     def drop_skipped(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> None:
         """A person takes back that a start is skipped: nothing was sent of it, and its row makes room."""
@@ -221,10 +220,11 @@ class ExecutionRepository:
                      AND attempts = 0""", (schedule_id, to_text(planned_at)))
 
     def drop_unsent_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime) -> None:
-        """The clock has been set back: rows that say missed or skipped for instants that are planned again, with nothing ever sent, but not
-        what a person has skipped."""
-        c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at > ? AND state IN ('missed', 'skipped') AND attempts = 0
-                     AND planned_at NOT IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id)""",
+        """The clock has been set back: rows of instants that are planned again, with nothing ever sent, but not what a person has skipped,
+        ended or keeps back."""
+        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at > ? AND {NEVER_SENT} AND held = 0 AND cancel_code IS NULL
+                      AND state IN ('waiting', 'failed', 'missed', 'skipped')
+                      AND planned_at NOT IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id)""",
                   (schedule_id, to_text(through)))
 
     def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime) -> None:

@@ -153,6 +153,11 @@ class ScheduleRepository:
                           FROM given WHERE schedules.id = given.id""",
                       [value for each in progress for value in (each.schedule_id, *map(to_optional_text, each[1:]))])
 
+    def note_begun(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
+        """Something of it may have been sent, or a person wants nothing of it."""
+        c.execute("UPDATE schedules SET started_through = ?2 WHERE id = ?1 AND coalesce(started_through, '') < ?2",
+                  (schedule_id, to_text(instant)))
+
     def pause(self, c: sqlite3.Connection, schedule_id: int, until: datetime | None) -> None:
         """Until when occurrences are skipped; None: they are not."""
         c.execute("UPDATE schedules SET paused_until = ? WHERE id = ?", (to_optional_text(until), schedule_id))

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import time
+from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from datetime import time as time_of_day
 from functools import lru_cache
@@ -25,6 +26,13 @@ class Clock(Protocol):
 
     def sleep(self, seconds: float) -> None:
         """Let this much time pass."""
+
+
+@dataclass(frozen=True)
+class ClockReading:
+    """A robot's clock minus the tablet's in seconds, and when that was read on the monotonic clock."""
+    offset: float
+    read_at: float
 
 
 class SystemClock:

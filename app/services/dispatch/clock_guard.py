@@ -13,9 +13,8 @@ from datetime import datetime, timedelta
 
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
-from app.domain.clock import Clock
+from app.domain.clock import Clock, ClockReading
 from app.domain.message import Message, message
-from app.services.dispatch.observation import ClockReading
 from app.services.dispatch.timing import CLOCKS_AGREE, FIRST_DOUBT, REPORTED_STEP
 from app.services.live.alarms import Alarms
 from app.services.live.gaps import EVER, HEARTBEAT_EVERY, NOTEWORTHY, Downtime, Gap
@@ -95,6 +94,11 @@ class ClockGuard:
     def acted(self) -> None:
         """What the last judgement asked for has been done; until then each one asks for it again, as nothing may be writable just now."""
         self._absent_since, self._went_back = None, False
+
+    def is_contradicted(self, robot_id: int, reading: ClockReading) -> bool:
+        """Whether that robot's word is enough to put the clock in doubt, as nothing has proven it right: the next round will. Until then
+        nothing may be sent to it. Any thread may ask."""
+        return not self.is_proven and self._votes({robot_id: reading})[0] == 0
 
     @property
     def is_in_doubt(self) -> bool:

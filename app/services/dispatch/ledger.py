@@ -15,6 +15,7 @@ from app.database.connection import Database
 from app.database.executions import ExecutionFilter, ExecutionRepository, Unsent
 from app.database.group_starts import FullPlace, GroupStartRepository, Watched
 from app.database.robots import Accepted, RobotRepository
+from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
@@ -26,6 +27,7 @@ from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.planning.wanted import changed_since, why_unwanted
 
 log = logging.getLogger("app.executions")
+_IS_BEGUN = (State.SUBMITTING, State.QUEUED, State.CANCELLED)
 _ENDS_BY = ("mission", "closes_at", "finish_by", "tried")     # what waits
 
 
@@ -34,7 +36,7 @@ class Ledger:
                  alarms: Alarms) -> None:
         self._db, self._executions, self._settings = db, executions, settings
         self._clock, self._changes, self._alarms, self._robots = clock, changes, alarms, RobotRepository()
-        self._starts, self.moves = GroupStartRepository(), Moves(clock)
+        self._starts, self._schedules, self.moves = GroupStartRepository(), ScheduleRepository(), Moves(clock)
         self.grew = True                     # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading
@@ -153,6 +155,8 @@ class Ledger:
             made = self._executions.change(c, move.execution.id, expected, of_robot=move.execution.robot_id, **columns)
         else:
             made = self._executions.change_owned(c, move.execution, expected, **columns)
+        if made and State.WAITING in move.expected:
+            self._note_begun(c, made)
         if made and made.state is State.WAITING and move.execution.state is State.SUBMITTING and (reason := taken_back(made)):
             end = self.moves.ended(made, reason, (State.WAITING,))       # here, as an undo may come in any moment between two writes
             made = self._executions.change_owned(c, made, end.expected, **end.columns)
@@ -165,6 +169,11 @@ class Ledger:
         if made and move.used is not None and made.robot_id is not None:
             self._robots.note_used(c, made.robot_id, made.robot_serial, move.used)
         return made
+
+    def _note_begun(self, c: Any, row: Execution) -> None:
+        """So that its instant is not planned again when the clock has been set back, whatever the history still has."""
+        if row.schedule_id is not None and row.state in _IS_BEGUN:
+            self._schedules.note_begun(c, row.schedule_id, row.planned_at)
 
     def _is_as_judged(self, c: Any, execution: Execution) -> bool:
         """Whether what its end rests on is still as it was read: somebody may just have given it more time, or another mission."""
@@ -207,7 +216,10 @@ class Ledger:
                 anew = changed_since(c, given)
                 if anew is not None and self._starts.may_be_bound(c, move.execution, robot_id, row_id in into_queue):
                     made.append(self._executions.change(c, row_id, move.expected, **{**move.columns, **anew}))
-            return [row for row in made if row is not None]
+            rows = [row for row in made if row is not None]
+            for row in rows:
+                self._note_begun(c, row)
+            return rows
         rows = self._db.write(work) if moves else []
         hand_over([row for row in rows if row.state is State.SUBMITTING])          # before listeners are notified and read
         for row in rows:

@@ -4,13 +4,14 @@ from __future__ import annotations
 import logging
 import math
 import sqlite3
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
 from app.domain.activity import SpanRecorder, activity_of
 from app.domain.check_up import RobotProfile
+from app.domain.clock import ClockReading
 from app.domain.message import Message, message, message_of, render
 from app.domain.models import Connection, Execution, Robot
 from app.domain.problems import in_words
@@ -35,13 +36,6 @@ from app.services.live.snapshots import STALE_POLLS
 log = logging.getLogger(__name__)
 
 WRITES_TO_PRUNE = 200          # writes of what it is seen doing, between dropping what is too old
-
-
-@dataclass(frozen=True)
-class ClockReading:
-    """The robot's clock minus the tablet's in seconds, and when that was read on the monotonic clock."""
-    offset: float
-    read_at: float
 
 
 class Observation:
@@ -153,6 +147,11 @@ class Observation:
         """Whether it may take a start of a group at once, by what was read a moment ago. Any thread may ask."""
         status = self.fresh_status
         return status is not None and can_work(status) and (status.state is not RobotState.EXECUTING or is_charging(status))
+
+    @property
+    def contradicts_clock(self) -> bool:
+        """Whether the tablet's clock, which nothing has proven right, may be wrong by what was read here."""
+        return self.clock is not None and self._s.is_contradicted(self.robot.id, self.clock)
 
     @property
     def age(self) -> float:

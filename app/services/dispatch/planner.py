@@ -134,8 +134,8 @@ class Planner:
         return batch.is_behind or len(rows) >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
 
     def plan_anew(self) -> None:
-        """The clock has been set back: instants that are to come again are planned again, from the last one on that was started. What was
-        missed or skipped after that is taken out of the ledger; what the started one has passed over stays missed."""
+        """The clock has been set back: instants that are to come again are planned again, from the last one on that was begun. Rows after
+        that of which nothing was sent are taken out of the ledger; what the begun one has passed over stays missed."""
         def work(c: sqlite3.Connection) -> bool:
             now, settings = self._clock.now(), self._settings.load(c)
             calendar, ahead = working_calendar(c, settings), self._schedules.planned_beyond(c, now)
@@ -194,7 +194,7 @@ class Planner:
             row = self._row(latest, make)
             if latest > context.now and not _goes_ahead(row):
                 return None
-            if row.state in (State.WAITING, State.SUBMITTING):
+            if row.state is State.SUBMITTING:
                 started = latest
             if row.state is State.WAITING and row.robot_id is not None:
                 context.waited_for.add(row.robot_id)

@@ -9,7 +9,7 @@ from app.database.connection import Database
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.domain.clock import Clock
+from app.domain.clock import Clock, ClockReading
 from app.domain.models import Settings
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.whereabouts import Whereabouts
@@ -24,7 +24,8 @@ from app.services.planning.working_days import WorkingCalendar
 
 @dataclass(frozen=True)
 class Shared:
-    """``plan_version`` grows with every change that may take a start back."""
+    """``plan_version`` grows with every change that may take a start back. ``is_contradicted``: whether a robot's clock alone puts the
+    tablet's in doubt."""
     db: Database
     clock: Clock
     ledger: Ledger
@@ -41,4 +42,5 @@ class Shared:
     tablet: Tablet
     whereabouts: Whereabouts
     plan_version: Callable[[], int]
+    is_contradicted: Callable[[int, ClockReading], bool]
     activities: ActivityRepository = field(default_factory=ActivityRepository)

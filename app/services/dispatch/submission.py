@@ -144,7 +144,7 @@ class Submission:
 
     def _can_send(self, intent: Execution) -> bool:
         status = self._seen.fresh_status
-        if status is None or not self._seen.robot.enabled or self._s.holds.active(self._robot_id) is not None:
+        if status is None or not self._seen.robot.enabled or self._s.holds.active(self._robot_id) or self._seen.contradicts_clock:
             return False
         is_charged = rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
         return is_charged and (can_work(status) or not is_for_any(intent))
@@ -231,6 +231,9 @@ class Submission:
         try:
             status, minimum = self._seen.recent_status(), row.minimum_battery_percent
             may_go_elsewhere = is_for_any(row)
+            if self._seen.contradicts_clock:
+                self._later(row, RECHECK)                     # by then everything is held back
+                return False
             if may_go_elsewhere and not can_work(status):
                 self._unbind(row)
                 return False

@@ -89,6 +89,27 @@ def test_after_a_restart_just_before_a_start_it_leaves_in_its_moment(fleet):
     assert [round(post.at - 7500.0, 1) <= 1.0 for post in site.network.posts()] == [True] * len(site.machines)
 
 
+@pytest.mark.parametrize("silent_s", [60, 1500])
+def test_a_robot_that_answers_late_is_asked_for_the_time_before_anything_is_sent_to_it(site, plan, silent_s):
+    """As nobody answered for half a minute, a clock that is two days ahead counted: its starts tried a silent robot, or were given up."""
+    ahead = 2 * DAY + 900.0
+    plan("2026-11-23T06:10", "FREQ=MINUTELY;INTERVAL=30", start_window_minutes=20)
+    site.container.catalogue.change_settings(poll_interval_seconds=600)
+    site.run(10)
+    site.switch_off()
+    site.clock.step(ahead)
+    site.network.down.add("R1")
+    site.switch_on()
+    site.at(silent_s, site.network.down.clear)
+    site.run(silent_s + 300)
+    assert {row.state for row in site.executions()} >= {State.MISSED, State.WAITING if silent_s == 60 else State.FAILED}
+    assert sent_at(site) == []
+    site.clock.step(-ahead)
+    begun = site.seconds()
+    site.run(7200)
+    assert sent_at(site) == [at for at in range(600, 9000, 1800) if begun < at < begun + 7200]
+
+
 def test_one_robot_with_a_wrong_clock_among_others_stops_nobody(tmp_path):
     """Most robots agree with the tablet, so it is the one robot's clock that is wrong."""
     site = Site(tmp_path, robots=3)
