@@ -103,9 +103,12 @@ class Ledger:
     def note_idle_copy(self, robot_id: int, queue_id: int, *, runs: bool) -> None:
         """A second copy of an idle mission is no use of the robot by anybody: where it runs, it is what the robot did last by itself; where
         it does not, nothing must have been between."""
-        last = self._robots.idle_queue_id(self._db.read(), robot_id) or 0
+        self._db.write(lambda c: self._note_used_by_idle(c, robot_id, queue_id, runs=runs))
+
+    def _note_used_by_idle(self, c: Any, robot_id: int, queue_id: int, *, runs: bool = True) -> None:
+        last = self._robots.idle_queue_id(c, robot_id) or 0
         if queue_id == last + 1 or (runs and queue_id > last):
-            self._db.write(lambda c: self._robots.note_idle(c, robot_id, queue_id))
+            self._robots.note_idle(c, robot_id, queue_id)
 
     def forget_idle(self, robot_id: int) -> None:
         """There was no idle mission in this idle period."""
@@ -261,7 +264,12 @@ class Ledger:
             columns |= {"robot_id": robot.id, "robot": robot.name, "robot_address": robot.address, "robot_serial": robot.serial_number}
             moves = [Move(execution, (execution.state,), {"robot_id": None, "robot": ""})]
         moves.append(Move(execution, (execution.state,), columns))
-        changed = self._db.write(lambda c: [self._executions.change(c, execution.id, move.expected, **move.columns) for move in moves])
+        def work(c: Any) -> list[Execution | None]:
+            changed = [self._executions.change(c, execution.id, move.expected, **move.columns) for move in moves]
+            if changed[-1] is not None and execution.trigger is Trigger.IDLE:
+                self._note_used_by_idle(c, robot.id, queue_id)
+            return changed
+        changed = self._db.write(work)
         if changed[-1] is not None:
             self._announce(changed[-1])
             self._withdraw_alarms_of(execution)

@@ -92,6 +92,21 @@ def test_a_late_copy_of_the_idle_mission_ends_no_rest(resting, is_seen, copy, aw
     assert len(sent_at(site)) == 2
 
 
+def test_an_idle_mission_that_was_overtaken_and_comes_all_the_same_begins_no_other_rest(resting):
+    """Nobody looked when it came, and it has run: it is what the robot did last by itself."""
+    site = resting
+    site.network.next("POST", "/mission_queue", Fate.LATE, 400.0)
+    site.run_until(lambda: len(sent_at(site)) == 1, within=1800)
+    stranger_works(site, 60)
+    site.run_until(lambda: not site.executions()[0].state.is_open, within=300)
+    site.switch_off()
+    site.stay_off(500)
+    site.switch_on()
+    site.run(3600)
+    assert states(site) == ["Done", "Done"]
+    assert len(sent_at(site)) == 1
+
+
 def test_a_late_copy_of_an_idle_mission_that_a_person_has_cancelled_ends_no_rest(resting):
     site = resting
     site.network.next("POST", "/mission_queue", Fate.LATE, 400.0)
