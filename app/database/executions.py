@@ -123,10 +123,17 @@ class ExecutionRepository:
         return _with(execution, **{**wishes, **columns})
 
     def mark_cancelled(self, c: sqlite3.Connection, ids: Collection[int], code: ReasonCode) -> list[int]:
-        """A person does not want these open ones any more; returns the ids of those of which that was not known."""
-        marked = c.execute(f"""UPDATE executions SET cancel_code = ? WHERE id IN ({placeholders(ids)}) AND {OPEN} AND cancel_code IS NULL
-                               RETURNING id""", (code, *ids))
+        """A person does not want these open ones any more; returns the ids of those of which that was not known. That the whole queue was
+        cleared counts though the robot may yet refuse to cancel one of them."""
+        covered = "('')" if code is ReasonCode.USER_CANCELLED else "('', 'user_cancelled')"
+        marked = c.execute(f"""UPDATE executions SET cancel_code = ? WHERE id IN ({placeholders(ids)}) AND {OPEN}
+                               AND coalesce(cancel_code, '') IN {covered} RETURNING id""", (code, *ids))
         return [row[0] for row in marked]
+
+    def withdraw_cancel(self, c: sqlite3.Connection, ids: Collection[int]) -> None:
+        """The robot has refused to cancel these."""
+        c.execute(f"""UPDATE executions SET cancel_code = NULL WHERE id IN ({placeholders(ids)}) AND {OPEN}
+                      AND cancel_code = 'user_cancelled'""", list(ids))
 
     def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None,
                   robot_id: int | None = None, ids: Sequence[int] | None = None, only: Trigger | None = None) -> list[int]:

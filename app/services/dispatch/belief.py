@@ -127,7 +127,7 @@ class Belief:
         robot, snapshot = worker.robot, self._s.snapshots.get(worker.robot.id)
         if not robot.enabled or robot.needs_password:
             return Out.OFF
-        if self._s.holds.active(robot.id):
+        if self._s.holds.active(robot.id) or self._s.clearing.is_of(robot.id):
             return Out.HELD
         if snapshot.connection is Connection.WRONG_ROBOT:
             return Out.WRONG_ROBOT

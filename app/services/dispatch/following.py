@@ -134,7 +134,10 @@ class Following:
         if not is_unknown:
             self._missing_since.pop(item.id, None)
         if item.state is QueueState.ABORTED or (is_unknown and (item.finished is not None or self._is_over(item.id, open_ids))):
-            moves.append(self._ledger.moves.ended(row, why_aborted(row, item), duration_s=duration))
+            if self._s.clearing.is_of(self._seen.robot.id):
+                return []                                 # begun while this robot was read
+            wanted = self._ledger.get(row.id) or row      # a person may have cancelled it meanwhile
+            moves.append(self._ledger.moves.ended(row, why_aborted(wanted, item), duration_s=duration))
         return moves
 
     def _approach(self, row: Execution, delay: float | None) -> float | None:

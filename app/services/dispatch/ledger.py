@@ -290,7 +290,7 @@ class Ledger:
 
     def withdraw_cancel(self, ids: Collection[int]) -> None:
         """The robot has refused to cancel these."""
-        self._db.write(lambda c: [self._executions.change(c, each, OPEN_STATES, cancel_code=None) for each in ids])
+        self._db.write(lambda c: self._executions.withdraw_cancel(c, ids))
         self._changes.publish(Topic.EXECUTIONS)
 
     def clear(self, ids: Collection[int]) -> None:

@@ -321,8 +321,9 @@ class Submission:
         rows = [row for row in rows if row.group_id is None]
         settings, ends = self._s.settings(), []
         moves = self._ledger.moves
-        tried = self._ledger.make([moves.attempt_failed(row, problem, may_come=waited, is_first=self._is_first(row)) for row in rows])
+        failed = [moves.attempt_failed(row, problem, may_come=waited, is_first=self._is_first(row)) for row in rows]
         self._first -= {row.id for row in rows} if waited else set()
+        tried = self._ledger.make(failed)                   # it may have been written though it raises
         for waiting in tried:
             if waiting.ended_at is not None:
                 self.attempts.pop(waiting.id, None)

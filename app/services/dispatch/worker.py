@@ -107,7 +107,9 @@ class RobotWorker:
         status, floor = self.seen.fresh_status, self.seen.highest
         if not self.polled or status is None or floor is None or not self.robot.enabled or self._expected:
             return None
-        if self._s.holds.active(self.robot.id) or self.robot.hand_over is HandOver.WHEN_FREE:        # seen at the instant
+        if self._s.holds.active(self.robot.id) or self._s.clearing.is_of(self.robot.id):
+            return None
+        if self.robot.hand_over is HandOver.WHEN_FREE:                   # seen at the instant
             return None
         return messages.Readiness(status.battery_percentage, floor, self._s.whereabouts.through)
 

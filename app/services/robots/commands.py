@@ -73,7 +73,8 @@ class Operator:
     def give_to(self, execution_id: int, robot_id: int) -> Execution:
         """A start that waits for a robot of its group goes to this one, into its queue where that is busy. Raises InvalidInput."""
         row, robot, c = self._ledger.get(execution_id), self._usable(robot_id), self._db.read()
-        if row is None or row.group_id is None or row.state is not State.WAITING or row.robot_id is not None or row.held:
+        if row is None or row.group_id is None or row.state is not State.WAITING or row.robot_id is not None or row.held or (
+                self._clearing.keeps_back(row)):
             raise InvalidInput("robot", "it does not wait for a robot any more")
         if robot_id not in self._group(row.group_id).members:
             raise InvalidInput("robot", "{robot} is no robot of {group}", robot=robot.name, group=row.robot_group)
@@ -135,13 +136,13 @@ class Operator:
             return execution
         if execution.state is State.WAITING and (ended := self._ledger.end(execution, Reason(ReasonCode.USER_CANCELLED))):
             return ended
-        asked = self._ledger.ask_cancel([execution])
-        if execution.queue_id is not None and execution.robot_id is not None:
+        if execution.queue_id is None or execution.robot_id is None:
+            self._ledger.ask_cancel([execution])
+        else:
             try:
                 self.cancel_item(execution.robot_id, execution.queue_id)
             except RobotError as error:
                 if error.delivery is Delivery.REFUSED:
-                    self._ledger.withdraw_cancel(asked)
                     raise
                 log.info("#%d is cancelled as soon as %r answers: %s", execution.id, execution.robot, error.text)
         return self._ledger.get(execution_id)
@@ -159,10 +160,14 @@ class Operator:
 
     def cancel_item(self, robot_id: int, queue_id: int) -> None:
         """Cancel one item of the robot's queue, whoever put it there. One that has just ended stays as it ended."""
-        ours = [e for e in self._ledger.open_for(robot_id) if e.queue_id == queue_id]
-        self._ledger.ask_cancel(ours)
-        with self._client(robot_id, f"Cancel of queue item {queue_id}") as client:
-            client.cancel(queue_id)
+        asked = self._ledger.ask_cancel([e for e in self._ledger.open_for(robot_id) if e.queue_id == queue_id])
+        try:
+            with self._client(robot_id, f"Cancel of queue item {queue_id}") as client:
+                client.cancel(queue_id)
+        except RobotError as error:
+            if error.delivery is Delivery.REFUSED:
+                self._ledger.withdraw_cancel(asked)
+            raise
         self._engine.poll(robot_id)
 
     def clear_queue(self, robot_id: int) -> None:

@@ -6,11 +6,11 @@ from datetime import datetime
 
 import pytest
 
-from app.domain.models import HandOver, Schedule, State, Wait
+from app.domain.models import HandOver, InvalidInput, ReasonCode, Schedule, State, Wait
 from app.mir.errors import RobotError
 from tests.support.groups import Hall
 from tests.support.network import Fate
-from tests.support.seen import items, outcomes, robot_of
+from tests.support.seen import alarms, items, outcomes, robot_of
 from tests.support.site import Site
 
 AT = "2026-11-23T06:05"
@@ -272,3 +272,73 @@ def test_a_clear_in_vain_does_not_end_the_list_of_late_starts(tmp_path):
     posts = items(site)
     site.switch_off()
     assert posts == []
+
+
+@pytest.mark.parametrize("begun", [298.0, 299.5])
+def test_a_groups_start_goes_to_another_robot_while_the_queue_of_the_best_one_is_being_cleared(hall, begun):
+    hall.plan("A", **LONG)
+    for name in ("R2", "R3"):
+        hall.machines[name].set_battery(60.0)
+    hall.engine.watch(hall.robot("R1").id)
+    hall.run(begun)
+    hall.network.others_wait = False
+    hall.network.next(*CLEAR, Fate.SLOW, 9.0)
+    hall.container.operator.clear_queue(hall.robot("R1").id)
+    hall.run(30)
+    post, = hall.network.posts()
+    assert post.at < 301
+    assert post.robot != "R1"
+
+
+def test_what_is_to_go_with_a_cleared_queue_is_given_to_no_other_robot(hall):
+    """It would end as cleared there, where nothing was cleared."""
+    hall.plan("A", **LONG)
+    for machine in hall.machines.values():
+        machine.set_battery(5.0)
+    hall.container.catalogue.change_settings(minimum_battery_percent=20)
+    hall.run(330)
+    row, give_to = hall.run_of(), hall.container.operator.give_to
+    with hall.container.clearing.of(hall.robot("R1").id) as cleared:
+        cleared.rows = frozenset([row.id])                     # it was R1's a moment ago
+        with pytest.raises(InvalidInput):
+            give_to(row.id, hall.robot("R2").id)
+    assert give_to(row.id, hall.robot("R2").id).robot == "R2"
+
+
+@pytest.mark.parametrize("has_other_words", [False, True])
+def test_what_is_cleared_while_the_robot_is_read_ends_as_cleared(site, plan, has_other_words):
+    """The worker has read the row, and waits for what the robot says of the one before."""
+    site.network.words = {"Aborted": "Abgebrochen"} if has_other_words else {}
+    for _n in range(2):
+        plan(AT, **LONG)
+    site.run(304)
+    assert site.executions()[1].state is State.QUEUED
+    site.network.others_wait = False
+    begun = []
+
+    def clear(_robot, met):
+        if met.method == "GET" and not begun:
+            begun.append(True)
+            site.at(1.0, lambda: site.container.operator.clear_queue(robot_of(site).id))
+    site.network.next("GET", "/mission_queue/1", Fate.SLOW, 3.0)
+    site.network.met = clear
+    site.run(60)
+    assert {row.reason and row.reason.code for row in site.executions()} == {ReasonCode.QUEUE_CLEARED}, (outcomes(site), alarms(site))
+
+
+def test_a_clear_counts_though_the_robot_refuses_the_cancel_that_was_pressed_before(site, plan):
+    for _n in range(2):
+        plan(AT, **LONG)
+    site.run(304)
+    row = site.executions()[1]
+    site.network.next("DELETE", f"/mission_queue/{row.queue_id}", Fate.NOT_FOUND)
+
+    def clear(_robot, met):
+        if met.method == "DELETE":
+            site.network.met = lambda robot, met: None
+            site.container.operator.clear_queue(row.robot_id)
+    site.network.met = clear
+    with pytest.raises(RobotError):
+        site.container.operator.cancel_execution(row.id)
+    site.run(60)
+    assert {row.reason and row.reason.code for row in site.executions()} == {ReasonCode.QUEUE_CLEARED}, outcomes(site)

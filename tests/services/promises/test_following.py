@@ -4,6 +4,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.models import Overlap, ReasonCode, State
+from app.mir.errors import RobotError
 from tests.support.network import Fate
 from tests.support.seen import items, outcomes, reason, states
 
@@ -119,3 +120,19 @@ def test_an_item_that_can_t_be_read_does_not_keep_its_robot_from_new_starts(site
     spoil(site, "500")
     site.run(650)
     assert states(site) == ["Done", "Executing"]
+
+
+@pytest.mark.parametrize("by", ["run", "item"])
+def test_what_the_robot_refused_to_cancel_is_not_cancelled_later(site, plan, by):
+    """A person was told so."""
+    for _n in range(2):
+        plan("2026-11-23T06:05", start_window_minutes=60)
+    site.run(304)
+    row = site.executions()[1]
+    assert row.state is State.QUEUED
+    site.network.next("DELETE", f"/mission_queue/{row.queue_id}", Fate.NOT_FOUND)
+    operator = site.container.operator
+    with pytest.raises(RobotError):
+        operator.cancel_execution(row.id) if by == "run" else operator.cancel_item(row.robot_id, row.queue_id)
+    site.run(600)
+    assert [row.state for row in site.executions()] == [State.COMPLETED] * 2, (outcomes(site), len(items(site)))
