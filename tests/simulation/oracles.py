@@ -288,7 +288,8 @@ class Judge:
     def _gave_up(self, robot: str, due: float, start: float) -> bool:
         """Whether what was wrong before may have used up its tries, or have hidden what became of them."""
         nature = self.world.nature
-        tries = sum(min(2.0**attempt, nature.poll_interval) for attempt in range(1, nature.retry_limit + 1))
+        at_starts = sum(each.kind == "app" and due <= each.end <= start for each in self.diary.troubles)      # at each it is tried at once
+        tries = sum(min(2.0**attempt, nature.poll_interval) for attempt in range(1, nature.retry_limit + 1 - at_starts))
         if nature.fleet != "normal" and start > due:
             return True
         is_over = any(self.diary.was_wrong(kind, robot, due, start) for kind in ("queue", "impostor"))
