@@ -271,7 +271,7 @@ class Judge:
             return None  # it was past when it was planned so, before the clock was set back
         if self.groups is not None and not self.groups.goes_at_once(plan, due - 90.0, end):
             return self.groups.chance(plan, key, due, due + 60.0 * minutes) if now > due + 60.0 * minutes else None
-        robot = self.diary.names[plan.robot_id or 0]
+        robot = self.diary.names[self.diary.between(due, end)[-1].plans[key[0]].robot_id or 0]          # it may be another one's by now
         shown = [at for at in self._times_shown(key[1]) if not self.diary.is_clear(robot, at - 2.0, at + 600.0, but=("slow", "clock"))]
         first = min([due, *shown])  # it may have been given up then, before the clock was set back
         for start, until in self.diary.clear_spans(robot, due, end):
