@@ -195,6 +195,10 @@ class ExecutionRepository:
         return self._list(c, f"""INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN}
                                  AND state IN ('waiting', 'submitting') ORDER BY planned_at""", schedule_id)
 
+    def open_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
+        """What is not over, oldest first."""
+        return self._list(c, f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN} ORDER BY planned_at", schedule_id)
+
     def schedules_with_unsent(self, c: sqlite3.Connection) -> list[int]:
         """Ids of the schedules of which something is with no robot yet."""
         return [row[0] for row in c.execute(f"""SELECT DISTINCT schedule_id FROM executions INDEXED BY executions_open_of_schedule

@@ -302,7 +302,7 @@ class Edit(GroupEdit, ScheduleEdit):
             self._use_instead(mission_id, general.id, mission.robot_id)
         idle = self._take_back_idle_of(mission_id)
         schedules = self.schedules.for_mission(self.c, mission_id)
-        starts = self.unsent_of(schedules)
+        starts = self.open_of(schedules)
         for schedule in schedules:
             self.take_back(schedule)
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")

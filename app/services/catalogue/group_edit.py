@@ -50,7 +50,7 @@ class GroupEdit(Transaction):
     def remove_group(self, group_id: int) -> Removed:
         """With its schedules. What no robot has yet is cancelled, whoever wanted it; what runs goes on."""
         group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
-        starts = self.unsent_of(schedules)
+        starts = self.open_of(schedules)
         for schedule in schedules:
             self.take_back(schedule)
         starts += self._end_waiting(group, {"removed": group.name})

@@ -119,7 +119,7 @@ class ScheduleEdit(Transaction):
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
         removed = Removed(schedules=[schedule], made_names=self.with_made_names([schedule]), skips=self.skips_of([schedule]),
-                          starts=self.unsent_of([schedule]))
+                          starts=self.open_of([schedule]))
         self.take_back(schedule)
         self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")

@@ -119,6 +119,10 @@ class Transaction:
         """What no robot has yet of these, as far as is known."""
         return [row for schedule in schedules for row in self.executions.unsent_of_schedule(self.c, schedule.id)]
 
+    def open_of(self, schedules: Sequence[Schedule]) -> list[Execution]:
+        """What is not over of these."""
+        return [row for schedule in schedules for row in self.executions.open_of_schedule(self.c, schedule.id)]
+
     def note_ended(self, ids: list[int]) -> list[int]:
         if ids:
             self.topics.add(Topic.EXECUTIONS)

@@ -56,7 +56,7 @@ class Removed:
     idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
     holds: Sequence[StoredHold] = ()
     days: Sequence[DayException] = ()
-    starts: Sequence[Execution] = ()                     # that no robot had, or that ended with the robot, as they were
+    starts: Sequence[Execution] = ()                     # that were open of those schedules, or that ended with the robot, as they were
     group: Group | None = None
     member_of: Sequence[Group] = ()                      # that the robot was in
     watches: Sequence[Watch] = ()                        # what may still come to the robot

@@ -7,7 +7,7 @@ from datetime import datetime
 import pytest
 
 from app.database.rehearsal import Rehearsal
-from app.domain.models import Connection, InvalidInput, Overlap, Place, Schedule, State
+from app.domain.models import Connection, HandOver, InvalidInput, Overlap, Place, Schedule, State
 from app.services.catalogue import configuration
 from app.services.dispatch.ledger import Ledger
 from tests.support.groups import Hall
@@ -171,6 +171,26 @@ def test_undo_brings_back_all_that_waited_beside_each_other(site, plan):
     site.container.catalogue.save_schedule(replace(schedule, overlap=Overlap.SKIP))
     site.container.catalogue.restore(site.container.catalogue.remove_schedule(schedule.id))
     assert [row.state for row in site.executions()] == [State.WAITING] * 2
+
+
+@pytest.mark.parametrize("begun", [0, 1])
+def test_undo_brings_back_what_waited_beside_one_that_runs(site, plan, begun):
+    """The other one, an earlier or a later one, has begun."""
+    site.container.catalogue.save_robot(replace(robot_of(site), hand_over=HandOver.WHEN_FREE))
+    schedule = plan(AT, "FREQ=MINUTELY;INTERVAL=5", overlap=Overlap.QUEUE, **LONG)
+    if begun:
+        site.run(299)
+        site.container.holds.hold("cleaning", None)
+        site.run(2)
+        site.container.operator.hold_starts([row.id for row in site.executions()])
+        site.container.holds.release(None)
+    site.at((303, 603)[begun] - site.seconds(), lambda: site.container.operator.pause(robot_of(site).id))
+    site.run(660 - site.seconds())
+    before = [State.WAITING, State.EXECUTING] if begun else [State.EXECUTING, State.WAITING]
+    assert [row.state for row in site.executions()] == before, outcomes(site)
+    site.container.catalogue.save_schedule(replace(schedule, overlap=Overlap.SKIP))
+    site.container.catalogue.restore(site.container.catalogue.remove_schedule(schedule.id))
+    assert [row.state for row in site.executions()] == before, outcomes(site)
 
 
 # ---------------------------------------------------------------------- others
