@@ -69,9 +69,10 @@ def moved_on(tried: Mapping[str, Any], robot: str, translate: Translate = lambda
 
 
 def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | None:
-    """Since when the robot does not answer that may have this start, which therefore nobody else gets; None: it isn't so."""
+    """Since when the robot does not answer that may have this start, which therefore nobody else gets; None: it isn't so, or it is not
+    sent again anyhow."""
     is_silent = snapshot.connection not in (Connection.CONNECTED, Connection.SLOW, Connection.UNKNOWN)
-    return snapshot.since if execution.state is State.SUBMITTING and is_silent else None
+    return snapshot.since if execution.state is State.SUBMITTING and execution.revoked is None and is_silent else None
 
 
 def stuck(robot: str, since: datetime, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:

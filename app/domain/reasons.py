@@ -45,6 +45,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
                                   ((), "Its schedule was changed, switched off or deleted while it waited"),),
     ReasonCode.ROBOT_REMOVED: ((("robot",), "Robot {robot} is switched off or was removed"),
                                (("removed",), "The group {removed} was removed"), (("group",), "No robot of {group} is switched on"),
+                               (("others",), "No other robot of {others} is switched on"),
                                ((), "The robot is switched off or was removed")),
     ReasonCode.BATTERY_LOW: ((("battery", "minimum", "until"), "Battery {battery} % stayed under {minimum} % until {until}"),
                              (("minimum", "until"), "Battery unknown until {until}, at least {minimum} % wanted"),
@@ -130,6 +131,8 @@ def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, tra
     if execution.state is State.WAITING:
         details = {**execution.wait_details, "attempts": execution.attempts, "closes_at": execution.closes_at}
         return _filled_in(_WAITS[execution.wait], details, zone or execution.timezone, translate)
+    if execution.state is State.SUBMITTING and execution.revoked is not None:
+        return translate("Not sent again; the robot is asked whether it has it")
     return translate(_UNDER_WAY[execution.state]) if execution.state in _UNDER_WAY else ""
 
 

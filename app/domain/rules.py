@@ -91,6 +91,12 @@ def left_out(robot: str, now: datetime) -> dict[str, Any]:
     return {"robot": robot, "out": "tried", "tries": 0, "at": at, "until": at, "is_for_good": True, "floor": None}
 
 
+def is_left_out(tried: Mapping[str, Any], robot_id: int) -> bool:
+    """Whether it is such a robot: nothing was tried there."""
+    there = tried.get(str(robot_id), {})
+    return bool(there.get("is_for_good")) and not there.get("tries")
+
+
 def may_try_again(tried: Mapping[str, Any]) -> dict[str, Any]:
     """What became of a start of a group on its robots, where they may be asked anew: it is another mission now. What may be found there
     stays."""

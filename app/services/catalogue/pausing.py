@@ -39,15 +39,17 @@ class Pausing:
         self._executions, self._settings = ExecutionRepository(), SettingsRepository()
 
     def skip_next(self, schedule_id: int, seen: datetime | None = None) -> datetime:
-        """Returns the instant (UTC) that was skipped. Raises InvalidInput when no start is left, or the next one that a person has
-        ``seen`` is on its way by now."""
+        """Returns the instant (UTC) that was skipped: the next one as a person has ``seen`` it, though an earlier one may be there by now.
+        Raises InvalidInput when no start is left, or what was seen is skipped already, on its way or not planned any more."""
         def work(c: sqlite3.Connection) -> tuple[Schedule, datetime]:
             schedule = self._the_schedule(c, schedule_id)
-            at = self._next_to_run(c, schedule, may_be_paused=False)
+            if seen in self._schedules.skipped(c, schedule_id):
+                raise InvalidInput("schedule", "this start is skipped already")
+            if seen is not None:
+                self._check_is_to_come(c, schedule, seen)
+            at = self._next_to_run(c, replace(schedule, next_at=seen or schedule.next_at), may_be_paused=False)
             if not schedule.enabled or at is None:
                 raise _nothing_to_skip()
-            if seen is not None and schedule.next_at is not None and seen < schedule.next_at:
-                raise InvalidInput("schedule", "the time of this start has passed")
             return self._skip(c, schedule, at)
         return _told_skipped(*self._write(work))
 
@@ -57,12 +59,7 @@ class Pausing:
             schedule = self._the_schedule(c, schedule_id)
             if instant in self._schedules.skipped(c, schedule_id):
                 return schedule, instant
-            if not schedule.enabled or schedule.next_at is None:
-                raise _nothing_to_skip()
-            if instant < schedule.next_at:
-                raise InvalidInput("schedule", "the time of this start has passed")
-            if instant not in (schedule.next_at, next_occurrence(schedule, instant - MOMENT, self._calendar(c))):
-                raise _nothing_to_skip()
+            self._check_is_to_come(c, schedule, instant)
             return self._skip(c, schedule, instant)
         return _told_skipped(*self._write(work))
 
@@ -71,7 +68,7 @@ class Pausing:
         all the same: the schedule is off, paused till then or has another rule by now."""
         def work(c: sqlite3.Connection) -> Schedule:
             now, schedule, settings = self._clock.now(), self._the_schedule(c, schedule_id), self._settings.load(c)
-            if instant <= now or (schedule.planned_through is not None and instant <= schedule.planned_through):
+            if self._has_passed(schedule, instant):
                 raise InvalidInput("schedule", "the time of this start has passed")
             if must_run and not schedule.enabled:
                 raise InvalidInput("schedule", "this schedule is switched off: switch it on first")
@@ -122,6 +119,19 @@ class Pausing:
         if schedule := self._schedules.get(c, schedule_id):
             return schedule
         raise InvalidInput("schedule", "there is no such schedule any more")
+
+    def _check_is_to_come(self, c: sqlite3.Connection, schedule: Schedule, instant: datetime) -> None:
+        if not schedule.enabled or schedule.next_at is None:
+            raise _nothing_to_skip()
+        if instant < schedule.next_at and self._has_passed(schedule, instant):
+            raise InvalidInput("schedule", "the time of this start has passed")
+        after = max(schedule.next_at, instant - MOMENT)
+        if instant not in (schedule.next_at, next_occurrence(schedule, after, self._calendar(c))):
+            raise InvalidInput("schedule", "this schedule has no such start any more")
+
+    def _has_passed(self, schedule: Schedule, instant: datetime) -> bool:
+        """Also where its row is there just before it."""
+        return instant <= self._clock.now() or (schedule.planned_through is not None and instant <= schedule.planned_through)
 
     def _calendar(self, c: sqlite3.Connection) -> WorkingCalendar:
         return working_calendar(c, self._settings.load(c))

@@ -85,9 +85,11 @@ class Allocator:
     def _has_no_robot(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> Reason | None:
         """Why none of these can ever get it; None: one can."""
         members = [robots[key] for key in group.members if key in robots] if group is not None else []
-        if not any(robot.enabled for robot in members):
-            return Reason(ReasonCode.ROBOT_REMOVED, {"removed" if group is None else "group": row.robot_group})
-        return self._refused_by_all(row, members)
+        others = [robot for robot in members if not rules.is_left_out(row.tried, robot.id)]
+        if not any(robot.enabled for robot in others):
+            which = "removed" if group is None else "group" if others == members else "others"
+            return Reason(ReasonCode.ROBOT_REMOVED, {which: row.robot_group})
+        return self._refused_by_all(row, others)
 
     def _refused_by_all(self, row: Execution, members: Sequence[Robot]) -> Reason | None:
         """The last refusal, where every robot of the group that is switched on has refused it for good."""

@@ -18,7 +18,7 @@ from app.database.robots import Accepted, RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
-from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
+from app.domain.models import OPEN_STATES, Execution, InvalidInput, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.reasons import sentence, to_store
 from app.domain.robot import QueueItem
 from app.services.dispatch.moves import NOT_WITH_THE_ROBOT, Move, Moves, taken_back
@@ -74,14 +74,22 @@ class Ledger:
 
     # ------------------------------------------------------------------ moves
     def add(self, execution: Execution, instead_of: Execution | None = None) -> Execution | None:
-        """Write a new row; None when its token is already in the ledger. ``instead_of`` is not sent again, and if it is not in doubt any
-        more, nothing is written."""
+        """Write a new row; None when its token is already in the ledger. ``instead_of`` is not sent again: raises InvalidInput where that
+        is so already, or it is not in doubt any more."""
         def work(c: Any) -> Execution | None:
-            revoked = Reason(ReasonCode.USER_CANCELLED)
-            if instead_of is not None and self._executions.change(c, instead_of.id, (State.SUBMITTING,), revoked=revoked) is None:
-                return None
+            if instead_of is not None and self._executions.by_token(c, execution.token) is None:
+                self._replace(c, instead_of)
             return self._executions.add_once(c, execution)
         return self._added(work)
+
+    def _replace(self, c: Any, before: Execution) -> None:
+        """Judged in the same write, as two may ask for that at once."""
+        row = self._executions.get(c, before.id)
+        if row is not None and row.revoked is not None:
+            raise _not_sent_again(row.revoked, row.robot)
+        if row is None or row.robot_id != before.robot_id or not (row.state is State.SUBMITTING or _is_unknown(row)):
+            raise InvalidInput("robot", "what became of it is known by now")
+        self._executions.change(c, row.id, (row.state,), revoked=Reason(ReasonCode.USER_CANCELLED))
 
     def add_idle(self, execution: Execution, robot: Robot) -> None:
         """Write the row of an idle mission, unless ``robot`` or its rule has been changed since it was read. Its idle period has then had
@@ -354,6 +362,21 @@ class Ledger:
         if not quietly:
             log.info("%s", describe(execution))
         self._changes.publish(Topic.EXECUTIONS, execution.robot_id or NO_ROBOT)
+
+
+def _is_unknown(row: Execution) -> bool:
+    return row.reason is not None and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
+
+
+def _not_sent_again(why: Reason, robot: str) -> InvalidInput:
+    match why.code:
+        case ReasonCode.USER_CANCELLED:
+            return InvalidInput("robot", "it has been started on another robot already")
+        case ReasonCode.HOLD:
+            return InvalidInput("robot", "its schedule has been paused since")
+        case ReasonCode.ROBOT_REMOVED:
+            return InvalidInput("robot", "{robot} has been switched off since", robot=robot)
+    return InvalidInput("robot", "what planned it has been changed, switched off or deleted since")
 
 
 def _about(ended: Execution) -> str:

@@ -101,10 +101,9 @@ class Operator:
     def start_on_another(self, execution_id: int, robot_id: int | None = None, token: str | None = None) -> Execution:
         """The mission of a start of which a robot may or may not have, or have had, its request is run now on another robot (None: on any
         other of its group). It is a start of its own: should the first robot have that one after all, both run; else that one is not sent
-        again. Raises InvalidInput."""
+        again, nor started on another one twice. Raises InvalidInput."""
         row = self._ledger.get(execution_id)
-        is_unknown = row is not None and row.reason is not None and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
-        if row is None or row.robot_id is None or not (row.state is State.SUBMITTING or is_unknown):
+        if row is None or row.robot_id is None:
             raise InvalidInput("robot", "what became of it is known by now")
         if robot_id == row.robot_id:
             raise InvalidInput("robot", "choose another robot than {robot}", robot=row.robot)
@@ -116,7 +115,7 @@ class Operator:
         if mission is None:
             raise InvalidInput("mission", "{robot} has no mission {mission}", robot=target.name, mission=row.mission)
         barred = {str(row.robot_id): rules.left_out(row.robot, self._clock.now())} if robot_id is None else {}
-        return self._start(target, mission, row.parameters, token, max(HIGH, row.priority), barred, instead_of=None if is_unknown else row)
+        return self._start(target, mission, row.parameters, token, max(HIGH, row.priority), barred, instead_of=row)
 
     def _start(self, target: Robot | Group, mission: Mission, parameters: Mapping[str, Any], token: str | None,
                priority: int = 0, tried: Mapping[str, Any] = MappingProxyType({}), instead_of: Execution | None = None) -> Execution:
@@ -124,8 +123,7 @@ class Operator:
         row = rules.one_off(Trigger.MANUAL, target, mission, self._settings(), self._clock.now(), token,
                             parameters=validation.parameters(parameters), priority=priority)
         execution = self._ledger.add(replace(row, tried=dict(tried)), instead_of) or self._ledger.by_token(token)
-        if execution is None:
-            raise InvalidInput("robot", "what became of it is known by now")
+        assert execution is not None, "it was added, or is there"
         return execution
 
     def cancel_execution(self, execution_id: int) -> Execution | None:
