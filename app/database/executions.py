@@ -9,7 +9,7 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from app.database.values import from_json, placeholders, to_instant, to_json, to_text
+from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_text, to_text
 from app.domain.models import OPEN_STATES, Execution, Mission, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
@@ -231,10 +231,11 @@ class ExecutionRepository:
                      AND attempts = 0""", (schedule_id, to_text(planned_at)))
 
     def drop_unsent_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime) -> None:
-        """The clock has been set back: rows of instants that are planned again, with nothing ever sent, but not what a person has skipped,
-        ended or keeps back."""
-        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at > ? AND {NEVER_SENT} AND held = 0 AND cancel_code IS NULL
-                      AND state IN ('waiting', 'failed', 'missed', 'skipped')
+        """The clock has been set back: rows that have ended of instants that are planned again, with nothing ever sent, but not what a
+        person has skipped or cancelled. What waits does so until its instant comes again."""
+        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at > ? AND {NEVER_SENT}
+                      AND (state IN ('failed', 'missed', 'skipped')
+                           OR (state = 'cancelled' AND reason_code IN ('schedule_changed', 'robot_removed')))
                       AND planned_at NOT IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id)""",
                   (schedule_id, to_text(through)))
 
@@ -311,12 +312,14 @@ class ExecutionRepository:
         """Open ones of all robots, oldest first."""
         return self._list(c, f"INDEXED BY executions_open WHERE {OPEN} ORDER BY planned_at, id")
 
-    def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int]) -> dict[int, datetime]:
-        """For which instant the newest open one of each of these schedules was planned; nothing for those that have none."""
+    def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int], until: datetime | None = None) -> dict[int, datetime]:
+        """For which instant (up to ``until``: the clock may have been set back) the newest open one of each of these schedules was planned;
+        nothing for those that have none."""
         if not schedule_ids:
             return {}                        # SQLite finds no way to look up nothing in that index
         rows = c.execute(f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
-                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} GROUP BY schedule_id""", (*schedule_ids,))
+                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} AND planned_at <= coalesce(?, planned_at)
+                             GROUP BY schedule_id""", (*schedule_ids, to_optional_text(until)))
         return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
 
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:

@@ -27,7 +27,7 @@ from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.planning.wanted import changed_since, why_unwanted
 
 log = logging.getLogger("app.executions")
-_IS_BEGUN = (State.SUBMITTING, State.QUEUED, State.CANCELLED)
+_BY_A_PERSON = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)
 _ENDS_BY = ("mission", "closes_at", "finish_by", "tried")     # what waits
 
 
@@ -80,7 +80,10 @@ class Ledger:
             if instead_of is not None and self._executions.by_token(c, execution.token) is None:
                 self._replace(c, instead_of)
             return self._executions.add_once(c, execution)
-        return self._added(work)
+        added = self._added(work)
+        if instead_of is not None:
+            self._changes.publish(Topic.EXECUTIONS)              # its next try may be about to leave
+        return added
 
     def _replace(self, c: Any, before: Execution) -> None:
         """Judged in the same write, as two may ask for that at once."""
@@ -183,7 +186,8 @@ class Ledger:
 
     def _note_begun(self, c: Any, row: Execution) -> None:
         """So that its instant is not planned again when the clock has been set back, whatever the history still has."""
-        if row.schedule_id is not None and row.state in _IS_BEGUN:
+        is_unwanted = row.reason is not None and row.reason.code in _BY_A_PERSON
+        if row.schedule_id is not None and (is_unwanted or row.state in (State.SUBMITTING, State.QUEUED)):
             self._schedules.note_begun(c, row.schedule_id, row.planned_at)
 
     def _is_as_judged(self, c: Any, execution: Execution) -> bool:

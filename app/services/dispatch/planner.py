@@ -173,7 +173,8 @@ class Planner:
         return PlanningContext(
             now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids), groups,
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
-            self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]),
+            self._executions.open_of_schedules(c, no_overlap, now + rules.INTENT_LEAD),
+            self._schedules.skips(c, [schedule.id for schedule in schedules]),
             GroupStartRepository().with_places(c), ready)
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:

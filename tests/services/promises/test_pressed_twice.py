@@ -136,6 +136,29 @@ def test_any_other_robot_of_which_none_is_left_says_so(hall, how):
     assert (new.state, sentence(new.reason, "UTC")) == (State.CANCELLED, "No other robot of Hall is switched on")
 
 
+@pytest.mark.parametrize("own", [True, False])
+def test_started_on_another_while_the_connection_of_its_next_try_is_made(hall, own):
+    """The quiet time is over and it is tried again (by R1, or of a group by R2), as a person who has the dialog open agrees: that try is
+    not sent."""
+    hall.plan(**(LONG | ({"robot_id": hall.robot("R1").id, "group_id": None} if own else {})))
+    hall.network.next("POST", "/mission_queue", Fate.LOST)
+    hall.run(310)
+    row = hall.run_of()
+    assert row.state is State.SUBMITTING
+    pressed = []
+
+    def press(_robot, met):
+        if met.method == "POST" and not pressed:
+            now = hall.run_of()
+            target = next(hall.robot(n) for n in ("R3", "R2") if n not in (row.robot, now.robot))
+            pressed.append(hall.container.operator.start_on_another(row.id, target.id))
+    hall.network.next("POST", "/mission_queue", Fate.SLOW, 0.1)
+    hall.network.met = press
+    hall.run(600)
+    assert pressed
+    assert len(hall.items()) == 1, outcomes(hall)
+
+
 # ---------------------------------------------------------------------- skip
 def test_skip_skips_the_start_that_was_seen_though_an_earlier_one_is_there_by_now(site, plan):
     schedule = plan(AT, "FREQ=HOURLY")
