@@ -9,7 +9,7 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_text, to_text
+from app.database.values import from_json, placeholders, to_instant, to_json, to_text
 from app.domain.models import OPEN_STATES, Execution, Mission, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
@@ -199,6 +199,11 @@ class ExecutionRepository:
         """What is not over, oldest first."""
         return self._list(c, f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN} ORDER BY planned_at", schedule_id)
 
+    def unplanned_after(self, c: sqlite3.Connection, instant: datetime) -> list[Execution]:
+        """What no schedule wanted and no robot has yet, from a time after that."""
+        return self._list(c, f"""WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NULL AND planned_at > ?""",
+                          to_text(instant))
+
     def schedules_with_unsent(self, c: sqlite3.Connection) -> list[int]:
         """Ids of the schedules of which something is with no robot yet."""
         return [row[0] for row in c.execute(f"""SELECT DISTINCT schedule_id FROM executions INDEXED BY executions_open_of_schedule
@@ -231,11 +236,11 @@ class ExecutionRepository:
                      AND attempts = 0""", (schedule_id, to_text(planned_at)))
 
     def drop_unsent_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime) -> None:
-        """The clock has been set back: rows that have ended of instants that are planned again, with nothing ever sent, but not what a
-        person has skipped or cancelled. What waits does so until its instant comes again."""
-        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at > ? AND {NEVER_SENT}
-                      AND (state IN ('failed', 'missed', 'skipped')
-                           OR (state = 'cancelled' AND reason_code IN ('schedule_changed', 'robot_removed')))
+        """The clock has been set back: rows of instants that are planned again, with nothing ever sent, but not what a person has skipped,
+        cancelled or keeps back."""
+        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at > ? AND {NEVER_SENT} AND held = 0 AND cancel_code IS NULL
+                      AND (state IN ('waiting', 'failed', 'missed', 'skipped')
+                           OR (state = 'cancelled' AND reason_code NOT IN ('user_cancelled', 'queue_cleared')))
                       AND planned_at NOT IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id)""",
                   (schedule_id, to_text(through)))
 
@@ -312,14 +317,12 @@ class ExecutionRepository:
         """Open ones of all robots, oldest first."""
         return self._list(c, f"INDEXED BY executions_open WHERE {OPEN} ORDER BY planned_at, id")
 
-    def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int], until: datetime | None = None) -> dict[int, datetime]:
-        """For which instant (up to ``until``: the clock may have been set back) the newest open one of each of these schedules was planned;
-        nothing for those that have none."""
+    def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int]) -> dict[int, datetime]:
+        """For which instant the newest open one of each of these schedules was planned; nothing for those that have none."""
         if not schedule_ids:
             return {}                        # SQLite finds no way to look up nothing in that index
         rows = c.execute(f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
-                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} AND planned_at <= coalesce(?, planned_at)
-                             GROUP BY schedule_id""", (*schedule_ids, to_optional_text(until)))
+                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} GROUP BY schedule_id""", (*schedule_ids,))
         return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
 
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:

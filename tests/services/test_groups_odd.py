@@ -80,17 +80,33 @@ def test_a_start_of_one_robot_that_waits_for_something_else_keeps_it_from_no_gro
 
 
 def test_what_waits_while_the_clock_can_not_be_right_says_so(hall):
-    """While the tablet's clock can't be right a start of one robot says that it waits for that; one of a group goes on saying what its
-    robots did before."""
-    hall.plan("G")
-    hall.plan("F", robot_id=1, group_id=None, minimum_battery_percent=99)
+    """A start of one robot, and one of a group, which does not go on saying what its robots did before."""
+    hall.plan("G", start_window_minutes=60)
+    hall.plan("F", robot_id=1, group_id=None, minimum_battery_percent=99, start_window_minutes=60)
     for name in hall.machines:
         for _ in range(9):
             hall.stranger_queues(robot=name)
     hall.run(330)
-    hall.clock.step(-200 * 86400)
+    hall.clock.step(2400)
     hall.run(30)
     assert [hall.run_of(name).wait for name in "FG"] == [Wait.CLOCK, Wait.CLOCK]
+
+
+def test_what_waited_is_there_again_once_a_clock_that_was_months_behind_is_set_right(hall):
+    """By such a clock its instant is still to come."""
+    hall.plan("G", start_window_minutes=60)
+    hall.plan("F", robot_id=1, group_id=None, minimum_battery_percent=99, start_window_minutes=60)
+    for name in hall.machines:
+        for _ in range(9):
+            hall.stranger_queues(robot=name)
+    hall.run(330)
+    waited = [hall.run_of(name).token for name in "FG"]
+    hall.clock.step(-200 * 86400)
+    hall.run(30)
+    assert hall.container.holds.active().clock
+    hall.clock.step(200 * 86400)
+    hall.run(30)
+    assert [(hall.run_of(name).state, hall.run_of(name).token) for name in "FG"] == [(State.WAITING, token) for token in waited]
 
 
 def test_what_a_robot_that_forgets_tokens_may_have_is_given_to_no_other(hall):

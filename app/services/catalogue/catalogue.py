@@ -205,6 +205,7 @@ class Catalogue:
         """Undo a deletion; raises InvalidInput when one of its names, or the robot's address, has been taken meanwhile."""
         change = self.edit_rehearsed if removed.days else self.edit
         self._missed_uses = change(lambda edit: restore(edit, removed, self._missed_uses))
+        removed.put_back.append(True)
 
     def wait_again(self, execution_id: int) -> None:
         """Undo that a person has cancelled a start of which nothing was sent; raises InvalidInput when it is too late for that."""

@@ -67,7 +67,10 @@ class ScheduleEdit(Transaction):
         self.executions.want_again(self.c, [row.id for row in kept])
         gone = [row for row in self.take_back(stored, except_for=[row.id for row in kept]) if row.was_never_sent and not row.held]
         if gone:                               # never sent: as if they had never been planned
-            last = max((row.planned_at for row in kept), default=min(row.planned_at for row in gone) - _MOMENT)
+            instants, begun = {row.planned_at for row in gone}, schedule.started_through
+            last = max((row.planned_at for row in kept), default=min(instants) - _MOMENT)
+            if begun is not None and begun not in instants:                  # of another one, later by a clock that has been set back
+                last = max(last, begun)
             schedule = replace(schedule, planned_through=last)
         schedule = replace(schedule, next_at=self.first_due(schedule, calendar))
         if schedule.next_at is not None:

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import TYPE_CHECKING
 
@@ -62,6 +62,7 @@ class Removed:
     watches: Sequence[Watch] = ()                        # what may still come to the robot
     place: Place | None = None
     uses: Sequence[tuple[int, int]] = ()                 # of places by those missions, ids of both
+    put_back: list[bool] = field(default_factory=list, compare=False)          # once: it tells of what was there before
 
 
 def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
@@ -120,10 +121,14 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         if edit.schedules.by_name(edit.c, schedule.name):
             raise InvalidInput("name", "there is another schedule {name} by now: give that one another name, then undo again",
                                name=schedule.name)
+        through = max(edit.now, schedule.started_through or edit.now)
+        if schedule.planned_through is not None and schedule.planned_through > through:         # the clock was set back meanwhile
+            schedule = replace(schedule, planned_through=through)
         edit.schedules.add(edit.c, replace(schedule, changed_at=edit.now))
         edit.notes.append(f"schedule {schedule.name!r} put back")
         for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
             edit.schedules.skip(edit.c, schedule.id, instant)
+        edit.executions.drop_unsent_after(edit.c, schedule.id, through)
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
     together = {start.planned_at for start in removed.starts}
     for start in removed.starts:
@@ -143,7 +148,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
 
 def _check_is_gone(edit: Edit, removed: Removed) -> None:
     """Undo may be pressed twice, at two places."""
-    if ((removed.robot is not None and edit.robots.get(edit.c, removed.robot.id))
+    if (removed.put_back or (removed.robot is not None and edit.robots.get(edit.c, removed.robot.id))
             or (removed.group is not None and edit.groups.get(edit.c, removed.group.id))
             or (removed.place is not None and edit.places.get(edit.c, removed.place.id))
             or any(edit.missions.get(edit.c, one.id) for one in removed.missions)
@@ -180,6 +185,8 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
     again. ``together``: instants of all that are put back, which were there beside each other. Decided without the history: what it has
     forgotten by now is put back as it was."""
     row, was_waiting = edit.executions.get(edit.c, before.id), before.state is State.WAITING
+    if row is None and before.schedule_id is not None and before.planned_at > edit.now:
+        return                                           # the clock was set back meanwhile: its instant is planned again
     if row is None:                                      # what was in doubt was found on its robot: else it would be kept
         may_wait, goes_on = was_waiting, has_its_robot_again and not was_waiting
     elif row.state is not State.CANCELLED or row.reason is None:
@@ -239,6 +246,7 @@ def wait_again(edit: Edit, execution_id: int) -> None:
         raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
     if row.schedule_id is not None:
         edit.the_schedule(row.schedule_id)
+        edit.schedules.take_again(edit.c, row.schedule_id, row.planned_at)
     if why_unwanted(edit.c, row) is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
     if _has_made_way(edit, row):

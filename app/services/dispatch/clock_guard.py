@@ -110,8 +110,9 @@ class ClockGuard:
             self._db.write(lambda c: self._settings.set_heartbeat(c, now))
 
     # ------------------------------------------------------------------ inside
-    def _begin_doubt(self, now: datetime, jump_s: float = 0.0) -> None:
-        self._doubt = _Doubt(now, self._clock.monotonic(), jump_s)
+    def _begin_doubt(self, now: datetime, jump_s: float = 0.0, said_at: float = math.inf) -> None:
+        """``said_at``: what robots have told since then still counts, as long as they tell nothing newer."""
+        self._doubt = _Doubt(now, min(said_at, self._clock.monotonic()), jump_s)
         if jump_s:
             self._doubt.begin_anew(self._clock.monotonic())
         self._holds.distrust_clock(UNPROVEN)
@@ -135,7 +136,7 @@ class ClockGuard:
         self.is_proven |= agree > 0
         if self._doubt is None:
             if len(differ) >= (2 if self.is_proven else 1) and len(differ) > agree:
-                self._begin_doubt(now)
+                self._begin_doubt(now, said_at=min(reading.read_at for reading in readings.values()))
                 return _difference(differ)
             return None
         if self._holds.take_clock_confirmation():

@@ -78,21 +78,26 @@ class Ledger:
         is so already, or it is not in doubt any more."""
         def work(c: Any) -> Execution | None:
             if instead_of is not None and self._executions.by_token(c, execution.token) is None:
-                self._replace(c, instead_of)
+                self._replace(c, instead_of, execution)
             return self._executions.add_once(c, execution)
         added = self._added(work)
         if instead_of is not None:
             self._changes.publish(Topic.EXECUTIONS)              # its next try may be about to leave
         return added
 
-    def _replace(self, c: Any, before: Execution) -> None:
+    def _replace(self, c: Any, before: Execution, by: Execution) -> None:
         """Judged in the same write, as two may ask for that at once."""
         row = self._executions.get(c, before.id)
-        if row is not None and row.revoked is not None:
+        if row is not None and row.revoked is not None and not self._came_to_nothing(c, row.revoked):
             raise _not_sent_again(row.revoked, row.robot)
         if row is None or row.robot_id != before.robot_id or not (row.state is State.SUBMITTING or _is_unknown(row)):
             raise InvalidInput("robot", "what became of it is known by now")
-        self._executions.change(c, row.id, (row.state,), revoked=Reason(ReasonCode.USER_CANCELLED))
+        self._executions.change(c, row.id, (row.state,), revoked=Reason(ReasonCode.USER_CANCELLED, {"instead": by.token}))
+
+    def _came_to_nothing(self, c: Any, revoked: Reason) -> bool:
+        """Whether the start on another robot certainly never got there."""
+        other = self._executions.by_token(c, revoked.details.get("instead", ""))
+        return other is not None and other.ended_at is not None and other.queue_id is None and not _is_unknown(other)
 
     def add_idle(self, execution: Execution, robot: Robot) -> None:
         """Write the row of an idle mission, unless ``robot`` or its rule has been changed since it was read. Its idle period has then had
@@ -185,10 +190,14 @@ class Ledger:
         return made
 
     def _note_begun(self, c: Any, row: Execution) -> None:
-        """So that its instant is not planned again when the clock has been set back, whatever the history still has."""
-        is_unwanted = row.reason is not None and row.reason.code in _BY_A_PERSON
-        if row.schedule_id is not None and (is_unwanted or row.state in (State.SUBMITTING, State.QUEUED)):
+        """So that its instant is not planned again when the clock has been set back, whatever the history still has; nor that of one which
+        a person did not want."""
+        if row.schedule_id is None:
+            return
+        if row.state in (State.SUBMITTING, State.QUEUED):
             self._schedules.note_begun(c, row.schedule_id, row.planned_at)
+        elif row.reason is not None and (row.held or row.reason.code in _BY_A_PERSON):
+            self._schedules.skip(c, row.schedule_id, row.planned_at)
 
     def _is_as_judged(self, c: Any, execution: Execution) -> bool:
         """Whether what its end rests on is still as it was read: somebody may just have given it more time, or another mission."""

@@ -113,9 +113,11 @@ class Planner:
         now, read = self._clock.now(), 0
         rows: list[Execution] = []
         progress: list[Progress] = []
+        left_out: set[int] = set()                          # schedules with starts that are
         while True:
             schedules = self._schedules.due(c, now + rules.INTENT_LEAD, now - LATELY, AT_ONCE, read)
             context = self._load_context(c, schedules, now, ready)
+            left_out |= {schedule_id for schedule_id, _instant in context.skips}
             for schedule in schedules:
                 if taken := self._take(schedule, context, batch):
                     rows += taken.rows
@@ -127,6 +129,9 @@ class Planner:
                 break
         added = self._executions.add_each_once(c, rows)
         self._schedules.advance_all(c, progress)
+        for each in progress:
+            if each.started_through is not None and each.schedule_id in left_out:
+                self._schedules.note_begun(c, each.schedule_id, each.started_through)
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
         batch.note(added)
@@ -145,6 +150,8 @@ class Planner:
                 known = replace(schedule, planned_through=through)
                 next_at = first_due(known, settings, now, calendar, self._schedules.skipped(c, schedule.id))
                 self._schedules.plan_anew(c, schedule.id, next_at, through, now)
+            for row in self._executions.unplanned_after(c, now):             # its window does not last until then
+                self._executions.change(c, row.id, (row.state,), planned_at=now, closes_at=now + (row.closes_at - row.planned_at))
             return bool(ahead)
         if self._db.write(work):
             log.warning("The clock was set back: what had been planned beyond it is planned anew")
@@ -173,8 +180,7 @@ class Planner:
         return PlanningContext(
             now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids), groups,
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
-            self._executions.open_of_schedules(c, no_overlap, now + rules.INTENT_LEAD),
-            self._schedules.skips(c, [schedule.id for schedule in schedules]),
+            self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]),
             GroupStartRepository().with_places(c), ready)
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:

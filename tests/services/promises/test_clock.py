@@ -110,6 +110,25 @@ def test_a_robot_that_answers_late_is_asked_for_the_time_before_anything_is_sent
     assert sent_at(site) == [at for at in range(600, 9000, 1800) if begun < at < begun + 7200]
 
 
+def test_a_robot_that_has_contradicted_the_clock_and_falls_silent_is_believed(site, plan):
+    """Nobody has told anything else since: the tablet's own clock does not count again after half a minute."""
+    plan("2026-11-23T06:10", "FREQ=MINUTELY;INTERVAL=30")
+    site.run(10)
+    site.switch_off()
+    site.clock.step(2 * DAY)
+    site.network.down.add("R1")
+    site.switch_on()
+    site.run(60)
+    site.network.down.clear()
+    site.run(70)
+    site.network.down.add("R1")
+    assert site.container.holds.active().clock
+    rows = len(site.executions())
+    site.run(3600)
+    assert site.container.holds.active().clock
+    assert len(site.executions()) == rows
+
+
 def test_one_robot_with_a_wrong_clock_among_others_stops_nobody(tmp_path):
     """Most robots agree with the tablet, so it is the one robot's clock that is wrong."""
     site = Site(tmp_path, robots=3)

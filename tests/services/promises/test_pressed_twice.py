@@ -159,6 +159,27 @@ def test_started_on_another_while_the_connection_of_its_next_try_is_made(hall, o
     assert len(hall.items()) == 1, outcomes(hall)
 
 
+@pytest.mark.parametrize("what", ["cancelled before it was sent", "refused"])
+def test_where_that_came_to_nothing_it_may_be_started_on_a_third_one(hall, what):
+    row = in_doubt_at_a_silent_robot(hall)
+    second, third = (hall.robot(name) for name in hall.machines if name != row.robot)
+    if what == "refused":
+        hall.lose_mission(second.name)
+    else:
+        hall.hold(second.name)
+    new = hall.container.operator.start_on_another(row.id, second.id)
+    hall.run(5)
+    if what != "refused":
+        hall.container.operator.cancel_execution(new.id)
+    hall.run(60)
+    assert hall.items() == []
+    hall.container.operator.start_on_another(row.id, third.id)
+    with pytest.raises(InvalidInput):
+        hall.container.operator.start_on_another(row.id, second.id)
+    hall.run(60)
+    assert len(hall.items()) == 1
+
+
 # ---------------------------------------------------------------------- skip
 def test_skip_skips_the_start_that_was_seen_though_an_earlier_one_is_there_by_now(site, plan):
     schedule = plan(AT, "FREQ=HOURLY")
