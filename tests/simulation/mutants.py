@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from tests.simulation.profile import CALM as CALM_HOURS
 from tests.simulation.profile import Profile
 
 CLOCKS = Profile(events_per_hour=6).only(
@@ -291,8 +292,8 @@ MUTANTS = (
     Mutant(
         "low battery, for ever",
         f"{SUBMISSION}._is_ready",
-        "self._later(row, RECHECK)",
-        "self._later(row, 1e9)",
+        "battery=battery, minimum=minimum)\n            self._later(row, RECHECK)",
+        "battery=battery, minimum=minimum)\n            self._later(row, 1e9)",
         "never ran",
         FLAT_ROBOTS,
     ),
@@ -485,6 +486,26 @@ MUTANTS = (
         "elif False:",
         "while the clock was",
         CLOCKS,
+    ),
+    Mutant(
+        "a robot that contradicts a clock which nothing has proven is sent to",
+        f"{GUARD}.is_contradicted",
+        "not self.is_proven and",
+        "False and",
+        "sent while the clock was",
+        CALM_HOURS,
+        seed=20092,
+        hours=19.0,
+    ),
+    Mutant(
+        "an idle mission that comes after it was overtaken is nobody's",
+        f"{LEDGER}.reopen",
+        "execution.trigger is Trigger.IDLE",
+        "False",
+        "two idle missions",
+        CALM_HOURS,
+        seed=20212,
+        hours=63.0,
     ),
     Mutant(
         "tokens that nobody can foresee",
