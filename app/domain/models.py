@@ -224,7 +224,7 @@ class Schedule:
     next_at: datetime | None = None      # next occurrence, UTC; None when none is left or it is switched off
     paused_until: datetime | None = None # occurrences before it are skipped
     planned_through: datetime | None = None         # instants up to here have their rows, or had them
-    started_through: datetime | None = None         # the newest instant begun, or ended by a person
+    started_through: datetime | None = None         # the newest instant that was begun
 
     def is_paused(self, at: datetime) -> bool:
         """Whether an occurrence at that instant is skipped because a person paused the schedule."""
