@@ -21,7 +21,7 @@ LOOKS = {
 def word(state: State) -> str:
     """The state as one word."""
     return {
-        State.WAITING: _("Waiting"), State.SUBMITTING: _("Sending"), State.QUEUED: _("Queued"), State.EXECUTING: _("Running"),
+        State.WAITING: _("Waiting"), State.SUBMITTING: _("Checking"), State.QUEUED: _("Queued"), State.EXECUTING: _("Running"),
         State.COMPLETED: _("Completed"), State.FAILED: pgettext("run", "Failed"), State.CANCELLED: _("Cancelled"),
         State.SKIPPED: _("Skipped"), State.MISSED: _("Missed"),
     }[state]

@@ -89,8 +89,10 @@ class GroupStarts:
     def start_on_another(self, row: Execution, robots: Sequence[Option]) -> None:
         """As well: asked first, because nobody knows whether the silent robot has it."""
         def agreed(robot_id: int) -> None:
+            name = next((robot.text for robot in robots if robot.key == robot_id), "")
+            asked = _("Start {mission} on {robot}?") if robot_id else _("Start {mission} on another robot?")
             self._shell.dialogs.confirm(
-                _("Start {mission} on another robot?").format(mission=row.mission),
+                asked.format(mission=row.mission, robot=name),
                 _("If {robot} has it after all, it runs twice.").format(robot=row.robot), _("Start it"),
                 lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow), danger=True)
         self._shell.dialogs.choose(_("Start on another robot"), robots, agreed)

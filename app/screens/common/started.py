@@ -45,8 +45,9 @@ def outcome(execution: Execution) -> Words | None:
 
 def unanswered(execution: Execution) -> Words:
     """Nothing is known yet."""
-    text = _("{mission} waits for an answer of {robot}, until {time} at most")
-    return text.format(mission=execution.mission, robot=execution.robot or execution.robot_group,
+    text = _("{mission} waits for an answer of {robot}, until {time} at most") if execution.robot else _(
+        "{mission} waits for a robot of {group}, until {time} at most")
+    return text.format(mission=execution.mission, robot=execution.robot, group=execution.robot_group,
                        time=formats.clock_time(execution.closes_at, execution.timezone)), "timer-sand", PROBLEM_SECONDS
 
 

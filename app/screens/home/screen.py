@@ -14,9 +14,9 @@ from kivy.metrics import dp, sp
 from app.domain.models import Robot
 from app.domain.robot import MissionParameter
 from app.i18n import _, ngettext
-from app.mir.errors import Rejected
+from app.mir.errors import Rejected, RobotError
 from app.screens.common.cancelled import say_cancelled
-from app.screens.common.shell import Shell
+from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeState, HomeTall, HomeWide
@@ -289,7 +289,16 @@ class HomeViewModel(HomeState, ViewModel):
         text = _("Everything in its queue is removed, whoever put it there; what runs is aborted.")
         said = _("The queue of {robot} is cleared").format(robot=robot.name)
         self._shell.dialogs.confirm(title.format(n=count, robot=robot.name), text, _("Clear queue"), lambda: self._act(
-            "clear", lambda: self._services.operator.clear_queue(robot.id), self._saying(said, "playlist-remove")), danger=True)
+            "clear", lambda: self._services.operator.clear_queue(robot.id), self._saying(said, "playlist-remove"),
+            lambda problem: self._not_cleared(problem, robot)), danger=True)
+
+    def _not_cleared(self, problem: BaseException, robot: Robot) -> None:
+        """What was ours is cancelled one by one where nobody knows whether the robot has done it."""
+        if isinstance(problem, RobotError) and not problem.certainly_without_effect:
+            said = _("{robot} has not answered yet: what was sent to it from here is cancelled as soon as it does")
+            self._shell.snackbars.show(said.format(robot=robot.name), icon="timer-sand", seconds=PROBLEM_SECONDS)
+        else:
+            self._shell.say_problem(problem)
 
     def cancel(self, key: tuple[str, int]) -> None:
         """One entry of the queue: ours by the execution, others' by the item. What runs is asked about first."""

@@ -88,16 +88,16 @@ class Ledger:
     def _replace(self, c: Any, before: Execution, by: Execution) -> None:
         """Judged in the same write, as two may ask for that at once."""
         row = self._executions.get(c, before.id)
-        if row is not None and row.revoked is not None and not self._came_to_nothing(c, row.revoked):
+        if row is not None and row.revoked is not None and not self._is_open_again(c, row.revoked):
             raise _not_sent_again(row.revoked, row.robot)
         if row is None or row.robot_id != before.robot_id or not (row.state is State.SUBMITTING or _is_unknown(row)):
             raise InvalidInput("robot", "what became of it is known by now")
         self._executions.change(c, row.id, (row.state,), revoked=Reason(ReasonCode.USER_CANCELLED, {"instead": by.token}))
 
-    def _came_to_nothing(self, c: Any, revoked: Reason) -> bool:
-        """Whether the start on another robot certainly never got there."""
+    def _is_open_again(self, c: Any, revoked: Reason) -> bool:
+        """Whether it was revoked for a start on another robot of which nothing came."""
         other = self._executions.by_token(c, revoked.details.get("instead", ""))
-        return other is not None and other.ended_at is not None and other.queue_id is None and not _is_unknown(other)
+        return other is not None and _came_to_nothing(other)
 
     def add_idle(self, execution: Execution, robot: Robot) -> None:
         """Write the row of an idle mission, unless ``robot`` or its rule has been changed since it was read. Its idle period has then had
@@ -153,6 +153,8 @@ class Ledger:
             if row.ended_at is not None:
                 self.grew = True
                 self.alarm_for(row)
+            if row.state is State.QUEUED:
+                self._tell_of_other(row)
         for robot_id in {row.robot_id or NO_ROBOT for row in changed}:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         return changed
@@ -294,7 +296,15 @@ class Ledger:
         if changed[-1] is not None:
             self._announce(changed[-1])
             self._withdraw_alarms_of(execution)
+            self._tell_of_other(changed[-1])
         return changed[-1]
+
+    def _tell_of_other(self, row: Execution) -> None:
+        """Its robot has it after all, and a person has had it started on another one, which has that too or will get it."""
+        other = self.by_token(row.revoked.details.get("instead", "")) if row.revoked is not None else None
+        if other is not None and not _came_to_nothing(other):
+            self._alarms.raise_("started_twice", f"execution:{row.id}", mission=row.mission, robot=row.robot, robot_id=row.robot_id,
+                                other=other.robot or other.robot_group)
 
     def _withdraw_alarms_of(self, reopened: Execution) -> None:
         """It has not failed, as far as is known now."""
@@ -379,6 +389,11 @@ class Ledger:
 
 def _is_unknown(row: Execution) -> bool:
     return row.reason is not None and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
+
+
+def _came_to_nothing(row: Execution) -> bool:
+    """Whether it has ended, and certainly never was on a robot."""
+    return row.ended_at is not None and row.queue_id is None and not _is_unknown(row)
 
 
 def _not_sent_again(why: Reason, robot: str) -> InvalidInput:

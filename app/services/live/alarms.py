@@ -46,6 +46,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
     "duplicate_healed": (Priority.MEDIUM, "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran"),
     "duplicate_running": (Priority.HIGH, "A second copy of {mission} has started on {robot} (queue item {queue_id})"),
+    "started_twice": (Priority.HIGH, "{mission} came to {robot} after all, and had been started on {other} as well"),
     "unmarked_copy": (Priority.HIGH, "Queue item {queue_id} of {robot} may be a second copy of {mission}: this robot does not return what "
                                      "marks an item as ours"),
     "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
@@ -67,8 +68,8 @@ LONGEST_NOTE = 200           # characters
 LONGEST_DETAIL = 300         # characters, with nothing around it
 LONGEST_SHOWN = 1000         # characters of a detail in a sentence: it may be one itself, and come from a backup
 EVENTS = frozenset({"execution_failed", "start_refused", "execution_skipped", "executions_missed", "app_was_off", "backup_restored",
-                    "clock_stepped", "duplicate_healed", "duplicate_running", "unmarked_copy", "unknown_outcome", "late_cancelled",
-                    "adopted_unproven", "item_unreadable"})
+                    "clock_stepped", "duplicate_healed", "duplicate_running", "started_twice", "unmarked_copy", "unknown_outcome",
+                    "late_cancelled", "adopted_unproven", "item_unreadable"})
 
 
 class _Known(dict[str, Any]):

@@ -180,6 +180,25 @@ def test_where_that_came_to_nothing_it_may_be_started_on_a_third_one(hall, what)
     assert len(hall.items()) == 1
 
 
+@pytest.mark.parametrize("given_up", [False, True])
+def test_a_robot_that_has_it_after_all_is_an_alarm_that_names_both(hall, given_up):
+    """It runs twice, as was said before: nobody has to find that out by himself."""
+    hall.plan(start_window_minutes=10)
+    hall.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    hall.run(300)
+    first = hall.run_of().robot
+    hall.network.down.add(first)
+    hall.run(20)
+    new = hall.container.operator.start_on_another(hall.run_of().id, None)
+    hall.run(900 if given_up else 30)
+    assert (hall.run_of().state is State.FAILED) is given_up
+    assert "started_twice" not in hall.alarms()
+    hall.network.down.clear()
+    hall.run(120)
+    told, = (alarm for alarm in hall.container.alarms.open() if alarm.code == "started_twice")
+    assert (told.details["robot"], told.details["other"]) == (first, hall.container.ledger.get(new.id).robot)
+
+
 # ---------------------------------------------------------------------- skip
 def test_skip_skips_the_start_that_was_seen_though_an_earlier_one_is_there_by_now(site, plan):
     schedule = plan(AT, "FREQ=HOURLY")

@@ -87,6 +87,22 @@ def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
     assert execution.reason.code is ReasonCode.QUEUE_CLEARED
 
 
+def test_a_clear_without_an_answer_says_what_becomes_of_it(home, ui):
+    """It may have been done: no word of an address, nor that it failed."""
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: len(rows(ui)) == 1)
+    home.shell.snackbars.clear()
+    home.aino.control({"fault": {"kind": "drop_request", "path": "/mission_queue", "method": "DELETE", "count": 1}})
+    press(ui, "Clear queue")
+    ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
+    ui.wait(lambda: any("answered" in text for text in home.shell.snackbars.texts))
+    assert "Aino has not answered yet: what was sent to it from here is cancelled as soon as it does" in home.shell.snackbars.texts
+    ui.wait(lambda: home.site.container.history.last_finished(1))
+    execution, = home.site.container.history.last_finished(1)
+    assert execution.reason.code is ReasonCode.QUEUE_CLEARED
+
+
 def test_one_of_ours_can_be_cancelled(home, ui):
     pend(home)
     run(ui, "Deliver")
