@@ -277,11 +277,12 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     ui.wait(lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it: silent since ")])
     veikko.model.resume()
     ui.advance(1)
-    press(ui, "Start on another robot", ui.find(WaitingRow))
+    press(ui, "Start elsewhere …", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
+    assert ui.find(ConfirmDialog).title == "Start Deliver on Veikko?"
     assert ui.find(ConfirmDialog).text == "If Aino has it after all, it runs twice."
     assert len(container.history.open()) == 1
     press(ui, "Start it", ui.find(ConfirmDialog))
