@@ -282,7 +282,7 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     ui.advance(.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
-    assert ui.find(ConfirmDialog).title == "Start Deliver on Veikko?"
+    assert ui.find(ConfirmDialog).title == "Start Home on Veikko?"
     assert ui.find(ConfirmDialog).text == "If Aino has it after all, it runs twice."
     assert len(container.history.open()) == 1
     press(ui, "Start it", ui.find(ConfirmDialog))
