@@ -89,7 +89,7 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
     """Running on top, then pending in order, then what waits here to be sent."""
     entries = []
     held, old = _is_held(facts), is_old(facts.snapshot, now, facts.settings)
-    number = 0
+    number, goes = 0, facts.robot is not None and facts.clearing == facts.robot.id
     seen: set[int] = set()                   # ours; a copy of one is an item of its own
     for item in facts.queue:
         ours = facts.execution_of(item)
@@ -102,7 +102,7 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
         else:
             number += 1
             entry = QueueEntry(_key(item, ours), facts.name_of(item), _pending_origin(facts, item, ours), str(number))
-        entries.append(_cancelling(entry) if item.id in facts.cancelling or (ours and ours.cancel_code) else entry)
+        entries.append(_cancelling(entry) if goes or item.id in facts.cancelling or (ours and ours.cancel_code) else entry)
     if more := len(facts.snapshot.queue) - len(facts.queue):
         number += more
         entries.append(QueueEntry(("more", 0), ngettext("and {n} more", "and {n} more", more).format(n=more), icon="dots-horizontal",
@@ -113,7 +113,7 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
         else:                                # the robot has it, but its queue was read before that; the entry stays where it is
             number += 1
             entry = QueueEntry(("execution", e.id), e.mission, _since(facts, e), str(number))
-        entries.append(_cancelling(entry) if e.cancel_code else entry)
+        entries.append(_cancelling(entry) if goes or e.cancel_code else entry)
     return entries
 
 

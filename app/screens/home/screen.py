@@ -59,6 +59,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._runs_when_known = False                         # Run was pressed meanwhile
         self._seen_running: dict[int, datetime] = {}
         self._cancelling: set[int] = set()
+        self._clearing: int | None = None                     # id of the robot whose queue is being cleared
         self._reset = ResetReport(self._say)
         self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
         self._learning = Learning(services, shell, self._reader.request)
@@ -130,7 +131,7 @@ class HomeViewModel(HomeState, ViewModel):
         running = self.facts.running
         self._seen_running = {running.id: self._seen_running.get(running.id) or self._services.clock.now()} if running else {}
         self._cancelling &= {item.id for item in self.facts.snapshot.queue}
-        self.facts = replace(self.facts, seen_running=self._seen_running, cancelling=frozenset(self._cancelling))
+        self.facts = replace(self.facts, seen_running=self._seen_running, cancelling=frozenset(self._cancelling), clearing=self._clearing)
 
     def _show(self) -> None:
         now = self._services.clock.now()
@@ -287,13 +288,23 @@ class HomeViewModel(HomeState, ViewModel):
             return
         title = ngettext("Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count)
         text = _("Everything in its queue is removed, whoever put it there; what runs is aborted.")
-        said = _("The queue of {robot} is cleared").format(robot=robot.name)
-        self._shell.dialogs.confirm(title.format(n=count, robot=robot.name), text, _("Clear queue"), lambda: self._act(
-            "clear", lambda: self._services.operator.clear_queue(robot.id), self._saying(said, "playlist-remove"),
-            lambda problem: self._not_cleared(problem, robot)), danger=True)
+        asked = title.format(n=count, robot=robot.name)
+        self._shell.dialogs.confirm(asked, text, _("Clear queue"), lambda: self._clear(robot), danger=True)
+
+    def _clear(self, robot: Robot) -> None:
+        self._clearing = robot.id
+        self.facts = replace(self.facts, clearing=self._clearing)
+        self._act("clear", lambda: self._services.operator.clear_queue(robot.id), lambda _done: self._cleared(robot),
+                  lambda problem: self._not_cleared(problem, robot))
+        self._show()
+
+    def _cleared(self, robot: Robot) -> None:
+        self._clearing = None
+        self._say(_("The queue of {robot} is cleared").format(robot=robot.name), "playlist-remove")
 
     def _not_cleared(self, problem: BaseException, robot: Robot) -> None:
         """What was ours is cancelled one by one where nobody knows whether the robot has done it."""
+        self._clearing = None
         if isinstance(problem, RobotError) and not problem.certainly_without_effect:
             said = _("{robot} has not answered yet: what was sent to it from here is cancelled as soon as it does")
             self._shell.snackbars.show(said.format(robot=robot.name), icon="timer-sand", seconds=PROBLEM_SECONDS)

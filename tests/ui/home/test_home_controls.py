@@ -87,6 +87,19 @@ def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
     assert execution.reason.code is ReasonCode.QUEUE_CLEARED
 
 
+def test_what_is_being_cleared_says_so_until_the_robot_has_answered(home, ui):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: len(rows(ui)) == 1)
+    home.aino.control({"fault": {"kind": "late", "path": "/mission_queue", "method": "DELETE", "count": 1, "seconds": 1.0}})
+    press(ui, "Clear queue")
+    ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
+    ui.wait(lambda: "Being cancelled" in ui.texts(ui.find(QueueRow)))
+    assert "clear" in home.root_vm.busy
+    assert not ui.find_all(IconButton, ui.find(QueueRow))
+    ui.wait(lambda: not rows(ui))
+
+
 def test_a_clear_without_an_answer_says_what_becomes_of_it(home, ui):
     """It may have been done: no word of an address, nor that it failed."""
     pend(home)
