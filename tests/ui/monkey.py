@@ -40,7 +40,7 @@ from app.window.window import quiet_garbage  # noqa: E402
 from mir_sim.faults import FaultKind  # noqa: E402
 from tests.support.stored import Stored  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
-from tests.ui.wear import SCREENS, SECTIONS, Wear  # noqa: E402
+from tests.ui.wear import SECTIONS, Wear  # noqa: E402
 from tests.ui.whole_app import GUIDS, Plant, shown  # noqa: E402
 
 ROBOTS = 5
@@ -149,26 +149,12 @@ class Monkey:
             for size in SIZES:
                 Window.size = size
                 wear.rounds(ROUNDS)
-        self._fill(wear)
         self._app.shell.go("settings", section="robots", add=True)
         self._ui.wait(lambda: self._ui.find_all(FieldInput))
         self._ui.find(FieldInput).focus = True
         self._ui.advance(1)
         public_holidays.of_year("FI", "", 2026, "en")
         self.rest()
-
-    def _fill(self, wear: Wear) -> None:
-        """As much at one moment as a finger piles up: every screen and section in every size, with the alarms and a menu above them, and
-        garbage as the app leaves it. What memory was needed for once stays with the process."""
-        for size in (*SIZES, max(SIZES)):
-            Window.size = size
-            for _n in range(len(SCREENS) * len(SECTIONS)):
-                wear.switch()
-            wear.pile_up()
-            for other in SIZES:
-                Window.size = other
-                self._ui.advance(.5)
-            self._app.shell.dialogs.close_all()
 
     def _furnish(self) -> None:
         container = self._site.container

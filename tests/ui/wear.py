@@ -47,9 +47,9 @@ class Wear:
             lambda: self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None),
             lambda: self._shell.dialogs.pick_time("Time", time(6, 30), lambda _time: None),
             lambda: self._shell.dialogs.pick_date("Day", DAY, lambda _day: None, today=DAY),
-            self._menu,
+            lambda: self._shell.dialogs.menu(app.root_box, "Menu", ITEMS, lambda _key: None),
             lambda: app._frame._pick_robot(None),
-            self._alarms,
+            lambda: app._frame._show_alarms(None),
             lambda: self._shell.go("settings", section="robots", add=True),
         )
 
@@ -84,19 +84,6 @@ class Wear:
         self._ui.advance(.1)
         shell.dialogs.close_all()
         self._ui.advance(.1)
-
-    def pile_up(self) -> None:
-        """The list of alarms, and a menu above it."""
-        self._alarms()
-        self._menu()
-        self._ui.wait(lambda: self._shell.background.idle)
-        self._ui.advance(1)
-
-    def _menu(self) -> None:
-        self._shell.dialogs.menu(self._app.root_box, "Menu", ITEMS, lambda _key: None)
-
-    def _alarms(self) -> None:
-        self._app._frame._show_alarms(None)
 
     def resize(self) -> None:
         """Another size of the window; often the other orientation."""
