@@ -13,7 +13,7 @@ from app.database.backups import back_up, restore
 from app.database.check_ups import CheckUpRepository
 from app.database.errors import translated
 from app.domain.check_up import LeftBehind
-from app.domain.models import Alarm, Group, Priority, State
+from app.domain.models import Alarm, Group, Priority, Robot, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
 from app.mir.errors import CertificateMismatch, CertificateProblem, SerialNumberHidden, Unreachable
@@ -25,7 +25,7 @@ from mir_sim.control import COMMANDS
 from mir_sim.state import RobotError
 from tests.support.checked_up import checked_up
 from tests.support.network import Fate
-from tests.support.site import GUIDS, Site
+from tests.support.site import GUIDS, PASSWORD, USER, Site
 
 FINNISH = translation("fi").gettext
 PLACEHOLDER = re.compile(r"({[^}]*})")
@@ -253,6 +253,17 @@ def duplicate_running(site, plan):
     site.run(35)
 
 
+def started_twice(site, plan):
+    """On a second robot, which is to be started here."""
+    second = site.container.catalogue.save_robot(Robot("R2", "http://r2", USER), password=PASSWORD)
+    site.network.down.add("R2")
+    plan(START)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(302)
+    site.container.operator.start_on_another(site.executions()[0].id, second.id)
+    site.run(30)
+
+
 def copy_of_the_run(site):
     run, = site.executions()
     enqueue(site, run.mission_guid, run.token)
@@ -298,9 +309,9 @@ def question(site, plan):
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
     certificate_untrusted, needs_password, execution_failed, start_refused, execution_skipped, executions_missed, app_was_off,
-    backup_restored, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, unknown_outcome, database, backup_failed,
-    chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, check_up_left, item_unreadable,
-    pin_guessed, question)}
+    backup_restored, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, started_twice, unknown_outcome, database,
+    backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, check_up_left,
+    item_unreadable, pin_guessed, question)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():
