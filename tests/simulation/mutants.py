@@ -490,8 +490,8 @@ MUTANTS = (
     Mutant(
         "a robot that contradicts a clock which nothing has proven is sent to",
         f"{GUARD}.is_contradicted",
-        "not self.is_proven and",
-        "False and",
+        "not self.is_proven and self._votes",
+        "False and self._votes",
         "sent while the clock was",
         CALM_HOURS,
         seed=20092,

@@ -97,8 +97,8 @@ class ClockGuard:
 
     def is_contradicted(self, robot_id: int, reading: ClockReading) -> bool:
         """Whether that robot's word is enough to put the clock in doubt, as nothing has proven it right: the next round will. Until then
-        nothing may be sent to it. Any thread may ask."""
-        return not self.is_proven and self._votes({robot_id: reading})[0] == 0
+        nothing may be sent to it. A one-shot command has no rounds: a person waits for what it starts. Any thread may ask."""
+        return self._last is not None and not self.is_proven and self._votes({robot_id: reading})[0] == 0
 
     @property
     def is_in_doubt(self) -> bool:

@@ -194,3 +194,11 @@ def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(
         for process in (first, later):
             process.kill()
             process.communicate()
+
+
+def test_a_command_starts_what_a_person_waits_for_whatever_the_robots_clock_says(fleet, data):
+    """No round judges the clock here, so that waiting for one would be for nothing."""
+    assert run(data, "--import-config", write_configuration(data.with_name("plan.json"), configuration_of(fleet))).returncode == 0
+    fleet.robots[0].model.clock.offset = -86400.0
+    done = run(data, "--run-now", fleet.robots[0].name, "Home", timeout=PATIENCE)
+    assert (done.returncode, done.stderr) == (0, "")
