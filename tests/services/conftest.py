@@ -6,6 +6,7 @@ from datetime import datetime
 import pytest
 
 from app.domain.models import Schedule
+from tests.support.groups import Hall
 from tests.support.site import Site
 
 
@@ -32,3 +33,11 @@ def plan(site):
         site.kick()
         return saved
     return make
+
+
+@pytest.fixture
+def hall(tmp_path) -> Iterator[Hall]:
+    """Three robots of one group."""
+    hall = Hall(tmp_path)
+    yield hall
+    hall.switch_off()

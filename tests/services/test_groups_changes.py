@@ -16,13 +16,6 @@ from tests.support.network import QUEUE, Fate
 
 
 @pytest.fixture
-def hall(tmp_path):
-    hall = Hall(tmp_path)
-    yield hall
-    hall.switch_off()
-
-
-@pytest.fixture
 def bound(hall, monkeypatch):
     """A start that has just been given to a robot, which has not begun with it: ``act`` happens in that moment. Robots with a line of
     their own look again before they begin."""

@@ -6,17 +6,9 @@ import itertools
 import pytest
 
 from app.domain.models import ReasonCode, State
-from tests.support.groups import Hall
 from tests.support.network import QUEUE, Fate
 
 LATE = 200.0         # s: the time-out and the quiet time are over by then
-
-
-@pytest.fixture
-def hall(tmp_path):
-    hall = Hall(tmp_path)
-    yield hall
-    hall.switch_off()
 
 
 def given_up(hall, late=LATE, **values):

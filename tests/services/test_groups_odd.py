@@ -7,16 +7,8 @@ import pytest
 
 from app.domain.models import Group, ReasonCode, State, Wait
 from app.services.dispatch.timing import LOOKS_FOR
-from tests.support.groups import Hall
 from tests.support.network import QUEUE, Fate
 from tests.support.site import GUIDS
-
-
-@pytest.fixture
-def hall(tmp_path):
-    hall = Hall(tmp_path)
-    yield hall
-    hall.switch_off()
 
 
 def test_one_lost_connection_does_not_end_a_start_that_has_to_be_finished_in_time(hall):
@@ -79,14 +71,19 @@ def test_a_start_of_one_robot_that_waits_for_something_else_keeps_it_from_no_gro
     assert hall.run_of("G").state in (State.EXECUTING, State.COMPLETED)
 
 
-def test_what_waits_while_the_clock_can_not_be_right_says_so(hall):
-    """A start of one robot, and one of a group, which does not go on saying what its robots did before."""
+def begin_with_two_that_wait(hall):
+    """G for a robot of the group, all of which are busy, F for a fuller battery."""
     hall.plan("G", start_window_minutes=60)
     hall.plan("F", robot_id=1, group_id=None, minimum_battery_percent=99, start_window_minutes=60)
     for name in hall.machines:
         for _ in range(9):
             hall.stranger_queues(robot=name)
     hall.run(330)
+
+
+def test_what_waits_while_the_clock_can_not_be_right_says_so(hall):
+    """A start of one robot, and one of a group, which does not go on saying what its robots did before."""
+    begin_with_two_that_wait(hall)
     hall.clock.step(2400)
     hall.run(30)
     assert [hall.run_of(name).wait for name in "FG"] == [Wait.CLOCK, Wait.CLOCK]
@@ -94,12 +91,7 @@ def test_what_waits_while_the_clock_can_not_be_right_says_so(hall):
 
 def test_what_waited_is_there_again_once_a_clock_that_was_months_behind_is_set_right(hall):
     """By such a clock its instant is still to come."""
-    hall.plan("G", start_window_minutes=60)
-    hall.plan("F", robot_id=1, group_id=None, minimum_battery_percent=99, start_window_minutes=60)
-    for name in hall.machines:
-        for _ in range(9):
-            hall.stranger_queues(robot=name)
-    hall.run(330)
+    begin_with_two_that_wait(hall)
     waited = [hall.run_of(name).token for name in "FG"]
     hall.clock.step(-200 * 86400)
     hall.run(30)

@@ -287,6 +287,7 @@ class Ledger:
             columns |= {"robot_id": robot.id, "robot": robot.name, "robot_address": robot.address, "robot_serial": robot.serial_number}
             moves = [Move(execution, (execution.state,), {"robot_id": None, "robot": ""})]
         moves.append(Move(execution, (execution.state,), columns))
+
         def work(c: Any) -> list[Execution | None]:
             changed = [self._executions.change(c, execution.id, move.expected, **move.columns) for move in moves]
             if changed[-1] is not None and execution.trigger is Trigger.IDLE:

@@ -8,7 +8,6 @@ import pytest
 
 from app.domain.models import HandOver, InvalidInput, ReasonCode, Schedule, State, Wait
 from app.mir.errors import RobotError
-from tests.support.groups import Hall
 from tests.support.network import Fate
 from tests.support.seen import alarms, items, outcomes, robot_of
 from tests.support.site import Site
@@ -16,13 +15,6 @@ from tests.support.site import Site
 AT = "2026-11-23T06:05"
 LONG = {"start_window_minutes": 60}
 CLEAR = ("DELETE", "/mission_queue")
-
-
-@pytest.fixture
-def hall(tmp_path):
-    hall = Hall(tmp_path)
-    yield hall
-    hall.switch_off()
 
 
 def stored(site, schedule: Schedule) -> Schedule:

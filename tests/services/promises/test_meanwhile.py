@@ -10,20 +10,12 @@ from app.database.rehearsal import Rehearsal
 from app.domain.models import Connection, HandOver, InvalidInput, Overlap, Place, Schedule, State
 from app.services.catalogue import configuration
 from app.services.dispatch.ledger import Ledger
-from tests.support.groups import Hall
 from tests.support.network import Fate
 from tests.support.seen import items, outcomes, robot_of
 from tests.support.site import Site
 
 AT = "2026-11-23T06:05"
 LONG = {"start_window_minutes": 60}
-
-
-@pytest.fixture
-def hall(tmp_path):
-    hall = Hall(tmp_path)
-    yield hall
-    hall.switch_off()
 
 
 @pytest.fixture

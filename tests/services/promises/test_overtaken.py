@@ -9,17 +9,9 @@ from app.domain.models import Mission, State, Wait
 from app.services.dispatch import allocator
 from app.services.dispatch.ledger import Ledger
 from mir_sim import MISSIONS
-from tests.support.groups import Hall
 from tests.support.network import Fate
 from tests.support.seen import items, robot_of
 from tests.support.site import GUIDS
-
-
-@pytest.fixture
-def hall(tmp_path):
-    hall = Hall(tmp_path)
-    yield hall
-    hall.switch_off()
 
 
 def low_battery_start(site, plan, mission_id=None):

@@ -10,19 +10,11 @@ from app.domain import choice
 from app.domain.models import InvalidInput, ReasonCode, Schedule, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.services.dispatch.ledger import Ledger
-from tests.support.groups import Hall
 from tests.support.network import Fate
 from tests.support.seen import outcomes
 
 AT = "2026-11-23T06:05"
 LONG = {"start_window_minutes": 60}
-
-
-@pytest.fixture
-def hall(tmp_path):
-    hall = Hall(tmp_path)
-    yield hall
-    hall.switch_off()
 
 
 def next_of(site, schedule: Schedule) -> datetime:

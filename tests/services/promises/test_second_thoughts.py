@@ -25,13 +25,6 @@ def mission_of(site, name="Deliver"):
     return next(each for each in site.container.catalogue.missions() if each.name == name)
 
 
-@pytest.fixture
-def hall(tmp_path):
-    hall = Hall(tmp_path)
-    yield hall
-    hall.switch_off()
-
-
 def _off(site, schedule):
     save(site, schedule, enabled=False)
 
