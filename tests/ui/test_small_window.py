@@ -14,7 +14,7 @@ from kivy.uix.label import Label
 from kivy.uix.scrollview import ScrollView
 from kivy.uix.widget import Widget
 
-from app.domain.models import Alarm, Group, Priority
+from app.domain.models import Alarm, Connection, Group, Priority
 from app.domain.problems import in_words
 from app.domain.robot import RobotProblem, UserPrompt
 from app.i18n import _, translator
@@ -44,7 +44,7 @@ from app.widgets.rows import RobotChip
 from app.widgets.text import Title
 from app.widgets.tokens import tk
 from tests.screenshots.fleet import fleet
-from tests.screenshots.home import ERROR, home
+from tests.screenshots.home import ERROR, SILENT, home
 from tests.screenshots.planning import Stand
 from tests.support import home_facts as sample
 from tests.ui import checks
@@ -159,23 +159,31 @@ def test_the_heading_of_the_schedules_is_on_one_line(ui, small):
     assert heading.lines == 1
 
 
-def test_of_a_robot_that_failed_all_that_is_needed_is_seen_at_once(ui):
-    """1280×800 with an alarm: what it says, its battery, where it is, and its controls."""
-    screen = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR]))
+@pytest.mark.parametrize(("facts", "alarm"), [
+    pytest.param(sample.with_aino(sample.FAILED), ERROR, id="failed"),
+    pytest.param(sample.with_aino(sample.EXECUTING, age=250, connection=Connection.UNREACHABLE), SILENT, id="silent")])
+def test_of_a_robot_that_somebody_has_to_go_to_all_that_is_needed_is_seen_at_once(ui, facts, alarm):
+    """1280×800 with an alarm: what it says, its battery, where it is or was, and its controls."""
+    screen = home(Rig(ui), facts, issues=OpenIssues([alarm]))
     ui.advance(.5)
     told = ui.find(MissionTile), ui.find(ValueTile, icon=screen.vm.card.battery.icon), ui.find(PlaceMap), ui.find(RobotControls)
     for part in told:
         assert checks.visible_area(part, checks.parents(part)) == pytest.approx(checks.area(part), abs=1), part
-    assert ui.find(PlaceMap).height >= 100
+    assert ui.find(PlaceMap).height >= 150
+    assert ui.find(MissionTile).height < 110              # what room there is, is the map's
     bands = sorted(checks.area(part)[1::2] for part in told)
     assert all(above - below <= 24 for (_bottom, below), (above, _top) in pairwise(bands))      # no gap
-    sentence = screen.vm.card.mission.name
-    assert [label.text for label in ui.find_all(Label) if sentence in label.text] == [sentence]
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
     screen.vm.take(sample.FACTS)
     ui.advance(.5)
     assert ui.find(ValueTile, label=_("Done about"))
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
+def test_what_a_robot_says_stands_there_once(ui):
+    sentence = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.card.mission.name
+    ui.advance(.5)
+    assert [label.text for label in ui.find_all(Label) if sentence in label.text] == [sentence]
 
 
 def test_a_map_is_not_cut_where_the_page_ends(ui, small):

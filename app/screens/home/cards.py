@@ -95,9 +95,11 @@ class RobotHead(Part):
 
 
 class RobotTiles(Part):
-    """Battery and address, or the battery ``alone``, which is ``high``."""
+    """Battery and address, or the battery ``alone``, which is ``high``; ``spare`` px higher than ``needed``."""
     alone = BooleanProperty(False)
     high = NumericProperty(0)
+    needed = NumericProperty(0)
+    spare = NumericProperty(0)
 
 
 class RobotControls(Part):
@@ -249,13 +251,13 @@ class BelowTiles(Slot):
 
 class RobotCard(Card):
     """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls, ``above`` of what is above the map,
-    ``seen`` of what is beside the controls. Where a card that ``fills`` what room there is leaves the map none, the map of a robot that has
-    ``failed`` takes the place of its address."""
+    ``seen`` of what is beside the controls. Where a card that ``fills`` what room there is leaves the map none, the map of a robot that is
+    ``sought``, as it has failed or does not answer, takes the place of its address."""
     needed = NumericProperty(0)
     above = NumericProperty(0)
     seen = NumericProperty(0)
     fills = BooleanProperty(False)
-    failed = BooleanProperty(False)      # and it is known where it is
+    sought = BooleanProperty(False)      # by somebody, and it is known where it is or was
     has_map_beside = BooleanProperty(False)
 
     def on_has_map_beside(self, *_: Any) -> None:
