@@ -109,19 +109,23 @@ class Judge:
             self._late.add(post.token)
 
     def _judge_idle(self, post: Submission, wishes: list[Wishes], name: str) -> None:
-        """Its robot has a rule, and somebody has used it since its last idle mission. A copy that came late and was cancelled before it
-        ran is no idle mission."""
+        """Its robot has a rule, and somebody has used it since its last idle mission. A copy that came late and was cancelled, before it
+        ran or while it did, is no idle mission."""
         if not any(each.idle.get(post.robot) for each in wishes):
             self.object(f"safety: an idle mission without a rule: {name}")
         machine = self.world.site.machines[post.robot]
         machine.catch_up()
         last = next((item.description for item in reversed(list(machine.queue))
-                     if item.description != post.token and (item.started or item.description not in self._late)), None)
+                     if item.description != post.token and not (item.description in self._late and self._is_called_off(item))), None)
         if self.world.nature.fleet == "forgetful" and last in self._late:
             return                               # a late copy; without its token nothing tells it from a use by somebody else
         if last in self._idle and not self.diary.restores and last not in self.diary.excused:
             self.object(f"safety: two idle missions and nothing between: {name}")
         self._idle.add(post.token)
+
+    @staticmethod
+    def _is_called_off(item: QueueItem) -> bool:
+        return not item.started or item.state in (ItemState.ABORT, ItemState.ABORTED)
 
     def _knew_manual(self, token: str) -> bool:
         return any(token in wishes.manual for _at, wishes in self.diary.wishes)
