@@ -42,7 +42,10 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
     ReasonCode.USER_CANCELLED: (((), "Cancelled by a person"),),
     ReasonCode.QUEUE_CLEARED: (((), "Cancelled with the robot's whole queue"),),
     ReasonCode.SCHEDULE_CHANGED: ((("idle",), "Idle automation was changed or switched off while it waited"),
-                                  ((), "Its schedule was changed, switched off or deleted while it waited"),),
+                                  (("deleted",), "Its schedule was deleted while it waited"),
+                                  (("switched_off",), "Its schedule was switched off while it waited"),
+                                  (("changed",), "Its schedule was changed while it waited"),
+                                  ((), "Its schedule was changed, switched off or deleted while it waited")),
     ReasonCode.ROBOT_REMOVED: ((("robot",), "Robot {robot} is switched off or was removed"),
                                (("removed",), "The group {removed} was removed"), (("group",), "No robot of {group} is switched on"),
                                (("others",), "No other robot of {others} is switched on"),
@@ -138,12 +141,18 @@ def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, tra
 
 def _filled_in(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     known = _known(details, known_zone(zone), translate)
-    text = next((text for needed, text in templates if known.keys() >= set(needed)), templates[-1][1])
+    text = next((text for needed, text in templates if all(name in known or _is_flag(name, details, text) for name in needed)),
+                templates[-1][1])
     translated = translate(text)
     try:
         return translated.format(**known)
     except (KeyError, IndexError, ValueError, AttributeError):   # a translation with a wrong placeholder
         return text.format(**known) if text != translated else text
+
+
+def _is_flag(name: str, details: Mapping[str, Any], text: str) -> bool:
+    """Whether a detail tells by being true, and is not filled in."""
+    return details.get(name) is True and f"{{{name}" not in text
 
 
 def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> dict[str, str]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 
 from app.domain import choice
-from app.domain.models import Execution, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
+from app.domain.models import Execution, Reason, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
@@ -287,10 +287,16 @@ def outcome_line(execution: Execution) -> str:
         if execution.duration_s is None:
             return _("Completed")
         return _("Completed in {duration}").format(duration=formats.duration(execution.duration_s))
-    reason = execution.reason
-    if reason is not None and reason.code is ReasonCode.HOLD and not reason.details.keys() & {"hold", "until", "paused_until"}:
-        return _reason(execution)            # which says already that it was skipped
+    if execution.reason is not None and _says_outcome(execution.reason):
+        return _reason(execution)
     return _("{outcome}: {reason}").format(outcome=execution_appearance.word(execution.state), reason=_reason(execution))
+
+
+def _says_outcome(reason: Reason) -> bool:
+    """Whether its sentence begins with the outcome."""
+    if reason.code is ReasonCode.HOLD:
+        return not reason.details.keys() & {"hold", "until", "paused_until"}
+    return reason.code in (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)
 
 
 def _reason(execution: Execution) -> str:

@@ -223,6 +223,8 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
                            "fault" if status.state is RobotState.ERROR else "attention")
     if facts.running is not None:
         return _running(facts, facts.running, now)
+    if status.state is RobotState.EXECUTING:             # its queue is still to be read, as when it answers again
+        return MissionView(_("Mission"), "–", _("the robot is being asked"))
     hint = _("Resume lets the robot take missions again") if status.state is RobotState.PAUSE else _next(facts, robot, now)
     return MissionView(_("Mission"), _("None"), hint)
 

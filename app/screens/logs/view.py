@@ -20,6 +20,7 @@ from app.services.history.shift_report import ReportPeriod
 UsualSeconds = Mapping[tuple[int | None, str], float]       # usual seconds by robot and guid
 
 ON_TIME_S = 60.0             # later than this, the delay is shown
+SEEN_LATE = timedelta(minutes=1)         # after the robot's own durations, from which it is seen when the run was found late
 AS_USUAL = 0.2               # of the usual duration, within which a run took as long as usual
 LONGEST_CHIP = 26            # characters of a mission's name on its button
 UNDER_WAY = "under_way"      # the outcome filter's key of what has not ended
@@ -268,8 +269,9 @@ def _length(execution: Execution, usual: UsualSeconds) -> str:
 # ---------------------------------------------------------------------- its story
 def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: DurationEstimate | None = None) -> tuple[StepView, ...]:
     """planned → submitted → started → ended, as far as it came; with days where there are several."""
-    ended_at = skipped_at(execution) or execution.ended_at
-    instants = (execution.planned_at, execution.submitted_at, execution.started_at, ended_at)
+    started_at, ran_until = _really_ran(execution)
+    ended_at = skipped_at(execution) or ran_until
+    instants = (execution.planned_at, execution.submitted_at, started_at, ended_at)
     with_day = len({at.astimezone(zone).date() for at in instants if at is not None}) > 1
 
     def time(at: datetime | None) -> str:
@@ -283,13 +285,28 @@ def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: D
         steps.append((_("Submitted"), time(execution.submitted_at), attempts))
     elif execution.attempts:
         steps.append((_("Tried"), attempts, _("none accepted")))
-    if execution.started_at is not None:
-        steps.append((_("Started"), time(execution.started_at), _queue_note(execution)))
+    if started_at is not None:
+        steps.append((_("Started"), time(started_at), _queue_note(execution)))
     state = execution_appearance.word(execution.state)
+    seen = _("seen at {time}").format(time=time(execution.ended_at)) if ran_until != execution.ended_at else ""
     steps.append((state, "–", _open_note(expected)) if execution.state.is_open else
-                 (state, time(ended_at), _end_note(execution, usual)))
+                 (state, time(ended_at), " · ".join(filter(None, (_end_note(execution, usual), seen)))))
     last = len(steps) - 1
     return tuple(StepView(*step, _last_tone(execution.state) if n == last else "neutral", n == last) for n, step in enumerate(steps))
+
+
+def _really_ran(execution: Execution) -> tuple[datetime | None, datetime | None]:
+    """When it started and ended: as this tablet saw it, unless it saw that much later, as it was off or the answer was lost. Then the
+    robot's own durations tell, which count from when it was submitted."""
+    started_at, ended_at = execution.started_at, execution.ended_at
+    if started_at is None or execution.submitted_at is None or execution.robot_delay_s is None:
+        return started_at, ended_at
+    began = execution.submitted_at + timedelta(seconds=execution.robot_delay_s)
+    started_at = began if started_at - began > SEEN_LATE else started_at
+    if ended_at is None or execution.duration_s is None:
+        return started_at, ended_at
+    done = started_at + timedelta(seconds=execution.duration_s)
+    return started_at, done if ended_at - done > SEEN_LATE else ended_at
 
 
 def skipped_at(execution: Execution) -> datetime | None:

@@ -304,7 +304,7 @@ class Edit(GroupEdit, ScheduleEdit):
         schedules = self.schedules.for_mission(self.c, mission_id)
         starts = self.open_of(schedules)
         for schedule in schedules:
-            self.take_back(schedule)
+            self.take_back(schedule, "deleted")
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(missions=[mission], schedules=schedules, made_names=self.with_made_names(schedules),
                           skips=self.skips_of(schedules), idle=idle, starts=starts,

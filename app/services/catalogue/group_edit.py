@@ -52,7 +52,7 @@ class GroupEdit(Transaction):
         group, schedules = self.the_group(group_id), self.schedules.for_group(self.c, group_id)
         starts = self.open_of(schedules)
         for schedule in schedules:
-            self.take_back(schedule)
+            self.take_back(schedule, "deleted")
         starts += self._end_waiting(group, {"removed": group.name})
         removed = Removed(group=group, schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
                           starts=starts)

@@ -65,7 +65,8 @@ class ScheduleEdit(Transaction):
             return schedule
         kept = [row for row in self.unsent_of([schedule]) if is_planned(row, schedule, self.settings, calendar)]
         self.executions.want_again(self.c, [row.id for row in kept])
-        gone = [row for row in self.take_back(stored, except_for=[row.id for row in kept]) if row.was_never_sent and not row.held]
+        was = "changed" if schedule.enabled else "switched_off"
+        gone = [row for row in self.take_back(stored, was, except_for=[row.id for row in kept]) if row.was_never_sent and not row.held]
         if gone:                               # never sent: as if they had never been planned
             instants, begun = {row.planned_at for row in gone}, schedule.started_through
             last = max((row.planned_at for row in kept), default=min(instants) - _MOMENT)
@@ -123,7 +124,7 @@ class ScheduleEdit(Transaction):
         schedule = self.the_schedule(schedule_id)
         removed = Removed(schedules=[schedule], made_names=self.with_made_names([schedule]), skips=self.skips_of([schedule]),
                           starts=self.open_of([schedule]))
-        self.take_back(schedule)
+        self.take_back(schedule, "deleted")
         self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")
         self.topics.add(Topic.SCHEDULES)

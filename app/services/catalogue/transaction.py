@@ -108,11 +108,12 @@ class Transaction:
     def skips_of(self, schedules: Sequence[Schedule]) -> set[Skip]:
         return self.schedules.skips(self.c, [schedule.id for schedule in schedules])
 
-    def take_back(self, schedule: Schedule, except_for: Sequence[int] = ()) -> list[Execution]:
-        """What no robot has yet of a schedule, but for some, is not sent any more; returns what waited."""
+    def take_back(self, schedule: Schedule, was: str, except_for: Sequence[int] = ()) -> list[Execution]:
+        """What no robot has yet of a schedule, but for some, is not sent any more, as it ``was`` "deleted", "switched_off" or "changed";
+        returns what waited."""
         gone = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id) if row.id not in except_for]
-        ended = self.note_ended(self.executions.take_back(self.c, Reason(ReasonCode.SCHEDULE_CHANGED), self.now, schedule_id=schedule.id,
-                                                          ids=[row.id for row in gone]))
+        ended = self.note_ended(self.executions.take_back(self.c, Reason(ReasonCode.SCHEDULE_CHANGED, {was: True}), self.now,
+                                                          schedule_id=schedule.id, ids=[row.id for row in gone]))
         return [row for row in gone if row.id in ended]
 
     def unsent_of(self, schedules: Sequence[Schedule]) -> list[Execution]:

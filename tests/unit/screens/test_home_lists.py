@@ -173,3 +173,12 @@ def test_the_source_of_an_item_is_a_name_that_a_person_gave_and_none_that_was_ma
     ({"paused_until": NOW.isoformat()}, "Skipped: The schedule was paused until 20 Nov 2026 14:38")])
 def test_that_a_person_skipped_it_is_said_once(details, line):
     assert outcome_line(execution(5, AINO, KITS.name, State.SKIPPED, reason=Reason(ReasonCode.HOLD, details))) == line
+
+
+def test_that_a_person_cancelled_it_is_said_once():
+    def line(code, **details):
+        return outcome_line(execution(5, AINO, KITS.name, State.CANCELLED, reason=Reason(code, details)))
+
+    assert line(ReasonCode.USER_CANCELLED) == "Cancelled by a person"
+    assert line(ReasonCode.QUEUE_CLEARED) == "Cancelled with the robot's whole queue"
+    assert line(ReasonCode.SCHEDULE_CHANGED, deleted=True) == "Cancelled: Its schedule was deleted while it waited"

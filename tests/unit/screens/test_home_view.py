@@ -100,6 +100,11 @@ def test_the_minimum_on_the_batterys_bar_is_named():
     assert view(replace(FACTS, settings=replace(SETTINGS, minimum_battery_percent=None))).card.battery_minimum == ""
 
 
+def test_a_working_robot_whose_queue_is_still_to_be_read_is_not_said_to_do_nothing():
+    mission = view(with_aino(EXECUTING, ())).card.mission
+    assert (mission.name, mission.note) == ("–", "the robot is being asked")
+
+
 def test_an_idle_robot_says_that_nothing_is_planned():
     assert view(replace(with_aino(READY, ()), planned=())).card.mission.note == "nothing is planned"
 
