@@ -232,17 +232,26 @@ class ExecutionRepository:
 
     def drop_skipped(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> None:
         """A person takes back that a start is skipped: nothing was sent of it, and its row makes room."""
-        c.execute("""DELETE FROM executions WHERE schedule_id = ? AND planned_at = ? AND state = 'skipped' AND reason_code = 'hold'
-                     AND attempts = 0""", (schedule_id, to_text(planned_at)))
+        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at = ? AND state = 'skipped' AND reason_code = 'hold'
+                      AND {NEVER_SENT}""", (schedule_id, to_text(planned_at)))
 
-    def drop_unsent_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime) -> None:
-        """The clock has been set back: rows of instants that are planned again, with nothing ever sent, but not what a person has skipped,
-        cancelled or keeps back."""
-        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at > ? AND {NEVER_SENT} AND held = 0 AND cancel_code IS NULL
-                      AND (state IN ('waiting', 'failed', 'missed', 'skipped')
-                           OR (state = 'cancelled' AND reason_code NOT IN ('user_cancelled', 'queue_cleared')))
-                      AND planned_at NOT IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id)""",
-                  (schedule_id, to_text(through)))
+    def make_room_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime, now: datetime) -> None:
+        """The clock has been set back: rows of instants that are planned again, with nothing ever sent, leave. What a person has cancelled
+        of them, or keeps back, is skipped by then."""
+        values = schedule_id, to_text(through)
+        unsent = f"""schedule_id = ? AND planned_at > ? AND state NOT IN ('submitting', 'queued', 'executing', 'completed')
+                     AND {NEVER_SENT}"""
+        c.execute(f"""INSERT OR IGNORE INTO skips SELECT schedule_id, planned_at FROM executions WHERE {unsent}
+                      AND (cancel_code IS NOT NULL OR (state = 'waiting' AND held = 1)
+                           OR reason_code IN ('user_cancelled', 'queue_cleared'))""", values)
+        is_skip = "planned_at IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id)"
+        columns = stored_values({"state": State.SKIPPED, "reason": Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}),
+                                 "held": False, "cancel_code": None})
+        assignments = ", ".join(f"{name} = ?" for name in columns)
+        c.execute(f"""UPDATE executions SET {assignments}, ended_at = planned_at WHERE {unsent} AND {is_skip}
+                      AND (state <> 'skipped' OR reason_code <> 'hold' OR reason_details ->> 'skipped_at' IS NULL)""",
+                  (*columns.values(), *values))
+        c.execute(f"DELETE FROM executions WHERE {unsent} AND NOT {is_skip}", values)
 
     def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime) -> None:
         """What waits and was due in an absence is listed first."""
@@ -259,7 +268,7 @@ class ExecutionRepository:
     def drop_oldest(self, c: sqlite3.Connection, surplus: Surplus) -> Surplus:
         """Delete the oldest of that many ended rows of each kind, 100 at most; returns how many are left to delete. Open rows are never
         deleted, nor what a robot has of ours while what it has of another start is still to be judged, nor what may still come to a
-        robot."""
+        robot, nor what was started on another one in place of what is still in doubt."""
         return Surplus(*(number - self._drop_oldest(c, kind, number) for kind, number in zip((_RUN, _NOT_RUN), surplus, strict=True)))
 
     @staticmethod
@@ -274,6 +283,8 @@ class ExecutionRepository:
                                  UNION ALL SELECT CAST(key AS INTEGER) FROM executions, json_each(iif(json_valid(tried), tried, '[]'))
                                  WHERE {OPEN} AND state = 'waiting' AND group_id IS NOT NULL)
                              AND id NOT IN (SELECT execution_id FROM watches)
+                             AND token NOT IN (SELECT revoked ->> '$.details.instead' FROM executions WHERE {OPEN} AND state = 'submitting'
+                                               AND revoked ->> '$.details.instead' IS NOT NULL)
                              ORDER BY ended_at, id LIMIT ?)""", (min(number, PRUNED_AT_ONCE),)).rowcount
 
     # ------------------------------------------------------------------ reading
@@ -324,6 +335,11 @@ class ExecutionRepository:
         rows = c.execute(f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
                              WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} GROUP BY schedule_id""", (*schedule_ids,))
         return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
+
+    def has_instant(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:
+        """Whether there is a row for that instant of a schedule."""
+        return c.execute("SELECT 1 FROM executions WHERE schedule_id = ? AND planned_at = ?",
+                         (schedule_id, to_text(planned_at))).fetchone() is not None
 
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:
         """The one with the latest planned instant."""

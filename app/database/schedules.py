@@ -154,10 +154,13 @@ class ScheduleRepository:
                       [value for each in progress for value in (each.schedule_id, *map(to_optional_text, each[1:]))])
 
     def note_begun(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
-        """Something of it may have been sent. Which starts up to there are left out is not asked any more."""
-        begun = schedule_id, to_text(instant)
-        c.execute("UPDATE schedules SET started_through = ?2 WHERE id = ?1 AND coalesce(started_through, '') < ?2", begun)
-        c.execute("DELETE FROM skips WHERE schedule_id = ?1 AND planned_at <= ?2", begun)
+        """Something of it may have been sent."""
+        c.execute("UPDATE schedules SET started_through = ?2 WHERE id = ?1 AND coalesce(started_through, '') < ?2",
+                  (schedule_id, to_text(instant)))
+
+    def forget_skips(self, c: sqlite3.Connection, schedule_id: int, through: datetime) -> None:
+        """A robot has what was planned then: which starts up to there are left out is not asked any more."""
+        c.execute("DELETE FROM skips WHERE schedule_id = ? AND planned_at <= ?", (schedule_id, to_text(through)))
 
     def pause(self, c: sqlite3.Connection, schedule_id: int, until: datetime | None) -> None:
         """Until when occurrences are skipped; None: they are not."""

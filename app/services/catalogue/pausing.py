@@ -78,6 +78,8 @@ class Pausing:
                 raise InvalidInput("schedule", "this schedule has no such start any more")
             self._schedules.take_again(c, schedule_id, instant)
             self._executions.drop_skipped(c, schedule_id, instant)
+            if self._executions.has_instant(c, schedule_id, instant):
+                raise InvalidInput("schedule", "this start may have been sent already")
             if schedule.next_at is None or instant < schedule.next_at:       # else what is due just now would be passed over
                 skipped = self._schedules.skipped(c, schedule_id)
                 self._schedules.advance(c, schedule_id, first_due(schedule, settings, now, self._calendar(c), skipped))

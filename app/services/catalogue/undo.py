@@ -128,7 +128,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         edit.notes.append(f"schedule {schedule.name!r} put back")
         for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
             edit.schedules.skip(edit.c, schedule.id, instant)
-        edit.executions.drop_unsent_after(edit.c, schedule.id, through)
+        edit.executions.make_room_after(edit.c, schedule.id, through, edit.now)
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
     together = {start.planned_at for start in removed.starts}
     for start in removed.starts:
@@ -236,6 +236,9 @@ def wait_again(edit: Edit, execution_id: int) -> None:
     would have ended it meanwhile, had it waited, is asked here.
     """
     row = edit.executions.get(edit.c, execution_id)
+    if row is not None and row.state is State.SKIPPED and row.schedule_id is not None and row.planned_at > edit.now:
+        _plan_again(edit, row, row.schedule_id)          # the clock was set back meanwhile
+        return
     if row is None or not may_wait_again(row):
         raise InvalidInput("execution", "this start does not wait any more, and can't again")
     if row.closes_at <= edit.now:
@@ -254,3 +257,15 @@ def wait_again(edit: Edit, execution_id: int) -> None:
     _wait_again(edit, row)
     edit.notes.append(f"#{row.id} {row.mission!r} waits again: its cancellation was undone")
     edit.topics.add(Topic.EXECUTIONS)
+
+
+def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
+    """Its instant is still to come, and is not left out any more."""
+    schedule = edit.the_schedule(schedule_id)
+    edit.schedules.take_again(edit.c, schedule_id, row.planned_at)
+    edit.executions.drop_skipped(edit.c, schedule_id, row.planned_at)
+    if edit.executions.has_instant(edit.c, schedule_id, row.planned_at):
+        raise InvalidInput("execution", "this start may have been sent already")
+    edit.schedules.advance(edit.c, schedule_id, edit.first_due(schedule, edit.calendar))
+    edit.notes.append(f"#{row.id} {row.mission!r} is planned again: its cancellation was undone")
+    edit.topics |= {Topic.EXECUTIONS, Topic.SCHEDULES}

@@ -32,10 +32,12 @@ Readings = Mapping[int, ClockReading]   # by robot
 
 @dataclass(frozen=True)
 class Judgement:
-    """``absent_since``: the app was off, asleep or in doubt until now. ``went_back``: instants that have been handled may come again."""
+    """``absent_since``: the app was off, asleep or in doubt until now. ``went_back``: instants that have been handled may come again.
+    ``step``: by how much the clock was set since what the last judgement asked for was done, or the tablet has slept."""
     is_trusted: bool
     absent_since: datetime | None = None
     went_back: bool = False
+    step: timedelta = timedelta()
 
 
 @dataclass
@@ -62,6 +64,7 @@ class ClockGuard:
         self._unreported: Gap | None = None                      # an absence that is told once the clock is trusted
         self._started_at: float | None = None                    # on the monotonic clock, until it is told for how long the app was off
         self._went_back = False
+        self._step = timedelta()
         self._overruled: dict[int, float] = {}                   # robots against whose clocks a person decided, and when they last differed
         self.is_proven = False                                  # by a robot or a person; else one robot's word counts
 
@@ -83,7 +86,7 @@ class ClockGuard:
             self._report_absence(now)
             if self._went_back:
                 self._downtime.forget_beyond(now)
-            return Judgement(True, self._absent_since, self._went_back)
+            return Judgement(True, self._absent_since, self._went_back, self._step)
         if problem is not None:
             self._holds.distrust_clock(problem)
             if problem is not UNPROVEN and not self._doubt.has_alarm:
@@ -93,7 +96,7 @@ class ClockGuard:
 
     def acted(self) -> None:
         """What the last judgement asked for has been done; until then each one asks for it again, as nothing may be writable just now."""
-        self._absent_since, self._went_back = None, False
+        self._absent_since, self._went_back, self._step = None, False, timedelta()
 
     def is_contradicted(self, robot_id: int, reading: ClockReading) -> bool:
         """Whether that robot's word is enough to put the clock in doubt, as nothing has proven it right: the next round will. Until then
@@ -204,6 +207,7 @@ class ClockGuard:
             return
         log.warning("The wall clock moved by %+.0f s against the monotonic one (asleep, or the clock was set)", step)
         self._overruled.clear()                             # now it may be the tablet's that is wrong
+        self._step += timedelta(seconds=step)
         if step < 0:
             self._went_back = True
         if self._doubt is not None:                         # what was read before says nothing any more

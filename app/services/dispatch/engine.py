@@ -243,8 +243,9 @@ class Engine:
             self._planner.list_late_starts(judgement.absent_since)
             self._post_to_all(messages.TimeLost())
         if judgement.went_back:
-            self._planner.plan_anew()
+            self._planner.follow_clock(judgement.step)
         if judgement.is_trusted:
+            self._planner.end_windows()
             self._guard.acted()
             if was_in_doubt or not self._was_trusted:
                 self._whereabouts.clock_is_right(self._guard.is_proven)

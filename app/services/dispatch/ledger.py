@@ -88,16 +88,20 @@ class Ledger:
     def _replace(self, c: Any, before: Execution, by: Execution) -> None:
         """Judged in the same write, as two may ask for that at once."""
         row = self._executions.get(c, before.id)
-        if row is not None and row.revoked is not None and not self._is_open_again(c, row.revoked):
-            raise _not_sent_again(row.revoked, row.robot)
+        if row is not None and row.revoked is not None:
+            other = self._instead_of(c, row)
+            if other is None or not _came_to_nothing(other):
+                raise _not_sent_again(row.revoked, row.robot)
         if row is None or row.robot_id != before.robot_id or not (row.state is State.SUBMITTING or _is_unknown(row)):
             raise InvalidInput("robot", "what became of it is known by now")
-        self._executions.change(c, row.id, (row.state,), revoked=Reason(ReasonCode.USER_CANCELLED, {"instead": by.token}))
+        instead = Reason(ReasonCode.USER_CANCELLED, {"instead": by.token})
+        self._executions.change(c, row.id, (row.state,), revoked=instead)
+        if (other := self._instead_of(c, row)) is not None:                  # nor may an undo bring that one back
+            self._executions.change(c, other.id, (other.state,), revoked=instead)
 
-    def _is_open_again(self, c: Any, revoked: Reason) -> bool:
-        """Whether it was revoked for a start on another robot of which nothing came."""
-        other = self._executions.by_token(c, revoked.details.get("instead", ""))
-        return other is not None and _came_to_nothing(other)
+    def _instead_of(self, c: Any, row: Execution) -> Execution | None:
+        """What was started on another robot in place of it."""
+        return self._executions.by_token(c, row.revoked.details.get("instead", "")) if row.revoked is not None else None
 
     def add_idle(self, execution: Execution, robot: Robot) -> None:
         """Write the row of an idle mission, unless ``robot`` or its rule has been changed since it was read. Its idle period has then had
@@ -177,12 +181,14 @@ class Ledger:
         else:
             made = self._executions.change_owned(c, move.execution, expected, **columns)
         if made and State.WAITING in move.expected:
-            self._note_begun(c, made)
+            self._note_in_plan(c, made)
         if made and made.state is State.WAITING and move.execution.state is State.SUBMITTING and (reason := taken_back(made)):
             end = self.moves.ended(made, reason, (State.WAITING,))       # here, as an undo may come in any moment between two writes
             made = self._executions.change_owned(c, made, end.expected, **end.columns)
         if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
             self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
+            if made.schedule_id is not None:
+                self._schedules.forget_skips(c, made.schedule_id, made.planned_at)
             if made.trigger is Trigger.IDLE:
                 self._robots.note_idle(c, made.robot_id, made.queue_id)
         if made and move.watch is not None:
@@ -191,9 +197,9 @@ class Ledger:
             self._robots.note_used(c, made.robot_id, made.robot_serial, move.used)
         return made
 
-    def _note_begun(self, c: Any, row: Execution) -> None:
-        """So that its instant is not planned again when the clock has been set back, whatever the history still has; nor that of one which
-        a person did not want."""
+    def _note_in_plan(self, c: Any, row: Execution) -> None:
+        """What the plan has to know when the clock is set back, whatever the history still has: that it was begun, or that a person did not
+        want it, who skips it by that."""
         if row.schedule_id is None:
             return
         if row.state in (State.SUBMITTING, State.QUEUED):
@@ -207,7 +213,7 @@ class Ledger:
         return now is not None and all(getattr(now, name) == getattr(execution, name) for name in _ENDS_BY)
 
     def give_back_bound(self, robot_id: int | None = None) -> None:
-        """The same of all that waits for this robot, or for any, but where a person chose it."""
+        """What waits for this robot as one of a group, or for any robot so, may get another one, but where a person chose it."""
         robots = [robot for robot in self._starts.bound(self._db.read()) if robot_id in (None, robot)]
         if robots:
             self._db.write(lambda c: [self._executions.give_back(c, robot, but_persons=True) for robot in robots])
@@ -244,7 +250,7 @@ class Ledger:
                     made.append(self._executions.change(c, row_id, move.expected, **{**move.columns, **anew}))
             rows = [row for row in made if row is not None]
             for row in rows:
-                self._note_begun(c, row)
+                self._note_in_plan(c, row)
             return rows
         rows = self._db.write(work) if moves else []
         hand_over([row for row in rows if row.state is State.SUBMITTING])          # before listeners are notified and read
@@ -301,9 +307,12 @@ class Ledger:
         return changed[-1]
 
     def _tell_of_other(self, row: Execution) -> None:
-        """Its robot has it after all, and a person has had it started on another one, which has that too or will get it."""
-        other = self.by_token(row.revoked.details.get("instead", "")) if row.revoked is not None else None
-        if other is not None and not _came_to_nothing(other):
+        """Its robot has it after all, and a person has had it started on another one, which has that too or may get it; or an undo of its
+        cancellation would."""
+        other = self._instead_of(self._db.read(), row)
+        if other is not None and _came_to_nothing(other):
+            self._db.write(lambda c: self._executions.change(c, other.id, (other.state,), revoked=row.revoked))
+        elif other is not None and _runs_or_may(other):
             self._alarms.raise_("started_twice", f"execution:{row.id}", mission=row.mission, robot=row.robot, robot_id=row.robot_id,
                                 other=other.robot or other.robot_group)
 
@@ -394,7 +403,17 @@ def _is_unknown(row: Execution) -> bool:
 
 def _came_to_nothing(row: Execution) -> bool:
     """Whether it has ended, and certainly never was on a robot."""
-    return row.ended_at is not None and row.queue_id is None and not _is_unknown(row)
+    return row.ended_at is not None and row.queue_id is None and not _may_be_there(row)
+
+
+def _runs_or_may(row: Execution) -> bool:
+    return row.state.is_open or row.started_at is not None or _may_be_there(row)
+
+
+def _may_be_there(row: Execution) -> bool:
+    """Whether it ended while nobody knew whether its robot had it."""
+    was_removed = row.reason is not None and row.reason.code is ReasonCode.ROBOT_REMOVED
+    return _is_unknown(row) or (was_removed and not row.was_never_sent)
 
 
 def _not_sent_again(why: Reason, robot: str) -> InvalidInput:

@@ -22,6 +22,7 @@ from app.domain.clock import Clock
 from app.domain.models import Alarm, Execution, Group, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
+from app.services.dispatch.moves import NOT_WITH_THE_ROBOT
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
@@ -71,6 +72,7 @@ class Planner:
         self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
         self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
         self._missed = 0                                  # not told yet
+        self._lasts_until: dict[int, float] = {}          # on the monotonic clock, by id of a Run now of a clock that was ahead
 
     def next_due(self) -> datetime | None:
         return self._schedules.next_due(self._db.read())
@@ -113,11 +115,9 @@ class Planner:
         now, read = self._clock.now(), 0
         rows: list[Execution] = []
         progress: list[Progress] = []
-        left_out: set[int] = set()                          # schedules with starts that are
         while True:
             schedules = self._schedules.due(c, now + rules.INTENT_LEAD, now - LATELY, AT_ONCE, read)
             context = self._load_context(c, schedules, now, ready)
-            left_out |= {schedule_id for schedule_id, _instant in context.skips}
             for schedule in schedules:
                 if taken := self._take(schedule, context, batch):
                     rows += taken.rows
@@ -129,34 +129,54 @@ class Planner:
                 break
         added = self._executions.add_each_once(c, rows)
         self._schedules.advance_all(c, progress)
-        for each in progress:
-            if each.started_through is not None and each.schedule_id in left_out:
-                self._schedules.note_begun(c, each.schedule_id, each.started_through)
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
         batch.note(added)
         batch.is_behind = any(each.next_at is not None and each.next_at <= now for each in progress)
         return batch.is_behind or len(rows) >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
 
-    def plan_anew(self) -> None:
-        """The clock has been set back: instants that are to come again are planned again, from the last one on that was begun. Rows after
-        that of which nothing was sent are taken out of the ledger; what the begun one has passed over stays missed."""
+    def follow_clock(self, step: timedelta) -> None:
+        """The clock has been set back, by that ``step`` or before this start of the app: instants that are to come again are planned again,
+        from the last one on that was begun. Rows after that of which nothing was sent make room; what the begun one has passed over
+        stays missed."""
         def work(c: sqlite3.Connection) -> bool:
             now, settings = self._clock.now(), self._settings.load(c)
             calendar, ahead = working_calendar(c, settings), self._schedules.planned_beyond(c, now)
             for schedule in ahead:
                 through = max(now, schedule.started_through or now)
-                self._executions.drop_unsent_after(c, schedule.id, through)
+                self._executions.make_room_after(c, schedule.id, through, now)
                 known = replace(schedule, planned_through=through)
                 next_at = first_due(known, settings, now, calendar, self._schedules.skipped(c, schedule.id))
                 self._schedules.plan_anew(c, schedule.id, next_at, through, now)
-            for row in self._executions.unplanned_after(c, now):             # its window does not last until then
-                self._executions.change(c, row.id, (row.state,), planned_at=now, closes_at=now + (row.closes_at - row.planned_at))
+            self._time_unplanned(c, now, step)
             return bool(ahead)
         if self._db.write(work):
             log.warning("The clock was set back: what had been planned beyond it is planned anew")
             self._changes.publish(Topic.SCHEDULES)
             self._changes.publish(Topic.EXECUTIONS)
+
+    def _time_unplanned(self, c: sqlite3.Connection, now: datetime, step: timedelta) -> None:
+        """A Run now lasts as long as it was to, however the clock is set; its times stay, as that may be set ahead again. One from before
+        this start of the app lasts a whole window more, as nobody knows how old it is."""
+        for row in self._executions.unplanned_after(c, now):
+            left = min(row.closes_at - (now - step), row.closes_at - row.planned_at)
+            self._lasts_until.setdefault(row.id, self._clock.monotonic() + left.total_seconds())
+
+    def end_windows(self) -> None:
+        """Of Run nows that have lasted as long as they were to, by a clock that has been set back since."""
+        over = [row_id for row_id, until in self._lasts_until.items() if until <= self._clock.monotonic()]
+        if not over:
+            return
+
+        def work(c: sqlite3.Connection) -> None:
+            now = self._clock.now()
+            for row in self._executions.in_states(c, over, NOT_WITH_THE_ROBOT):
+                if row.planned_at > now:                 # else it is as it was
+                    self._executions.change(c, row.id, (row.state,), planned_at=now - (row.closes_at - row.planned_at), closes_at=now)
+        self._db.write(work)
+        for row_id in over:
+            del self._lasts_until[row_id]
+        self._changes.publish(Topic.EXECUTIONS)
 
     def note_unwritable(self, alarm: Alarm) -> None:
         """What fell due while nothing could be written gets its row afterwards; also what brought the first failure."""

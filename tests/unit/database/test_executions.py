@@ -291,7 +291,7 @@ SMALL = ("executions_open", "executions_open_of_schedule")      # indexes that h
     lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]), lambda c: EXECUTIONS.waited_for(c, [1, 2]),
     lambda c: EXECUTIONS.unsent_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1),
     lambda c: EXECUTIONS.waiting_of_group(c, 1), EXECUTIONS.schedules_with_unsent, lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON),
-    lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON), lambda c: EXECUTIONS.drop_unsent_after(c, 1, NOON),
+    lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON), lambda c: EXECUTIONS.make_room_after(c, 1, NOON, NOON),
     lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
     lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1),

@@ -174,7 +174,8 @@ def test_a_jump_ahead_with_which_robots_disagree_is_doubted_until_it_is_taken_ba
 def test_after_a_step_back_instants_may_come_again_once(tablet):
     tablet.judge(0.0)
     tablet.clock.step(-60.0)
-    assert tablet.judge(0.0) == Judgement(True, went_back=True)
+    set_back = tablet.judge(0.0)
+    assert (set_back.is_trusted, set_back.went_back, round(set_back.step.total_seconds())) == (True, True, -60)
     assert tablet.judge(0.0) == Judgement(True)
     assert tablet.codes() == ["clock_stepped"]
 

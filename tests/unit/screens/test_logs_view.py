@@ -137,7 +137,8 @@ def test_a_story_goes_only_as_far_as_the_run_came():
 def test_a_story_that_was_found_late_has_the_times_of_the_robot():
     """The tablet was off meanwhile: it saw the run after it was over."""
     found = DONE.ended_at + timedelta(minutes=40)
-    assert [(step.label, step.time, step.note) for step in view.story(replace(DONE, started_at=found, ended_at=found), ZONE, USUAL)][1:] == [
+    seen = replace(DONE, started_at=found, ended_at=found)
+    assert [(step.label, step.time, step.note) for step in view.story(seen, ZONE, USUAL)][1:] == [
         ("Submitted", "13:30:02", "1 attempt"), ("Started", "13:30:09", "after 7 s in the queue"),
         ("Completed", "13:36:27", "after 6 min 18 s, usually 6 min · seen at 14:16:27")]
     started = replace(DONE, ended_at=found)                          # it saw it start, and then was off
