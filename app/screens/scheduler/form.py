@@ -73,9 +73,10 @@ class FormModel(EventDispatcher):
     def take(self, facts: SchedulerFacts) -> None:
         """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered."""
         first = self._facts.robots == () and facts.robots != ()
+        another = self._facts.settings.selected_robot_id != facts.settings.selected_robot_id and not self.is_in_use
         untouched = self._draft.is_stored(self._facts.name(self._draft.base))
         self._facts = facts
-        if first and self._draft.is_new and self._draft.mission_id is None:
+        if (first or another) and self._draft.is_new and self._draft.mission_id is None:
             self._draft = self._empty = self._fresh()
         if self._draft.base is not None:
             now_stored = facts.schedule(self._draft.base.id)  # None: deleted meanwhile; saving the form makes a new one

@@ -1,4 +1,4 @@
-"""What a cold reader found in the cures of db2ff8d..84f57a1. Each fails on 84f57a1."""
+"""What a person keeps back or cancels by a clock that is ahead; a Run now by one that is set back; starts on a third robot."""
 from __future__ import annotations
 
 from contextlib import suppress

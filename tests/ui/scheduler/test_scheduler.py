@@ -104,6 +104,18 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
     assert saved.id in [line.key for line in screen.plan.listed.rows]
 
 
+def test_an_empty_form_proposes_the_robot_that_is_looked_at_and_one_that_is_filled_in_keeps_its_own(screen, container, ui):
+    aino, veikko = (next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko"))
+    assert field(ui, "Robot").value == "Aino"
+    container.catalogue.change_settings(selected_robot_id=veikko)
+    settle(screen, ui)
+    assert field(ui, "Robot").value == "Veikko"
+    choose(screen, ui, "Mission", WASTE)
+    container.catalogue.change_settings(selected_robot_id=aino)
+    settle(screen, ui)
+    assert field(ui, "Robot").value == "Veikko"
+
+
 def test_a_one_time_mission_is_planned(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     pick_time(screen, ui, "Time", "2015")
