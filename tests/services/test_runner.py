@@ -56,6 +56,7 @@ class QuietPlanner:
     """Nothing is ever due."""
 
     def next_due(self) -> None: ...
+    def end_windows(self) -> None: ...
 
     def robots_due(self, after: object, until: object) -> set[int]:
         return set()
@@ -144,7 +145,7 @@ def test_very_many_are_polled_in_turns_that_a_new_cycle_does_not_start_again(sta
 def test_a_robot_that_hangs_holds_up_itself_alone(start, polls, monkeypatch):
     monkeypatch.setattr(engine, "FIRST_POLL_WITHIN", 0.2)
     free = threading.Event()
-    start(5, acts=lambda robot: free.wait() if robot.id == 2 else None)
+    start(5, acts=lambda robot: free.wait(20) if robot.id == 2 else None)
     wait_for(lambda: len(polls) == 4 and min(polls.values()) >= 3)
     assert 2 not in polls
     free.set()
@@ -318,7 +319,7 @@ class SlowPlanner(QuietPlanner):
 
     def insert_due(self, ready: object, hand_over: object) -> DueBatch:
         self.began.set()
-        self.closed.wait()
+        self.closed.wait(20)
         self.ended.set()
         raise DatabaseUnavailable("{path} is closed", path="a.db")
 
@@ -327,7 +328,7 @@ def test_a_round_that_outlives_the_stop_is_no_failing_database(start, monkeypatc
     monkeypatch.setattr(runner, "STOP_WITHIN", 0.05)
     planner = SlowPlanner()
     app = start(1, planner=planner)
-    planner.began.wait()
+    assert planner.began.wait(20)
     app.runner.stop()
     planner.closed.set()
     wait_for(lambda: not any(thread.name == runner.SCHEDULER for thread in threading.enumerate()))
