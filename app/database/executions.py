@@ -199,6 +199,12 @@ class ExecutionRepository:
         """What is not over, oldest first."""
         return self._list(c, f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN} ORDER BY planned_at", schedule_id)
 
+    def held_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> set[datetime]:
+        """Instants of what a person keeps back."""
+        rows = c.execute(f"""SELECT planned_at FROM executions INDEXED BY executions_open_of_schedule
+                             WHERE schedule_id = ? AND {OPEN} AND state = 'waiting' AND held = 1""", (schedule_id,))
+        return {to_instant(row[0]) for row in rows}
+
     def unplanned_after(self, c: sqlite3.Connection, instant: datetime) -> list[Execution]:
         """What no schedule wanted and no robot has yet, from a time after that."""
         return self._list(c, f"""WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NULL AND planned_at > ?""",
@@ -283,8 +289,11 @@ class ExecutionRepository:
                                  UNION ALL SELECT CAST(key AS INTEGER) FROM executions, json_each(iif(json_valid(tried), tried, '[]'))
                                  WHERE {OPEN} AND state = 'waiting' AND group_id IS NOT NULL)
                              AND id NOT IN (SELECT execution_id FROM watches)
-                             AND token NOT IN (SELECT revoked ->> '$.details.instead' FROM executions WHERE {OPEN} AND state = 'submitting'
-                                               AND revoked ->> '$.details.instead' IS NOT NULL)
+                             AND token NOT IN (
+                                 SELECT revoked ->> '$.details.instead' AS instead FROM executions
+                                 WHERE {OPEN} AND state = 'submitting' AND instead IS NOT NULL
+                                 UNION ALL SELECT revoked ->> '$.details.instead' AS instead FROM watches
+                                 JOIN executions ON executions.id = execution_id WHERE instead IS NOT NULL)
                              ORDER BY ended_at, id LIMIT ?)""", (min(number, PRUNED_AT_ONCE),)).rowcount
 
     # ------------------------------------------------------------------ reading

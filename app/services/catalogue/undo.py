@@ -189,8 +189,8 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
         return                                           # the clock was set back meanwhile: its instant is planned again
     if row is None:                                      # what was in doubt was found on its robot: else it would be kept
         may_wait, goes_on = was_waiting, has_its_robot_again and not was_waiting
-    elif row.state is not State.CANCELLED or row.reason is None:
-        return                                           # it has moved on
+    elif row.state is not State.CANCELLED or row.reason is None or (was_waiting and row.revoked is not None):
+        return                                           # it has moved on, or was started on another robot since
     else:
         was_changed, was_removed = (row.reason.code is code for code in (ReasonCode.SCHEDULE_CHANGED, ReasonCode.ROBOT_REMOVED))
         goes_on = was_removed and has_its_robot_again and not was_waiting and row.robot_id == before.robot_id
@@ -266,6 +266,7 @@ def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
     edit.executions.drop_skipped(edit.c, schedule_id, row.planned_at)
     if edit.executions.has_instant(edit.c, schedule_id, row.planned_at):
         raise InvalidInput("execution", "this start may have been sent already")
-    edit.schedules.advance(edit.c, schedule_id, edit.first_due(schedule, edit.calendar))
+    if schedule.next_at is None or row.planned_at < schedule.next_at:        # else what is due just now would be passed over
+        edit.schedules.advance(edit.c, schedule_id, edit.first_due(schedule, edit.calendar))
     edit.notes.append(f"#{row.id} {row.mission!r} is planned again: its cancellation was undone")
     edit.topics |= {Topic.EXECUTIONS, Topic.SCHEDULES}

@@ -136,18 +136,13 @@ class Planner:
         return batch.is_behind or len(rows) >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
 
     def follow_clock(self, step: timedelta) -> None:
-        """The clock has been set back, by that ``step`` or before this start of the app: instants that are to come again are planned again,
-        from the last one on that was begun. Rows after that of which nothing was sent make room; what the begun one has passed over
-        stays missed."""
+        """The clock has been set back, by that ``step`` or before this start of the app: instants that are to come again are planned
+        again, and no Run now waits longer for it."""
         def work(c: sqlite3.Connection) -> bool:
             now, settings = self._clock.now(), self._settings.load(c)
             calendar, ahead = working_calendar(c, settings), self._schedules.planned_beyond(c, now)
             for schedule in ahead:
-                through = max(now, schedule.started_through or now)
-                self._executions.make_room_after(c, schedule.id, through, now)
-                known = replace(schedule, planned_through=through)
-                next_at = first_due(known, settings, now, calendar, self._schedules.skipped(c, schedule.id))
-                self._schedules.plan_anew(c, schedule.id, next_at, through, now)
+                self._plan_anew(c, schedule, now, settings, calendar)
             self._time_unplanned(c, now, step)
             return bool(ahead)
         if self._db.write(work):
@@ -155,11 +150,23 @@ class Planner:
             self._changes.publish(Topic.SCHEDULES)
             self._changes.publish(Topic.EXECUTIONS)
 
+    def _plan_anew(self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar) -> None:
+        """From the last instant on that was begun, or that a person keeps back with no other before it. Rows after that of which nothing
+        was sent make room; what the begun one has passed over stays missed."""
+        def following(instant: datetime) -> datetime | None:
+            return first_due(replace(schedule, planned_through=instant), settings, now, calendar, self._schedules.skipped(c, schedule.id))
+        through, held = max(now, schedule.started_through or now), self._executions.held_of_schedule(c, schedule.id)
+        while (first := following(through)) is not None and first in held:
+            through = first
+        self._executions.make_room_after(c, schedule.id, through, now)
+        self._schedules.plan_anew(c, schedule.id, following(through), through, now)
+
     def _time_unplanned(self, c: sqlite3.Connection, now: datetime, step: timedelta) -> None:
         """A Run now lasts as long as it was to, however the clock is set; its times stay, as that may be set ahead again. One from before
         this start of the app lasts a whole window more, as nobody knows how old it is."""
         for row in self._executions.unplanned_after(c, now):
-            left = min(row.closes_at - (now - step), row.closes_at - row.planned_at)
+            left, window = row.closes_at - (now - step), row.closes_at - row.planned_at
+            left = left if timedelta() < left < window else window           # perhaps made between two steps
             self._lasts_until.setdefault(row.id, self._clock.monotonic() + left.total_seconds())
 
     def end_windows(self) -> None:
