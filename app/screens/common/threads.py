@@ -135,7 +135,7 @@ class Background:
     ``unexpected(exception)`` gets failures for which no ``failed`` was given, on the UI thread, after they are in the log.
     """
 
-    def __init__(self, bus: UiBus, workers: int = 4, unexpected: Callable[[BaseException], object] | None = None) -> None:
+    def __init__(self, bus: UiBus, workers: int = 12, unexpected: Callable[[BaseException], object] | None = None) -> None:
         self._bus = bus
         self._pools = {"": ThreadPoolExecutor(workers, thread_name_prefix="ui-work")}
         self._unexpected = unexpected

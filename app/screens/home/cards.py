@@ -31,7 +31,8 @@ NOTHING = HomeView()
 
 
 class HomeState(EventDispatcher):
-    """What kv reads: the fields of HomeView, and what a person is about to do. ``busy`` has the names of the commands under way."""
+    """What kv reads: the fields of HomeView, and what a person is about to do. ``busy`` has the names of the commands under way, of robots
+    those of the one that is shown."""
     loaded = BooleanProperty(False)
     fleet = ObjectProperty(FleetState(), rebind=True)        # the page All robots
     has_robots = BooleanProperty(False)

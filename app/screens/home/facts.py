@@ -63,7 +63,7 @@ class HomeFacts:
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     map: MapPicture | None = None                       # that the selected robot is on
     cancelling: frozenset[int] = frozenset()            # queue ids that the operator has just asked to be gone
-    clearing: int | None = None                         # id of the robot whose queue the operator is just having cleared
+    clearing: frozenset[int] = frozenset()              # ids of robots whose queues the operator is just having cleared
     seen_running: Mapping[int, datetime] = field(default_factory=dict)       # by queue id: since when this tablet has seen it run
 
     @property

@@ -89,7 +89,7 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
     """Running on top, then pending in order, then what waits here to be sent."""
     entries = []
     held, old = _is_held(facts), is_old(facts.snapshot, now, facts.settings)
-    number, goes = 0, facts.robot is not None and facts.clearing == facts.robot.id
+    number, goes = 0, facts.robot is not None and facts.robot.id in facts.clearing
     seen: set[int] = set()                   # ours; a copy of one is an item of its own
     for item in facts.queue:
         ours = facts.execution_of(item)

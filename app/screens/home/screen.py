@@ -7,7 +7,6 @@ from dataclasses import fields, replace
 from datetime import datetime
 from typing import Any, TypeVar
 
-from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
 
@@ -27,6 +26,7 @@ from app.screens.home.learning import Learning
 from app.screens.home.map import robots_on_map
 from app.screens.home.map_dialog import MapDialog
 from app.screens.home.pages import ALL_ROBOTS, NO_ROBOT, Pages
+from app.screens.home.presses import OfRobot, Presses
 from app.screens.home.reset import ResetReport
 from app.screens.home.run_dialog import RunDialog
 from app.screens.home.run_now import MANY_GROUPS, Target, aimed, chosen_group, group_options, mission_options, start
@@ -36,7 +36,6 @@ from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.tokens import tk
 
-DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on a button is the same press
 GONE = (404, 410)                        # what a robot answers about an item that it no longer has
 
 T = TypeVar("T")
@@ -59,9 +58,9 @@ class HomeViewModel(HomeState, ViewModel):
         self._runs_when_known = False                         # Run was pressed meanwhile
         self._seen_running: dict[int, datetime] = {}
         self._cancelling: set[int] = set()
-        self._clearing: int | None = None                     # id of the robot whose queue is being cleared
+        self._clearing: set[int] = set()                      # ids of robots whose queues are being cleared
         self._reset = ResetReport(self._say)
-        self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
+        self._presses = Presses(self._tell_busy)
         self._learning = Learning(services, shell, self._reader.request)
         self._target = Target()                               # of Run now
         self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self._started.follow)
@@ -131,17 +130,19 @@ class HomeViewModel(HomeState, ViewModel):
         running = self.facts.running
         self._seen_running = {running.id: self._seen_running.get(running.id) or self._services.clock.now()} if running else {}
         self._cancelling &= {item.id for item in self.facts.snapshot.queue}
-        self.facts = replace(self.facts, seen_running=self._seen_running, cancelling=frozenset(self._cancelling), clearing=self._clearing)
+        self.facts = replace(self.facts, seen_running=self._seen_running, cancelling=frozenset(self._cancelling),
+                             clearing=frozenset(self._clearing))
 
     def _show(self) -> None:
         now = self._services.clock.now()
         view = present(self.facts, now, self._chosen)
         view = replace(view, run=aimed(view.run, self.facts, self._target, now))
-        if self.controls.pauses and not view.controls.pauses:
-            self._rest("pause")                               # a finger on its way to Pause must not resume
+        if self.controls.pauses and not view.controls.pauses and self.facts.robot is not None:
+            self._presses.rest(OfRobot("pause", self.facts.robot.id))        # a finger on its way to Pause must not resume
         for field in fields(view):
             value = getattr(view, field.name)
             setattr(self, field.name, list(value) if isinstance(value, tuple) else value)
+        self._tell_busy()
         self._ask_parameters()
 
     # ------------------------------------------------------------------ which robot, which mission
@@ -234,7 +235,7 @@ class HomeViewModel(HomeState, ViewModel):
     # ------------------------------------------------------------------ what the operator presses
     def run_now(self) -> None:
         """At once, or as soon as it is known whether the mission has parameters; these are asked for first."""
-        if self.run.off or self._is_same_press("run"):
+        if self.run.off or self._presses.is_same("run"):
             return
         if not self._is_known and not self.card.old:
             self._runs_when_known = True
@@ -266,25 +267,26 @@ class HomeViewModel(HomeState, ViewModel):
 
     def pause_or_resume(self) -> None:
         robot, operator = self.facts.robot, self._services.operator
-        if robot is None or self._is_same_press("pause"):
+        if robot is None or self._presses.is_same(key := OfRobot("pause", robot.id)):
             return
+        robot_id = robot.id
         if self.controls.pauses:
-            self._act("pause", lambda: operator.pause(robot.id), self._saying(_("{robot} pauses").format(robot=robot.name), "pause"))
+            self._act(key, lambda: operator.pause(robot_id), self._saying(_("{robot} pauses").format(robot=robot.name), "pause"))
         else:
-            self._act("pause", lambda: operator.resume(robot.id), self._saying(_("{robot} continues").format(robot=robot.name), "play"))
+            self._act(key, lambda: operator.resume(robot_id), self._saying(_("{robot} continues").format(robot=robot.name), "play"))
 
     def reset_errors(self) -> None:
         """Whether it helped is said when the robot has been read again."""
         robot = self.facts.robot
-        if robot is not None and not self._is_same_press("reset"):
+        if robot is not None and not self._presses.is_same(OfRobot("reset", robot.id)):
             pressed_at = self._services.clock.now()
-            self._act("reset", lambda: self._services.operator.reset_errors(robot.id),
+            self._act(OfRobot("reset", robot.id), lambda: self._services.operator.reset_errors(robot.id),
                       lambda _none: self._reset.begin(robot.id, pressed_at))
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""
         robot, count = self.facts.robot, self.controls.clear_count
-        if robot is None or not count or self._is_same_press("clear"):
+        if robot is None or not count or self._presses.is_same(OfRobot("clear", robot.id)):
             return
         title = ngettext("Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count)
         text = _("Everything in its queue is removed, whoever put it there; what runs is aborted.")
@@ -292,19 +294,19 @@ class HomeViewModel(HomeState, ViewModel):
         self._shell.dialogs.confirm(asked, text, _("Clear queue"), lambda: self._clear(robot), danger=True)
 
     def _clear(self, robot: Robot) -> None:
-        self._clearing = robot.id
-        self.facts = replace(self.facts, clearing=self._clearing)
-        self._act("clear", lambda: self._services.operator.clear_queue(robot.id), lambda _done: self._cleared(robot),
+        self._clearing.add(robot.id)
+        self.facts = replace(self.facts, clearing=frozenset(self._clearing))
+        self._act(OfRobot("clear", robot.id), lambda: self._services.operator.clear_queue(robot.id), lambda _done: self._cleared(robot),
                   lambda problem: self._not_cleared(problem, robot))
         self._show()
 
     def _cleared(self, robot: Robot) -> None:
-        self._clearing = None
+        self._clearing.discard(robot.id)
         self._say(_("The queue of {robot} is cleared").format(robot=robot.name), "playlist-remove")
 
     def _not_cleared(self, problem: BaseException, robot: Robot) -> None:
         """What was ours is cancelled one by one where nobody knows whether the robot has done it."""
-        self._clearing = None
+        self._clearing.discard(robot.id)
         if isinstance(problem, RobotError) and not problem.certainly_without_effect:
             said = _("{robot} has not answered yet: what was sent to it from here is cancelled as soon as it does")
             self._shell.snackbars.show(said.format(robot=robot.name), icon="timer-sand", seconds=PROBLEM_SECONDS)
@@ -314,7 +316,7 @@ class HomeViewModel(HomeState, ViewModel):
     def cancel(self, key: tuple[str, int]) -> None:
         """One entry of the queue: ours by the execution, others' by the item. What runs is asked about first."""
         robot = self.facts.robot
-        if robot is None or self._is_same_press(key):
+        if robot is None or self._presses.is_same(key):
             return
         entry = next((entry for entry in self.queue if entry.key == key), None)
         name = entry.mission if entry else ""
@@ -345,38 +347,31 @@ class HomeViewModel(HomeState, ViewModel):
 
     def answer(self, option: str) -> None:
         robot, prompt = self.facts.robot, self.prompt
-        if robot is not None and prompt.guid and not self._is_same_press("answer"):
+        if robot is not None and prompt.guid and not self._presses.is_same(OfRobot("answer", robot.id)):
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
-            self._act("answer", lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
+            self._act(OfRobot("answer", robot.id), lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
                       self._saying(said, "comment-check-outline"))
 
     # ------------------------------------------------------------------ inside
-    def _act(self, name: Hashable, work: Callable[[], T], done: Callable[[T], object] | None = None,
+    def _act(self, key: Hashable, work: Callable[[], T], done: Callable[[T], object] | None = None,
              failed: Callable[[BaseException], object] | None = None) -> None:
         """Do it in the background, unless that is under way; the button is busy until the outcome is on screen."""
-        if name in self.busy:
+        if not self._presses.begin(key):
             return
-        self.busy = [*self.busy, name]
 
         def ended(call: Callable[[], object]) -> None:
-            self.busy = [other for other in self.busy if other != name]
+            self._presses.end(key)
             call()
             self._reader.request()
 
         def succeeded(outcome: T) -> None:
-            self._rest(name)
+            self._presses.rest(key)
             ended(lambda: done(outcome) if done else None)
 
         self._shell.background.run(work, succeeded, lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem)))
 
-    def _rest(self, name: Hashable) -> None:
-        """A tap on that button within the next moment belongs to the press before."""
-        now = Clock.get_time()
-        self._rests = {**{other: until for other, until in self._rests.items() if until > now}, name: now + DOUBLE_TAP}
-
-    def _is_same_press(self, name: Hashable) -> bool:
-        """Whether that is under way or was done a moment ago. What has failed can be tried at once."""
-        return name in self.busy or Clock.get_time() < self._rests.get(name, 0.0)
+    def _tell_busy(self) -> None:
+        self.busy = self._presses.names(self.facts.robot.id if self.facts.robot is not None else None)
 
     def _saying(self, text: str, icon: str) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""

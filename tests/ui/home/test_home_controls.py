@@ -8,7 +8,7 @@ from app.screens.home.cards import RobotHead
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.frame import AlarmBanner
-from app.widgets.rows import OptionRow, QueueRow
+from app.widgets.rows import OptionRow, QueueRow, RobotChip
 from tests.ui.home.operator import choose, is_shown_running, loud, pend, press, rows, run
 from tests.ui.whole_app import GUIDS, api
 
@@ -220,6 +220,22 @@ def test_a_robot_that_is_gone_while_pausing_is_reported_in_one_sentence(home, ui
     home.aino.control({"fault": None})
     press(ui, "Pause")
     ui.wait(lambda: "Paused" in ui.texts())
+
+
+def test_a_robot_that_does_not_answer_keeps_nobody_from_pausing_another_one(home, ui):
+    home.aino.control({"fault": {"kind": "hang", "method": "PUT", "path": "/status", "count": None, "seconds": 60}})
+    press(ui, "Pause")
+    assert "pause" in home.root_vm.busy
+    ui.tap(ui.find(RobotChip, name="Veikko"))
+    ui.wait(lambda: "Veikko" in " ".join(ui.texts(ui.find(RobotHead))))
+    assert "pause" not in home.root_vm.busy
+    press(ui, "Pause")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Resume"), seconds=3)
+    ui.tap(ui.find(RobotChip, name="Aino"))
+    ui.wait(lambda: "Aino" in " ".join(ui.texts(ui.find(RobotHead))))
+    assert "pause" in home.root_vm.busy                       # it has not answered yet
+    home.aino.control({"fault": None})
+    ui.wait(lambda: "pause" not in home.root_vm.busy, seconds=20)
 
 
 def test_pause_can_be_pressed_although_the_robot_is_known_to_be_gone(home, ui):

@@ -1,0 +1,50 @@
+"""Commands under way: a second tap on a button belongs to the first press, and those of one robot keep no other's waiting."""
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import NamedTuple
+
+from kivy.clock import Clock
+
+DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on a button is the same press
+
+
+class OfRobot(NamedTuple):
+    """A command that a robot is asked for, which may take seconds to answer."""
+    command: str
+    robot_id: int
+
+
+class Presses:
+    """Of a press the key is a name, or ``OfRobot``. ``changed()`` when one begins or ends."""
+
+    def __init__(self, changed: Callable[[], object]) -> None:
+        self._changed = changed
+        self._under_way: list[Hashable] = []
+        self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
+
+    def begin(self, key: Hashable) -> bool:
+        """False: that is under way already."""
+        if key in self._under_way:
+            return False
+        self._under_way.append(key)
+        self._changed()
+        return True
+
+    def end(self, key: Hashable) -> None:
+        self._under_way.remove(key)
+        self._changed()
+
+    def rest(self, key: Hashable) -> None:
+        """A tap on that button within the next moment belongs to the press before."""
+        now = Clock.get_time()
+        self._rests = {**{other: until for other, until in self._rests.items() if until > now}, key: now + DOUBLE_TAP}
+
+    def is_same(self, key: Hashable) -> bool:
+        """Whether that is under way or was done a moment ago. What has failed can be tried at once."""
+        return key in self._under_way or Clock.get_time() < self._rests.get(key, 0.0)
+
+    def names(self, robot_id: int | None) -> list[Hashable]:
+        """What is under way for whoever looks at that robot."""
+        return [key.command if isinstance(key, OfRobot) else key for key in self._under_way
+                if not isinstance(key, OfRobot) or key.robot_id == robot_id]
