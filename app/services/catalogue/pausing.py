@@ -94,7 +94,9 @@ class Pausing:
             if until <= now:
                 raise InvalidInput("until", "choose a time in the future")
             self._schedules.pause(c, schedule_id, until)
-            self._executions.take_back(c, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now, schedule_id=schedule_id)
+            waiting = [row.id for row in self._executions.unsent_of_schedule(c, schedule_id) if row.planned_at < until]
+            self._executions.take_back(c, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now, schedule_id=schedule_id,
+                                       ids=waiting)
             return schedule
         return self._paused(self._write(work), until)
 

@@ -27,7 +27,7 @@ from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.live.gaps import EVER, Downtime, Gap
-from app.services.planning.first_due import first_due
+from app.services.planning.first_due import first_due, past_kept_back
 from app.services.planning.recurrence import next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -128,6 +128,10 @@ class Planner:
             if progress or len(schedules) < AT_ONCE:         # else all of these have to wait, and keep none behind them waiting
                 break
         added = self._executions.add_each_once(c, rows)
+        if len(added) < len(rows):                           # what was there already, as a person kept it back, is not begun by this
+            begun = {(row.schedule_id, row.planned_at) for row in added}
+            progress = [each if (each.schedule_id, each.started_through) in begun else each._replace(started_through=None)
+                        for each in progress]
         self._schedules.advance_all(c, progress)
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
@@ -151,15 +155,13 @@ class Planner:
             self._changes.publish(Topic.EXECUTIONS)
 
     def _plan_anew(self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar) -> None:
-        """From the last instant on that was begun, or that a person keeps back with no other before it. Rows after that of which nothing
-        was sent make room; what the begun one has passed over stays missed."""
+        """From the last instant on that was begun. Rows after that of which nothing was sent make room, but what a person keeps back with
+        no other before it; what the begun one has passed over stays missed."""
         def following(instant: datetime) -> datetime | None:
             return first_due(replace(schedule, planned_through=instant), settings, now, calendar, self._schedules.skipped(c, schedule.id))
-        through, held = max(now, schedule.started_through or now), self._executions.held_of_schedule(c, schedule.id)
-        while (first := following(through)) is not None and first in held:
-            through = first
-        self._executions.make_room_after(c, schedule.id, through, now)
-        self._schedules.plan_anew(c, schedule.id, following(through), through, now)
+        begun, held = max(now, schedule.started_through or now), self._executions.held_of_schedule(c, schedule.id)
+        self._executions.make_room_after(c, schedule.id, begun, now, past_kept_back(begun, held, following))
+        self._schedules.plan_anew(c, schedule.id, following(begun), begun, now)
 
     def _time_unplanned(self, c: sqlite3.Connection, now: datetime, step: timedelta) -> None:
         """A Run now lasts as long as it was to, however the clock is set; its times stay, as that may be set ahead again. One from before
@@ -207,7 +209,8 @@ class Planner:
         return PlanningContext(
             now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids), groups,
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
-            self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]),
+            self._executions.open_of_schedules(c, no_overlap, now + rules.INTENT_LEAD),
+            self._schedules.skips(c, [schedule.id for schedule in schedules]),
             GroupStartRepository().with_places(c), ready)
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
