@@ -51,6 +51,20 @@ def test_at_the_instant_only_the_post_remains(site, requests):
     assert [run.state for run in site.executions()] == [State.QUEUED]
 
 
+def test_so_it_does_where_the_queue_could_not_be_read_when_the_app_began(site, plan):
+    site.container.catalogue.change_settings(poll_interval_seconds=600)
+    plan("2026-11-23T06:05")
+    site.run(DUE - 30.0)
+    site.switch_off()
+    site.network.next("GET", "/mission_queue", Fate.REFUSED, count=2)
+    site.switch_on()
+    site.run(30.0 - INTENT_LEAD / 2)
+    asked: list[str] = []
+    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    site.run(INTENT_LEAD)
+    assert asked[0] == "POST /mission_queue"
+
+
 def test_a_read_ahead_that_fails_is_no_attempt(site, requests):
     site.network.next("GET", "/status", Fate.REFUSED)
     site.run(5.1)

@@ -267,9 +267,13 @@ class RobotWorker:
 
     def _prefetch(self) -> None:
         self._prefetch_at = math.inf
-        if self.robot.enabled and self.seen.age > STATUS_IS_FRESH / 2:
-            with contextlib.suppress(RobotError):       # asked again at the instant itself, and only that counts
+        if not self.robot.enabled:
+            return
+        with contextlib.suppress(RobotError):           # asked again at the instant itself, and only that counts
+            if self.seen.age > STATUS_IS_FRESH / 2:
                 self.seen.read_status()
+            if self.seen.highest is None:               # its queue could not be read yet
+                self.seen.highest = self._client.highest_queue_id() or 0
 
     def _apart(self, pause: float) -> float:
         """About ``pause``, different for each robot, so that robots polled or sent to in one moment are not read in one moment again and
