@@ -199,12 +199,6 @@ class ExecutionRepository:
         """What is not over, oldest first."""
         return self._list(c, f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN} ORDER BY planned_at", schedule_id)
 
-    def held_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> set[datetime]:
-        """Instants of what a person keeps back."""
-        rows = c.execute(f"""SELECT planned_at FROM executions INDEXED BY executions_open_of_schedule
-                             WHERE schedule_id = ? AND {OPEN} AND state = 'waiting' AND held = 1""", (schedule_id,))
-        return {to_instant(row[0]) for row in rows}
-
     def unplanned_after(self, c: sqlite3.Connection, instant: datetime) -> list[Execution]:
         """What no schedule wanted and no robot has yet, from a time after that."""
         return self._list(c, f"""WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NULL AND planned_at > ?""",
@@ -241,16 +235,18 @@ class ExecutionRepository:
         c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at = ? AND state = 'skipped' AND reason_code = 'hold'
                       AND {NEVER_SENT}""", (schedule_id, to_text(planned_at)))
 
-    def make_room_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime, now: datetime, kept_through: datetime) -> None:
-        """The clock has been set back: rows of instants that are planned again, with nothing ever sent, leave. What a person has cancelled
-        of them is skipped by then, and what one keeps back, unless it goes on waiting: up to ``kept_through``."""
-        values = schedule_id, to_text(through), to_text(kept_through)
+    def make_room_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime, now: datetime) -> None:
+        """The clock has been set back: rows of instants that are planned again, with nothing ever sent, leave, so that no row waits for an
+        instant to come. What a person has cancelled of them is skipped by then, and what one keeps back is kept back when it comes."""
+        values = schedule_id, to_text(through)
         unsent = f"""schedule_id = ? AND planned_at > ? AND state NOT IN ('submitting', 'queued', 'executing', 'completed')
-                     AND {NEVER_SENT} AND NOT (held = 1 AND planned_at <= ?)"""
-        c.execute(f"""INSERT OR IGNORE INTO skips SELECT schedule_id, planned_at FROM executions WHERE {unsent}
-                      AND (cancel_code IS NOT NULL OR (state = 'waiting' AND held = 1)
-                           OR reason_code IN ('user_cancelled', 'queue_cleared'))""", values)
-        is_skip = "planned_at IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id)"
+                     AND {NEVER_SENT}"""
+        is_unwanted = "(cancel_code IS NOT NULL OR reason_code IN ('user_cancelled', 'queue_cleared'))"
+        c.execute(f"""INSERT OR REPLACE INTO skips SELECT schedule_id, planned_at, 0 FROM executions
+                      WHERE {unsent} AND {is_unwanted}""", values)
+        c.execute(f"""INSERT OR IGNORE INTO skips SELECT schedule_id, planned_at, 1 FROM executions
+                      WHERE {unsent} AND state = 'waiting' AND executions.held = 1""", values)
+        is_skip = "planned_at IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id AND skips.held = 0)"
         columns = stored_values({"state": State.SKIPPED, "reason": Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}),
                                  "held": False, "cancel_code": None})
         assignments = ", ".join(f"{name} = ?" for name in columns)
@@ -337,14 +333,12 @@ class ExecutionRepository:
         """Open ones of all robots, oldest first."""
         return self._list(c, f"INDEXED BY executions_open WHERE {OPEN} ORDER BY planned_at, id")
 
-    def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int], until: datetime) -> dict[int, datetime]:
-        """For which instant the newest open one of each of these schedules was planned; nothing for those that have none. What waits for an
-        instant after ``until``, as the clock was set back, does not count."""
+    def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int]) -> dict[int, datetime]:
+        """For which instant the newest open one of each of these schedules was planned; nothing for those that have none."""
         if not schedule_ids:
             return {}                        # SQLite finds no way to look up nothing in that index
         rows = c.execute(f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
-                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} AND (planned_at <= ? OR state <> 'waiting')
-                             GROUP BY schedule_id""", (*schedule_ids, to_text(until)))
+                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} GROUP BY schedule_id""", (*schedule_ids,))
         return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
 
     def has_instant(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:

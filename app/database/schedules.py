@@ -76,23 +76,28 @@ class ScheduleRepository:
 
     # ------------------------------------------------------------------ starts left out in advance
     def skip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
-        c.execute("INSERT OR IGNORE INTO skips VALUES (?, ?)", (schedule_id, to_text(instant)))
+        c.execute("INSERT OR REPLACE INTO skips (schedule_id, planned_at) VALUES (?, ?)", (schedule_id, to_text(instant)))
+
+    def keep_back(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
+        """Unless it is left out."""
+        c.execute("INSERT OR IGNORE INTO skips (schedule_id, planned_at, held) VALUES (?, ?, 1)", (schedule_id, to_text(instant)))
 
     def take_again(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
-        """A start is not left out after all."""
+        """A start is not left out, or kept back, after all."""
         c.execute("DELETE FROM skips WHERE schedule_id = ? AND planned_at = ?", (schedule_id, to_text(instant)))
 
     def skipped(self, c: sqlite3.Connection, schedule_id: int) -> set[datetime]:
         return {instant for _id, instant in self.skips(c, [schedule_id])}
 
-    def skips(self, c: sqlite3.Connection, schedule_ids: Sequence[int]) -> set[Skip]:
-        """All starts of these that are left out."""
-        rows = c.execute(f"SELECT schedule_id, planned_at FROM skips WHERE schedule_id IN ({placeholders(schedule_ids)})", schedule_ids)
+    def skips(self, c: sqlite3.Connection, schedule_ids: Sequence[int], *, held: bool = False) -> set[Skip]:
+        """All starts of these that are left out, or that a person keeps ``held`` back when their time has come."""
+        rows = c.execute(f"""SELECT schedule_id, planned_at FROM skips WHERE schedule_id IN ({placeholders(schedule_ids)}) AND held = ?""",
+                         (*schedule_ids, held))
         return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
     def skips_from(self, c: sqlite3.Connection, instant: datetime) -> set[Skip]:
         """All starts at that instant or later that are left out."""
-        rows = c.execute("SELECT schedule_id, planned_at FROM skips WHERE planned_at >= ?", (to_text(instant),))
+        rows = c.execute("SELECT schedule_id, planned_at FROM skips WHERE planned_at >= ? AND held = 0", (to_text(instant),))
         return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
     def newest_row(self, c: sqlite3.Connection, schedule_id: int, until: datetime) -> int | None:

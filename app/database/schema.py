@@ -286,6 +286,10 @@ CREATE TABLE check_ups (                      -- of robots: what the last one fo
 ) STRICT;
 """
 
+_KEPT_BACK_AHEAD = """
+ALTER TABLE skips ADD COLUMN held INTEGER NOT NULL DEFAULT 0;               -- not left out: kept back when its time has come
+"""
+
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
                                _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _SKIPPED_AHEAD, _GROUPS,
-                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN, _RUN_DURATIONS, _CHECK_UPS, _WAYS)
+                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN, _RUN_DURATIONS, _CHECK_UPS, _WAYS, _KEPT_BACK_AHEAD)

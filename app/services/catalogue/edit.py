@@ -228,6 +228,7 @@ class Edit(GroupEdit, ScheduleEdit):
                           self.robots.drains(self.c, [robot_id])[robot_id], self.durations.of_robot(self.c, robot_id),
                           check_up=self.check_ups.stored(self.c, robot_id),
                           schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
+                          kept_back=self.skips_of(schedules, held=True),
                           missions=missions, uses=self.places.uses_of(self.c, [mission.id for mission in missions]),
                           holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id],
                           member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id))
@@ -307,7 +308,8 @@ class Edit(GroupEdit, ScheduleEdit):
             self.take_back(schedule, "deleted")
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
         removed = Removed(missions=[mission], schedules=schedules, made_names=self.with_made_names(schedules),
-                          skips=self.skips_of(schedules), idle=idle, starts=starts,
+                          skips=self.skips_of(schedules),
+                          kept_back=self.skips_of(schedules, held=True), idle=idle, starts=starts,
                           uses=self.places.uses_of(self.c, [mission_id]))
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())

@@ -55,6 +55,7 @@ class GroupEdit(Transaction):
             self.take_back(schedule, "deleted")
         starts += self._end_waiting(group, {"removed": group.name})
         removed = Removed(group=group, schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
+                          kept_back=self.skips_of(schedules, held=True),
                           starts=starts)
         self.groups.remove(self.c, group_id)
         self.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")

@@ -123,6 +123,7 @@ class ScheduleEdit(Transaction):
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
         removed = Removed(schedules=[schedule], made_names=self.with_made_names([schedule]), skips=self.skips_of([schedule]),
+                          kept_back=self.skips_of([schedule], held=True),
                           starts=self.open_of([schedule]))
         self.take_back(schedule, "deleted")
         self.schedules.remove(self.c, schedule_id)

@@ -105,8 +105,8 @@ class Transaction:
         return {schedule.id for schedule in schedules if names.is_of_schedule(
             schedule.name, self.the_mission(schedule.mission_id).name, self.target_of(schedule).name)}
 
-    def skips_of(self, schedules: Sequence[Schedule]) -> set[Skip]:
-        return self.schedules.skips(self.c, [schedule.id for schedule in schedules])
+    def skips_of(self, schedules: Sequence[Schedule], *, held: bool = False) -> set[Skip]:
+        return self.schedules.skips(self.c, [schedule.id for schedule in schedules], held=held)
 
     def take_back(self, schedule: Schedule, was: str, except_for: Sequence[int] = ()) -> list[Execution]:
         """What no robot has yet of a schedule, but for some, is not sent any more, as it ``was`` "deleted", "switched_off" or "changed";

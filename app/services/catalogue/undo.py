@@ -32,7 +32,6 @@ from app.domain.models import (
 )
 from app.services.catalogue import told, validation
 from app.services.live.changes import Topic
-from app.services.planning.first_due import past_kept_back
 from app.services.planning.wanted import changed_since, why_unwanted
 
 if TYPE_CHECKING:
@@ -54,6 +53,7 @@ class Removed:
     schedules: Sequence[Schedule] = ()
     made_names: Collection[int] = ()                     # ids of those schedules whose names say what they do where
     skips: Collection[Skip] = ()
+    kept_back: Collection[Skip] = ()
     idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
     holds: Sequence[StoredHold] = ()
     days: Sequence[DayException] = ()
@@ -129,7 +129,12 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         edit.notes.append(f"schedule {schedule.name!r} put back")
         for instant in [instant for schedule_id, instant in removed.skips if schedule_id == schedule.id]:
             edit.schedules.skip(edit.c, schedule.id, instant)
-        _make_room(edit, schedule, through, {row.planned_at for row in removed.starts if row.schedule_id == schedule.id and row.held})
+        for instant in [instant for schedule_id, instant in removed.kept_back if schedule_id == schedule.id]:
+            edit.schedules.keep_back(edit.c, schedule.id, instant)
+        for row in removed.starts:
+            if row.schedule_id == schedule.id and row.state is State.WAITING and row.held and row.planned_at > through:
+                edit.schedules.keep_back(edit.c, schedule.id, row.planned_at)
+        edit.executions.make_room_after(edit.c, schedule.id, through, edit.now)
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
     together = {start.planned_at for start in removed.starts}
     for start in removed.starts:
@@ -145,18 +150,6 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         return missed
     edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS, Topic.EXECUTIONS}
     return missed
-
-
-def _make_room(edit: Edit, schedule: Schedule, through: datetime, kept_back: Collection[datetime]) -> None:
-    """For the instants after ``through``, as after a clock that was set back. What a person kept back waits again where no other instant is
-    before it; else it is skipped."""
-    def following(instant: datetime) -> datetime | None:
-        return edit.first_due(replace(schedule, planned_through=instant), edit.calendar)
-    kept_through = past_kept_back(through, kept_back, following)
-    for instant in kept_back:
-        if instant > kept_through:
-            edit.schedules.skip(edit.c, schedule.id, instant)
-    edit.executions.make_room_after(edit.c, schedule.id, through, edit.now, kept_through)
 
 
 def _check_is_gone(edit: Edit, removed: Removed) -> None:
@@ -198,9 +191,8 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
     again. ``together``: instants of all that are put back, which were there beside each other. Decided without the history: what it has
     forgotten by now is put back as it was."""
     row, was_waiting = edit.executions.get(edit.c, before.id), before.state is State.WAITING
-    if before.schedule_id is not None and before.planned_at > edit.now and row is None and (
-            not before.held or (before.schedule_id, before.planned_at) in edit.schedules.skips(edit.c, [before.schedule_id])):
-        return                                           # the clock was set back meanwhile: its instant is planned again, or left out
+    if row is None and before.schedule_id is not None and before.planned_at > edit.now:
+        return                                           # the clock was set back meanwhile: its instant is planned again
     if row is None:                                      # what was in doubt was found on its robot: else it would be kept
         may_wait, goes_on = was_waiting, has_its_robot_again and not was_waiting
     elif row.state is not State.CANCELLED or row.reason is None or (was_waiting and row.revoked is not None):
@@ -224,8 +216,7 @@ def _has_made_way(edit: Edit, row: Execution, together: Collection[datetime] = (
     schedule = edit.schedules.get(edit.c, row.schedule_id) if row.schedule_id is not None else None
     if schedule is None or schedule.overlap is not Overlap.SKIP:
         return False
-    until = max(edit.now, row.planned_at)
-    newest = edit.executions.open_of_schedules(edit.c, [schedule.id], until).get(schedule.id)
+    newest = edit.executions.open_of_schedules(edit.c, [schedule.id]).get(schedule.id)
     return newest is not None and newest not in together
 
 

@@ -27,7 +27,7 @@ from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.live.gaps import EVER, Downtime, Gap
-from app.services.planning.first_due import first_due, past_kept_back
+from app.services.planning.first_due import first_due
 from app.services.planning.recurrence import next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
@@ -128,11 +128,10 @@ class Planner:
             if progress or len(schedules) < AT_ONCE:         # else all of these have to wait, and keep none behind them waiting
                 break
         added = self._executions.add_each_once(c, rows)
-        if len(added) < len(rows):                           # what was there already, as a person kept it back, is not begun by this
-            begun = {(row.schedule_id, row.planned_at) for row in added}
-            progress = [each if (each.schedule_id, each.started_through) in begun else each._replace(started_through=None)
-                        for each in progress]
         self._schedules.advance_all(c, progress)
+        for row in added:
+            if row.held and row.schedule_id is not None:     # the row says so by now
+                self._schedules.take_again(c, row.schedule_id, row.planned_at)
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
         batch.note(added)
@@ -155,13 +154,13 @@ class Planner:
             self._changes.publish(Topic.EXECUTIONS)
 
     def _plan_anew(self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar) -> None:
-        """From the last instant on that was begun. Rows after that of which nothing was sent make room, but what a person keeps back with
-        no other before it; what the begun one has passed over stays missed."""
-        def following(instant: datetime) -> datetime | None:
-            return first_due(replace(schedule, planned_through=instant), settings, now, calendar, self._schedules.skipped(c, schedule.id))
-        begun, held = max(now, schedule.started_through or now), self._executions.held_of_schedule(c, schedule.id)
-        self._executions.make_room_after(c, schedule.id, begun, now, past_kept_back(begun, held, following))
-        self._schedules.plan_anew(c, schedule.id, following(begun), begun, now)
+        """From the last instant on that was begun. Rows after that of which nothing was sent make room; what the begun one has passed over
+        stays missed."""
+        through = max(now, schedule.started_through or now)
+        self._executions.make_room_after(c, schedule.id, through, now)
+        next_at = first_due(replace(schedule, planned_through=through), settings, now, calendar,
+                            self._schedules.skipped(c, schedule.id))
+        self._schedules.plan_anew(c, schedule.id, next_at, through, now)
 
     def _time_unplanned(self, c: sqlite3.Connection, now: datetime, step: timedelta) -> None:
         """A Run now lasts as long as it was to, however the clock is set; its times stay, as that may be set ahead again. One from before
@@ -209,8 +208,8 @@ class Planner:
         return PlanningContext(
             now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids), groups,
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
-            self._executions.open_of_schedules(c, no_overlap, now + rules.INTENT_LEAD),
-            self._schedules.skips(c, [schedule.id for schedule in schedules]),
+            self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]),
+            self._schedules.skips(c, [schedule.id for schedule in schedules], held=True),
             GroupStartRepository().with_places(c), ready)
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
@@ -258,6 +257,8 @@ class Planner:
             return make.ended(instant, Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name}))
         if previous := context.open_of_schedule.get(schedule.id):
             return make.ended(instant, Reason(ReasonCode.OVERLAP, {"planned_at": previous.isoformat()}))
+        if (schedule.id, instant) in context.kept_back:
+            return replace(make.waiting(instant), held=True, wait=Wait.HOLD)
         if self._hold_late_starts and (gap := self._downtime.at(instant)) is not None and gap.problem is None:
             return make.waiting(instant, late=True)
         ready = None if robot is None else context.readiness(robot, make.mission)
@@ -302,6 +303,7 @@ class PlanningContext:
     waited_for: set[int]                         # robots for which something waits
     open_of_schedule: Mapping[int, datetime]     # by schedules that don't overlap: when what still runs was planned
     skips: Collection[Skip]
+    kept_back: Collection[Skip]
     with_places: Collection[str]                 # names of missions that wait where one is full
     ready: Callable[[int], Readiness | None]     # robots to which something can go out at once
 

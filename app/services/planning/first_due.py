@@ -1,7 +1,7 @@
 """When a schedule runs next after it was made, changed or switched on: the one rule that screens, import and settings share."""
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -32,11 +32,3 @@ def first_due(schedule: Schedule, settings: Settings, now: datetime, calendar: W
     while at is not None and at in skipped:
         at = next_occurrence(schedule, at, calendar)
     return at
-
-
-def past_kept_back(through: datetime, kept_back: Collection[datetime], following: Callable[[datetime], datetime | None]) -> datetime:
-    """The last of the instants that a person keeps back which come first after ``through``, with no other one before it; ``through`` where
-    there is none. ``following``: the next instant of the schedule after one."""
-    while (first := following(through)) is not None and first in kept_back:
-        through = first
-    return through

@@ -37,7 +37,7 @@ def test_what_is_kept_back_can_be_let_go_after_a_small_correction_of_the_clock(t
     hall.clock.step(-back)
     hall.kick()
     hall.run(back + 120)
-    hall.container.operator.hold_starts([row.id], held=False)
+    hall.container.operator.hold_starts([row.id for row in hall.executions(State.WAITING)], held=False)
     hall.run(300)
     assert len(sent_at(hall)) == 1, (outcomes(hall), hall.alarms())
 
@@ -217,7 +217,7 @@ def test_a_late_start_that_was_kept_back_can_be_let_go_after_the_network_has_set
     site.clock.step(-90)
     site.kick()
     site.run(180)
-    site.container.operator.hold_starts([row.id], held=False)
+    site.container.operator.hold_starts([row.id for row in site.executions(State.WAITING)], held=False)
     site.run(300)
     assert len(sent_at(site)) == 1, (outcomes(site), [alarm.code for alarm in site.container.alarms.open()])
 
@@ -406,7 +406,7 @@ def test_a_one_time_start_kept_back_can_be_let_go_after_a_correction(tmp_path):
     hall.clock.step(-60)
     hall.kick()
     hall.run(120)
-    told = hall.container.operator.hold_starts([row.id], held=False)
+    told = hall.container.operator.hold_starts([row.id for row in hall.executions(State.WAITING)], held=False)
     hall.run(300)
     assert len(hall.items()) == 1, (told, outcomes(hall), hall.alarms())
 

@@ -170,8 +170,8 @@ def test_open_ones_oldest_first(db, row):
     add(db, ended(row))
     c = db.read()
     assert EXECUTIONS.open_for(c, 1) == [first, second]
-    assert EXECUTIONS.open_of_schedules(c, [1, 2, 3], other.planned_at) == {1: second.planned_at, 2: other.planned_at}
-    assert EXECUTIONS.open_of_schedules(c, [], NOON) == {}
+    assert EXECUTIONS.open_of_schedules(c, [1, 2, 3]) == {1: second.planned_at, 2: other.planned_at}
+    assert EXECUTIONS.open_of_schedules(c, []) == {}
     assert EXECUTIONS.waited_for(c, [1, 2]) == {1}
     assert EXECUTIONS.waited_for(c, []) == set()
     assert EXECUTIONS.open_all(c) == [first, second, other]
@@ -288,10 +288,10 @@ SMALL = ("executions_open", "executions_open_of_schedule")      # indexes that h
 @pytest.mark.parametrize("ask", [
     lambda c: EXECUTIONS.get(c, 1), lambda c: EXECUTIONS.by_token(c, "t"), lambda c: EXECUTIONS.open_for(c, 1), EXECUTIONS.open_all,
     lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]), lambda c: EXECUTIONS.has_sent(c, 1),
-    lambda c: EXECUTIONS.open_of_schedules(c, [1, 2], NOON), lambda c: EXECUTIONS.waited_for(c, [1, 2]),
+    lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]), lambda c: EXECUTIONS.waited_for(c, [1, 2]),
     lambda c: EXECUTIONS.unsent_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1),
     lambda c: EXECUTIONS.waiting_of_group(c, 1), EXECUTIONS.schedules_with_unsent, lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON),
-    lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON), lambda c: EXECUTIONS.make_room_after(c, 1, NOON, NOON, NOON),
+    lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON), lambda c: EXECUTIONS.make_room_after(c, 1, NOON, NOON),
     lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
     lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
     lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1),
