@@ -209,7 +209,7 @@ def test_of_several_one_is_cancelled_and_that_undone_and_two_are_kept_back(tmp_p
     hall.run(440)
     assert minutes_sent(hall) == ([8, 11, 12] if where == "robot" else [8]), outcomes(hall)          # those of a group go in turn
     assert [row.planned_at.minute for row in held(hall)] == [9, 10]
-    let_go(hall, 120)
+    let_go(hall, 400)
     planned = minutes_sent(hall)
     assert planned[:5] == [8, 9, 10, 11, 12], outcomes(hall)
     assert len(planned) == len(set(planned))
