@@ -248,7 +248,7 @@ class ExecutionRepository:
                       WHERE {unsent} AND state = 'waiting' AND executions.held = 1""", values)
         is_skip = "planned_at IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id AND skips.held = 0)"
         columns = stored_values({"state": State.SKIPPED, "reason": Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}),
-                                 "held": False, "cancel_code": None})
+                                 "cancel_code": None})
         assignments = ", ".join(f"{name} = ?" for name in columns)
         c.execute(f"""UPDATE executions SET {assignments}, ended_at = planned_at WHERE {unsent} AND {is_skip}
                       AND (state <> 'skipped' OR reason_code <> 'hold' OR reason_details ->> 'skipped_at' IS NULL)""",

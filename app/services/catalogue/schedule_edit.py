@@ -69,7 +69,7 @@ class ScheduleEdit(Transaction):
         gone = [row for row in self.take_back(stored, was, except_for=[row.id for row in kept]) if row.was_never_sent and not row.held]
         if gone:                               # never sent: as if they had never been planned
             instants, begun = {row.planned_at for row in gone}, schedule.started_through
-            last = max((row.planned_at for row in kept), default=min(min(instants) - _MOMENT, self.now))
+            last = max((row.planned_at for row in kept), default=min(instants) - _MOMENT)
             if begun is not None and begun not in instants:                  # of another one, later by a clock that has been set back
                 last = max(last, begun)
             schedule = replace(schedule, planned_through=last)

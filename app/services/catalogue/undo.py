@@ -269,6 +269,8 @@ def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
     """Its instant is still to come, and is not left out any more."""
     schedule = edit.the_schedule(schedule_id)
     edit.schedules.take_again(edit.c, schedule_id, row.planned_at)
+    if row.held:
+        edit.schedules.keep_back(edit.c, schedule_id, row.planned_at)
     edit.executions.drop_skipped(edit.c, schedule_id, row.planned_at)
     if edit.executions.has_instant(edit.c, schedule_id, row.planned_at):
         raise InvalidInput("execution", "this start may have been sent already")

@@ -135,6 +135,27 @@ def test_it_can_be_skipped_and_that_taken_back(tmp_path, where):
     assert len(hall.items()) == 1, outcomes(hall)            # the last word on it
 
 
+@pytest.mark.parametrize("limit", [None, 1])
+@pytest.mark.parametrize("where", ["robot", "group"])
+def test_what_was_kept_back_and_cancelled_is_kept_back_when_that_is_undone(tmp_path, where, limit):
+    hall = Hall(tmp_path, robots=1)
+    there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
+    hall.container.catalogue.change_settings(history_limit=limit)
+    hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=DAILY", start_window_minutes=60, respect_working_days=False, **there)
+    hall.run(10)
+    hall.container.holds.hold("cleaning", None, 1)
+    hall.run(600)
+    row, = hall.executions(State.WAITING)
+    hall.container.operator.hold_starts([row.id])
+    hall.container.operator.cancel_execution(row.id)
+    hall.container.holds.release(1)
+    hall.clock.step(-300)
+    hall.kick()
+    hall.run(5)
+    hall.container.catalogue.wait_again(row.id)
+    assert waits_on(hall), outcomes(hall)
+
+
 @pytest.mark.parametrize("where", ["robot", "group"])
 def test_what_is_skipped_is_not_sent(tmp_path, where):
     hall, schedule = kept_back(tmp_path, where=where)

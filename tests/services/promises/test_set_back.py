@@ -245,3 +245,26 @@ def test_one_deletion_is_undone_once(site, plan):
         catalogue.restore(removed)
     site.run(60)
     assert max(Counter(post.token for post in site.network.posts()).values()) == 1
+
+
+@pytest.mark.parametrize("limit", [None, 1])
+@pytest.mark.parametrize("edit", ["off", "rule"])
+def test_what_has_run_is_not_sent_again_where_one_after_it_was_refused(site, plan, limit, edit):
+    """Nine minutes ahead 06:10 runs and 06:15 is refused; the history forgets 06:10; the clock is set back, and the schedule edited."""
+    site.container.catalogue.change_settings(history_limit=limit, retry_limit=20, poll_interval_seconds=300)
+    schedule = plan("2026-11-23T06:10", "FREQ=MINUTELY;INTERVAL=5", start_window_minutes=30, overlap=Overlap.QUEUE)
+    site.run(10)
+    plan("2026-11-23T06:12", "FREQ=DAILY")
+    site.clock.step(560)
+    site.run(260)
+    site.network.next("POST", "/mission_queue", Fate.REFUSED, count=4)
+    site.run(85)
+    site.clock.step(-590)
+    site.run(3)
+    if edit == "off":
+        off_and_on(site, schedule)
+    else:
+        there_and_back(site, schedule, recurrence="FREQ=MINUTELY;INTERVAL=7")
+    site.run(400)
+    items = Counter(item.description for machine in site.machines.values() for item in machine.queue)
+    assert max(items.values()) == 1, outcomes(site)
