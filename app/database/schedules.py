@@ -95,9 +95,9 @@ class ScheduleRepository:
                          (*schedule_ids, held))
         return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
-    def skips_from(self, c: sqlite3.Connection, instant: datetime) -> set[Skip]:
-        """All starts at that instant or later that are left out."""
-        rows = c.execute("SELECT schedule_id, planned_at FROM skips WHERE planned_at >= ? AND held = 0", (to_text(instant),))
+    def skips_from(self, c: sqlite3.Connection, instant: datetime, *, held: bool = False) -> set[Skip]:
+        """All starts at that instant or later that are left out, or that a person keeps ``held`` back."""
+        rows = c.execute("SELECT schedule_id, planned_at FROM skips WHERE planned_at >= ? AND held = ?", (to_text(instant), held))
         return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
     def newest_row(self, c: sqlite3.Connection, schedule_id: int, until: datetime) -> int | None:

@@ -9,6 +9,7 @@ from app.domain.models import Group, Robot, Settings
 from app.i18n import _
 from app.screens.common import formats
 from app.services.live.holds import Hold
+from app.services.planning.planned import PlannedRun
 
 HAND = "hand-back-right-outline"
 
@@ -37,6 +38,11 @@ def hold_for(holds: Sequence[Hold], robot_id: int | None, group: Group | None, r
     found = [hold_at(holds, robot.id, at) for robot in robots if robot.id in group.members and robot.enabled]
     kept = [hold for hold in found if hold is not None]
     return min(kept, key=lambda hold: (hold.until is None, hold.until), default=None) if len(kept) == len(found) else None
+
+
+def hold_of_run(holds: Sequence[Hold], run: PlannedRun, robots: Iterable[Robot]) -> Hold | None:
+    """What keeps a planned start from being sent at its instant: of a group's from all of its robots; or a person, that one alone."""
+    return Hold() if run.kept_back else hold_for(holds, run.robot.id, run.group, robots, run.at)
 
 
 def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:

@@ -9,7 +9,7 @@ from functools import cached_property
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState
-from app.screens.common.holding import hold_at, hold_for
+from app.screens.common.holding import hold_at, hold_of_run
 from app.services.catalogue.catalogue import Catalogue
 from app.services.history.runs import History
 from app.services.live.alarms import Alarms
@@ -89,7 +89,7 @@ class HomeFacts:
 
     def hold_of(self, run: PlannedRun) -> Hold | None:
         """What keeps a planned start from being sent at its instant: of a group's from all of its robots."""
-        return hold_for(self.holds, run.robot.id, run.group, self.robots, run.at)
+        return hold_of_run(self.holds, run, self.robots)
 
     @property
     def queue(self) -> tuple[QueueItem, ...]:

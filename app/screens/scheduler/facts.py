@@ -11,7 +11,7 @@ from app.domain import names
 from app.domain.clock import Clock
 from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings
 from app.screens.common import formats
-from app.screens.common.holding import hold_for
+from app.screens.common.holding import hold_for, hold_of_run
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
@@ -110,7 +110,7 @@ class SchedulerFacts:
 
     def hold_of(self, run: PlannedRun) -> Hold | None:
         """The same of a planned start."""
-        return hold_for(self.holds, run.robot.id, run.group, self.robots, run.at)
+        return hold_of_run(self.holds, run, self.robots)
 
     def robot(self, robot_id: int | None) -> Robot | None:
         return next((robot for robot in self.robots if robot.id == robot_id), None)

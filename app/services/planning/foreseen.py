@@ -81,7 +81,7 @@ class Foreseen:
                 quick_s=quick(usual))
             durations[key] = same
         return PlannedRun(run.at, run.schedule, same.robot, run.mission, same.usual_s, same.slow_s, same.typed, run.group, begins,
-                          same.quick_s)
+                          same.quick_s, kept_back=run.kept_back)
 
     # ------------------------------------------------------------------ what the forecast rests on
     def _seconds(self, instant: datetime) -> float:

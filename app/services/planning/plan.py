@@ -19,7 +19,7 @@ from app.services.allocation.decide import AHEAD
 from app.services.planning.foreseen import Foreseen
 from app.services.planning.known import Known, quick
 from app.services.planning.plan_conflicts import Shared, place_warning, plan_conflicts
-from app.services.planning.planned import Conflict, Planned, PlannedRun, at_instant, nobody
+from app.services.planning.planned import Conflict, Planned, PlannedRun, at_instant, marked, nobody
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.seen import NOTHING_SEEN, Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
@@ -112,7 +112,7 @@ class _Reading:
         used = {schedule.group_id for schedule in self._schedules if schedule.enabled and schedule.group_id is not None}
         self._groups = {group.id: group for group in GroupRepository().all(c) if group.id in used} if used else {}
         self._known = Known(c, self._groups.values(), plan._seen)
-        self._skips = plan._schedules.skips_from(c, now)
+        self._skips, self._kept_back = plan._schedules.skips_from(c, now), plan._schedules.skips_from(c, now, held=True)
         self.foreseen = Foreseen(c, self._known, self._groups, self._robots, settings, now, start,
                                  plan._seen) if self._groups else None
 
@@ -131,7 +131,7 @@ class _Reading:
                 begin = max(begin - min(timedelta(seconds=usual.slow_s), LONGEST_RUN), earliest or begin)
             is_lacking = isinstance(target, Group) and self.foreseen is not None and self.foreseen.is_lacking(target, mission.name)
             runs = _runs(schedule, target, mission, usual, self._calendar, begin, is_lacking)
-            streams.append(run for run in runs if (run.schedule.id, run.at) not in self._skips)
+            streams.append(run for run in marked(runs, self._kept_back) if (run.schedule.id, run.at) not in self._skips)
         return streams
 
     def conflicts(self, runs: Sequence[PlannedRun], start: datetime, last: datetime) -> list[Conflict]:

@@ -1,8 +1,8 @@
 """Starts to come, as they are planned."""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -28,6 +28,7 @@ class PlannedRun:
     begins_at: datetime | None = None    # of a group's: when the forecast has a robot for it; None: it has none
     quick_s: float | None = None         # what nine of ten of the last runs took at least; None: not known
     lacking: bool = False                # no robot of the group has the mission, as far as is known
+    kept_back: bool = False              # a person keeps it back when its time has come
 
     @property
     def is_approximate(self) -> bool:
@@ -60,6 +61,13 @@ def at_instant(like: PlannedRun, at: datetime) -> PlannedRun:
     made = object.__new__(PlannedRun)
     made.__dict__.update(like.__dict__, at=at)
     return made
+
+
+def marked(runs: Iterator[PlannedRun], kept_back: Collection[tuple[int, datetime]]) -> Iterator[PlannedRun]:
+    """Those that a person keeps back say so."""
+    if not kept_back:
+        return runs
+    return (replace(run, kept_back=True) if (run.schedule.id, run.at) in kept_back else run for run in runs)
 
 
 def nobody(group: Group) -> Robot:

@@ -66,6 +66,7 @@ def test_it_waits_to_be_let_go_when_its_time_has_come(tmp_path, where, rule, bac
     hall.kick()
     hall.switch_off(cleanly=False)
     hall.switch_on()
+    assert [(run.at, run.kept_back) for run in hall.container.plan.next(1)] == [(AT, True)]
     assert waits_on(hall), (outcomes(hall), stored(hall, schedule))
 
 

@@ -133,6 +133,13 @@ def test_a_planned_start_in_a_hold_says_so_instead_of_how_soon_it_comes(until, w
     assert present(idle, NOW).card.mission.note == f"next: Deliver kits to line 2, {words}"
 
 
+def test_so_does_one_that_a_person_keeps_back_alone():
+    kept = replace(FACTS, planned=(replace(FACTS.planned[0], kept_back=True), *FACTS.planned[1:]))
+    rows = planned_starts(kept, NOW)
+    assert (rows[0].note, rows[0].icon) == ("Aino · held until released", "hand-back-right-outline")
+    assert rows[1].icon == ""
+
+
 def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
     rows = finished_runs(FACTS, NOW)
     assert [row.reason for row in rows[:4]] == [
