@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 import pytest
 
 from app.domain.models import IdleRule, InvalidInput, Schedule, State
+from tests.services.promises.test_pressed_twice import in_doubt_at_a_silent_robot, it_is_at_a_robot_that_fell_silent
 from tests.services.promises.test_set_back import begin_ahead, off_and_on, pause_and_resume, robot_off_and_on, there_and_back
 from tests.support.groups import Hall
 from tests.support.network import Fate
@@ -207,7 +208,6 @@ def test_a_late_start_that_was_kept_back_can_be_let_go_after_the_network_has_set
         start_window_minutes=60, respect_working_days=False))
     site.run(10)
     site.switch_off()
-    site.clock.step(0)
     site.clock.sleep(530)                 # 06:09
     site.clock.step(90)                   # 06:10:30
     site.switch_on()
@@ -223,7 +223,6 @@ def test_a_late_start_that_was_kept_back_can_be_let_go_after_the_network_has_set
 
 
 def in_doubt_first(hall):
-    from tests.services.promises.test_pressed_twice import in_doubt_at_a_silent_robot
     row = in_doubt_at_a_silent_robot(hall)
     second, third = (hall.robot(name) for name in hall.machines if name != row.robot)
     return row, second, third
@@ -253,8 +252,6 @@ def test_of_two_others_one_gets_it_though_the_second_robot_is_put_back(hall, how
     else:
         hall.container.catalogue.restore(removed)
     hall.run(2)
-    for hold in hall.container.holds.all() if hasattr(hall.container.holds, "all") else ():
-        hall.container.holds.remove(hold.id)
     hall.container.holds.release(second.id)
     if hall.container.ledger.get(new.id):
         hall.container.operator.hold_starts([new.id], held=False)
@@ -264,12 +261,7 @@ def test_of_two_others_one_gets_it_though_the_second_robot_is_put_back(hall, how
 
 def test_that_both_have_it_is_told_after_the_first_has_been_given_up(hall):
     hall.container.catalogue.change_settings(history_limit=1)
-    hall.plan(start_window_minutes=10)
-    hall.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    hall.run(300)
-    first = hall.run_of().robot
-    hall.network.down.add(first)
-    hall.run(20)
+    first = it_is_at_a_robot_that_fell_silent(hall)
     second, third = (hall.robot(name) for name in hall.machines if name != first)
     hall.container.operator.start_on_another(hall.run_of().id, second.id)
     hall.run(900)

@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.models import InvalidInput, Overlap, Schedule, State
 from app.screens.scheduler.facts import SchedulerServices, Window, read
-from tests.services.promises.test_pressed_twice import in_doubt_at_a_silent_robot
+from tests.services.promises.test_pressed_twice import in_doubt_at_a_silent_robot, it_is_at_a_robot_that_fell_silent
 from tests.services.promises.test_set_back import FAR, RULE, begin_ahead, each_start_leaves, off_and_on, set_right
 from tests.support.groups import Hall
 from tests.support.network import Fate
@@ -245,12 +245,7 @@ def test_what_the_second_robot_may_have_came_not_to_nothing_because_that_was_rem
 
 
 def test_no_alarm_of_two_where_the_second_was_cancelled_before_it_began(hall):
-    hall.plan(start_window_minutes=10)
-    hall.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    hall.run(300)
-    first = hall.run_of().robot
-    hall.network.down.add(first)
-    hall.run(20)
+    first = it_is_at_a_robot_that_fell_silent(hall)
     second = hall.robot(next(name for name in hall.machines if name != first))
     hall.stranger_queues(robot=second.name)
     hall.run(5)
@@ -282,12 +277,7 @@ def test_it_may_be_started_on_a_third_one_whatever_the_history_keeps(hall):
 
 def test_that_both_have_it_is_told_whatever_the_history_keeps(hall):
     hall.container.catalogue.change_settings(history_limit=1)
-    hall.plan(start_window_minutes=10)
-    hall.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    hall.run(300)
-    first = hall.run_of().robot
-    hall.network.down.add(first)
-    hall.run(20)
+    first = it_is_at_a_robot_that_fell_silent(hall)
     second, third = (hall.robot(name) for name in hall.machines if name != first)
     hall.container.operator.start_on_another(hall.run_of().id, second.id)
     hall.run(120)
@@ -300,12 +290,7 @@ def test_that_both_have_it_is_told_whatever_the_history_keeps(hall):
 
 def test_an_undone_cancel_of_it_is_told_where_the_first_robot_had_it_after_all(hall):
     """That was found while it was cancelled, when there was nothing to tell."""
-    hall.plan(start_window_minutes=10)
-    hall.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    hall.run(300)
-    first = hall.run_of().robot
-    hall.network.down.add(first)
-    hall.run(20)
+    first = it_is_at_a_robot_that_fell_silent(hall)
     second = hall.robot(next(name for name in hall.machines if name != first))
     hall.hold(second.name)
     new = hall.container.operator.start_on_another(hall.run_of().id, second.id)

@@ -22,6 +22,17 @@ def next_of(site, schedule: Schedule) -> datetime:
 
 
 # ---------------------------------------------------------------------- started on another robot
+def it_is_at_a_robot_that_fell_silent(hall) -> str:
+    """A start is on a robot, which nobody knows: its answer was lost, and it does not answer any more. Returns the robot's name."""
+    hall.plan(start_window_minutes=10)
+    hall.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    hall.run(300)
+    first: str = hall.run_of().robot
+    hall.network.down.add(first)
+    hall.run(20)
+    return first
+
+
 def in_doubt_at_a_silent_robot(hall):
     """That never had it."""
     hall.plan(**LONG)
@@ -175,12 +186,7 @@ def test_where_that_came_to_nothing_it_may_be_started_on_a_third_one(hall, what)
 @pytest.mark.parametrize("given_up", [False, True])
 def test_a_robot_that_has_it_after_all_is_an_alarm_that_names_both(hall, given_up):
     """It runs twice, as was said before: nobody has to find that out by himself."""
-    hall.plan(start_window_minutes=10)
-    hall.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    hall.run(300)
-    first = hall.run_of().robot
-    hall.network.down.add(first)
-    hall.run(20)
+    first = it_is_at_a_robot_that_fell_silent(hall)
     new = hall.container.operator.start_on_another(hall.run_of().id, None)
     hall.run(900 if given_up else 30)
     assert (hall.run_of().state is State.FAILED) is given_up
