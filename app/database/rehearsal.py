@@ -29,7 +29,7 @@ _COMPARED = {
     "calendar_days": "SELECT * FROM calendar_days",
     "ids": """SELECT name, seq FROM sqlite_sequence
               WHERE name IN ('robots', 'robot_groups', 'missions', 'places', 'schedules', 'calendar_days')""",
-    "skips": "SELECT schedule_id || ' ' || planned_at FROM skips",
+    "skips": "SELECT schedule_id || ' ' || planned_at, held FROM skips",
 }
 _PLANNED = ("next_at", "planned_through", "started_through")
 _SCHEDULES = f"SELECT id, {', '.join((*_PLANNED, *(name for name in SCHEDULE if name not in _PLANNED)))} FROM schedules"

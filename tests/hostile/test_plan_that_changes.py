@@ -35,6 +35,7 @@ CHANGED = {
     "the schedule that is imported": "UPDATE schedules SET planned_through = '2026-11-25T06:30:00.000000Z' WHERE name = 'mine'",
     "a closed day": "UPDATE calendar_days SET name = name || 'x'",
     "a start left out": "INSERT INTO skips SELECT id, hex(randomblob(4)), 0 FROM schedules WHERE name = 'other'",
+    "a start kept back": "INSERT INTO skips SELECT id, hex(randomblob(4)), 1 FROM schedules WHERE name = 'other'",
     "an id that was used": "UPDATE sqlite_sequence SET seq = seq + 1 WHERE name = 'schedules'",
     "what waits of the schedule that is imported": WAITING.replace("?", "'mine'"),
     "what is on its way of it": "UPDATE executions SET state = 'submitting' WHERE schedule = 'mine' AND state = 'waiting'"}

@@ -49,6 +49,8 @@ WRONG = {
     "a window of ages": ("schedules", "UPDATE schedules SET start_window_minutes = 4611686018427387904"),
     "parameters that are a list": ("schedules", "UPDATE schedules SET parameters = '[1]'"),
     "a start that was skipped at no time": ("skips", "INSERT INTO skips SELECT id, 'tomorrow', 0 FROM schedules"),
+    "a start that is neither skipped nor kept back": (
+        "skips", "INSERT INTO skips SELECT id, '2026-11-23T06:10:00.000000Z', 2 FROM schedules"),
     "a schedule of no robot": ("sqlite_schema", "UPDATE schedules SET robot_id = 77 WHERE name = 'S'"),
     "a name without end": ("sqlite_schema", "UPDATE robots SET name = hex(zeroblob(500000)) WHERE name = 'Bad'"),
     "a parameter without end": ("sqlite_schema", "UPDATE schedules SET parameters = json_object('x', hex(zeroblob(500000)))"),
