@@ -25,7 +25,8 @@ T = TypeVar("T")
 
 DATABASE_NAME = "amr-scheduler.db"
 BUSY_TIMEOUT = 5.0           # s
-STATEMENTS = 48              # that each connection keeps prepared, 6 KB each: there are 20 connections, and 128 would be usual
+STATEMENTS = 48              # that each connection keeps prepared, 6 KB each: there are 30 connections, and 128 would be usual
+PAGES_KIB = 256              # of the file that each reader keeps. 2,000 would be usual, but the system keeps them too, for all of them
 
 __all__ = ["DATABASE_NAME", "Database", "DatabaseDamaged", "DatabaseError", "DatabaseRefused", "DatabaseUnavailable"]
 
@@ -153,6 +154,7 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
     connection = sqlite3.connect(f"{path.as_uri()}?{mode}", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT, check_same_thread=False,
                                  cached_statements=STATEMENTS)
     connection.execute("PRAGMA query_only = ON")
+    connection.execute(f"PRAGMA cache_size = -{PAGES_KIB}")
     return configured(connection)
 
 

@@ -41,6 +41,13 @@ def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(path, cloc
     db.close()
 
 
+def test_thirty_readers_keep_no_more_of_a_large_file_than_four_would(path, clock):
+    db = Database.open(path, clock=clock)
+    usual = -pragma(sqlite3.connect(":memory:"), "cache_size")
+    assert -30 * pragma(db.read(), "cache_size") <= 4 * usual
+    db.close()
+
+
 def test_everything_is_readable_by_its_owner_only(path, clock):
     db = Database.open(path, clock=clock)
     db.write(lambda c: SettingsRepository().put(c, "a", 1))
