@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tests.simulation.world import World
 
 SPEED = 16.0                 # of the robots against the tablet
-FULL, FLAT = 90.0, 10.0      # %
+FULL, LOW, FLAT = 90.0, 40.0, 10.0      # %; below the second some schedules don't start
 WRONG_CLOCK_S = 600.0        # from here on the tablet's clock counts as wrong
 YEAR = 365 * 86400.0
 
@@ -31,6 +31,7 @@ class Weather:
     def __init__(self, world: World, rng: random.Random) -> None:
         self.world, self.rng, self.diary = world, rng, world.diary
         self._cures: list[Callable[[], None]] = []        # of what lasts
+        self._charged_at = 0.0
 
     def strike(self, name: str) -> None:
         self.world.findings.faults[name] += 1
@@ -106,13 +107,18 @@ class Weather:
         self._lasts(self.rng.uniform(60, 2400), self._trouble("battery", name), lambda: self._machine(name).set_battery(FULL), 5.0)
 
     def attend(self, but_flat: bool = True) -> None:
-        """Somebody on the floor: clears errors, lets robots go on, plugs them in."""
+        """Somebody on the floor: clears errors, lets robots go on, plugs them in. He comes by the tablet's clock, which stands still while
+        it sleeps, so that robots may have been low for hours."""
+        now, charged_at = self.world.site.seconds(), self._charged_at
+        self._charged_at = now
         flat = {each.robot for each in self.diary.troubles if each.kind == "battery" and each.end == float("inf")}
         for name in self.world.site.machines:
             machine = self._machine(name)
             machine.clear_errors()
             machine.resume()
             if name not in flat or not but_flat:
+                if machine.battery.at(machine.now) < LOW:
+                    self.diary.begin("battery", name, charged_at, now + 5.0 - charged_at)
                 machine.set_battery(FULL)
 
     def person_queues(self) -> None:
