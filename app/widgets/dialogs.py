@@ -238,12 +238,13 @@ class Choice:
     note: str
     selected: bool
     mark: bool
+    tone: str
 
 
 class ChoiceDialog(Dialog):
     """Choose one of many, or with ``multiple`` tick several and confirm. Long lists get a search field.
 
-    ``options`` have ``key``, ``text``, ``note`` and ``icon``; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
+    ``options`` have ``key``, ``text``, ``note``, ``icon`` and ``tone``; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
     with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and ``none_word`` a button ticks all that the search
     shows, or none of them. Where it ``needs_one``, nothing can be confirmed while none is ticked.
     """
@@ -285,8 +286,8 @@ class ChoiceDialog(Dialog):
     def _show(self, *_):
         words = self.query.casefold().split()
         self.shown = [
-            Choice(option.key, option.text, option.icon, option.note, option.key in self.selected, self.multiple) for option in self.options
-            if all(word in f"{option.text} {option.note}".casefold() for word in words)]
+            Choice(option.key, option.text, option.icon, option.note, option.key in self.selected, self.multiple, option.tone)
+            for option in self.options if all(word in f"{option.text} {option.note}".casefold() for word in words)]
         self.all_shown = all(choice.selected for choice in self.shown)
 
     def chosen(self, key) -> None:

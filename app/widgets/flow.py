@@ -73,6 +73,7 @@ class Offer(NamedTuple):
     text: str
     icon: str = ""
     note: str = ""
+    tone: str = "neutral"
 
 
 class ListRow(PickField):

@@ -8,7 +8,7 @@ from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets.lists import RecycledRow, Row
-from app.widgets.surfaces import Tap, Toned, TonedTap
+from app.widgets.surfaces import Toned, TonedTap
 from app.widgets.tokens import late_color, tk
 
 
@@ -131,8 +131,8 @@ class SectionRow(Row, TonedTap):
         self.act("choose")
 
 
-class OptionRow(RecycledRow, Tap):
-    """One option of a list to choose from; ``mark`` shows a box that can be ticked."""
+class OptionRow(RecycledRow, TonedTap):
+    """One option of a list to choose from; ``mark`` shows a box that can be ticked. The ``tone`` is the icon's."""
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()

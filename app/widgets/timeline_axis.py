@@ -50,8 +50,8 @@ def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
 
 
 def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
-    """As many as fit side by side and beside what is ``taken``: the strong ones (a new day) first, which go beside what is in their way.
-    Those that are seen stay whole at the ends."""
+    """As many as fit side by side and beside what is ``taken``: the strong ones (a new day) first, which go beside what is in their way,
+    if they are not taken there for another hour's. Those that are seen stay whole at the ends."""
     y = frame.top - dp(AXIS) / 2 + dp(2)
     for hour, label, strong in sorted(frame.ticks, key=lambda tick: not tick[2]):
         if not label or not frame.is_drawn(hour):
@@ -61,7 +61,8 @@ def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
         places = [kept_in(frame.at(hour), width, seen)]
         if strong and seen[0] <= frame.at(hour) <= seen[1]:
             beside = [place for begins, ends in taken for place in (ends + dp(6), begins - dp(6) - width)]
-            places += sorted((place for place in beside if place + width > frame.at(hour) - dp(BESIDE)), key=lambda x: abs(x - places[0]))
+            places += sorted((place for place in beside if frame.at(hour) - dp(BESIDE) - width < place < frame.at(hour) + width),
+                             key=lambda x: abs(x - places[0]))
         for left in places:
             is_cut = any(left < edge < left + width for edge in seen)
             if not is_cut and all(left + width + dp(6) <= begins or ends + dp(6) <= left for begins, ends in taken):

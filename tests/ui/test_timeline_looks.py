@@ -6,6 +6,7 @@ from kivy.graphics import Color, Mesh, Rectangle
 from kivy.metrics import sp
 
 from app.domain.models import THEMES
+from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets import timeline_painting
 from app.widgets.chart import glyphs
@@ -136,6 +137,17 @@ def test_times_at_the_edges_of_the_axis_are_whole_or_not_there(ui):
     drawn = [one for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture in seen]
     assert len(drawn) > 8
     assert not [seen[one.texture] for one in drawn if any(one.pos[0] < edge < one.pos[0] + one.size[0] for edge in (88, 800))]
+
+
+@pytest.mark.parametrize(("words", "is_named"), [("Held", True), ("Held until released · Maintenance", False)])
+def test_a_new_day_is_named_at_its_line_or_not_at_all(ui, words, is_named):
+    """A hold takes the room above it: named at two in the morning, the day seemed to begin there."""
+    ticks = [(0, "Fri 27 Nov", True), *((hour, f"{hour:02d}:00", False) for hour in range(1, 10))]
+    chart = ui.show(Timeline(lanes=[Lane("Aino")], hours=12, first=-3, ticks=ticks, bands=[Band(-1, 12, words, "held")]), (1200, 150))
+    day = glyphs("Fri 27 Nov", sp(14), "RobotoMedium")
+    named = [one.pos[0] for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture == day]
+    assert bool(named) == is_named
+    assert all(abs(left - chart.left_of(0)) <= day.width for left in named)
 
 
 def day_of(hour: float) -> str:

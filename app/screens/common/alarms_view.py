@@ -119,7 +119,7 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "clock_implausible": lambda: _("set the tablet's clock, or say that it is right"),
     "database": lambda: _("check the tablet's disk"),
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
-    "started_twice": lambda: _("cancel one of the two, unless both are wanted"),
+    "started_twice": lambda: _("cancel what has not run yet and is not wanted"),
     "unmarked_copy": lambda: _("unless somebody wants it, cancel it in the robot's queue"),
     "check_up_outdated": lambda: _("check it up in its settings; until then it is used as one that is not known"),
     "check_up_left": lambda: _("look at the robot; as long as it is held, nothing of the plan is sent to it"),

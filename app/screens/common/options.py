@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Option:
-    """One of several choices. ``key`` is handed back when it is chosen."""
+    """One of several choices. ``key`` is handed back when it is chosen; ``tone`` is of its icon."""
     key: Hashable
     text: str
     icon: str = ""
     note: str = ""
     selected: bool = False
+    tone: str = "neutral"
 
 
 @dataclass(frozen=True)

@@ -70,9 +70,10 @@ class Shell:
         """Show ``screen`` (a key of SCREENS): ``go("settings", section="robots", add=True)``, ``go("scheduler", schedule_id=3)``."""
         self.navigator.go(screen, **intent)
 
-    def say_problem(self, problem: BaseException) -> None:
-        """One sentence about what went wrong, long enough to be read."""
-        self.snackbars.show(sentence_of(problem), icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
+    def say_problem(self, problem: BaseException, asked: str = "") -> None:
+        """One sentence about what went wrong, long enough to be read. ``asked``: for what, where somebody may have gone on meanwhile."""
+        said = sentence_of(problem)
+        self.snackbars.show(f"{asked}: {said}" if asked else said, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
 
     def offer_undo(self, text: str, undo: Callable[[], object], undone: Callable[[], object], *, stays: bool = False) -> None:
         """Say with ``text`` what was done, and offer to undo it, for some seconds or as long as it ``stays``. Where ``undo()``, in the

@@ -29,7 +29,7 @@ from app.screens.common.alarms_view import (
 from app.screens.common.holding import HAND, hold_at, state_and_hold
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
-from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, help_words
+from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, group_of, help_words, look_of
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.sounding import is_overdue
 from app.services.live.holds import Hold
@@ -65,11 +65,12 @@ def picker_title(groups: Sequence[Group]) -> str:
 
 
 def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime, holds: Sequence[Hold] = ()) -> Option:
-    """One robot in the list to choose from."""
-    hold = hold_at(holds, robot.id, now) if robot.enabled else None
-    state = state_appearance(robot, snapshot, is_old(snapshot, now, settings))
+    """One robot in the list to choose from; the icon of one that needs help stands out."""
+    hold, old = hold_at(holds, robot.id, now) if robot.enabled else None, is_old(snapshot, now, settings)
+    state, group = state_appearance(robot, snapshot, old), group_of(robot, snapshot, old, settings)
     battery = battery_appearance(snapshot.status, settings)
-    return Option(robot.id, robot.name, state.icon, f"{state_and_hold(state.word, hold)} · {battery.text}")
+    return Option(robot.id, robot.name, state.icon, f"{state_and_hold(state.word, hold)} · {battery.text}",
+                  tone=look_of(group).tone if group in NEEDS_HELP else "neutral")
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,7 @@ class HomeFacts:
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot
     entered: tuple[Mission, ...] = ()                   # for the selected robot, favourites first
     missions: tuple[Mission, ...] = ()                  # those of them that it can be asked for
+    is_new: bool = False                                # the robot was selected a moment ago, and its missions are still to be read
     all_missions: tuple[Mission, ...] = ()              # where there are groups
     known: Mapping[int, Collection[str]] = field(default_factory=dict)       # guids of missions by robot, as far as they have been read
     open: tuple[Execution, ...] = ()                    # under way or waiting, of all robots

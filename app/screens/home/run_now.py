@@ -48,7 +48,7 @@ def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -
     hold, off = facts.hold(robot.id, now), False
     text, icon, note = _what_run_does(facts, robot, hold, now)
     if not missions:
-        text, off = _("No missions yet"), True
+        text, off = _no_mission(facts), True
     elif not robot.enabled:
         word = _("{robot} needs its password") if robot.needs_password else _("{robot} is switched off")
         text, off = word.format(robot=robot.name), True
@@ -57,7 +57,7 @@ def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -
     elif status is not None and status.state in STOPPED:
         text, off = _("{robot} is stopped").format(robot=robot.name), True
     elif mission is None:
-        text, off = _("Choose a mission"), True
+        text, off = _no_mission(facts), True
     return RunView(note=note, mission_id=mission.id if mission else None,
                    mission=mission.name if mission else _("Choose a mission"), chips=chips, text=text, off=off,
                    icon="play" if off else icon, low_battery=_low_battery(facts, robot, now))
@@ -152,6 +152,11 @@ def aimed(run: RunView, facts: HomeFacts, target: Target, now: datetime) -> RunV
     return replace(run, targets=target_chips(facts, target))
 
 
+def _no_mission(facts: HomeFacts) -> str:
+    """What the button says while none is chosen."""
+    return _("Choose a mission") if facts.missions or facts.is_new else _("No missions yet")
+
+
 def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> RunView:
     """Run now of the selected robot, as it would be on any of the group."""
     members = [robot for robot in facts.robots if robot.id in group.members and robot.enabled]
@@ -164,7 +169,7 @@ def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> Run
     elif not members:
         text, off = _("No robot of {group} is switched on").format(group=group.name), True
     elif mission is None:
-        text, off = _("Choose a mission") if facts.missions else _("No missions yet"), True
+        text, off = _no_mission(facts), True
     elif mission.robot_id is not None and not any(other.name == mission.name and other.robot_id is None for other in facts.entered):
         text, off = _("This mission is for one robot only"), True
     elif holds:

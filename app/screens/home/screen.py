@@ -151,7 +151,7 @@ class HomeViewModel(HomeState, ViewModel):
         is_shown = self.facts.robot is not None and robot_id == self.facts.robot.id
         self.facts = replace(self.facts, settings=replace(self.facts.settings, selected_robot_id=robot_id))
         if not is_shown:
-            self.facts = replace(self.facts, missions=(), expected={}, names={}, map=None)
+            self.facts = replace(self.facts, missions=(), is_new=True, expected={}, names={}, map=None)
             self._chosen, self._target = None, Target()
             self._show()
         self._keep_selection()
@@ -271,9 +271,11 @@ class HomeViewModel(HomeState, ViewModel):
             return
         robot_id = robot.id
         if self.controls.pauses:
-            self._act(key, lambda: operator.pause(robot_id), self._saying(_("{robot} pauses").format(robot=robot.name), "pause"))
+            self._act(key, lambda: operator.pause(robot_id), self._saying(_("{robot} pauses").format(robot=robot.name), "pause"),
+                      self._refused(robot, _("Pause")))
         else:
-            self._act(key, lambda: operator.resume(robot_id), self._saying(_("{robot} continues").format(robot=robot.name), "play"))
+            self._act(key, lambda: operator.resume(robot_id), self._saying(_("{robot} continues").format(robot=robot.name), "play"),
+                      self._refused(robot, _("Resume")))
 
     def reset_errors(self) -> None:
         """Whether it helped is said when the robot has been read again."""
@@ -281,7 +283,7 @@ class HomeViewModel(HomeState, ViewModel):
         if robot is not None and not self._presses.is_same(OfRobot("reset", robot.id)):
             pressed_at = self._services.clock.now()
             self._act(OfRobot("reset", robot.id), lambda: self._services.operator.reset_errors(robot.id),
-                      lambda _none: self._reset.begin(robot.id, pressed_at))
+                      lambda _none: self._reset.begin(robot.id, pressed_at), self._refused(robot, _("Reset errors")))
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""
@@ -311,7 +313,7 @@ class HomeViewModel(HomeState, ViewModel):
             said = _("{robot} has not answered yet: what was sent to it from here is cancelled as soon as it does")
             self._shell.snackbars.show(said.format(robot=robot.name), icon="timer-sand", seconds=PROBLEM_SECONDS)
         else:
-            self._shell.say_problem(problem)
+            self._refused(robot, _("Clear queue"))(problem)
 
     def cancel(self, key: tuple[str, int]) -> None:
         """One entry of the queue: ours by the execution, others' by the item. What runs is asked about first."""
@@ -335,22 +337,22 @@ class HomeViewModel(HomeState, ViewModel):
             self.facts = replace(self.facts, cancelling=frozenset(self._cancelling))
         self._act(key, lambda: operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number),
                   lambda left: say_cancelled(self._shell, self._services.catalogue, name, left, self._reader.request),
-                  lambda problem: self._not_cancelled(problem, number, name))
+                  lambda problem: self._not_cancelled(problem, robot, number, name))
         self._show()
 
-    def _not_cancelled(self, problem: BaseException, number: int, name: str) -> None:
+    def _not_cancelled(self, problem: BaseException, robot: Robot, number: int, name: str) -> None:
         self._cancelling.discard(number)
         if isinstance(problem, Rejected) and problem.status in GONE:
             self._say(_("{mission} had already ended").format(mission=name), "information-outline")
         else:
-            self._shell.say_problem(problem)
+            self._refused(robot, name)(problem)
 
     def answer(self, option: str) -> None:
         robot, prompt = self.facts.robot, self.prompt
         if robot is not None and prompt.guid and not self._presses.is_same(OfRobot("answer", robot.id)):
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
             self._act(OfRobot("answer", robot.id), lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
-                      self._saying(said, "comment-check-outline"))
+                      self._saying(said, "comment-check-outline"), self._refused(robot, _("Answer")))
 
     # ------------------------------------------------------------------ inside
     def _act(self, key: Hashable, work: Callable[[], T], done: Callable[[T], object] | None = None,
@@ -376,6 +378,10 @@ class HomeViewModel(HomeState, ViewModel):
     def _saying(self, text: str, icon: str) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""
         return lambda _outcome: self._say(text, icon)
+
+    def _refused(self, robot: Robot, asked: str) -> Callable[[BaseException], object]:
+        """To be called with what went wrong. Names robot and command: by then somebody may look at another one."""
+        return lambda problem: self._shell.say_problem(problem.at(robot.name) if isinstance(problem, RobotError) else problem, asked)
 
     def _say(self, text: str, icon: str) -> None:
         self._shell.snackbars.show(text, icon=icon)

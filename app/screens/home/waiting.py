@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from app.domain import choice, names
-from app.domain.models import Execution, Group, Robot, Settings, Wait
+from app.domain.models import Execution, Group, Robot, Settings, State, Wait
 from app.domain.reasons import waiting_sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
@@ -20,6 +20,8 @@ from app.services.allocation.belief import HIGH, Out
 from app.services.allocation.decide import AHEAD, LAST_CALL
 
 SHOWN = 2                                # on Home; all of them in a dialog
+UNSENT = (State.WAITING, State.SUBMITTING)
+ON_THE_WAY = timedelta(seconds=2)        # after which it is said that a start is being sent
 
 
 @dataclass(frozen=True)
@@ -52,16 +54,21 @@ def _start(row: Execution, note: str, settings: Settings) -> WaitingStart:
     return WaitingStart(row.id, row.mission, origin, note, word(row.priority), row.priority >= HIGH, cancelling=row.cancel_code is not None)
 
 
-def stuck_starts(facts: HomeFacts) -> list[tuple[Execution, WaitingStart]]:
-    """Of groups, with what is said: a silent robot may have them, so that nobody else gets them."""
-    found = []
+def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution, WaitingStart]]:
+    """Of groups, with what is said: those that a silent robot may have, so that nobody else gets them, and those of which their robot has
+    not said yet that it has them. Mostly it does before anybody could read that."""
+    stuck, sent = [], []
     for row in facts.open:
-        snapshot = facts.snapshots.get(row.robot_id or 0)
-        since = choice.stuck_since(row, snapshot) if snapshot is not None and row.group_id is not None else None
-        if since is not None:
+        if row.group_id is None or row.robot_id is None:
+            continue
+        snapshot = facts.snapshots.get(row.robot_id)
+        if snapshot is not None and (since := choice.stuck_since(row, snapshot)) is not None:
             words = choice.stuck(row.robot, since, facts.settings.timezone, _)
-            found.append((row, replace(_start(row, words, facts.settings), is_stuck=True)))
-    return found
+            stuck.append((row, replace(_start(row, words, facts.settings), is_stuck=True)))
+        elif row.queue_id is None and row.state in UNSENT and now - max(row.created_at, row.planned_at) >= ON_THE_WAY:
+            words = _("Being sent to {robot}").format(robot=row.robot)
+            sent.append((row, replace(_start(row, words, facts.settings), can_give=False)))
+    return stuck + sent
 
 
 def others_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group]) -> list[Option]:

@@ -16,7 +16,7 @@ from app.screens.home.waiting import (
     WaitingStart,
     more_words,
     others_for,
-    stuck_starts,
+    starts_with_a_robot,
     waiting_of,
     waiting_starts,
     waiting_title,
@@ -52,14 +52,14 @@ class WaitingModel(WaitingState):
         self._starts = GroupStarts(services.operator, services.catalogue, shell, changed, follow)
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
-        self._stuck: dict[int, WaitingStart] = {}
+        self._given: dict[int, WaitingStart] = {}             # to a robot, which has not said that it has them
         self._seconds = 0
 
     def take(self, facts: HomeFacts) -> None:
         self._facts = facts
-        stuck = stuck_starts(facts)
-        self._stuck = {row.id: start for row, start in stuck}
-        self._waiting = {row.id: row for row in [*(row for row, _start in stuck), *waiting_of(facts.open)]}
+        given = starts_with_a_robot(facts, self._services.clock.now())
+        self._given = {row.id: start for row, start in given}
+        self._waiting = {row.id: row for row in [*(row for row, _start in given), *waiting_of(facts.open)]}
         self.show()
 
     def is_old(self) -> bool:
@@ -68,8 +68,8 @@ class WaitingModel(WaitingState):
         return bool(self._waiting) and self._seconds == 0
 
     def show(self) -> None:
-        waiting = [row for row in self._waiting.values() if row.id not in self._stuck]
-        self.all_rows = [*self._stuck.values(), *waiting_starts(waiting, self._facts.settings)]
+        waiting = [row for row in self._waiting.values() if row.id not in self._given]
+        self.all_rows = [*self._given.values(), *waiting_starts(waiting, self._facts.settings)]
         self.rows = self.all_rows[:SHOWN]
         self.title, self.more = waiting_title([*self._waiting.values()]), more_words(len(self.all_rows))
 
@@ -78,7 +78,7 @@ class WaitingModel(WaitingState):
         if row is None:
             return
         match action:
-            case "give" if row.id in self._stuck:
+            case "give" if row.id in self._given:
                 self._starts.start_on_another(row, others_for(row, facts.robots, facts.groups))
             case "give":
                 now = self._services.clock.now()

@@ -123,7 +123,8 @@ class FormModel(EventDispatcher):
         if self._draft.is_moved:
             text = _("Not saved yet. Until then it starts as before.") if self._draft.kind is Kind.ONCE else \
                 _("Not saved yet. Saving moves all its starts like this one.")
-            view = replace(view, warnings=(WarningRow(text, quiet=True), *view.warnings))
+            view = replace(view, skip_why=text) if view.has_skip else \
+                replace(view, warnings=(WarningRow(text, quiet=True), *view.warnings))
         self.view = view
         self.more = self.more or view.wrong_field in form_view.UNDER_MORE
 

@@ -24,6 +24,15 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
     assert home.aino.state()["state_id"] == 3
 
 
+def test_what_a_robot_has_not_done_names_robot_and_command(home, ui):
+    """Somebody may look at another robot by then, and knows no addresses."""
+    home.aino.control({"fault": {"kind": "status_503", "path": "/status", "method": "PUT", "count": 1}})
+    press(ui, "Pause")
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == ["Pause: Aino is busy just now (status 503)"]
+    assert home.aino.state()["state_id"] == 3
+
+
 def test_two_taps_on_pause_pause(home, ui):
     press(ui, "Pause")
     ui.wait(lambda: ui.find_all(CommandButton, text="Resume") and not home.root_vm.busy)
@@ -215,7 +224,8 @@ def test_a_robot_that_is_gone_while_pausing_is_reported_in_one_sentence(home, ui
     press(ui, "Pause")
     ui.wait(lambda: "pause" not in home.root_vm.busy)
     told, = home.shell.snackbars.texts
-    assert "127.0.0.1" in told
+    assert told.startswith("Pause: ")
+    assert "Aino" in told
     assert not ui.find(CommandButton, text="Pause").disabled  # it can be tried again at once
     home.aino.control({"fault": None})
     press(ui, "Pause")
@@ -242,7 +252,7 @@ def test_pause_can_be_pressed_although_the_robot_is_known_to_be_gone(home, ui):
     home.aino.control({"reboot_seconds": 60})
     ui.wait(lambda: "No connection" in ui.texts())
     press(ui, "Pause")
-    ui.wait(lambda: any("127.0.0.1" in text for text in home.shell.snackbars.texts), seconds=20)
+    ui.wait(lambda: any(text.startswith("Pause: Aino ") for text in home.shell.snackbars.texts), seconds=20)
     assert "pause" not in home.root_vm.busy
 
 

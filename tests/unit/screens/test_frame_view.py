@@ -7,6 +7,7 @@ from datetime import timedelta
 import pytest
 
 from app.domain.models import Alarm, Connection, Priority, Wait
+from app.domain.robot import RobotState
 from app.screens.common.alarms_view import NOWHERE, Act, Here
 from app.screens.common.robot_groups import Group
 from app.screens.frame.facts import OpenIssues, late_starts
@@ -50,6 +51,13 @@ def test_the_list_of_robots_shows_state_and_battery():
     assert robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Hold(robot_id=1)]).note.startswith("Executing, held · ")
     option = robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
     assert (option.text, option.note) == ("Aino", "Executing · 78 %")
+
+
+def test_the_robots_that_need_help_stand_out_among_those_to_choose_from():
+    """Their number is in the title."""
+    paused = replace(EXECUTING, state=RobotState.PAUSE)
+    assert robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW).tone == "neutral"
+    assert robot_option(AINO, snapshot(1, paused), SETTINGS, NOW).tone == "action"
 
 
 # ---------------------------------------------------------------------- the banner

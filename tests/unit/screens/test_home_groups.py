@@ -111,12 +111,24 @@ def test_a_start_that_a_silent_robot_may_have_is_told_and_others_are_offered():
     lost = replace(row(60), state=State.SUBMITTING, robot_id=1, robot="Aino")
     silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
     given = facts(lost, snapshots={1: silent, 2: snapshot(2, READY)})
-    [(found, start)] = waiting.stuck_starts(given)
+    [(found, start)] = waiting.starts_with_a_robot(given, NOW)
     assert (found, start.is_stuck) == (lost, True)
     assert start.note.startswith("Aino may have it: silent since ")
     assert [(option.key, option.text) for option in waiting.others_for(lost, (AINO, VEIKKO), (HALL,))] == [(2, "Veikko")]
-    assert waiting.stuck_starts(replace(given, snapshots={1: snapshot(1, READY)})) == []
-    assert waiting.stuck_starts(facts(replace(lost, group_id=None), snapshots={1: silent})) == []
+    [(_found, start)] = waiting.starts_with_a_robot(replace(given, snapshots={1: snapshot(1, READY)}), NOW)
+    assert not start.is_stuck
+    assert waiting.starts_with_a_robot(facts(replace(lost, group_id=None), snapshots={1: silent}), NOW) == []
+
+
+@pytest.mark.parametrize("state", [State.WAITING, State.SUBMITTING])
+def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state):
+    """Seen: it went from robot to robot for half a minute, and where it had been pressed nothing told of it."""
+    sent = replace(row(60), state=state, robot_id=2, robot="Veikko")
+    given = facts(sent, snapshots={2: snapshot(2, READY)})
+    [(found, start)] = waiting.starts_with_a_robot(given, NOW)
+    assert (found, start.note, start.is_stuck, start.can_give) == (sent, "Being sent to Veikko", False, False)
+    assert waiting.starts_with_a_robot(facts(replace(sent, state=State.QUEUED, queue_id=7)), NOW) == []
+    assert waiting.starts_with_a_robot(given, sent.planned_at + timedelta(seconds=1)) == []      # mostly it has it by then
 
 
 # ---------------------------------------------------------------------- run now

@@ -338,6 +338,7 @@ def test_nothing_is_chosen_for_the_operator_unless_there_is_only_one():
     assert view(FACTS).run.off
     assert view(replace(FACTS, missions=(KITS,))).run.mission_id == KITS.id
     assert view(replace(FACTS, missions=())).run.text == "No missions yet"
+    assert view(replace(FACTS, missions=(), is_new=True)).run.text == "Choose a mission"        # until they are read
 
 
 def held_run(**values):
