@@ -4,6 +4,7 @@ Journal settings that lose no committed row at a power cut (WAL with synchronous
 """
 from __future__ import annotations
 
+import contextlib
 import os
 import sqlite3
 import threading
@@ -154,7 +155,8 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
     connection = sqlite3.connect(f"{path.as_uri()}?{mode}", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT, check_same_thread=False,
                                  cached_statements=STATEMENTS)
     connection.execute("PRAGMA query_only = ON")
-    connection.execute(f"PRAGMA cache_size = -{PAGES_KIB}")
+    with contextlib.suppress(sqlite3.Error):               # it reads the file: what is wrong with that hears who asks for something in it
+        connection.execute(f"PRAGMA cache_size = -{PAGES_KIB}")
     return configured(connection)
 
 
