@@ -131,9 +131,8 @@ def fonts_at_hand() -> tuple[str, ...]:
 
 # ---------------------------------------------------------------------- in kivy
 def apply() -> None:
-    """Let kivy measure and draw every text run by run, all on one baseline, with one font for all fractions of a size. A second time
-    changes nothing."""
-    measure, draw, name = CoreLabel.get_extents, CoreLabel._render_text, CoreLabel._get_font_id
+    """Let kivy measure and draw every text run by run, all on one baseline. A second time changes nothing."""
+    measure, draw = CoreLabel.get_extents, CoreLabel._render_text
     if measure.__module__ == __name__:
         return
 
@@ -153,11 +152,7 @@ def apply() -> None:
             _in(run, self, draw, run.text, x, y + max(ascents) - ascent)
             x += _size(run, self, measure)[0]
 
-    def get_font_id(self) -> str:
-        """SDL opens fonts in whole sizes only: of each fraction kivy would keep another copy, 0.1 MB of letters and 0.4 of icons."""
-        return f"{int(self.options['font_size'])}|{name(self).partition('|')[2]}"
-
-    CoreLabel.get_extents, CoreLabel._render_text, CoreLabel._get_font_id = get_extents, render_text, get_font_id
+    CoreLabel.get_extents, CoreLabel._render_text = get_extents, render_text
 
 
 def _size(run: Run, label: CoreLabel, measure: Callable[..., tuple[int, int]]) -> tuple[int, int]:

@@ -128,13 +128,3 @@ def test_a_font_that_is_a_pipe_holds_up_nothing(machine):
     searching.join(20)
     assert found == [(Run("Robot 机", ROBOTO),), (DEJAVU,)]
     Body(text="Robot 机").texture_update()
-
-
-def test_a_font_is_kept_once_for_all_fractions_of_a_size(ui):
-    """SDL opens whole sizes."""
-    whole, fraction, larger = (CoreLabel(text="Aino", font_size=size) for size in (16, 16.9, 17))
-    for label in (whole, fraction, larger):
-        label.refresh()
-    assert fraction._get_font_id() == whole._get_font_id() != larger._get_font_id()
-    assert fraction.texture.size == whole.texture.size
-    assert larger.texture.size != whole.texture.size
