@@ -63,9 +63,11 @@ class WaitingModel(WaitingState):
         self.show()
 
     def is_old(self) -> bool:
-        """Whether what is said about it has to be read again: what the robots do meanwhile changes it without a word."""
+        """Whether what is said about it has to be read again: what the robots do meanwhile changes it without a word, as does time what
+        is being sent."""
         self._seconds = (self._seconds + 1) % READ_EVERY
-        return bool(self._waiting) and self._seconds == 0
+        is_sent = any(row.group_id is not None and row.queue_id is None for row in self._facts.open)
+        return (is_sent or bool(self._waiting)) and self._seconds == 0
 
     def show(self) -> None:
         waiting = [row for row in self._waiting.values() if row.id not in self._given]
@@ -96,7 +98,7 @@ NO_WAITING = WaitingState()
 
 
 class WaitingRow(RecycledRow, BoxLayout):
-    """A start without a robot. Actions: "give", "priority", "cancel"."""
+    """A start without a robot, or that its robot does not have yet. Actions: "give", "priority", "cancel"."""
     mission = StringProperty()
     origin = StringProperty()
     note = StringProperty()
