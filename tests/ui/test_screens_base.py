@@ -156,6 +156,21 @@ def test_newer_work_with_the_same_key_supersedes_older(ui, background):
     assert done == ["new"]
 
 
+def test_threads_of_work_apart_end_with_it(ui, background):
+    """There is a name for each robot that was ever looked into."""
+    def threads() -> list[str]:
+        return [thread.name for thread in threading.enumerate() if thread.name.startswith("ui-check-up")]
+
+    done, go = [], threading.Event()
+    for n in range(6):
+        background.run(lambda n=n: go.wait(5) and n, done.append, apart=f"check-up {n // 2}")
+    assert len(threads()) == 6
+    go.set()
+    ui.wait(lambda: len(done) == 6 and not threads())
+    background.run(lambda: "again", done.append, apart="check-up 0")
+    ui.wait(lambda: done[-1] == "again" and not threads())
+
+
 def test_cancelled_work_delivers_nothing(ui, background):
     gate = threading.Event()
     done: list[object] = []

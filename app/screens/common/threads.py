@@ -137,7 +137,8 @@ class Background:
 
     def __init__(self, bus: UiBus, workers: int = 12, unexpected: Callable[[BaseException], object] | None = None) -> None:
         self._bus = bus
-        self._pools = {"": ThreadPoolExecutor(workers, thread_name_prefix="ui-work")}
+        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="ui-work")
+        self._apart: dict[str, tuple[ThreadPoolExecutor, set[Job]]] = {}     # as long as there is work for it
         self._unexpected = unexpected
         self._latest: dict[Hashable, Job] = {}
         self._pending: set[Job] = set()
@@ -155,10 +156,17 @@ class Background:
                 self._latest[key].cancel()
             self._latest[key] = job
         self._pending.add(job)
-        if apart not in self._pools:
-            self._pools[apart] = ThreadPoolExecutor(APART, thread_name_prefix=f"ui-{apart}")
-        self._pools[apart].submit(self._work, job, work, done, failed, key)
+        self._pool_for(apart, job).submit(self._work, job, work, done, failed, key)
         return job
+
+    def _pool_for(self, apart: str, job: Job) -> ThreadPoolExecutor:
+        if not apart:
+            return self._pool
+        if apart not in self._apart:
+            self._apart[apart] = ThreadPoolExecutor(APART, thread_name_prefix=f"ui-{apart}"), set()
+        pool, jobs = self._apart[apart]
+        jobs.add(job)
+        return pool
 
     @property
     def idle(self) -> bool:
@@ -169,7 +177,7 @@ class Background:
         """Take no more work and deliver nothing more; what runs runs to its end."""
         for job in self._pending:
             job.cancel()
-        for pool in self._pools.values():
+        for pool in (self._pool, *(pool for pool, _jobs in self._apart.values())):
             pool.shutdown(wait=False, cancel_futures=True)
 
     def _work(self, job: Job, work: Callable[[], Any], done: Callable[[Any], object] | None,
@@ -183,11 +191,21 @@ class Background:
 
     def _deliver(self, job: Job, key: Hashable | None, call: Callable[[], object]) -> None:
         self._pending.discard(job)
+        self._end_unused(job)
         job.finished = True
         if key is not None and self._latest.get(key) is job:
             del self._latest[key]
         if not job.cancelled:
             call()
+
+    def _end_unused(self, job: Job) -> None:
+        """Names of work come and go with robots and files; threads of those that are gone would wait for ever, each with its reader of the
+        database."""
+        for name, (pool, jobs) in list(self._apart.items()):
+            jobs.discard(job)
+            if not jobs:
+                pool.shutdown(wait=False)
+                del self._apart[name]
 
     def _tell(self, problem: BaseException, failed: Callable[[BaseException], object] | None) -> None:
         if failed is not None:
