@@ -10,6 +10,7 @@ from kivy.clock import Clock
 from kivy.graphics import Canvas, Color
 from kivy.lang import Builder
 from kivy.properties import ObservableDict
+from kivy.uix.label import Label
 from kivy.uix.relativelayout import RelativeLayout
 
 from app.widgets.shapes import rounded
@@ -17,11 +18,17 @@ from app.widgets.tokens import TYPE_SCALE, font_of, set_roles, tk
 
 KIVYMD_VERSION = "2.0.0"
 CLEAR = (0, 0, 0, 0)
+# of kivy's labels, which no text here ever changes
+LEFT_AT_DEFAULTS = frozenset({
+    "font_direction", "italic", "underline", "strikethrough", "font_family", "outline_width", "outline_color", "disabled_outline_color",
+    "mipmap", "strip", "ellipsis_options", "unicode_errors", "font_kerning", "font_blended", "font_context", "font_features",
+    "base_direction", "text_language", "limit_render_to_text_bbox"})
 
 
 def apply() -> None:
     """Install all of them; before the first KivyMD widget is made. A second time changes nothing."""
-    for cure in (ids_in_kv, declared_ids, touches, hover, ripple, shadow, background, state_layer, scheme, type_scale):
+    for cure in (ids_in_kv, declared_ids, touches, hover, ripple, shadow, background, state_layer, scheme, type_scale,
+                 text_properties):
         cure()
 
 
@@ -100,8 +107,9 @@ def background() -> None:
     def __init__(self, **kwargs):
         super(Background, self).__init__(**kwargs)
         self._draws_background = False       # what is set as an argument comes before there is a canvas
+        watch = self._watch_background       # one method for all: each access makes another
         for name in ("_md_bg_color", "line_color", "state_layer_color"):
-            self.fbind(name, self._watch_background)
+            self.fbind(name, watch)
         self._watch_background()
 
     def _watch_background(self, *_args):
@@ -181,3 +189,8 @@ def type_scale() -> None:
             font_name, font_size = font_of(style, role)
             theme_font_styles[style][role] |= {"font-size": font_size, "line-height": 1, "font-name": font_name}
     theme_font_styles["Icon"]["large"]["font-size"] = "24dp"
+
+
+def text_properties() -> None:
+    """A label waits for a change of any of 37 properties, a third of the memory it takes, and half of a window are labels."""
+    Label._font_properties = tuple(name for name in Label._font_properties if name not in LEFT_AT_DEFAULTS)

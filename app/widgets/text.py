@@ -37,8 +37,9 @@ class Txt(MDLabel):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
+        mode = self._mode                    # one method for all: each access makes another
         for name in ("fit", "max_width", "least_width", "text", "font_size", "font_name", "markup"):
-            self.fbind(name, self._mode)
+            self.fbind(name, mode)
         self.fbind("most_lines", self._trigger_texture)
         self.fbind("width", self._wrap)
         self.fbind("texture_size", self._resize)

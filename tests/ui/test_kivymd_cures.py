@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import gc
+import re
 import sys
 import weakref
 from collections.abc import Iterator
@@ -295,6 +296,31 @@ def test_the_type_scale_still_needs_the_cure():
     text = source(KIVYMD / "font_definitions.py")
     assert '"font-size": sp(16)' in text
     assert '"font-size": sp(11)' in text
+
+
+def test_a_label_follows_no_property_that_stays_at_its_default(ui):
+    for label in (Factory.Body(text="Deliver"), Factory.Ico(icon="star"), MDLabel(text="Deliver")):
+        for name in kivymd_cures.LEFT_AT_DEFAULTS:
+            assert not label.get_property_observers(name), name
+        assert label.get_property_observers("text")
+
+
+def test_what_is_left_out_is_drawn_as_before(ui):
+    label = Factory.Body(text="Deliver")
+    for name in kivymd_cures.LEFT_AT_DEFAULTS - {"outline_color", "disabled_outline_color"}:       # of no outline
+        assert (getattr(label, name) or None) == (label._label.options.get(name) or None), name
+
+
+def test_no_text_sets_what_labels_do_not_follow():
+    sets = re.compile(rf"\b({'|'.join(kivymd_cures.LEFT_AT_DEFAULTS)})\s*(?::|=(?!=))")
+    root = Path(kivymd_cures.__file__).parents[2]
+    files = [*root.glob("app/**/*.py"), *root.glob("kv/**/*.kv")]
+    assert len(files) > 100
+    assert {path.name: found for path in files if (found := sets.findall(path.read_text(encoding="utf-8")))} == {}
+
+
+def test_labels_still_follow_everything():
+    assert "for x in d:\n            fbind(x, update, x)" in source(KIVY / "uix" / "label.py", "\n    def __init__")
 
 
 # ---------------------------------------------------------------------- not cured but not used
