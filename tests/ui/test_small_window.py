@@ -180,6 +180,23 @@ def test_of_a_robot_that_somebody_has_to_go_to_all_that_is_needed_is_seen_at_onc
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
+@pytest.mark.parametrize("status", [sample.READY, sample.CHARGING])
+def test_the_map_of_a_robot_on_which_nothing_runs_is_beside_its_battery_below_a_banner(ui, status):
+    """Without one it is below, and the address is beside the battery."""
+    facts = sample.with_aino(status, queue=())
+    home(Rig(ui), facts)
+    ui.advance(.5)
+    assert not ui.find(RobotCard).has_map_beside
+    screen = home(Rig(ui), facts, issues=HELD)
+    ui.advance(.5)
+    assert ui.find(RobotCard).has_map_beside
+    place, battery = ui.find(PlaceMap), ui.find(ValueTile, icon=screen.vm.card.battery.icon)
+    (left, low, _right, high), (_left, bottom, right, top) = checks.area(place), checks.area(battery)
+    assert (left >= right, bottom < high, low < top) == (True, True, True)
+    assert checks.visible_area(place, checks.parents(place)) == pytest.approx(checks.area(place), abs=1)
+    assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
 def test_what_a_robot_says_stands_there_once(ui):
     sentence = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.card.mission.name
     ui.advance(.5)

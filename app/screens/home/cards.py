@@ -253,7 +253,7 @@ class BelowTiles(Slot):
 class RobotCard(Card):
     """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls, ``above`` of what is above the map,
     ``seen`` of what is beside the controls. Where a card that ``fills`` what room there is leaves the map none, the map of a robot that is
-    ``sought``, as nothing runs on it, it has failed or does not answer, takes the place of its address."""
+    ``sought``, as nothing runs on it of which the end is known, it has failed or does not answer, takes the place of its address."""
     needed = NumericProperty(0)
     above = NumericProperty(0)
     seen = NumericProperty(0)

@@ -84,6 +84,13 @@ class HomeFacts:
         robot = self.robot
         return tuple(e for e in self.open if robot is not None and e.robot_id == robot.id)
 
+    def about(self, robot_id: int | None) -> HomeFacts:
+        """With that robot selected: of another one than before nothing has been read yet but what all robots do."""
+        chosen = replace(self, settings=replace(self.settings, selected_robot_id=robot_id))
+        if chosen.robot == self.robot:
+            return chosen
+        return replace(chosen, entered=(), missions=(), is_new=True, expected={}, names={}, map=None)
+
     def hold(self, robot_id: int, at: datetime) -> Hold | None:
         """What keeps a start on that robot from being sent at that instant."""
         return hold_at(self.holds, robot_id, at)

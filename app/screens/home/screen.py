@@ -104,14 +104,14 @@ class HomeViewModel(HomeState, ViewModel):
         self._show()
 
     def _reading(self) -> Callable[[], HomeFacts]:
-        known = None if self._is_plan_old else self.facts
+        known = None if self._is_plan_old or self.facts.is_new else self.facts
         self._is_plan_old = False
         return lambda: read(self._services, known)
 
     def take(self, facts: HomeFacts) -> None:
         """Show what was read."""
         if "robot" in self.busy:                              # the choice of a moment ago is on its way to the database
-            facts = replace(facts, settings=replace(facts.settings, selected_robot_id=self.facts.settings.selected_robot_id))
+            facts = facts.about(self.facts.settings.selected_robot_id)
         self.facts = facts
         self._note_running()
         self._learning.look(facts)
@@ -149,9 +149,8 @@ class HomeViewModel(HomeState, ViewModel):
     def select_robot(self, robot_id: int) -> None:
         """Select it for the whole app, which may have selected another one since this screen was read."""
         is_shown = self.facts.robot is not None and robot_id == self.facts.robot.id
-        self.facts = replace(self.facts, settings=replace(self.facts.settings, selected_robot_id=robot_id))
+        self.facts = self.facts.about(robot_id)
         if not is_shown:
-            self.facts = replace(self.facts, missions=(), is_new=True, expected={}, names={}, map=None)
             self._chosen, self._target = None, Target()
             self._show()
         self._keep_selection()
@@ -381,7 +380,12 @@ class HomeViewModel(HomeState, ViewModel):
 
     def _refused(self, robot: Robot, asked: str) -> Callable[[BaseException], object]:
         """To be called with what went wrong. Names robot and command: by then somebody may look at another one."""
-        return lambda problem: self._shell.say_problem(problem.at(robot.name) if isinstance(problem, RobotError) else problem, asked)
+        def say(problem: BaseException) -> None:
+            if isinstance(problem, RobotError) and "{address}" in problem.msgid:
+                self._shell.say_problem(problem.at(robot.name), asked)
+            else:                                             # of the disk, say, or of a host name: it names no robot
+                self._shell.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
+        return say
 
     def _say(self, text: str, icon: str) -> None:
         self._shell.snackbars.show(text, icon=icon)

@@ -20,7 +20,6 @@ from app.services.allocation.belief import HIGH, Out
 from app.services.allocation.decide import AHEAD, LAST_CALL
 
 SHOWN = 2                                # on Home; all of them in a dialog
-UNSENT = (State.WAITING, State.SUBMITTING)
 ON_THE_WAY = timedelta(seconds=2)        # after which it is said that a start is being sent
 
 
@@ -36,6 +35,7 @@ class WaitingStart:
     can_give: bool = True
     cancelling: bool = False
     is_stuck: bool = False               # a silent robot may have it: another one can be asked to do it as well
+    has_robot: bool = False              # so that it goes before nothing else any more
 
 
 def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
@@ -64,11 +64,18 @@ def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution
         snapshot = facts.snapshots.get(row.robot_id)
         if snapshot is not None and (since := choice.stuck_since(row, snapshot)) is not None:
             words = choice.stuck(row.robot, since, facts.settings.timezone, _)
-            stuck.append((row, replace(_start(row, words, facts.settings), is_stuck=True)))
-        elif row.queue_id is None and row.state in UNSENT and now - max(row.created_at, row.planned_at) >= ON_THE_WAY:
+            stuck.append((row, replace(_start(row, words, facts.settings), is_stuck=True, has_robot=True)))
+        elif _is_being_sent(row) and now - max(row.created_at, row.planned_at) >= ON_THE_WAY:
             words = _("Being sent to {robot}").format(robot=row.robot)
-            sent.append((row, replace(_start(row, words, facts.settings), can_give=False)))
+            sent.append((row, replace(_start(row, words, facts.settings), can_give=False, has_robot=True)))
     return stuck + sent
+
+
+def _is_being_sent(row: Execution) -> bool:
+    """What waits for something else, such as the end of a hold, says so in its robot's queue; what is revoked is not sent again."""
+    if row.state is State.SUBMITTING:
+        return row.queue_id is None and row.revoked is None
+    return row.state is State.WAITING and row.wait in (Wait.DUE, Wait.RETRY)
 
 
 def others_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group]) -> list[Option]:
@@ -102,7 +109,7 @@ def _without_those_tried(row: Execution) -> dict[str, Any]:
 
 def waiting_title(rows: Sequence[Execution]) -> str:
     """Without any it is empty."""
-    count, waits = len(rows), {row.wait for row in rows if has_no_robot(row)}
+    count, waits = len(rows), {row.wait if has_no_robot(row) else Wait.DUE for row in rows}
     if not count:
         return ""
     if waits <= {Wait.ROBOT, Wait.DUE}:

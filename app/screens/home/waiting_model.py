@@ -107,6 +107,7 @@ class WaitingRow(RecycledRow, BoxLayout):
     can_give = BooleanProperty(True)
     cancelling = BooleanProperty(False)
     is_stuck = BooleanProperty(False)
+    has_robot = BooleanProperty(False)
 
 
 class WaitingCard(SectionCard):

@@ -90,7 +90,7 @@ class Draft:
 
     def is_stored(self, name: str) -> bool:
         """Whether it is a schedule as it is, with nothing changed; ``name`` as a person has given it."""
-        return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin) == self
+        return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin, is_moved=self.is_moved) == self
 
     @property
     def start(self) -> datetime:

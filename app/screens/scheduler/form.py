@@ -120,7 +120,7 @@ class FormModel(EventDispatcher):
         """Build the texts again: time has passed, or the language was switched."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
         view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
-        if self._draft.is_moved:
+        if self._draft.is_moved and not self._draft.is_stored(self._facts.name(self._draft.base)):        # nor moved back by hand
             text = _("Not saved yet. Until then it starts as before.") if self._draft.kind is Kind.ONCE else \
                 _("Not saved yet. Saving moves all its starts like this one.")
             view = replace(view, skip_why=text) if view.has_skip else \

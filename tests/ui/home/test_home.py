@@ -4,6 +4,7 @@ from __future__ import annotations
 from datetime import timedelta
 from zoneinfo import ZoneInfo
 
+from app.database.connection import DatabaseUnavailable
 from app.domain.models import Schedule
 from app.screens.home.cards import FinishedRow, PlannedRow, RobotHead
 from app.widgets.buttons import CommandButton
@@ -52,6 +53,28 @@ def test_the_top_bar_switches_robots_from_anywhere(home, ui):
     ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
     ui.tap_text("Home")
     ui.wait(lambda: ui.find_all(CommandButton, text="Run on Veikko") or ui.find_all(RobotChip, name="Veikko", selected=True))
+
+
+def test_what_was_read_of_another_robot_is_not_offered_on_the_one_just_chosen(home, ui):
+    """It arrives before the choice is in the database."""
+    view, veikko = home.root_vm, next(robot for robot in home.root_vm.facts.robots if robot.name == "Veikko")
+    read = view.facts
+    view.select_robot(veikko.id)
+    view.take(read)
+    assert (view.facts.robot, view.run.chips, view.run.text) == (veikko, (), "Choose a mission")
+    ui.wait(lambda: view.run.chips)
+    assert view.facts.robot == veikko
+
+
+def test_a_choice_of_a_robot_that_can_not_be_written_is_taken_back(home, ui, monkeypatch):
+    def fail(**_changes: object) -> None:
+        raise DatabaseUnavailable("the disk is full")
+
+    view, aino = home.root_vm, home.root_vm.facts.robot
+    monkeypatch.setattr(home.site.container.catalogue, "change_settings", fail)
+    ui.tap(ui.find(RobotChip, name="Veikko"))
+    ui.wait(lambda: home.shell.snackbars.texts)
+    ui.wait(lambda: view.facts.robot == aino and view.run.chips)
 
 
 # ---------------------------------------------------------------------- where lists lead

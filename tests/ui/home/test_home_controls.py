@@ -3,7 +3,10 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 
-from app.domain.models import ReasonCode, State
+import pytest
+
+from app.domain.models import InvalidInput, ReasonCode, State
+from app.mir.errors import Unreachable
 from app.screens.home.cards import RobotHead
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
@@ -31,6 +34,20 @@ def test_what_a_robot_has_not_done_names_robot_and_command(home, ui):
     ui.wait(lambda: home.shell.snackbars.texts)
     assert home.shell.snackbars.texts == ["Pause: Aino is busy just now (status 503)"]
     assert home.aino.state()["state_id"] == 3
+
+
+@pytest.mark.parametrize(("problem", "said"), [
+    (InvalidInput("robot", "this robot has been removed"), "Aino · Pause: This robot has been removed"),
+    (Unreachable(code="unknown_name", host="mir7.plant"),
+     "Aino · Pause: The name mir7.plant is not known on this network; check it or enter the robot's IP address")])
+def test_a_problem_that_names_no_robot_is_said_with_that(home, ui, monkeypatch, problem, said):
+    def fail(_robot_id: int) -> None:
+        raise problem
+
+    monkeypatch.setattr(home.site.container.operator, "pause", fail)
+    press(ui, "Pause")
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == [said]
 
 
 def test_two_taps_on_pause_pause(home, ui):

@@ -93,6 +93,12 @@ def test_instants_in_an_alarm_are_reported_in_the_zone_of_the_settings():
     assert alarm_text(alarm("app_was_off", "app"), SETTINGS, NOW) == "The app was off or asleep from 12:38 to 13:38"
 
 
+def test_of_what_was_started_twice_one_may_have_run_already():
+    twice = alarm("started_twice", "execution:9", details={"mission": "Kits", "robot": "Aino", "other": "Veikko"})
+    assert alarm_text(twice, SETTINGS, NOW) == "Kits came to Aino after all, and had been started on Veikko as well"
+    assert note(twice) == "14:36 · cancel what has not run yet and is not wanted"
+
+
 # ---------------------------------------------------------------------- where it leads
 HOME, SETUP, DATA, LOGS = Act.SHOW_ROBOT, Act.ROBOT_SETTINGS, Act.DATA_SETTINGS, Act.LOGS
 DESTINATIONS = {                         # code: (key as the services give it, what the button does, about what)

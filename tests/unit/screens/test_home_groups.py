@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.domain.models import Connection, Group, HandOver, Mission, Schedule, State, Wait
+from app.domain.models import Connection, Group, HandOver, Mission, Reason, ReasonCode, Schedule, State, Wait
 from app.screens.common.group_starts import robots_for
 from app.screens.home import run_now, waiting
 from app.screens.home.lists import planned_starts, queue_entries
@@ -62,7 +62,8 @@ def test_the_most_important_is_first_and_nothing_with_a_robot_is_among_them():
 @pytest.mark.parametrize(("rows", "title"), [
     ([], ""), ([row()], "Waiting for a robot (1)"), ([row(1), row(2, wait=Wait.DUE)], "Waiting for a robot (2)"),
     ([row(1, wait=Wait.PLACE)], "Waiting for a place (1)"), ([row(1), row(2, wait=Wait.PLACE)], "Waiting to start (2)"),
-    ([row(1, wait=Wait.HOLD)], "Waiting to start (1)")])
+    ([row(1, wait=Wait.HOLD)], "Waiting to start (1)"),
+    ([row(1, wait=Wait.PLACE), row(2, robot_id=2, robot="Veikko", state=State.SUBMITTING)], "Waiting to start (2)")])
 def test_for_what_and_how_many_wait(rows, title):
     assert waiting.waiting_title(rows) == title
 
@@ -126,7 +127,7 @@ def test_a_start_that_a_silent_robot_may_have_is_told_and_others_are_offered():
 @pytest.mark.parametrize("state", [State.WAITING, State.SUBMITTING])
 def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state):
     """Seen: it went from robot to robot for half a minute, and where it had been pressed nothing told of it."""
-    sent = replace(row(60), state=state, robot_id=2, robot="Veikko")
+    sent = replace(row(60), state=state, robot_id=2, robot="Veikko", wait=Wait.DUE)
     given = facts(sent, snapshots={2: snapshot(2, READY)})
     [(found, start)] = waiting.starts_with_a_robot(given, NOW)
     assert (found, start.note, start.is_stuck, start.can_give) == (sent, "Being sent to Veikko", False, False)
@@ -142,6 +143,27 @@ def test_what_has_just_been_given_to_a_robot_is_looked_at_again_though_nothing_i
     assert any(model.is_old() for _second in range(READ_EVERY))
     model.take(facts())
     assert not any(model.is_old() for _second in range(READ_EVERY))
+
+
+@pytest.mark.parametrize("wait", [Wait.HOLD, Wait.BATTERY, Wait.PLACE, Wait.CLOCK, Wait.ELSEWHERE, Wait.LATE_START])
+def test_what_a_person_gave_to_a_robot_on_which_it_waits_is_not_said_to_be_sent(wait):
+    """It may wait so for hours; the robot's queue says for what."""
+    given = replace(row(60), robot_id=2, robot="Veikko", wait=wait, wait_details={})
+    assert waiting.starts_with_a_robot(facts(given, snapshots={2: snapshot(2, READY)}), NOW) == []
+
+
+def test_what_is_not_sent_again_is_not_said_to_be_sent():
+    """It was started on another robot, while the first was silent."""
+    revoked = replace(row(60), state=State.SUBMITTING, robot_id=1, robot="Aino", revoked=Reason(ReasonCode.USER_CANCELLED))
+    silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
+    assert waiting.starts_with_a_robot(facts(revoked, snapshots={1: silent}), NOW) == []
+
+
+def test_the_priority_of_what_has_a_robot_is_settled():
+    sent = replace(row(60), state=State.SUBMITTING, robot_id=2, robot="Veikko")
+    [(_row, start)] = waiting.starts_with_a_robot(facts(sent, snapshots={2: snapshot(2, READY)}), NOW)
+    assert start.has_robot
+    assert not waiting.waiting_starts([row()], SETTINGS)[0].has_robot
 
 
 # ---------------------------------------------------------------------- run now

@@ -134,6 +134,13 @@ def test_a_start_that_is_moved_takes_along_what_is_ruled_with_it(values, before,
     assert chosen.moved(old, old) == chosen
 
 
+def test_a_start_that_is_moved_and_put_back_by_hand_changes_nothing():
+    stored = Schedule("S", 1, 1, datetime(2026, 11, 23, 8), "Europe/Helsinki", "FREQ=DAILY")
+    moved = Draft.of(stored).moved(datetime(2026, 11, 24, 8), datetime(2026, 11, 24, 9))
+    assert not moved.is_stored(stored.name)
+    assert replace(moved, at=time(8)).is_stored(stored.name)
+
+
 @pytest.mark.parametrize(("rule", "before", "after", "can"), [
     ("FREQ=DAILY", "2026-11-24T08:00", "2026-11-25T09:00", True), ("FREQ=WEEKLY;BYDAY=MO,WE", "2026-11-25T08:00", "2026-11-26T09:00", True),
     ("FREQ=DAILY;INTERVAL=2", "2026-11-25T08:00", "2026-11-26T08:00", False),
