@@ -93,6 +93,36 @@ def test_a_schedule_that_is_being_edited_survives_a_change_of_the_size_of_texts(
     assert (form.editing, form.draft.priority) == (schedule.id, 7)
 
 
+@pytest.mark.parametrize("change", [{"gloves": True}, {"font_scale_percent": 115}, {"language": "fi"}, {"theme": "dark"}])
+def test_what_the_screens_show_survives_a_change_of_the_appearance(site, app, ui, change):
+    """Whether they are built again for it or not: the timeline's zoom, and the part of the Logs with its filters."""
+    def model(name: str):
+        app.shell.go(name)
+        ui.wait(lambda: app.shell.background.idle)
+        return app.shell.navigator.screen(name).vm
+
+    plan, logs = model("scheduler"), model("logs")
+    plan.zoom(True)
+    plan.page(True)
+    window = plan._window
+    plan.choose_mode("days")
+    logs.choose_part("figures")
+    logs.choose_period("month")
+    logs.toggle_search()
+    logs.search("kits")
+    ui.advance(.5)
+    go(ui, "display")
+    site.container.catalogue.change_settings(**change)
+    ui.wait(lambda: app._shown == settings(site))
+    plan, logs = model("scheduler"), model("logs")
+    assert (plan.mode, plan._window) == ("days", window)
+    plan.choose_mode("hours")
+    ui.wait(lambda: app.shell.background.idle)
+    assert (plan.timeline.hours, plan.follows) == (window.hours, False)
+    assert (logs.part, logs.period, logs.query, logs.searching) == ("figures", "month", "kits", True)
+    assert logs._filters.text == "kits"
+
+
 def test_both_survive_a_restart(site, ui):
     with shown(site.container, ui):
         go(ui, "display")

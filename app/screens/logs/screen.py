@@ -84,8 +84,11 @@ class LogsViewModel(ViewModel):
         self.fbind("portrait", lambda *_args: self._show_rows())
 
     # ------------------------------------------------------------------ reading
-    def opened(self, execution_id: int | None = None, anew: bool = False) -> None:
-        """``execution_id``: show the story of that run; ``anew``: the runs, without filters."""
+    def opened(self, execution_id: int | None = None, anew: bool = False, seen: tuple[str, Filters] | None = None) -> None:
+        """``execution_id``: show the story of that run; ``anew``: the runs, without filters; ``seen``: what to come back to otherwise."""
+        if seen is not None:
+            self.part, self._filters = seen
+            self.query, self.searching = self._filters.text, bool(self._filters.text)
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.every(REFRESH_S, self._runs_refresher.read)
         if anew:
@@ -227,6 +230,11 @@ class LogsViewModel(ViewModel):
         self._show_rows()
 
     # ------------------------------------------------------------------ the filters
+    @property
+    def seen(self) -> tuple[str, Filters]:
+        """The part that is shown, and of what."""
+        return self.part, self._filters
+
     def set_filters(self, **changes: Any) -> None:
         """Fields of ``Filters`` by name; the others stay."""
         self._use(replace(self._filters, **changes))
@@ -336,3 +344,7 @@ class LogsScreen(ScreenBase):
         load_kv("widgets/slots", "logs/screen", "logs/figures", "logs/robot_states")
         super().__init__(vm=LogsViewModel(services, shell), **kwargs)
         self.fbind("portrait", lambda *_args: setattr(self.vm, "portrait", self.portrait))
+
+    def place(self) -> dict[str, Any]:
+        """With its part and filters."""
+        return {"seen": self.vm.seen}

@@ -72,9 +72,14 @@ class SchedulerViewModel(OnTimeline):
         self.fbind("touched", self._touch_changed)
 
     # ------------------------------------------------------------------ reading
-    def opened(self, schedule_id: int | None = None, mission_id: int | None = None, draft: Draft | None = None) -> None:
-        """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission; ``draft`` was in it."""
+    def opened(self, schedule_id: int | None = None, mission_id: int | None = None, draft: Draft | None = None,
+               plan: tuple[str, Window] | None = None) -> None:
+        """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission; ``draft`` was in it, ``plan``
+        is the ``shown_plan`` to come back to."""
         self._wanted = schedule_id
+        if plan is not None:
+            self.mode, self._window = plan
+            self.follows = self._window.left is None
         if draft is not None:
             self.form.begin(draft)
         if mission_id is not None:
@@ -141,6 +146,11 @@ class SchedulerViewModel(OnTimeline):
 
     def _show_schedules(self) -> None:
         self.listed.show(self._facts, self.form.editing)
+
+    @property
+    def shown_plan(self) -> tuple[str, Window]:
+        """The timeline or the list, and what the timeline shows."""
+        return self.mode, self._window
 
     def _get_shown_part(self) -> str:
         part: str = self.mode if self.part == "plan" else self.part
@@ -260,7 +270,7 @@ class SchedulerScreen(ScreenBase):
 
     def place(self) -> dict[str, Any]:
         """With what somebody was filling in."""
-        return {"draft": self.vm.form.draft} if self.vm.form.is_in_use else {}
+        return {"plan": self.vm.shown_plan, **({"draft": self.vm.form.draft} if self.vm.form.is_in_use else {})}
 
     def _show_form(self, _dt: float) -> None:
         """It may be out of sight: on another page, or where the page scrolls."""
