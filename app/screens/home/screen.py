@@ -291,6 +291,9 @@ class HomeViewModel(HomeState, ViewModel):
             return
         title = ngettext("Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count)
         text = _("Everything in its queue is removed, whoever put it there; what runs is aborted.")
+        if self.card.old:
+            text += " " + _("There is no connection to {robot} just now: if the command does not reach it, nothing is removed; if only its "
+                            "answer is missing, what was sent from here is cancelled as soon as it answers.").format(robot=robot.name)
         asked = title.format(n=count, robot=robot.name)
         self._shell.dialogs.confirm(asked, text, _("Clear queue"), lambda: self._clear(robot), danger=True)
 

@@ -142,6 +142,24 @@ def test_a_clear_without_an_answer_says_what_becomes_of_it(home, ui):
     assert execution.reason.code is ReasonCode.QUEUE_CLEARED
 
 
+def test_clearing_the_queue_of_a_robot_that_does_not_answer_says_what_becomes_of_it_first(home, ui):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: len(rows(ui)) == 1)
+    press(ui, "Clear queue")
+    assert "no connection" not in ui.find(ConfirmDialog).text
+    ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Cancel"))
+    ui.wait(lambda: not ui.find_all(ConfirmDialog))
+    home.aino.control({"reboot_seconds": 600})
+    ui.wait(lambda: home.root_vm.card.old)
+    press(ui, "Clear queue")
+    assert "There is no connection to Aino just now: if the command does not reach it, nothing is removed" in ui.find(ConfirmDialog).text
+    ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
+    ui.wait(lambda: any(text.startswith("Clear queue: ") for text in home.shell.snackbars.texts))
+    execution, = home.site.container.history.open()           # nothing has reached it
+    assert execution.cancel_code is None
+
+
 def test_one_of_ours_can_be_cancelled(home, ui):
     pend(home)
     run(ui, "Deliver")
