@@ -3,14 +3,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from datetime import datetime
+from datetime import datetime, timedelta
 from functools import cached_property
 
+from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState
 from app.screens.common.holding import hold_at, hold_of_run
 from app.services.catalogue.catalogue import Catalogue
+from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
 from app.services.live.alarms import Alarms
 from app.services.live.holds import Hold, Holds
@@ -23,6 +25,7 @@ from app.services.robots.maps import RobotMaps
 from app.services.robots.missions import RobotMissions
 
 NEXT_PLANNED = LAST_FINISHED = 5
+PAUSED = "paused"                        # the activity
 LONGEST_QUEUE = 200                      # items of a robot's queue that are shown; the others are counted
 
 
@@ -39,6 +42,7 @@ class HomeServices:
     operator: Operator
     plan: Plan
     robot_missions: RobotMissions
+    robot_states: RobotStates
     settings: Callable[[], Settings]
     snapshots: Snapshots
 
@@ -66,6 +70,7 @@ class HomeFacts:
     cancelling: frozenset[int] = frozenset()            # queue ids that the operator has just asked to be gone
     clearing: frozenset[int] = frozenset()              # ids of robots whose queues the operator is just having cleared
     seen_running: Mapping[int, datetime] = field(default_factory=dict)       # by queue id: since when this tablet has seen it run
+    activities: tuple[ActivitySpan, ...] = ()           # what the selected robot was seen doing since what it executes has begun
 
     @property
     def robot(self) -> Robot | None:
@@ -89,7 +94,7 @@ class HomeFacts:
         chosen = replace(self, settings=replace(self.settings, selected_robot_id=robot_id))
         if chosen.robot == self.robot:
             return chosen
-        return replace(chosen, entered=(), missions=(), is_new=True, expected={}, names={}, map=None)
+        return replace(chosen, entered=(), missions=(), is_new=True, expected={}, names={}, map=None, activities=())
 
     def hold(self, robot_id: int, at: datetime) -> Hold | None:
         """What keeps a start on that robot from being sent at that instant."""
@@ -139,6 +144,19 @@ class HomeFacts:
         ours = self.execution_of(item)
         return ours.started_at if ours and ours.started_at else self.seen_running.get(item.id)
 
+    def working_since(self, item: QueueItem, now: datetime) -> datetime | None:
+        """``running_since``, moved on by as long as the robot has been paused."""
+        since, read_at, status = self.running_since(item), self.snapshot.read_at, self.snapshot.status
+        if since is None or read_at is None or status is None:
+            return since
+        is_paused = activity_of(status) == PAUSED
+        paused = sum((span.end - span.start for span in self.activities if span.activity == PAUSED), timedelta())
+        if self.activities and self.activities[-1].activity == PAUSED:       # stored only once a minute
+            paused += max(timedelta(), (now if is_paused else read_at) - self.activities[-1].end)
+        elif is_paused:
+            paused += now - max(since, read_at)
+        return since + paused
+
     def name_of(self, item: QueueItem) -> str:
         """The mission of an item, as the people here call it, else as the robot does."""
         return self._known_name(item) or item.mission_id or "–"
@@ -158,12 +176,12 @@ class HomeFacts:
         return self._mission_names.get(guid) or self.names.get(guid)
 
 
-def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
+def read(services: HomeServices, known: HomeFacts | None = None, seen_running: Mapping[int, datetime] | None = None) -> HomeFacts:
     """Read everything, or with ``known`` only what the robots do: the plan and the history are then as they were.
 
     Called off the UI thread: it asks the database, never a robot.
     """
-    facts = known or _read_plan(services)
+    facts = replace(known or _read_plan(services), seen_running=seen_running or {}, activities=())
     facts = replace(facts, snapshots={robot.id: services.snapshots.get(robot.id) for robot in facts.robots},
                     known={robot.id: services.robot_missions.names(robot.id) for robot in facts.robots} if facts.groups else {},
                     holds=tuple(services.holds.all_active()))
@@ -171,11 +189,18 @@ def read(services: HomeServices, known: HomeFacts | None = None) -> HomeFacts:
     if robot is None:
         return facts
     running = facts.running
+    since = facts.running_since(running) if running else None
     expected = services.history.expected(robot.id, facts.guid_of(running)) if running else None
     return replace(facts, map=services.maps.known(robot.id, facts.map_id) if facts.map_id else None,
                    missions=tuple(services.robot_missions.offered(robot.id, facts.entered)),
                    names=services.robot_missions.names(robot.id),
-                   expected={facts.guid_of(running): expected} if running and expected else {})
+                   expected={facts.guid_of(running): expected} if running and expected else {},
+                   activities=_activities(services, robot, since) if since else ())
+
+
+def _activities(services: HomeServices, robot: Robot, since: datetime) -> tuple[ActivitySpan, ...]:
+    found = services.robot_states.timelines(since, services.clock.now(), [robot.id])
+    return tuple(span for one in found for span in one.spans if span.activity != NO_DATA)
 
 
 def _read_plan(services: HomeServices) -> HomeFacts:

@@ -104,9 +104,9 @@ class HomeViewModel(HomeState, ViewModel):
         self._show()
 
     def _reading(self) -> Callable[[], HomeFacts]:
-        known = None if self._is_plan_old or self.facts.is_new else self.facts
+        known, seen_running = None if self._is_plan_old or self.facts.is_new else self.facts, self._seen_running
         self._is_plan_old = False
-        return lambda: read(self._services, known)
+        return lambda: read(self._services, known, seen_running)
 
     def take(self, facts: HomeFacts) -> None:
         """Show what was read."""

@@ -186,7 +186,7 @@ def _done_about(facts: HomeFacts, now: datetime, old: bool) -> TileView | None:
     item, status = facts.running, facts.snapshot.status
     if item is None or status is None or old or status.state in (*STOPPED, RobotState.PAUSE):
         return None
-    usual, since = facts.expected.get(facts.guid_of(item)), facts.running_since(item)
+    usual, since = facts.expected.get(facts.guid_of(item)), facts.working_since(item, now)
     if usual is None or not usual.median_s or since is None:
         return None
     end = since + timedelta(seconds=usual.median_s)
@@ -268,7 +268,7 @@ def _last_known(facts: HomeFacts, snapshot: RobotSnapshot, now: datetime) -> Mis
 
 
 def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> MissionView:
-    ours, since = facts.execution_of(item), facts.running_since(item)
+    ours, since = facts.execution_of(item), facts.working_since(item, now)
     elapsed = max(0.0, (now - since).total_seconds()) if since else None
     usual = facts.expected.get(facts.guid_of(item))
     is_paused = facts.snapshot.status is not None and facts.snapshot.status.state is RobotState.PAUSE

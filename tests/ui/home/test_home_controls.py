@@ -27,6 +27,18 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
     assert home.aino.state()["state_id"] == 3
 
 
+def test_what_runs_stands_still_while_the_robot_is_paused(home, ui):
+    run(ui, "Deliver")
+    ui.wait(lambda: is_shown_running(ui))
+    press(ui, "Pause")
+    ui.wait(lambda: home.root_vm.facts.activities and home.root_vm.facts.activities[-1].activity == "paused")
+    ui.advance(1)
+    began, shown = home.site.container.clock.now(), home.root_vm.card.mission.elapsed
+    ui.wait(lambda: (home.site.container.clock.now() - began).total_seconds() > 3)
+    ui.advance(1)
+    assert home.root_vm.card.mission.elapsed == shown
+
+
 def test_what_a_robot_has_not_done_names_robot_and_command(home, ui):
     """Somebody may look at another robot by then, and knows no addresses."""
     home.aino.control({"fault": {"kind": "status_503", "path": "/status", "method": "PUT", "count": 1}})

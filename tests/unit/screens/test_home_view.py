@@ -6,6 +6,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.domain.activity import ActivitySpan
 from app.domain.models import Connection, DurationEstimate, IdleRule, Reason, ReasonCode, Settings, State
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.i18n import translator
@@ -111,6 +112,22 @@ def test_an_idle_robot_says_that_nothing_is_planned():
 
 def test_elapsed_runs_on_between_two_readings():
     assert present(FACTS, NOW + timedelta(seconds=3), None).card.mission.elapsed == "4 min 15 s"
+
+
+@pytest.mark.parametrize(("state", "activities", "elapsed", "left"), [
+    ("paused", [("executing", 252, 120), ("paused", 120, 60)], "2 min 12 s", ""),              # still: stored only once a minute
+    ("paused", [("executing", 252, 60)], "4 min 10 s", ""),                                    # it was read a moment ago
+    ("paused", [("executing", 252, 200), ("paused", 200, 100), ("executing", 100, 30)], "2 min 30 s", ""),
+    ("executing", [("executing", 252, 120), ("paused", 120, 60), ("executing", 60, 0)], "3 min 12 s", "3 min left"),
+    ("executing", [("executing", 252, 120), ("paused", 120, 60)], "2 min 14 s", "4 min left"),     # going on was read 2 s ago
+])
+def test_the_time_of_a_pause_does_not_count(state, activities, elapsed, left):
+    status = replace(EXECUTING, state=RobotState.PAUSE if state == "paused" else RobotState.EXECUTING)
+    spans = tuple(ActivitySpan(activity, ago(seconds=start), ago(seconds=end)) for activity, start, end in activities)
+    facts = replace(with_aino(status), activities=spans)
+    card, later = view(facts).card, present(facts, NOW + timedelta(seconds=20), None).card
+    assert (card.mission.elapsed, card.beside.note) == (elapsed, left) if left else card.mission.elapsed == elapsed
+    assert (later.mission.progress == card.mission.progress) is (state == "paused")
 
 
 def test_much_longer_than_usual_is_reported():
