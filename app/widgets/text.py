@@ -11,7 +11,7 @@ from kivymd.uix.label import MDIcon, MDLabel
 from app.widgets.tokens import font_of
 
 SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")          # where an address, a path or a file name may go on in the next line
-UNIT = re.compile(r"(?<=\d) (?=(?:s|min|h|d|pv|%|m|km|m/s)(?![\w/]))")          # between a number and its unit no line ends
+JOINT = re.compile(r"(?<=\d) (?=(?:s|min|h|d|pv|%|m|km|m/s)(?![\w/]))| (?=…)")  # between a number and its unit, before dots: no line ends
 
 SEEN = 2.5               # characters in the width of an em: on average there are two
 
@@ -21,7 +21,8 @@ class Txt(MDLabel):
 
     ``fit`` False: it gets its width from the layout and wraps. True: it is as wide as its text, at least ``least_width``, and wraps only
     beyond ``max_width`` (0: never). Either way it is as high as its ``lines``, whatever the font scale. A word wider than a line breaks
-    before its port, after a slash and the like; only one without such a place breaks anywhere. No number is parted from its unit.
+    before its port, after a slash and the like; only one without such a place breaks anywhere. No number is parted from its unit, and
+    no "…" from the word before it.
     """
     fit = BooleanProperty(False)
     max_width = NumericProperty(0)
@@ -100,7 +101,7 @@ class Txt(MDLabel):
         return ["".join(word.text for word in line.words) for line in self._label._cached_lines]
 
     def _seamed(self, text, width) -> str:
-        text = UNIT.sub("\N{NO-BREAK SPACE}", text)
+        text = JOINT.sub("\N{NO-BREAK SPACE}", text)
         if max(map(len, text.split()), default=0) * self.font_size > width:          # else no word is too wide: don't measure them
             self._label.resolve_font_name()
             text = re.sub(r"\S+", lambda word: self._break_word(word[0], width), text)

@@ -41,6 +41,15 @@ def test_a_number_stays_with_its_unit(ui, text, width, lines):
     assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width, most_lines=4)] == lines
 
 
+@pytest.mark.parametrize(("text", "width", "lines"), [
+    ("Start elsewhere …", 115, ["Start", "elsewhere …"]),
+    ("Asking the robot … and on", 118, ["Asking the", "robot … and on"]),
+])
+def test_dots_stay_with_the_word_before_them(ui, text, width, lines):
+    assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width)] == lines
+    assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width, most_lines=4)] == lines
+
+
 def test_a_word_without_seams_breaks_anywhere(ui):
     lines = shown_lines(ui, "x" * 60, 160)
     assert "".join(lines) == "x" * 60
