@@ -29,6 +29,16 @@ _PLAIN = tuple(name for name in _FIELDS if name != "reason")         # columns o
 _COLUMNS = (*_PLAIN, "reason_code", "reason_details")
 
 
+class Elsewhere(NamedTuple):
+    """The start ``id`` was in doubt on ``robot``, and a person had ``other`` run in its place ``at`` an instant: on ``other_robot``, or any
+    of that group."""
+    id: int
+    robot: str
+    other: int
+    other_robot: str
+    at: datetime
+
+
 @dataclass(frozen=True)
 class ExecutionFilter:
     """Which executions are wanted; None or an empty text: any."""
@@ -298,6 +308,15 @@ class ExecutionRepository:
 
     def by_token(self, c: sqlite3.Connection, token: str) -> Execution | None:
         return self._one(c, "WHERE token = ?", token)
+
+    def started_elsewhere(self, c: sqlite3.Connection, start: datetime, end: datetime) -> list[Elsewhere]:
+        """Of the starts that were planned in [start, end], newest first."""
+        rows = c.execute("""SELECT mine.id, mine.robot, other.id, coalesce(nullif(other.robot, ''), other.robot_group), other.created_at
+                            FROM executions mine INDEXED BY executions_planned JOIN executions other ON other.id <> mine.id
+                                AND other.token = iif(json_valid(mine.revoked), mine.revoked, '{}') ->> '$.details.instead'
+                            WHERE mine.planned_at >= ? AND mine.planned_at <= ? AND mine.revoked IS NOT NULL
+                            ORDER BY mine.planned_at DESC, mine.id DESC""", (to_text(start), to_text(end)))
+        return [Elsewhere(number, robot, other, other_robot, to_instant(at)) for number, robot, other, other_robot, at in rows]
 
     def open_for(self, c: sqlite3.Connection, robot_id: int, states: Sequence[State] = OPEN_STATES) -> list[Execution]:
         """Open ones of a robot, or those of them in some states, oldest first."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
-from app.database.executions import ExecutionFilter, PageKey
+from app.database.executions import Elsewhere, ExecutionFilter, PageKey
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Robot, Settings
 from app.domain.reasons import codes_with
@@ -52,6 +52,7 @@ class LogsFacts:
     count: int = 0                       # rows that the filters let through
     usual_s: UsualSeconds = field(default_factory=dict)
     expected: Mapping[int, DurationEstimate] = field(default_factory=dict)      # by id, of what is open
+    elsewhere: Mapping[int, Elsewhere] = field(default_factory=dict)            # by id, of what was started on another robot
 
     @property
     def zone(self) -> ZoneInfo:
@@ -60,7 +61,8 @@ class LogsFacts:
     def with_more(self, page: LogsFacts) -> LogsFacts:
         """The same with the rows of the next page, unless they are known already."""
         known = {row.id for row in self.rows}
-        return replace(self, rows=(*self.rows, *(row for row in page.rows if row.id not in known)), next=page.next, usual_s=page.usual_s)
+        return replace(self, rows=(*self.rows, *(row for row in page.rows if row.id not in known)), next=page.next, usual_s=page.usual_s,
+                       elsewhere={**self.elsewhere, **page.elsewhere})
 
 
 def execution_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> ExecutionFilter:
@@ -82,14 +84,16 @@ def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> Lo
         tuple(sorted({mission.name for mission in services.catalogue.missions()}, key=str.casefold)), tuple(page.rows), page.next,
         history.count(wanted), usual_durations(history, page.rows, {}),
         {row.id: found for row in page.rows if row.state.is_open and row.robot_id is not None
-         and (found := history.expected(row.robot_id, row.mission_guid)) is not None})
+         and (found := history.expected(row.robot_id, row.mission_guid)) is not None},
+        history.elsewhere(page.rows))
 
 
 def read_next_page(services: LogsServices, facts: LogsFacts) -> LogsFacts:
     """The runs that follow those of ``facts``. Called off the UI thread."""
     wanted = execution_filter(facts.filters, services.clock.now(), facts.zone)
     page = services.history.page(wanted, before=facts.next, size=PAGE)
-    return replace(facts, rows=tuple(page.rows), next=page.next, usual_s=usual_durations(services.history, page.rows, facts.usual_s))
+    return replace(facts, rows=tuple(page.rows), next=page.next, usual_s=usual_durations(services.history, page.rows, facts.usual_s),
+                   elsewhere=services.history.elsewhere(page.rows))
 
 
 def usual_durations(history: History, rows: Sequence[Execution], known: UsualSeconds) -> UsualSeconds:

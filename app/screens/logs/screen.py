@@ -178,7 +178,8 @@ class LogsViewModel(ViewModel):
 
     def _show_rows(self) -> None:
         facts, now = self._facts, self._services.clock.now()
-        self.rows = self._row_cache.rows(facts.rows, now, facts.zone, facts.usual_s, self.opened_run, self.portrait, facts.expected)
+        self.rows = self._row_cache.rows(facts.rows, now, facts.zone, facts.usual_s, self.opened_run, self.portrait, facts.expected,
+                                         facts.elsewhere)
 
     def _show_figures(self) -> None:
         if self._figures is not None:

@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from enum import StrEnum
 from zoneinfo import ZoneInfo
 
+from app.database.executions import Elsewhere
 from app.domain.clock import midnight
 from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCode, Robot, State, Trigger
 from app.domain.reasons import sentence, waiting_sentence
@@ -184,14 +185,15 @@ class RunRow:
 
 
 def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened: bool, narrow: bool = False,
-        expected: DurationEstimate | None = None) -> RunRow:
-    """``expected``: how long a run that has not ended will take, as far as that is known."""
+        expected: DurationEstimate | None = None, elsewhere: Elsewhere | None = None) -> RunRow:
+    """``expected``: how long a run that has not ended will take, as far as that is known; ``elsewhere``: that it was started on another
+    robot, or instead of one there."""
     icon, tone = execution_appearance.LOOKS[execution.state]
     return RunRow(
         execution.id, icon, tone, execution_appearance.word(execution.state), execution.mission, reason_line(execution, zone, usual),
         of_groups.whose(execution), execution_appearance.trigger_word(execution.trigger),
         when(execution.planned_at.astimezone(zone), now.astimezone(zone)), formats.duration(execution.duration_s), opened, narrow,
-        story(execution, zone, usual, expected) if opened else (), message(execution) if opened else "")
+        story(execution, zone, usual, expected, elsewhere) if opened else (), message(execution) if opened else "")
 
 
 class RowCache:
@@ -202,18 +204,19 @@ class RowCache:
         self._rows: dict[int, tuple[Execution, object, RunRow]] = {}     # by run: as it was, what else its row depends on
 
     def rows(self, executions: Sequence[Execution], now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened_run: int | None,
-             narrow: bool, expected: Mapping[int, DurationEstimate]) -> list[RunRow]:
+             narrow: bool, expected: Mapping[int, DurationEstimate], elsewhere: Mapping[int, Elsewhere]) -> list[RunRow]:
         """``row`` of each; ``opened_run`` is the id of the one that shows its story, ``expected`` goes by the id of what has not ended."""
         context = now.astimezone(zone).date(), zone, narrow, translator.language
         known = self._rows if context == self._context else {}
         self._context, self._rows = context, {}
         for execution in executions:
-            details = usual.get((execution.robot_id, execution.mission_guid)), execution.id == opened_run, expected.get(execution.id)
+            further = expected.get(execution.id), elsewhere.get(execution.id)
+            details = usual.get((execution.robot_id, execution.mission_guid)), execution.id == opened_run, further
             before = known.get(execution.id)
             if before is not None and details == before[1] and (execution is before[0] or execution == before[0]):
                 self._rows[execution.id] = execution, details, before[2]
             else:
-                line = row(execution, now, zone, usual, execution.id == opened_run, narrow, expected.get(execution.id))
+                line = row(execution, now, zone, usual, execution.id == opened_run, narrow, *further)
                 self._rows[execution.id] = execution, details, line
         return [line for _execution, _details, line in self._rows.values()]
 
@@ -267,11 +270,13 @@ def _length(execution: Execution, usual: UsualSeconds) -> str:
 
 
 # ---------------------------------------------------------------------- its story
-def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: DurationEstimate | None = None) -> tuple[StepView, ...]:
+def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: DurationEstimate | None = None,
+          elsewhere: Elsewhere | None = None) -> tuple[StepView, ...]:
     """planned → submitted → started → ended, as far as it came; with days where there are several."""
     started_at, ran_until = _really_ran(execution)
     ended_at = skipped_at(execution) or ran_until
-    instants = (execution.planned_at, execution.submitted_at, started_at, ended_at)
+    left = elsewhere if elsewhere is not None and elsewhere.id == execution.id else None
+    instants = (execution.planned_at, execution.submitted_at, started_at, ended_at, left.at if left else None)
     with_day = len({at.astimezone(zone).date() for at in instants if at is not None}) > 1
 
     def time(at: datetime | None) -> str:
@@ -279,12 +284,14 @@ def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: D
         return " ".join([*([formats.wall_day(there.date())] if there and with_day else []), formats.wall_time(there, seconds=True)])
 
     attempts = ngettext("{n} attempt", "{n} attempts", execution.attempts).format(n=execution.attempts)
-    steps = [(_("Planned"), time(execution.planned_at), _planned_note(execution))]
+    steps = [(_("Planned"), time(execution.planned_at), _planned_note(execution, elsewhere))]
     steps += of_groups.steps(execution, zone)
     if execution.submitted_at is not None:
         steps.append((_("Submitted"), time(execution.submitted_at), attempts))
     elif execution.attempts:
         steps.append((_("Tried"), attempts, _("none accepted")))
+    if left is not None:
+        steps.append((_("Elsewhere"), time(left.at), _("a person started it on {robot} instead").format(robot=left.other_robot)))
     if started_at is not None:
         steps.append((_("Started"), time(started_at), _queue_note(execution)))
     state = execution_appearance.word(execution.state)
@@ -319,10 +326,11 @@ def _last_tone(state: State) -> str:
     return "neutral" if state is State.COMPLETED else execution_appearance.LOOKS[state][1]
 
 
-def _planned_note(execution: Execution) -> str:
-    """What started it, and of which group any robot could take it."""
+def _planned_note(execution: Execution, elsewhere: Elsewhere | None) -> str:
+    """What started it, of which group any robot could take it, and instead of whose start a person wanted it."""
     started_by = execution.given_name or execution_appearance.trigger_word(execution.trigger)
-    return " · ".join(filter(None, (started_by, of_groups.any_of(execution))))
+    instead = _("instead of the start on {robot}").format(robot=elsewhere.robot) if elsewhere and elsewhere.other == execution.id else ""
+    return " · ".join(filter(None, (started_by, of_groups.any_of(execution), instead)))
 
 
 def _queue_note(execution: Execution) -> str:

@@ -1,17 +1,19 @@
 """The history: the ledger's rows, page by page."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from app.database.connection import Database
 from app.database.durations import DurationRepository
-from app.database.executions import ExecutionFilter, ExecutionRepository, PageKey
+from app.database.executions import Elsewhere, ExecutionFilter, ExecutionRepository, PageKey
 from app.database.missions import MissionRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.models import DurationEstimate, Execution
 from app.services.planning.durations import expected
+
+DOUBTED_FOR = timedelta(days=7)          # that a start is looked back for in whose place another one was started
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,14 @@ class History:
     def get(self, execution_id: int) -> Execution | None:
         """As it is now; None when it has been deleted."""
         return self._executions.get(self._db.read(), execution_id)
+
+    def elsewhere(self, rows: Sequence[Execution]) -> Mapping[int, Elsewhere]:
+        """Of those of these rows that a person had started on another robot, and of what was started there, by the row's id."""
+        if not rows:
+            return {}
+        planned = [row.planned_at for row in rows]
+        found = self._executions.started_elsewhere(self._db.read(), min(planned) - DOUBTED_FOR, max(planned))
+        return {number: one for one in found for number in (one.id, one.other)}
 
     def last_finished(self, count: int) -> Sequence[Execution]:
         """The newest ended executions of all robots, but for starts that a person skipped: they never ran."""

@@ -63,6 +63,18 @@ def test_what_was_started_on_another_robot_is_not_once_more(hall, then):
     assert len(hall.items()) == 1, outcomes(hall)
 
 
+def test_the_history_knows_what_was_started_instead_of_what(hall):
+    row = in_doubt_at_a_silent_robot(hall)
+    history = hall.container.history
+    assert history.elsewhere([row]) == {}
+    hall.container.operator.start_on_another(row.id, None, "pressed")
+    hall.run(30)
+    other = hall.container.ledger.by_token("pressed")
+    found, = set(history.elsewhere([row]).values())
+    assert (found.id, found.robot, found.other, found.other_robot) == (row.id, row.robot, other.id, other.robot)
+    assert history.elsewhere([other])[other.id] == found, "also where the list holds only one of them"
+
+
 def test_nor_when_its_outcome_is_unknown_for_good(hall):
     row = in_doubt_at_a_silent_robot(hall)
     hall.run(3700)

@@ -5,6 +5,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
+from app.database.executions import Elsewhere
 from app.domain.models import DurationEstimate, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.i18n import translator
 from app.screens.logs import kpi_view, view
@@ -75,7 +76,7 @@ def test_only_what_has_changed_is_built_again(monkeypatch):
 
     def rows(runs, now=NOW, usual=USUAL, opened=None, narrow=False):
         made.clear()
-        found = cache.rows(runs, now, ZONE, usual, opened, narrow, {})
+        found = cache.rows(runs, now, ZONE, usual, opened, narrow, {}, {})
         assert found == [row(run, now, ZONE, usual, run.id == opened, narrow) for run in runs]
         return list(made)
 
@@ -101,7 +102,7 @@ def test_rows_are_built_again_in_another_language(finnish):
     cache = view.RowCache()
 
     def outcomes():
-        return [row.outcome for row in cache.rows([DONE], NOW, ZONE, USUAL, None, False, {})]
+        return [row.outcome for row in cache.rows([DONE], NOW, ZONE, USUAL, None, False, {}, {})]
 
     assert outcomes() == ["Completed"]
     finnish()
@@ -132,6 +133,16 @@ def test_a_story_goes_only_as_far_as_the_run_came():
     assert [(step.label, step.note) for step in view.story(running, ZONE, USUAL)][2:] == [
         ("Started", "no wait"), ("Running", "not ended yet")]
     assert view.message(SKIPPED) == ""
+
+
+def test_a_story_says_that_a_person_had_it_started_on_another_robot():
+    doubted, run = replace(DONE, id=4, started_at=None, ended_at=None, duration_s=None, state=State.SUBMITTING), replace(DONE, id=5)
+    found = Elsewhere(4, "Aino", 5, "Veikko", PLANNED + timedelta(minutes=2))
+    step = view.story(doubted, ZONE, USUAL, elsewhere=found)[2]
+    assert (step.label, step.time, step.note) == ("Elsewhere", "13:32:00", "a person started it on Veikko instead")
+    steps = view.story(run, ZONE, USUAL, elsewhere=found)
+    assert [step.label for step in steps] == ["Planned", "Submitted", "Started", "Completed"]
+    assert steps[0].note == view.story(run, ZONE, USUAL)[0].note + " · instead of the start on Aino"
 
 
 def test_a_story_that_was_found_late_has_the_times_of_the_robot():
