@@ -9,6 +9,9 @@ What lives on is frozen, that is left out of the next collections, so that they 
 dies frozen is only found when everything is scanned. So that comes first, and nothing is frozen before much more is alive than comes and
 goes by itself, a form, a dialog and two sections of Settings: at 100,000 objects nearly all of these were frozen before they closed, and
 40 MB of them waited for the next scan.
+
+What room the heap once needed it keeps, as something that lives on lies everywhere in it. So before it grows beyond what it has had,
+everything is scanned too: what there is room for is what once was alive, and not what was dead beside it.
 """
 from __future__ import annotations
 
@@ -21,6 +24,7 @@ NEW = 40_000                 # objects that have come since the last collection:
 AT_REST = 100_000            # alive since everything was scanned, after which it is again, and they are frozen, at the next rest: 0.3 s
 ALIVE = 150_000              # also while the screen is in use: until then a collection takes up to 20 ms
 AT_THE_LATEST = 250_000      # also while a dialog is open, which would be frozen too: 30 ms
+MORE = 40_000                # blocks of Python's heap that may come to the most that were ever alive, 3 MB
 EVERY = 300.0                # s between collections at rest, however little there is
 LET_GO = 2.0                 # s after which nothing holds the screens any more that were thrown away
 REST = 5.0                   # s without a touch, after which a pause goes unnoticed
@@ -36,6 +40,7 @@ class Garbage:
         self._now, self._is_calm = now, is_calm
         self._touched_at = self._collected_at = now()
         self._alive = 0                      # objects that are not frozen, at the last collection
+        self._room = 0                       # blocks that the heap may have before everything is scanned
         self._gone_at: float | None = None
         self._before: tuple[int, int, int] | None = None
 
@@ -69,6 +74,8 @@ class Garbage:
             gc.collect()
             self._collected_at = now
             self._alive = len(gc.get_objects(generation=2))
+            if sys.getallocatedblocks() > self._room:
+                self._scan_all()
         elif self._is_scan_due(rests) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
             self._scan_all()
             self._gone_at = None
@@ -81,6 +88,7 @@ class Garbage:
         gc.collect()
         gc.freeze()
         self._alive = 0
+        self._room = max(self._room, sys.getallocatedblocks() + MORE)
         give_back()
 
 

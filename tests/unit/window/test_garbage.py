@@ -62,7 +62,7 @@ def resident() -> float:
 
 
 @pytest.fixture
-def window() -> Iterator[Window]:
+def new_window() -> Iterator[Window]:
     gc.collect()
     gc.freeze()                          # what the tests themselves consist of
     Ring.alive = 0
@@ -71,6 +71,18 @@ def window() -> Iterator[Window]:
     window.garbage.end()
     gc.collect()
     gc.freeze()                          # as before
+
+
+@pytest.fixture
+def window(new_window: Window) -> Window:
+    """Much more was alive in it once."""
+    much = [Kept() for _n in range(3 * AT_THE_LATEST)]
+    new_window.frames()
+    del much
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()
+    return new_window
 
 
 def test_what_was_shown_for_a_while_and_has_gone_is_collected_in_use(window: Window) -> None:
@@ -167,6 +179,16 @@ def test_what_will_close_is_not_frozen_before_it_is_much(window: Window) -> None
     stays = many_more(window, AT_THE_LATEST)
     window.frames()
     assert gc.get_freeze_count() >= before + len(stays)
+
+
+def test_before_the_heap_grows_beyond_what_lived_in_it_all_that_is_dead_is_collected(new_window: Window) -> None:
+    """Whatever is open."""
+    count = frozen_garbage(new_window)
+    new_window.is_calm = False
+    assert Ring.alive == count
+    stays = many_more(new_window, 2 * NEW)
+    assert Ring.alive == 0
+    assert 2 * len(stays) < ALIVE
 
 
 def test_what_is_let_go_of_a_moment_later_is_collected_then(window: Window) -> None:
