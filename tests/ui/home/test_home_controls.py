@@ -48,13 +48,13 @@ def test_what_a_robot_has_not_done_names_robot_and_command(home, ui):
     assert home.aino.state()["state_id"] == 3
 
 
-@pytest.mark.parametrize(("problem", "said"), [
-    (InvalidInput("robot", "this robot has been removed"), "Aino · Pause: This robot has been removed"),
-    (Unreachable(code="unknown_name", host="mir7.plant"),
+@pytest.mark.parametrize(("problem", "said"), [          # made in the test: one that was raised keeps the window it was raised in
+    (lambda: InvalidInput("robot", "this robot has been removed"), "Aino · Pause: This robot has been removed"),
+    (lambda: Unreachable(code="unknown_name", host="mir7.plant"),
      "Aino · Pause: The name mir7.plant is not known on this network; check it or enter the robot's IP address")])
 def test_a_problem_that_names_no_robot_is_said_with_that(home, ui, monkeypatch, problem, said):
     def fail(_robot_id: int) -> None:
-        raise problem
+        raise problem()
 
     monkeypatch.setattr(home.site.container.operator, "pause", fail)
     press(ui, "Pause")
