@@ -149,6 +149,8 @@ class Monkey:
             for size in SIZES:
                 Window.size = size
                 wear.rounds(ROUNDS)
+                Window.size = size
+                wear.see_sections()
         self._app.shell.go("settings", section="robots", add=True)
         self._ui.wait(lambda: self._ui.find_all(FieldInput))
         self._ui.find(FieldInput).focus = True

@@ -75,6 +75,32 @@ class Wear:
         shell.snackbars.clear()
         self._ui.advance()
 
+    def see_sections(self) -> None:
+        """All parts of the Scheduler and the Logs, then each section of Settings, with a long list open above it."""
+        scheduler, logs = self._seen("scheduler"), self._seen("logs")
+        for mode in ("days", "hours"):
+            self._seen("scheduler")
+            scheduler.vm.choose_mode(mode)
+            self._ui.wait(lambda: self._shell.background.idle)
+        for part in ("figures", "runs"):
+            self._seen("logs")
+            logs.vm.choose_part(part)
+            self._ui.wait(lambda: self._shell.background.idle)
+        self._seen("home")
+        for section in SECTIONS:
+            self._seen("settings", section=section)
+            self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None)
+            self._ui.advance(.1)
+            self._shell.dialogs.close_all()
+            self._ui.advance(.1)
+
+    def _seen(self, name: str, **intent: object) -> Widget:
+        self._shell.go(name, **intent)
+        self._ui.wait(lambda: self._shell.background.idle)
+        self._ui.advance(.1)
+        screen: Widget = self._shell.navigator.screen(name)
+        return screen
+
     def dialog(self) -> None:
         """One dialog further, opened and closed."""
         shell = self._shell
