@@ -7,6 +7,7 @@ from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
+from kivy.uix.widget import Widget
 
 from app.widgets import activity_bands, figure_charts, figures, pages, slots  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
@@ -92,8 +93,11 @@ class GroupCard(Row, SectionCard):
 
 
 class RunsSearch(SearchField):
-    """The search field of the runs; ``card`` is the view model."""
+    """The search field of the runs; ``card`` is the view model. Somebody who opens it types; one that comes back with its words is read."""
     card = ObjectProperty(None, rebind=True)
+
+    def on_kv_post(self, _base: Widget) -> None:
+        self.focus = not self.text
 
 
 class RunsList(LongList):

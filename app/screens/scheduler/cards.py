@@ -7,6 +7,7 @@ from kivy.clock import Clock
 from kivy.input.motionevent import MotionEvent
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
 
 from app.screens.scheduler.form_view import SKIPPED, FormView
 from app.screens.scheduler.timeline import TimelineView
@@ -109,8 +110,11 @@ class SchedulesCard(SectionCard):
 
 
 class SchedulesSearch(SearchField):
-    """The search field of the schedules."""
+    """The search field of the schedules. Somebody who opens it types; one that comes back with its words is read."""
     card = ObjectProperty(None, allownone=True, rebind=True)
+
+    def on_kv_post(self, _base: Widget) -> None:
+        self.focus = not self.text
 
 
 class FormCard(SectionCard):

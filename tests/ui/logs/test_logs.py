@@ -165,6 +165,17 @@ def test_outcomes_missions_and_triggers_narrow_the_list_and_one_tap_takes_them_a
     assert screen.logs._facts.count == everything
 
 
+def test_a_search_that_comes_back_with_its_words_opens_no_keyboard(screen, ui):
+    tap(screen, ui, ui.find(IconButton, icon="magnify"))
+    assert ui.find(SearchField).focus
+    ui.type(ui.find(SearchField), "pallet")
+    settle(screen, ui)
+    for part in ("figures", "runs"):
+        screen.logs.choose_part(part)
+        settle(screen, ui)
+    assert (ui.find(SearchField).text, ui.find(SearchField).focus) == ("pallet", False)
+
+
 def test_typing_searches_and_closing_the_search_clears_it(screen, ui):
     tap(screen, ui, ui.find(IconButton, icon="magnify"))
     ui.type(ui.find(SearchField), "pallet")
