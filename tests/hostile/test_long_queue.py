@@ -57,7 +57,8 @@ def test_only_what_runs_is_looked_up_in_the_history() -> None:
     services = SimpleNamespace(
         snapshots=SimpleNamespace(get=long_queue().snapshots.__getitem__), maps=SimpleNamespace(known=lambda *_: None),
         robot_missions=SimpleNamespace(names=lambda _robot_id: {}, offered=lambda _robot_id, entered: list(entered)),
-        holds=SimpleNamespace(all_active=list), clock=SimpleNamespace(now=lambda: NOW), robot_states=SimpleNamespace(timelines=lambda *_: []),
+        holds=SimpleNamespace(all_active=list), clock=SimpleNamespace(now=lambda: NOW),
+        robot_states=SimpleNamespace(timelines=lambda *_: []),
         history=SimpleNamespace(expected=lambda _robot_id, guid: asked.append(guid)))
     facts = home_facts.read(services, FACTS)         # type: ignore[arg-type]
     assert facts.robot == AINO
