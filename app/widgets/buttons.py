@@ -89,7 +89,16 @@ class CommandButton(OnlySeen, Styled, MDButton):
         self._ring = None
         super().__init__(**kwargs)
 
+    def on_icon(self, *_):
+        """Many have none, and need no label for it."""
+        if self.icon and self._button_icon is None and self._button_text is not None:
+            mark = ButtonIcon(icon=self.icon, color=self.front)
+            self.add_widget(mark)
+            self.fbind("icon", mark.setter("icon"))
+            self.fbind("front", mark.setter("color"))
+
     def on_kv_post(self, _base):
+        self.on_icon()                       # given when there was nothing to add it to
         self._button_text.fbind("size", self._arrange)
         for name in ("pos", "size", "stacked", "icon", "text", "fit", "least_width", "visible"):
             self.fbind(name, self._arrange)
@@ -115,12 +124,9 @@ class CommandButton(OnlySeen, Styled, MDButton):
             self.size_hint_x = None
             self.width = max(self.least_width, self.natural_width) if self.visible else 0
         x, y = self.x - round(self.x) + self.width / 2, self.y - round(self.y) + self.height / 2      # drawing begins at a whole pixel
-        if self.stacked:
-            icon.pos = x - side / 2, y - high / 2 + word.height + gap
-            word.pos = x - word.width / 2, y - high / 2
-        else:
-            icon.pos = x - wide / 2, y - side / 2
-            word.pos = x - wide / 2 + beside, y - word.height / 2
+        if icon is not None:
+            icon.pos = (x - side / 2, y - high / 2 + word.height + gap) if self.stacked else (x - wide / 2, y - side / 2)
+        word.pos = (x - word.width / 2, y - high / 2) if self.stacked else (x - wide / 2 + beside, y - word.height / 2)
         if self._ring is not None:
             self._ring.center = icon.center if self.icon else word.center
 
@@ -131,15 +137,19 @@ class CommandButton(OnlySeen, Styled, MDButton):
         elif self._ring is not None:
             self.remove_widget(self._ring)
             self._ring = None
-            self._button_icon.opacity = 1
+            self._show_icon(1)
             self._place()
 
     def _show_work(self, _dt):
         if self._ring is None:
             self._ring = WorkingRing(size_hint=(None, None), size=(dp(20), dp(20)), color=self.front)
             RelativeLayout.add_widget(self, self._ring)
-            self._button_icon.opacity = 0
+            self._show_icon(0)
             self._place()
+
+    def _show_icon(self, opacity):
+        if self._button_icon is not None:
+            self._button_icon.opacity = opacity
 
     def on_front(self, *_):
         if self._ring is not None:

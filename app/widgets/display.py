@@ -6,7 +6,7 @@ from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets.surfaces import OnlySeen, Passive, Surface, Tap, Toned, TonedSurface
-from app.widgets.text import line_width
+from app.widgets.text import Ico, line_width
 
 
 class SectionCard(OnlySeen, Passive, MDCard):
@@ -89,6 +89,11 @@ class Fact(Toned, BoxLayout):
     def is_wide(self, value, font_name, room) -> bool:
         """Whether one of its words has no room on a line of ``room`` px in the larger size."""
         return room > 0 and any(line_width(word, font_name, sp(20)) > room for word in value.split())
+
+
+class FactIcon(Ico):
+    """Of the fact ``card`` that has one."""
+    card = ObjectProperty(None, rebind=True)
 
 
 class Notice(TonedSurface):

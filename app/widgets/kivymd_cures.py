@@ -5,10 +5,12 @@ longer needed.
 Figures: processor time and memory of one widget as it comes and cured, drawn in software.
 """
 import weakref
+from copy import copy
 
 from kivy.clock import Clock
 from kivy.graphics import Canvas, Color
-from kivy.lang import Builder
+from kivy.lang import Builder, builder
+from kivy.lang.parser import global_idmap
 from kivy.properties import ObservableDict
 from kivy.uix.label import Label
 from kivy.uix.relativelayout import RelativeLayout
@@ -28,7 +30,7 @@ LEFT_AT_DEFAULTS = frozenset({
 def apply() -> None:
     """Install all of them; before the first KivyMD widget is made. A second time changes nothing."""
     for cure in (ids_in_kv, declared_ids, touches, hover, ripple, shadow, background, state_layer, scheme, type_scale,
-                 text_properties):
+                 text_properties, names_in_kv):
         cure()
 
 
@@ -194,3 +196,29 @@ def type_scale() -> None:
 def text_properties() -> None:
     """A label waits for a change of any of 37 properties, a third of the memory it takes, and half of a window are labels."""
     Label._font_properties = tuple(name for name in Label._font_properties if name not in LEFT_AT_DEFAULTS)
+
+
+class Names(dict):
+    """What the names in one expression of kv mean; those that mean the same in all of them are looked up in kivy's table."""
+    __missing__ = staticmethod(global_idmap.__getitem__)
+
+    def get(self, name, default=None):
+        try:
+            return self[name]
+        except KeyError:
+            return default
+
+    def update(self, names):
+        if names is not global_idmap:
+            super().update(names)
+
+
+def names_in_kv() -> None:
+    """Each expression has a copy of all names that kv knows, 0.8 KB, and there are five in a label. MDLabel 0.22 → 0.18 ms; MenuChip
+    219 → 196 KB."""
+    def own_names(names):
+        if names is global_idmap:
+            return Names()
+        return Names(names) if isinstance(names, dict) else copy(names)
+
+    builder.copy = own_names

@@ -24,6 +24,7 @@ NEW = 40_000                 # objects that have come since the last collection:
 AT_REST = 100_000            # alive since everything was scanned, after which it is again, and they are frozen, at the next rest: 0.3 s
 ALIVE = 150_000              # also while the screen is in use: until then a collection takes up to 20 ms
 AT_THE_LATEST = 250_000      # also while a dialog is open, which would be frozen too: 30 ms
+MUCH = 50_000                # garbage, in objects, of which a sixth is only found by another scan
 MORE = 40_000                # blocks of Python's heap that may come to the most that were ever alive, 3 MB
 EVERY = 300.0                # s between collections at rest, however little there is
 LET_GO = 2.0                 # s after which nothing holds the screens any more that were thrown away
@@ -85,7 +86,8 @@ class Garbage:
 
     def _scan_all(self) -> None:
         gc.unfreeze()
-        gc.collect()
+        if gc.collect() >= MUCH:
+            gc.collect()                     # what was left of it: kivy's callbacks for a change of the screen's density hold themselves
         gc.freeze()
         self._alive = 0
         self._room = max(self._room, sys.getallocatedblocks() + MORE)

@@ -150,7 +150,7 @@ class Monkey:
                 Window.size = size
                 wear.rounds(ROUNDS)
                 Window.size = size
-                wear.see_sections()
+                wear.see_sections(self._site.container.catalogue.robots()[0].id)
         self._app.shell.go("settings", section="robots", add=True)
         self._ui.wait(lambda: self._ui.find_all(FieldInput))
         self._ui.find(FieldInput).focus = True

@@ -75,8 +75,9 @@ class Wear:
         shell.snackbars.clear()
         self._ui.advance()
 
-    def see_sections(self) -> None:
-        """All parts of the Scheduler and the Logs, then each section of Settings, with a long list open above it."""
+    def see_sections(self, robot_id: int) -> None:
+        """All parts of the Scheduler and the Logs, Home with all robots and with one, then each section of Settings, with a long list and a
+        month above it: the fullest that a window can be."""
         scheduler, logs = self._seen("scheduler"), self._seen("logs")
         for mode in ("days", "hours"):
             self._seen("scheduler")
@@ -87,9 +88,12 @@ class Wear:
             logs.vm.choose_part(part)
             self._ui.wait(lambda: self._shell.background.idle)
         self._seen("home")
+        self._seen("home", robot_id=robot_id)
         for section in SECTIONS:
             self._seen("settings", section=section)
             self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None)
+            self._ui.advance(.1)
+            self._shell.dialogs.pick_date("Day", DAY, lambda _day: None, today=DAY)
             self._ui.advance(.1)
             self._shell.dialogs.close_all()
             self._ui.advance(.1)

@@ -9,7 +9,7 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 from kivy.uix.widget import Widget
 
-from app.widgets import activity_bands, figure_charts, figures, pages, slots  # noqa: F401  (registers kivy classes)
+from app.widgets import activity_bands, figure_charts, figures, pages  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard
 from app.widgets.fields import SearchField

@@ -342,7 +342,7 @@ class LogsScreen(ScreenBase):
     lower_height = NumericProperty(0)    # least, of the part
 
     def __init__(self, services: LogsServices, shell: Shell, **kwargs: Any) -> None:
-        load_kv("widgets/slots", "logs/screen", "logs/figures", "logs/robot_states")
+        load_kv("logs/screen", "logs/figures", "logs/robot_states")
         super().__init__(vm=LogsViewModel(services, shell), **kwargs)
         self.fbind("portrait", lambda *_args: setattr(self.vm, "portrait", self.portrait))
 

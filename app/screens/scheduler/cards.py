@@ -12,7 +12,7 @@ from kivy.uix.widget import Widget
 from app.screens.scheduler.form_view import SKIPPED, FormView
 from app.screens.scheduler.timeline import TimelineView
 from app.screens.scheduler.view import Listing
-from app.widgets import flow, plan_rows, slots, weekdays  # noqa: F401  (registers kivy classes)
+from app.widgets import flow, plan_rows, weekdays  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadge
 from app.widgets.fields import SearchField

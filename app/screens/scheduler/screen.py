@@ -254,7 +254,7 @@ class SchedulerScreen(ScreenBase):
     lower_height = NumericProperty(0)    # least, of the form and the schedules
 
     def __init__(self, services: SchedulerServices, shell: Shell, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "widgets/slots", "scheduler/screen", "scheduler/form", "scheduler/hold", "scheduler/advice")
+        load_kv("widgets/flow", "scheduler/screen", "scheduler/form", "scheduler/hold", "scheduler/advice")
         super().__init__(vm=SchedulerViewModel(services, shell), **kwargs)
         self._page = self.ids.page.__self__
         self._parts = {name: self.ids[name].__self__ for name in ("parts", "upcoming", "lower", "form", "schedules")}

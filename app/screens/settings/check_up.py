@@ -21,7 +21,6 @@ from app.screens.settings import check_up_view as view
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, asking_robot, done, went_wrong
 from app.services.check_up.report import document
-from app.widgets import slots  # noqa: F401  (registers kivy classes)
 from app.widgets.dialogs import FormDialog
 from app.widgets.lists import Row
 from app.widgets.surfaces import Surface, Toned
@@ -76,7 +75,12 @@ class CheckUp(EventDispatcher):
         elif not self.is_running:
             self.begin_anew()
         self._dialog = CheckUpDialog(vm=self)
+        self._dialog.bind(on_dismiss=self._closed)
         self._context.shell.dialogs.open(self._dialog)
+
+    def _closed(self, dialog: CheckUpDialog, *_args: Any) -> None:
+        if dialog is self._dialog:
+            self._dialog = None
 
     def close(self) -> None:
         if self._dialog is not None:
@@ -174,7 +178,7 @@ class CheckUp(EventDispatcher):
         self._job = None
         self._tick.cancel()
         self._changed()
-        return self._dialog is not None and self._dialog.is_open
+        return self._dialog is not None
 
     def _ended(self, report: Report) -> None:
         is_seen = self._over()

@@ -16,7 +16,7 @@ from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
 from app.services.files.exports import DataFiles
 from app.services.files.places import FoundFile, Place, PlaceKind, found_in
-from app.widgets import flow, slots  # noqa: F401  (registers kivy classes)
+from app.widgets import flow  # noqa: F401  (registers kivy classes)
 
 T = TypeVar("T")
 Offer = tuple[list[Place], Place, Path | None, list[FoundFile]]      # what there is, which one is shown, what is suggested there, its files

@@ -23,6 +23,8 @@ from app.screens.settings.facts import SettingsFacts, SettingsServices
 from app.screens.settings.view import NoticeView
 from app.services.catalogue.catalogue import Removed
 from app.widgets import panel_grid  # noqa: F401  (registers kivy classes)
+from app.widgets.display import Notice
+from app.widgets.slots import PartSlot
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -151,9 +153,14 @@ class SwitchRow(BoxLayout):
         """The switch was tapped."""
 
 
-class Outcome(BoxLayout):
-    """The result of an action; without a text it takes no room."""
+class Outcome(PartSlot):
+    """The result of an action; there is nothing without a text."""
     notice = ObjectProperty(NoticeView(), rebind=True)
+
+
+class OutcomeNotice(Notice):
+    """Says it; ``card`` is the outcome."""
+    card = ObjectProperty(None, rebind=True)
 
 
 class WithOutcome(BoxLayout):

@@ -34,7 +34,7 @@ PAGES: dict[str, type[SettingsPage]] = {
     "display": DisplayPage, "data": DataPage, "about": AboutPage}
 FIRST = "robots"
 SHOWN_TOPICS = (Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.SETTINGS, Topic.CALENDAR)       # snapshots are read once a second
-KV = ("widgets/flow", "widgets/slots", "widgets/month", "settings/screen", *(f"settings/{name}" for name in PAGES), "settings/robot",
+KV = ("widgets/flow", "widgets/month", "settings/screen", *(f"settings/{name}" for name in PAGES), "settings/robot",
       "settings/check_up", "settings/groups", "settings/places", "settings/mission", "settings/days", "settings/calendar")
 
 
