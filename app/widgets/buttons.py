@@ -92,8 +92,9 @@ class CommandButton(OnlySeen, Styled, MDButton):
     def on_icon(self, *_):
         """Many have none, and need no label for it."""
         if self.icon and self._button_icon is None and self._button_text is not None:
-            mark = ButtonIcon(icon=self.icon, color=self.front)
+            mark = ButtonIcon(icon=self.icon)
             self.add_widget(mark)
+            mark.color = self.front          # KivyMD has given it one of its own
             self.fbind("icon", mark.setter("icon"))
             self.fbind("front", mark.setter("color"))
 

@@ -323,6 +323,35 @@ def test_labels_still_follow_everything():
     assert "for x in d:\n            fbind(x, update, x)" in source(KIVY / "uix" / "label.py", "\n    def __init__")
 
 
+def names_of(widget) -> list[dict]:
+    """Of each expression in kv that follows the ``text`` of ``widget``."""
+    return [args[0][-1] for _callback, args, *_rest in widget.get_property_observers("text", args=True) if args and len(args[0]) == 5]
+
+
+def test_an_expression_has_a_copy_of_no_name_that_means_the_same_everywhere(ui):
+    field = Builder.load_string("""
+Body:
+    id: field
+    text: "Deliver"
+    hint: tr._("Save") if field.text else ""
+    font_size: dp(20) if self.text else sp(10)
+""")
+    found = names_of(field)
+    assert len(found) == 2
+    assert field.font_size == 20
+    for names in found:
+        assert not {"dp", "sp", "tk", "tr", "app"} & set(names)
+        assert (names["tk"], names.get("tk"), names.get("nobody")) == (tk, tk, None)
+        with pytest.raises(KeyError):
+            _ = names["nobody"]
+    field.text = ""
+    assert (field.hint, field.font_size) == ("", sp(10))
+
+
+def test_expressions_still_have_a_copy_of_all_names():
+    assert "idmap = copy(idmap)\n    idmap.update(global_idmap)" in source(KIVY / "lang" / "builder.py", "\ndef create_handler", "\n\n\n")
+
+
 # ---------------------------------------------------------------------- not cured but not used
 def test_time_pickers_of_kivymd_still_have_twelve_hours():
     assert "\n# TODO: Implement 24h input.\n" in source(UIX / "pickers" / "timepicker" / "timepicker.py")

@@ -9,7 +9,7 @@ from kivy.graphics import SmoothLine
 from kivy.metrics import Metrics
 from kivy.uix.widget import Widget
 
-from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segments, Toggle
+from app.widgets.buttons import ButtonIcon, ChoiceChip, CommandButton, IconButton, Segments, Toggle
 from app.widgets.chart import WorkingRing
 from app.widgets.text import Txt
 from app.widgets.tokens import tk
@@ -91,6 +91,23 @@ def test_a_long_word_wraps_inside_its_button(ui):
     button.width = 400
     ui.advance()
     assert label.height < 30
+
+
+def test_a_button_without_an_icon_has_no_label_for_one_and_gets_it_with_the_icon(ui):
+    button = ui.show(CommandButton(text="Pause", disabled=True), (200, 64))
+    assert ui.find_all(ButtonIcon) == []
+    button.icon = "pause"
+    ui.advance()
+    mark = ui.find(ButtonIcon)
+    assert (mark.icon, list(mark.color)) == ("pause", list(tk.disabled))
+    assert button.x < mark.x < mark.right < button._button_text.x < button.right
+    button.icon, button.disabled = "play", False
+    ui.advance()
+    assert (ui.find(ButtonIcon), mark.icon, list(mark.color)) == (mark, "play", list(button.front))
+    button.icon = ""
+    ui.advance()
+    assert mark.text == ""
+    assert button._button_text.center_x == pytest.approx(button.center_x, abs=1)
 
 
 def test_natural_width_holds_icon_and_word(ui):

@@ -7,7 +7,7 @@ from kivymd.uix.textfield import MDTextField
 
 from app.widgets.buttons import IconButton
 from app.widgets.fields import FieldInput, FormField, PickField, RepeatButton, SearchField, StepField
-from app.widgets.text import BodyStrong
+from app.widgets.text import BodyStrong, Ico, Note
 from app.widgets.tokens import THEMES, apply_theme, tk
 from tests.ui.checks import contrast_ratio
 
@@ -34,6 +34,23 @@ def test_typing_commits_once_when_the_field_is_left(ui):
     field.focus = False
     ui.advance(.1)
     assert values == ["Veikko"]
+
+
+def test_help_is_there_while_there_is_some(ui):
+    field = ui.show(FormField(label="Name"), (400, 120))
+    without = field.height
+    assert ui.find_all(Note) == []
+    field.help = "As it is called on the floor"
+    ui.advance(.1)
+    assert ui.find(Note).text == field.help
+    assert field.height >= without + ui.find(Note).height
+    field.problem = "A robot is called that"
+    ui.advance(.1)
+    assert (ui.find(Note).text, ui.find_all(Ico)[-1].icon) == (field.problem, "alert-circle")
+    field.help = field.problem = ""
+    ui.advance(.1)
+    assert ui.find_all(Note) == []
+    assert field.height == without
 
 
 def test_enter_commits_and_says_so(ui):

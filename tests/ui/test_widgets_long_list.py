@@ -42,6 +42,23 @@ def test_thousands_of_runs_need_a_dozen_rows(ui):
     assert len(rows.views) < 20
 
 
+def test_the_story_of_a_run_is_there_while_it_is_opened(ui):
+    row = ui.show(LogRow(mission="Deliver", steps=[PLANNED], message="Cart not found"), (800, 300))
+    closed = row.height
+    few = len(ui.find_all(Txt))
+    for _n in range(2):
+        row.opened = True
+        ui.advance(.1)
+        assert {"Planned", "13:30", "Cart not found"} <= set(ui.texts())
+        assert row.height > closed + 40
+        row.message = ""
+        ui.advance(.1)
+        assert "Cart not found" not in ui.texts()
+        row.opened, row.message = False, "Cart not found"
+        ui.advance(.1)
+        assert (len(ui.find_all(Txt)), row.height) == (few, closed)
+
+
 def test_rows_that_only_a_larger_window_had_room_for_are_not_kept(ui):
     rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 1600))
     many = len(rows.views)

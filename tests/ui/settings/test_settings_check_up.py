@@ -1,9 +1,11 @@
 """The check-up of a robot in Settings, as an integrator uses it: over HTTP against simulated robots, with a clock that nobody waits for."""
 from __future__ import annotations
 
+import gc
 import json
 import threading
 import time
+import weakref
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import timedelta
@@ -195,6 +197,10 @@ def test_it_goes_on_while_its_dialog_is_closed_and_tells_its_end(site, app, ui, 
     ui.wait(lambda: not ui.find_all(CheckUpDialog))
     ui.wait(lambda: panel(ui).check_up.text.startswith("Is being checked up: 0 s of about"))
     assert page(app).is_busy
+    closed = weakref.ref(dialog)
+    del dialog
+    gc.collect()
+    assert closed() is None
     dialog = opened(ui, "Check-up")
     assert dialog.vm.part == "CheckUpRunning"
     ui.key(ESCAPE)

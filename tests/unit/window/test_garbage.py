@@ -6,12 +6,13 @@ import gc
 import os
 import subprocess
 import sys
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from app.window.garbage import ALIVE, AT_REST, AT_THE_LATEST, EVERY, LET_GO, NEW, REST, Garbage
+from app.window.garbage import ALIVE, AT_REST, AT_THE_LATEST, EVERY, LET_GO, MUCH, NEW, REST, Garbage
 from tests.support.clock import VirtualClock
 
 STATM = Path("/proc/self/statm")
@@ -189,6 +190,34 @@ def test_before_the_heap_grows_beyond_what_lived_in_it_all_that_is_dead_is_colle
     stays = many_more(new_window, 2 * NEW)
     assert Ring.alive == 0
     assert 2 * len(stays) < ALIVE
+
+
+class Follower:
+    """As kivy's callbacks: in a list until what it is for has gone, and held by nothing but itself then."""
+    alive = 0
+
+    def __init__(self, followed: Ring, all_of_them: dict[int, Follower]) -> None:
+        self._all = all_of_them
+        self._followed = weakref.ref(followed, self.leave)
+        all_of_them[id(self)] = self
+        Follower.alive += 1
+
+    def leave(self, _gone: weakref.ref[Ring]) -> None:
+        del self._all[id(self)]
+
+    def __del__(self) -> None:
+        Follower.alive -= 1
+
+
+def test_what_only_a_second_scan_finds_is_not_frozen(window: Window) -> None:
+    all_of_them: dict[int, Follower] = {}
+    gone = [Ring() for _n in range(MUCH)]
+    for ring in gone:
+        Follower(ring, all_of_them)
+    assert Follower.alive == MUCH
+    del gone, ring
+    window.garbage.much_has_gone()
+    assert (Ring.alive, Follower.alive, len(all_of_them)) == (0, 0, 0)
 
 
 def test_what_is_let_go_of_a_moment_later_is_collected_then(window: Window) -> None:
