@@ -61,9 +61,10 @@ class PanelGrid(LongList):
     def _fill_shelves(self, _dt):
         if self.width < 2:
             return
-        panels = [(getattr(panel, "panelclass", self.panelclass), panel) for panel in self.panels]
-        shelves = [panels[start:start + self.columns] for start in range(0, len(panels), self.columns)]
-        self.data = [Shelf(shelf[0][1].key, shelf, self.columns, self.spacing) for shelf in shelves]
+        columns, usual, spacing = self.columns, self.panelclass, self.spacing
+        panels = [(getattr(panel, "panelclass", usual), panel) for panel in self.panels]
+        shelves = [panels[start:start + columns] for start in range(0, len(panels), columns)]
+        self.data = [Shelf(shelf[0][1].key, shelf, columns, spacing) for shelf in shelves]
 
 
 class PanelShelf(BoxLayout):

@@ -352,6 +352,28 @@ def test_expressions_still_have_a_copy_of_all_names():
     assert "idmap = copy(idmap)\n    idmap.update(global_idmap)" in source(KIVY / "lang" / "builder.py", "\ndef create_handler", "\n\n\n")
 
 
+class Unwritten:
+    """A value that nobody should write out."""
+
+    def __repr__(self) -> str:
+        raise AssertionError("written out")
+
+
+def test_what_an_expression_comes_to_is_not_written_out(ui):
+    box = Builder.load_string("""
+Widget:
+    given: None
+    found: (self.given,)
+""")
+    value = Unwritten()
+    box.given = value
+    assert box.found == (value,)
+
+
+def test_values_of_expressions_are_still_written_out():
+    assert "trace('Lang: call_fn => value=%r' % (e_value, ))" in source(KIVY / "lang" / "builder.py", "\ndef call_fn", "\n\n\n")
+
+
 # ---------------------------------------------------------------------- not cured but not used
 def test_time_pickers_of_kivymd_still_have_twelve_hours():
     assert "\n# TODO: Implement 24h input.\n" in source(UIX / "pickers" / "timepicker" / "timepicker.py")

@@ -21,6 +21,7 @@ from app.screens.common.view_model import Changed, ViewModel
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.fleet import (
     LARGE_UP_TO,
+    Count,
     Look,
     RobotTile,
     Work,
@@ -92,6 +93,9 @@ class FleetViewModel(FleetState, ViewModel):
         self._unknown: dict[Running, str] = {}                # guid of the mission
         self._is_asking = False
         self._seen: dict[int, Seen] = {}
+        self._counted: tuple[Mapping[int, Group], Look, int] | None = None   # groups, look, alarms, which these tell:
+        self._counts: list[Count] = []
+        self._help, self._is_well = "", False                 # how many need a person
         self._waiting: dict[int, None] = {}                   # robots to be looked at, in that order
         self._is_behind = True                                # what is shown is not what is known
         self._is_first = True
@@ -108,7 +112,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._tick()
 
     def retranslated(self) -> None:
-        self._seen = {}
+        self._seen, self._counted = {}, None
         self._tick()
 
     # ------------------------------------------------------------------ what is known
@@ -225,14 +229,15 @@ class FleetViewModel(FleetState, ViewModel):
         """Nothing leaves its place under a finger, unless that has just asked for it."""
         look = Look(self.only, self.needy_first)
         groups = {robot_id: seen.group for robot_id, seen in self._seen.items()}
-        found = list(counts(groups, look))
-        if not by_hand and finger.is_down() and (look != Look() or found != self.counts):
+        if (groups, look, self._alarms) != self._counted:
+            self._counted, self._counts = (groups, look, self._alarms), list(counts(groups, look))
+            self._help, self._is_well = help_words(groups.values()), all_well(groups, self._alarms)
+        if not by_hand and finger.is_down() and (look != Look() or self._counts != self.counts):
             return
         self._is_behind = False
-        help_needed = help_words(groups.values())
-        self.way_back = _("All robots · {help}").format(help=help_needed) if help_needed else _("All robots")
+        self.way_back = _("All robots · {help}").format(help=self._help) if self._help else _("All robots")
         if self.is_shown:
-            self.counts, self.is_well = found, all_well(groups, self._alarms)
+            self.counts, self.is_well = self._counts, self._is_well
             self.tiles = arranged([self._seen[robot_id].tile for robot_id in self._robots if robot_id in self._seen], groups, look)
             self.empty = _("No robot is like this now. Tap the chip with the cross to see all.") if self.only is not None else ""
 
