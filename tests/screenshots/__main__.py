@@ -5,6 +5,7 @@ import argparse
 import os
 import subprocess
 import sys
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -42,7 +43,8 @@ def main() -> int:
 def _in_a_process(out: Path, size: str, language: str, names: list[str], themes: list[str]) -> int:
     command = [sys.executable, "-m", "tests.screenshots", str(out), *names, "--in-this-process", "--size", size, "--language", language]
     command += [word for theme in themes for word in ("--theme", theme)]
-    return subprocess.run(command, check=False, cwd=Path(__file__).parents[2]).returncode
+    with tempfile.TemporaryDirectory(prefix="amr-pictures-") as temporary:       # it ends too abruptly to tidy up
+        return subprocess.run(command, check=False, cwd=Path(__file__).parents[2], env={**os.environ, "TMPDIR": temporary}).returncode
 
 
 if __name__ == "__main__":

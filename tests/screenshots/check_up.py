@@ -24,8 +24,12 @@ SOFTWARE = "3.5.4"
 @cache
 def found(kind: str, software: str = SOFTWARE, trial: Trial | None = None) -> Report:
     """By a check-up of a robot of that kind."""
-    robot = CheckedRobot(Path(tempfile.mkdtemp(prefix="amr-pictures-")), KINDS[kind], software=software)
-    return robot.check_ups.run(robot.id, trial)
+    with tempfile.TemporaryDirectory(prefix="amr-pictures-") as directory:
+        robot = CheckedRobot(Path(directory), KINDS[kind], software=software)
+        try:
+            return robot.check_ups.run(robot.id, trial)
+        finally:
+            robot.container.close()
 
 
 class Checked(Plant):

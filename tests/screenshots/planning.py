@@ -1,11 +1,9 @@
 """The Scheduler of an invented month, in every state a person meets."""
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, date, datetime, time, timedelta
-from pathlib import Path
 from typing import Any
 
 from kivy.factory import Factory
@@ -48,7 +46,7 @@ class Stand:
     def __init__(self, studio: Any, name: str, furnished: bool = True,
                  prepare: Callable[[Container], object] = lambda _container: None) -> None:
         self.studio = studio
-        self.container = month.plant(Path(tempfile.mkdtemp(prefix="amr-pictures-")), furnished)
+        self.container = month.plant(studio.directory(), furnished)
         prepare(self.container)
         bus = UiBus()
         self.background = Background(bus)

@@ -2,10 +2,8 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 from kivy.factory import Factory
 
@@ -61,7 +59,7 @@ def framed(screen: SettingsScreen):
 class Plant:
     """Services on a throw-away database, a window of nothing but Settings, and no robot behind the addresses."""
     def __init__(self, studio, furnished: bool = True) -> None:
-        directory = Path(tempfile.mkdtemp(prefix="amr-pictures-"))
+        directory = studio.directory()
         table, places.MOUNTS = places.MOUNTS, directory / "mounts"     # whatever this machine has
         studio.afterwards(lambda: setattr(places, "MOUNTS", table))
         places.MOUNTS.write_text("/dev/sdb1 /media/operator/KINGSTON vfat rw 0 0\n//plant/plans /mnt/plans cifs rw 0 0\n", encoding="utf-8")

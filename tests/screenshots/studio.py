@@ -1,9 +1,11 @@
 """The process that takes pictures: one window size, real GL without a display, virtual time."""
 from __future__ import annotations
 
+import atexit
 import gc
 import logging
 import os
+import shutil
 import sys
 import tempfile
 import traceback
@@ -17,10 +19,12 @@ from tests.screenshots.registry import Picture, Size
 
 def open_window(size: Size) -> None:
     """Make kivy's window ``size`` large; before anything else imports kivy."""
+    home = tempfile.mkdtemp(prefix="kivy-home-")
+    atexit.register(shutil.rmtree, home, ignore_errors=True)
     os.environ.update(
         KIVY_NO_ARGS="1", KIVY_NO_FILELOG="1", KIVY_NO_CONFIG="1", KIVY_NO_CONSOLELOG="1", KIVY_LOG_MODE="PYTHON", KIVY_CLIPBOARD="dummy",
         KIVY_METRICS_DENSITY=str(size.density), KIVY_METRICS_FONTSCALE=str(size.font_scale), KIVY_DPI=str(96 * size.density),
-        KIVY_HOME=tempfile.mkdtemp(prefix="kivy-home-"))
+        KIVY_HOME=home)
     os.environ.setdefault("SDL_VIDEODRIVER", "offscreen")
     quiet = logging.getLogger("kivy")        # which input devices and clipboards this machine lacks is no news here
     quiet.addHandler(logging.NullHandler())
@@ -71,6 +75,12 @@ class Studio:
     def afterwards(self, close: Callable[[], object]) -> None:
         """What is to be done when the picture is taken."""
         self._after.callback(close)
+
+    def directory(self) -> Path:
+        """For what a picture needs on a disk; goes with it."""
+        made = tempfile.TemporaryDirectory(prefix="amr-pictures-")
+        self.afterwards(made.cleanup)
+        return Path(made.name)
 
     def clear(self) -> None:
         """Close dialogs and services, empty the window."""
