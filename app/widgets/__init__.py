@@ -11,7 +11,7 @@ from pathlib import Path
 KV_DIR = Path(__file__).resolve().parents[2] / "kv"
 MODULES = ("buttons", "chart", "charts", "dialogs", "display", "fields", "frame", "lists", "long_list", "pages", "pickers", "robot_map",
            "rows", "slots", "snackbar", "surfaces", "swatch", "text", "timeline")       # that register classes in kivy's Factory
-WIDGETS_KV = ("tokens", "slots", "components", "fields", "lists", "rows", "dialogs", "pickers", "snackbar", "frame")
+WIDGETS_KV = ("tokens", "components", "fields", "lists", "rows", "dialogs", "pickers", "snackbar", "frame", "slots")
 
 
 def load_kv(*names: str) -> None:

@@ -21,7 +21,7 @@ from app.widgets.tokens import tk
 @lru_cache(maxsize=512)
 def glyphs(text: str, size: float, font: str):
     """Texture of one line of white text; charts tint it."""
-    label = CoreLabel(text=text, font_size=size, font_name=font, font_hinting="light", color=(1, 1, 1, 1))
+    label = CoreLabel(text=text, font_size=size, font_name=font, color=(1, 1, 1, 1))
     label.refresh()
     return label.texture
 

@@ -26,7 +26,8 @@ RIGHT_TO_LEFT = {"ARABIC": "Arab", "HEBREW": "Hebr"}     # ISO 15924 codes, by t
 JOINING = ("Cc", "Cf", "Mn", "Zs", "Zl", "Zp")           # categories of characters that need no font of their own: spaces, accents
 
 IDEOGRAPHS = re.compile("[\u3400-\u4dbf\u4e00-\u9fff]+")
-LOOKS = ("font_size", "font_hinting", "font_kerning", "bold", "italic", "outline_width")     # what a character's width depends on
+HINTING = "light"                        # heights fit pixels, widths are as drawn by the font's makers
+LOOKS = ("font_size", "font_kerning", "bold", "italic", "outline_width")     # what a character's width depends on
 
 T = TypeVar("T")
 
@@ -131,10 +132,14 @@ def fonts_at_hand() -> tuple[str, ...]:
 
 # ---------------------------------------------------------------------- in kivy
 def apply() -> None:
-    """Let kivy measure and draw every text run by run, all on one baseline. A second time changes nothing."""
-    measure, draw = CoreLabel.get_extents, CoreLabel._render_text
+    """Let kivy measure and draw every text run by run, all on one baseline, and open each font with one hinting: who opened it first would
+    say how wide it is for all. A second time changes nothing."""
+    measure, draw, begin = CoreLabel.get_extents, CoreLabel._render_text, CoreLabel.__init__
     if measure.__module__ == __name__:
         return
+
+    def __init__(self, *args, **options) -> None:
+        begin(self, *args, **options | {"font_hinting": HINTING})
 
     def get_extents(self, text: str) -> tuple[int, int]:
         if text.isascii():
@@ -152,7 +157,7 @@ def apply() -> None:
             _in(run, self, draw, run.text, x, y + max(ascents) - ascent)
             x += _size(run, self, measure)[0]
 
-    CoreLabel.get_extents, CoreLabel._render_text = get_extents, render_text
+    CoreLabel.__init__, CoreLabel.get_extents, CoreLabel._render_text = __init__, get_extents, render_text
 
 
 def _size(run: Run, label: CoreLabel, measure: Callable[..., tuple[int, int]]) -> tuple[int, int]:

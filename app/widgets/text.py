@@ -29,7 +29,6 @@ class Txt(MDLabel):
     least_width = NumericProperty(0)
     most_lines = NumericProperty(0)
     lines = NumericProperty(0)               # that are shown
-    font_hinting = OptionProperty("light", options=["normal", "light", "mono", None], allownone=True)
     font_name = StringProperty("Roboto")
     font_size = NumericProperty("16sp")      # a string, so that kivy follows the font scale live
     pos_hint = ObjectProperty({"center_y": .5})      # where it stands in a row

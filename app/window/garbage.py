@@ -21,6 +21,7 @@ import sys
 from collections.abc import Callable
 
 NEW = 40_000                 # objects that have come since the last collection: if all are garbage it takes 50 ms
+SOME = 5_000                 # also, where there is no room for them
 AT_REST = 100_000            # alive since everything was scanned, after which it is again, and they are frozen, at the next rest: 0.3 s
 ALIVE = 150_000              # also while the screen is in use: until then a collection takes up to 20 ms
 AT_THE_LATEST = 250_000      # also while a dialog is open, which would be frozen too: 30 ms
@@ -69,17 +70,21 @@ class Garbage:
 
     def collect_due(self, *_args: object) -> None:
         """Collect what it is time for; mostly nothing."""
-        now = self._now()
+        now, new = self._now(), gc.get_count()[0]
         rests = now - self._touched_at >= REST
-        if gc.get_count()[0] >= NEW or (rests and now - self._collected_at >= EVERY):
+        if new >= NEW or (new >= SOME and self._is_full()) or (rests and now - self._collected_at >= EVERY):
             gc.collect()
             self._collected_at = now
             self._alive = len(gc.get_objects(generation=2))
-            if sys.getallocatedblocks() > self._room:
+            if self._is_full():
                 self._scan_all()
         elif self._is_scan_due(rests) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
             self._scan_all()
             self._gone_at = None
+
+    def _is_full(self) -> bool:
+        """Takes 0.05 ms."""
+        return sys.getallocatedblocks() > self._room
 
     def _is_scan_due(self, rests: bool) -> bool:
         return self._alive >= AT_THE_LATEST or (self._alive >= (AT_REST if rests else ALIVE) and self._is_calm())

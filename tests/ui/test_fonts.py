@@ -11,10 +11,11 @@ import pytest
 from kivy import kivy_data_dir
 from kivy.core.text import Label as CoreLabel
 from kivymd import fonts_path
+from kivymd.uix.label import MDLabel
 
 from app.widgets import fonts
 from app.widgets.fonts import Characters, Run, runs_of
-from app.widgets.text import Body, line_width
+from app.widgets.text import Body, Ico, line_width
 
 ROBOTO, DEJAVU = (str(Path(kivy_data_dir, "fonts", name)) for name in ("Roboto-Regular.ttf", "DejaVuSans.ttf"))
 ICONS = Path(fonts_path, "materialdesignicons-webfont.ttf")
@@ -128,3 +129,10 @@ def test_a_font_that_is_a_pipe_holds_up_nothing(machine):
     searching.join(20)
     assert found == [(Run("Robot 机", ROBOTO),), (DEJAVU,)]
     Body(text="Robot 机").texture_update()
+
+
+@pytest.mark.parametrize("asked", ["normal", "mono", None])
+def test_every_font_is_opened_with_one_hinting_as_kivy_keeps_it_for_all(ui, asked):
+    assert CoreLabel(font_name="Roboto", font_size=17.25, font_hinting=asked).options["font_hinting"] == fonts.HINTING
+    for label in (MDLabel(text="Deliver"), Body(text="Deliver"), Ico(icon="star")):
+        assert label._label.options["font_hinting"] == fonts.HINTING

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from app.window.garbage import ALIVE, AT_REST, AT_THE_LATEST, EVERY, LET_GO, MUCH, NEW, REST, Garbage
+from app.window.garbage import ALIVE, AT_REST, AT_THE_LATEST, EVERY, LET_GO, MUCH, NEW, REST, SOME, Garbage
 from tests.support.clock import VirtualClock
 
 STATM = Path("/proc/self/statm")
@@ -218,6 +218,18 @@ def test_what_only_a_second_scan_finds_is_not_frozen(window: Window) -> None:
     del gone, ring
     window.garbage.much_has_gone()
     assert (Ring.alive, Follower.alive, len(all_of_them)) == (0, 0, 0)
+
+
+def test_the_heap_does_not_grow_beyond_its_room_while_little_has_come(new_window: Window) -> None:
+    """At most by what comes in a frame."""
+    count = frozen_garbage(new_window)
+    stays: list[Kept] = []
+    most = new_window.garbage._room
+    while Ring.alive == count:
+        stays += [Kept() for _m in range(SOME // 2)]
+        assert sys.getallocatedblocks() <= most + 2 * SOME
+        new_window.frames()
+    assert Ring.alive == 0
 
 
 def test_what_is_let_go_of_a_moment_later_is_collected_then(window: Window) -> None:
