@@ -95,6 +95,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
             mark = ButtonIcon(icon=self.icon)
             self.add_widget(mark)
             mark.color = self.front          # KivyMD has given it one of its own
+            mark.opacity = 0 if self._ring is not None else 1
             self.fbind("icon", mark.setter("icon"))
             self.fbind("front", mark.setter("color"))
 

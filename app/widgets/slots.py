@@ -1,6 +1,7 @@
 """A place in a layout that holds one widget or none. One that isn't shown doesn't exist: a hidden one would still take touches, and each of
 its texts 40 KB of memory."""
 from kivy.factory import Factory
+from kivy.lang import Builder
 from kivy.properties import ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -19,11 +20,15 @@ class PartSlot(BoxLayout):
         super().__init__(**kwargs)
         self.fbind("part", self._build)
         self.fbind("card", self._build)
+        self._build()
 
     def _build(self, *_):
         wanted = self.part if self.card is not None else ""
         if [type(child).__name__ for child in self.children] == ([wanted] if wanted else []):
             return
+        for child in self.children:          # it would follow its card until it is collected
+            for widget in child.walk(restrict=True):
+                Builder.unbind_widget(widget.uid)
         self.clear_widgets()
         if wanted:
             self.add_widget(Factory.get(wanted)(card=self.card))

@@ -26,6 +26,7 @@ AT_REST = 100_000            # alive since everything was scanned, after which i
 ALIVE = 150_000              # also while the screen is in use: until then a collection takes up to 20 ms
 AT_THE_LATEST = 250_000      # also while a dialog is open, which would be frozen too: 30 ms
 MUCH = 50_000                # garbage, in objects, of which a sixth is only found by another scan
+USUAL = 1_000_000            # blocks of a window that has shown its screens: until then there is nothing to save
 MORE = 40_000                # blocks of Python's heap that may come to the most that were ever alive, 3 MB
 EVERY = 300.0                # s between collections at rest, however little there is
 LET_GO = 2.0                 # s after which nothing holds the screens any more that were thrown away
@@ -38,11 +39,11 @@ class Garbage:
     """``now`` is a monotonic clock in s; ``is_calm()`` is whether nothing is open that will close. Call ``touched`` at every touch,
     ``collect_due`` every frame, both on the UI thread."""
 
-    def __init__(self, now: Callable[[], float], is_calm: Callable[[], bool] = lambda: True) -> None:
+    def __init__(self, now: Callable[[], float], is_calm: Callable[[], bool] = lambda: True, room: int = USUAL) -> None:
         self._now, self._is_calm = now, is_calm
         self._touched_at = self._collected_at = now()
         self._alive = 0                      # objects that are not frozen, at the last collection
-        self._room = 0                       # blocks that the heap may have before everything is scanned
+        self._room = room                    # blocks that the heap may have before everything is scanned
         self._gone_at: float | None = None
         self._before: tuple[int, int, int] | None = None
 
@@ -76,15 +77,15 @@ class Garbage:
             gc.collect()
             self._collected_at = now
             self._alive = len(gc.get_objects(generation=2))
-            if self._is_full():
+            if self._is_full(MORE // 4):     # else it would be again in a moment
                 self._scan_all()
         elif self._is_scan_due(rests) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
             self._scan_all()
             self._gone_at = None
 
-    def _is_full(self) -> bool:
+    def _is_full(self, still_to_come: int = 0) -> bool:
         """Takes 0.05 ms."""
-        return sys.getallocatedblocks() > self._room
+        return sys.getallocatedblocks() + still_to_come > self._room
 
     def _is_scan_due(self, rests: bool) -> bool:
         return self._alive >= AT_THE_LATEST or (self._alive >= (AT_REST if rests else ALIVE) and self._is_calm())

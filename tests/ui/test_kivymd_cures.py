@@ -348,6 +348,13 @@ Body:
     assert (field.hint, field.font_size) == ("", sp(10))
 
 
+def test_no_id_is_spelt_as_a_common_name():
+    root = Path(kivymd_cures.__file__).parents[2] / "kv"
+    ids = {name for path in root.glob("**/*.kv") for name in re.findall(r"^\s+id: *(\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)}
+    assert len(ids) > 50
+    assert ids & set(kivymd_cures.global_idmap) == set()
+
+
 def test_expressions_still_have_a_copy_of_all_names():
     assert "idmap = copy(idmap)\n    idmap.update(global_idmap)" in source(KIVY / "lang" / "builder.py", "\ndef create_handler", "\n\n\n")
 

@@ -73,6 +73,17 @@ def test_a_button_that_is_still_busy_goes_with_its_screen(ui):
     assert button() is None
 
 
+def test_an_icon_that_comes_while_a_button_is_busy_is_seen_afterwards(ui):
+    button = ui.show(CommandButton(text="Pause", busy=True), (200, 64))
+    ui.advance(.4)
+    button.icon = "pause"
+    ui.advance()
+    assert (button._button_icon.opacity, button._button_text.opacity, len(ui.find_all(WorkingRing))) == (0, 1, 1)
+    button.busy = False
+    ui.advance()
+    assert (ui.find(ButtonIcon).opacity, ui.find_all(WorkingRing)) == (1, [])
+
+
 def test_quick_work_shows_no_ring(ui):
     button = ui.show(CommandButton(text="Save"), (240, 64))
     button.busy = True

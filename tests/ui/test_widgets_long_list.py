@@ -1,6 +1,7 @@
 """Lists of thousands of rows, of which only those in sight exist."""
 from __future__ import annotations
 
+import gc
 from dataclasses import replace
 from functools import wraps
 
@@ -10,7 +11,7 @@ from kivy.uix.boxlayout import BoxLayout
 from app.screens.common.options import Option
 from app.screens.logs.view import RunRow, StepView
 from app.widgets.long_list import LongList
-from app.widgets.rows import LogRow, OptionRow
+from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.text import Txt
 from tests.ui.test_widgets_lists import actions_of
 
@@ -57,6 +58,22 @@ def test_the_story_of_a_run_is_there_while_it_is_opened(ui):
         row.opened, row.message = False, "Cart not found"
         ui.advance(.1)
         assert (len(ui.find_all(Txt)), row.height) == (few, closed)
+
+
+def test_a_story_that_was_closed_follows_its_run_no_longer(ui, monkeypatch):
+    gc.collect()
+    gc.disable()
+    try:
+        made = calls_of(monkeypatch, StoryStep, "__init__")
+        row = ui.show(LogRow(mission="Deliver", steps=[PLANNED]), (800, 300))
+        for n in range(4):
+            row.opened = True
+            ui.advance(.1)
+            row.opened, row.steps = False, [replace(PLANNED, time=f"13:{n}")]
+            ui.advance(.1)
+        assert len(made) == 4
+    finally:
+        gc.enable()
 
 
 def test_rows_that_only_a_larger_window_had_room_for_are_not_kept(ui):

@@ -43,7 +43,7 @@ class Window:
     def __init__(self) -> None:
         self.clock = VirtualClock()
         self.is_calm = True
-        self.garbage = Garbage(self.clock.monotonic, lambda: self.is_calm)
+        self.garbage = Garbage(self.clock.monotonic, lambda: self.is_calm, room=0)
         self.garbage.begin()
 
     def frames(self, count: int = 1, *, finger: bool = True) -> None:
@@ -221,7 +221,7 @@ def test_what_only_a_second_scan_finds_is_not_frozen(window: Window) -> None:
 
 
 def test_the_heap_does_not_grow_beyond_its_room_while_little_has_come(new_window: Window) -> None:
-    """At most by what comes in a frame."""
+    """At most by what comes before it is looked at."""
     count = frozen_garbage(new_window)
     stays: list[Kept] = []
     most = new_window.garbage._room
