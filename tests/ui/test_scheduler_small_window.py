@@ -49,8 +49,7 @@ def small(ui, request) -> Iterator[Stand]:
     stand.vm.form.set(mission_id=stand.mission(KITS), day=date(2026, 11, 23), at=time(6, 30), minimum_battery_percent=40.0)
     stand.settle()
     yield stand
-    for close in reversed(rig.after):
-        close()
+    rig.close()
     translator.use("en")
     Metrics.fontscale = 1.0
     Window.size = before

@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from datetime import timedelta
 from itertools import pairwise, product
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from kivy.core.window import Window
@@ -69,6 +71,16 @@ class Rig:
     def afterwards(self, close: Callable[[], object]) -> None:
         self.after.append(close)
 
+    def directory(self) -> Path:
+        made = TemporaryDirectory(prefix="amr-pictures-")
+        self.after.append(made.cleanup)
+        return Path(made.name)
+
+    def close(self) -> None:
+        """The last one first."""
+        while self.after:
+            self.after.pop()()
+
     def show(self, widget: Widget) -> None:
         self._ui.show(widget)
 
@@ -84,8 +96,7 @@ def small(ui, request) -> Iterator[Rig]:
     translator.use("fi" if mode == "large" else "en")          # Finnish words are the longer ones
     rig = Rig(ui)
     yield rig
-    for close in rig.after:
-        close()
+    rig.close()
     Metrics.fontscale = 1.0
     Window.size = before
 
