@@ -199,8 +199,13 @@ def test_it_goes_on_while_its_dialog_is_closed_and_tells_its_end(site, app, ui, 
     assert page(app).is_busy
     closed = weakref.ref(dialog)
     del dialog
-    gc.collect()
-    assert closed() is None
+
+    def has_gone() -> bool:
+        gc.unfreeze()
+        gc.collect()
+        return closed() is None
+
+    ui.wait(has_gone)
     dialog = opened(ui, "Check-up")
     assert dialog.vm.part == "CheckUpRunning"
     ui.key(ESCAPE)
