@@ -95,7 +95,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._seen: dict[int, Seen] = {}
         self._counted: tuple[Mapping[int, Group], Look, int] | None = None   # groups, look, alarms, which these tell:
         self._counts: list[Count] = []
-        self._help, self._is_well = "", False                 # how many need a person
+        self._help, self._is_well = "", False                 # how many need a person, whether nothing needs one
         self._waiting: dict[int, None] = {}                   # robots to be looked at, in that order
         self._is_behind = True                                # what is shown is not what is known
         self._is_first = True
