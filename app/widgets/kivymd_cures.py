@@ -6,6 +6,7 @@ Figures: processor time and memory of one widget as it comes and cured, drawn in
 """
 import weakref
 from copy import copy
+from functools import partial
 
 from kivy.clock import Clock
 from kivy.graphics import Canvas, Color
@@ -15,11 +16,11 @@ from kivy.properties import ObservableDict
 from kivy.uix.label import Label
 from kivy.uix.relativelayout import RelativeLayout
 
-from app.widgets.shapes import rounded
+from app.widgets.shapes import bordered, rounded
 from app.widgets.tokens import TYPE_SCALE, font_of, set_roles, tk
 
 KIVYMD_VERSION = "2.0.0"
-CLEAR = (0, 0, 0, 0)
+CLEAR, WHITE = (0, 0, 0, 0), (1, 1, 1, 1)
 # of kivy's labels, which no text here ever changes
 LEFT_AT_DEFAULTS = frozenset({
     "font_direction", "italic", "underline", "strikethrough", "font_family", "outline_width", "outline_color", "disabled_outline_color",
@@ -131,21 +132,25 @@ def background() -> None:
         self._background.clear()
         if self.width < 2 or self.height < 2:
             return
-        line = round(self.line_width)
+        line, layer = round(self.line_width), getattr(self, "state_layer_color", CLEAR)
+        fill, edge = self._md_bg_color, self.line_color
         with self._background:
-            for color in (self._md_bg_color, getattr(self, "state_layer_color", CLEAR)):
+            if line and all(color and color[3] for color in (fill, edge)) and not layer[3]:
+                _draw_shape(self, WHITE, partial(bordered, ring=line, fill=fill, line=edge))
+                return
+            for color in (fill, layer):
                 _draw_shape(self, color)
             if line:
-                _draw_shape(self, self.line_color, line)
+                _draw_shape(self, edge, partial(rounded, ring=line))
 
     for method in (__init__, _watch_background, _draw_background):
         setattr(Background, method.__name__, method)
 
 
-def _draw_shape(widget, color, ring: int = 0) -> None:
+def _draw_shape(widget, color, draw=rounded) -> None:
     if color and color[3]:
         Color(*color)
-        shape = rounded(*widget.pos, *widget.size, tuple(widget.radius), ring)
+        shape = draw(*widget.pos, *widget.size, tuple(widget.radius))
         if isinstance(widget, RelativeLayout):                   # moves its drawing to its place
             shape.pos = shape.pos[0] - round(widget.x), shape.pos[1] - round(widget.y)
 

@@ -8,29 +8,42 @@ from math import hypot
 from kivy.graphics import BorderImage, Rectangle
 from kivy.graphics.texture import Texture
 
+Colour = tuple[float, float, float, float]              # red, green, blue, alpha in 0..1
 
-def alpha_texture(width: int, height: int, coverage) -> Texture:
-    """White texture whose alpha at pixel i, j is ``coverage(i + .5, j + .5)`` in 0..1."""
-    data = bytearray(b"\xff\xff\xff\x00" * (width * height))
-    for j in range(height):
-        for i in range(width):
-            data[(j * width + i) * 4 + 3] = int(255 * min(1., max(0., coverage(i + .5, j + .5))) + .5)
+
+def texture_of(width: int, height: int, colour) -> Texture:
+    """Texture whose pixel i, j has ``colour(i + .5, j + .5)``: red, green, blue and alpha in 0..1."""
+    data = bytes(int(255 * min(1., max(0., part)) + .5) for j in range(height) for i in range(width) for part in colour(i + .5, j + .5))
     texture = Texture.create(size=(width, height), colorfmt="rgba")
-    texture.blit_buffer(bytes(data), colorfmt="rgba", bufferfmt="ubyte")
+    texture.blit_buffer(data, colorfmt="rgba", bufferfmt="ubyte")
     return texture
 
 
-@lru_cache(maxsize=256)
-def patch(radius: tuple[int, int, int, int], ring: int = 0) -> tuple[Texture, int]:
-    """Texture of a rounded rectangle, or of its border ``ring`` px wide, and the width in px of the edge that must not be stretched.
+def alpha_texture(width: int, height: int, coverage) -> Texture:
+    """White texture whose alpha at pixel i, j is ``coverage(i + .5, j + .5)`` in 0..1."""
+    return texture_of(width, height, lambda x, y: (1, 1, 1, coverage(x, y)))
 
-    ``radius`` are the corner radii in px: top-left, top-right, bottom-right, bottom-left.
-    """
-    edge = max(*radius, ring) + 1
-    side = 2 * edge + 2
-    middle = side / 2
 
-    def cover(x: float, y: float, inset: int) -> float:
+def over(top: Colour, below: Colour) -> Colour:
+    """What is seen of both. Where nothing is, it has the colour of ``below``."""
+    alpha = top[3] + below[3] * (1 - top[3])
+    share = top[3] / alpha if alpha else 0
+    red, green, blue = (share * upper + (1 - share) * lower for upper, lower in zip(top[:3], below[:3], strict=True))
+    return red, green, blue, alpha
+
+
+class Corners:
+    """A rounded rectangle that is just large enough for its corners: ``radius`` in px top-left, top-right, bottom-right, bottom-left, and a
+    border ``ring`` px wide. ``edge`` is the width in px of what must not be stretched."""
+
+    def __init__(self, radius: tuple[int, int, int, int], ring: int) -> None:
+        self._radius, self._ring = radius, ring
+        self.edge = max(*radius, ring) + 1
+        self.side = 2 * self.edge + 2
+
+    def shape(self, x: float, y: float, inset: int = 0) -> float:
+        """How much of the pixel around x, y lies within the rectangle ``inset`` px smaller on each side."""
+        side, middle, radius = self.side, self.side / 2, self._radius
         top, left = y > middle, x < middle
         corner = radius[0] if top and left else radius[1] if top else radius[3] if left else radius[2]
         r = max(0, corner - inset)
@@ -40,9 +53,29 @@ def patch(radius: tuple[int, int, int, int], ring: int = 0) -> tuple[Texture, in
             return min(1., max(0., r - hypot(dx, dy) + .5))
         return float(inset <= x <= side - inset and inset <= y <= side - inset)
 
-    texture = alpha_texture(side, side, lambda x, y: cover(x, y, 0) - (cover(x, y, ring) if ring else 0))
-    texture.wrap = "clamp_to_edge"
-    return texture, edge
+    def border(self, x: float, y: float) -> float:
+        return self.shape(x, y) - self.shape(x, y, self._ring)
+
+    def texture(self, colour) -> Texture:
+        texture = texture_of(self.side, self.side, colour)
+        texture.wrap = "clamp_to_edge"
+        return texture
+
+
+@lru_cache(maxsize=256)
+def patch(radius: tuple[int, int, int, int], ring: int = 0) -> tuple[Texture, int]:
+    """White texture of a rounded rectangle, or of its border alone, and its ``Corners.edge``."""
+    corners = Corners(radius, ring)
+    cover = corners.border if ring else corners.shape
+    return corners.texture(lambda x, y: (1, 1, 1, cover(x, y))), corners.edge
+
+
+@lru_cache(maxsize=256)
+def bordered_patch(radius: tuple[int, int, int, int], ring: int, fill: Colour, line: Colour) -> tuple[Texture, int]:
+    """Texture of a rounded rectangle in ``fill`` with a border in ``line``, and its ``Corners.edge``."""
+    corners = Corners(radius, ring)
+    return corners.texture(lambda x, y: over((*line[:3], line[3] * corners.border(x, y)),
+                                             (*fill[:3], fill[3] * corners.shape(x, y)))), corners.edge
 
 
 @lru_cache(maxsize=8)
@@ -60,14 +93,28 @@ def hatch_texture(period: int, width: float) -> Texture:
 def rounded(x: float, y: float, w: float, h: float, radius=0, ring: float = 0) -> Rectangle | BorderImage:
     """Add one smooth rounded rectangle to the open canvas, on whole pixels; returns the instruction.
 
-    ``radius``: one number or four (see ``patch``), cut to half the shorter side. ``ring`` > 0 draws only a border that wide.
+    ``radius``: one number or four (see ``Corners``), cut to half the shorter side. ``ring`` > 0 draws only a border that wide.
     """
+    x, y, w, h, corners = _on_pixels(x, y, w, h, radius)
+    if not ring and max(corners) == 0:
+        return Rectangle(pos=(x, y), size=(w, h))
+    return _stretched(x, y, w, h, *patch(corners, int(ring)))
+
+
+def bordered(x: float, y: float, w: float, h: float, radius, ring: float, fill, line) -> BorderImage:
+    """``rounded`` in the colour ``fill`` with its border in ``line``, in one draw, under a white Color: where the GPU is software a tile is
+    filled once and not twice."""
+    x, y, w, h, corners = _on_pixels(x, y, w, h, radius)
+    return _stretched(x, y, w, h, *bordered_patch(corners, int(ring), tuple(fill), tuple(line)))
+
+
+def _on_pixels(x: float, y: float, w: float, h: float, radius) -> tuple[int, int, int, int, tuple[int, ...]]:
     x0, y0 = round(x), round(y)
     w, h = max(1, round(x + w) - x0), max(1, round(y + h) - y0)
     limit = min(w, h) // 2
-    corners = tuple(min(int(r), limit) for r in (radius if isinstance(radius, tuple | list) else (radius,) * 4))
-    if not ring and max(corners) == 0:
-        return Rectangle(pos=(x0, y0), size=(w, h))
-    texture, edge = patch(corners, int(ring))
+    return x0, y0, w, h, tuple(min(int(r), limit) for r in (radius if isinstance(radius, tuple | list) else (radius,) * 4))
+
+
+def _stretched(x: int, y: int, w: int, h: int, texture: Texture, edge: int) -> BorderImage:
     edge = min(edge, w // 2, h // 2) or 1
-    return BorderImage(pos=(x0, y0), size=(w, h), texture=texture, border=(edge,) * 4)
+    return BorderImage(pos=(x, y), size=(w, h), texture=texture, border=(edge,) * 4)

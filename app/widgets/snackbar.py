@@ -1,6 +1,6 @@
 """Snackbars: short messages about what was done, with at most one button (Undo). The newest is shown; those before it lie below it and come
 back, so that a new one takes neither an undo away nor the place of what is under the top bar."""
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
 from kivy.animation import Animation
@@ -20,13 +20,21 @@ SETTLES = .5             # s after one has come in the place of another, in whic
 @dataclass
 class Message:
     """A text that is shown for ``seconds``, or until it is closed by hand (None); ``on_action`` runs when the button is pressed, ``on_end``
-    if it wasn't."""
+    if it wasn't. What was said before ``about`` the same is over: it may not hold any more."""
     text: str
     icon: str = ""
     action: str = ""
     on_action: Callable[[], object] | None = None
     on_end: Callable[[], object] | None = None
     seconds: float | None = SECONDS
+    about: Hashable | None = None
+
+    def repeats(self, other: "Message") -> bool:
+        return not self.action and not other.action and self.text == other.text
+
+    def ends(self, earlier: "Message") -> bool:
+        """A button that can be pressed stays."""
+        return self.repeats(earlier) or (not earlier.action and self.about is not None and self.about == earlier.about)
 
 
 class Snackbar(OnlySeen, Passive, MDSnackbar):
@@ -103,9 +111,9 @@ class Snackbars:
         self._pile: list[Said] = []
         self.stack: SnackbarStack | None = None
 
-    def show(self, text: str, *, icon: str = "", seconds: float = SECONDS) -> None:
+    def show(self, text: str, *, icon: str = "", seconds: float = SECONDS, about: Hashable | None = None) -> None:
         """Show a message."""
-        self.post(Message(text, icon=icon, seconds=seconds))
+        self.post(Message(text, icon=icon, seconds=seconds, about=about))
 
     def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None, *,
              stays: bool = False) -> None:
@@ -115,23 +123,22 @@ class Snackbars:
 
     def post(self, message: Message) -> None:
         """The same words without a button are not said twice: they are the newest now, for as long as if they came first."""
-        words = message.text, ""
-        again = next((said for said in self._pile if (said.message.text, said.message.action) == words and not message.action), None)
-        if again is not None and again is self._pile[-1]:
-            again.stop()
-            again.left = message.seconds
-            again.begin()
+        top = self._pile[-1] if self._pile else None
+        if top is not None and top.message.repeats(message):
+            top.stop()
+            top.left = message.seconds
+            top.begin()
             return
-        if again is not None:
-            self._take_off(again)
-        covered = self._pile[-1] if self._pile else None
+        over = [said for said in self._pile if message.ends(said.message)]
         self._pile.append(said := Said(message, self._close))
         said.bar.bind(on_action=self._pressed, on_close=self._dismissed)
-        if covered is not None:
-            self._hide(covered)
-            if covered.is_read:
-                self._close(covered)
-        self._show_top(instead=covered is not None)
+        if top is not None:
+            self._hide(top)
+            if top.is_read and top not in over:
+                over.append(top)
+        for old in over:
+            self._close(old)
+        self._show_top(instead=top is not None)
         self.stack.below = len(self._pile) - 1
 
     def clear(self) -> None:

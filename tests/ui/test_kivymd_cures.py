@@ -27,6 +27,7 @@ from kivymd.uix.card import MDCard
 from kivymd.uix.label import MDLabel
 
 from app.widgets import kivymd_cures
+from app.widgets.shapes import bordered_patch, over
 from app.widgets.tokens import apply_theme, tk
 
 KIVY, KIVYMD = Path(kivy.__file__).parent, Path(kivymd.__file__).parent
@@ -168,9 +169,24 @@ def test_the_shadow_still_needs_the_cure():
 
 def test_corners_are_smooth(ui):
     box = ui.show(MDBoxLayout(md_bg_color=RED, line_color=BLUE, line_width=2, radius=12))
-    assert colours(box) == [RED, BLUE]
-    assert sum(isinstance(shape, BorderImage) for shape in drawn(box)) == 2
-    assert not any(isinstance(shape, RoundedRectangle) for shape in drawn(box))
+    shapes = [shape for shape in drawn(box) if isinstance(shape, BorderImage | RoundedRectangle)]
+    assert [(type(shape), shape.texture) for shape in shapes] == [(BorderImage, bordered_patch((12,) * 4, 2, RED, BLUE)[0])]
+
+
+def test_a_border_is_painted_over_its_fill():
+    assert over((0, 0, 1, .5), RED) == (.5, 0, .5, 1)
+    assert over((0, 0, 1, 0), (1, 0, 0, .5)) == (1, 0, 0, .5)
+    assert over((0, 0, 1, .5), (1, 0, 0, .5)) == pytest.approx((1 / 3, 0, 2 / 3, .75))
+    assert over((0, 0, 1, 0), (1, 0, 0, 0)) == (1, 0, 0, 0)          # what lies beside it is stretched into no other colour
+
+
+def test_what_is_pressed_shows_it_under_its_border(ui):
+    pressed = ui.show(card(md_bg_color=RED, theme_line_color="Custom", line_color=BLUE, line_width=2))
+    lift = ui.press(pressed)
+    assert [colour[:3] for colour in colours(pressed)] == [RED[:3], tuple(round(part, 3) for part in tk.ink[:3]), BLUE[:3]]
+    lift()
+    ui.advance()
+    assert colours(pressed) == [(1, 1, 1, 1)]
 
 
 def test_a_label_has_one_background_and_a_smooth_one(ui):

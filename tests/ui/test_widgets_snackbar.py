@@ -60,6 +60,19 @@ def test_what_is_said_again_below_another_one_is_the_newest(ui, bars):
     assert on_screen(ui) == ["Kits waits"]
 
 
+def test_what_does_not_hold_any_more_is_not_said_again(ui, bars):
+    bars.show("Aino pauses", about="aino")
+    bars.show("Veikko pauses", about="veikko")
+    bars.undo("Deleted", "Undo", lambda: None)
+    bars.show("Aino continues", about="aino")
+    assert bars.texts == ["Veikko pauses", "Deleted", "Aino continues"]
+    bars.show("Aino pauses", about="aino")                    # also in the place of the one that is seen
+    ui.advance(.3)
+    assert on_screen(ui) == ["Aino pauses"]
+    ui.advance(4)
+    assert on_screen(ui) == ["Deleted"]
+
+
 def test_only_the_newest_is_shown_so_that_nothing_under_the_top_bar_is_covered(ui, bars):
     for n in range(3):
         bars.undo(f"Deleted {n}", "Undo", lambda: None)

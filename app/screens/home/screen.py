@@ -270,10 +270,10 @@ class HomeViewModel(HomeState, ViewModel):
             return
         robot_id = robot.id
         if self.controls.pauses:
-            self._act(key, lambda: operator.pause(robot_id), self._saying(_("{robot} pauses").format(robot=robot.name), "pause"),
+            self._act(key, lambda: operator.pause(robot_id), self._saying(_("{robot} pauses").format(robot=robot.name), "pause", key),
                       self._refused(robot, _("Pause")))
         else:
-            self._act(key, lambda: operator.resume(robot_id), self._saying(_("{robot} continues").format(robot=robot.name), "play"),
+            self._act(key, lambda: operator.resume(robot_id), self._saying(_("{robot} continues").format(robot=robot.name), "play", key),
                       self._refused(robot, _("Resume")))
 
     def reset_errors(self) -> None:
@@ -377,9 +377,9 @@ class HomeViewModel(HomeState, ViewModel):
     def _tell_busy(self) -> None:
         self.busy = self._presses.names(self.facts.robot.id if self.facts.robot is not None else None)
 
-    def _saying(self, text: str, icon: str) -> Callable[[object], None]:
+    def _saying(self, text: str, icon: str, about: Hashable | None = None) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""
-        return lambda _outcome: self._say(text, icon)
+        return lambda _outcome: self._say(text, icon, about)
 
     def _refused(self, robot: Robot, asked: str) -> Callable[[BaseException], object]:
         """To be called with what went wrong. Names robot and command: by then somebody may look at another one."""
@@ -390,8 +390,8 @@ class HomeViewModel(HomeState, ViewModel):
                 self._shell.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
         return say
 
-    def _say(self, text: str, icon: str) -> None:
-        self._shell.snackbars.show(text, icon=icon)
+    def _say(self, text: str, icon: str, about: Hashable | None = None) -> None:
+        self._shell.snackbars.show(text, icon=icon, about=about)
 
 
 class HomeScreen(Pages):

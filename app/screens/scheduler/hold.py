@@ -96,7 +96,7 @@ class HoldDialog(FormDialog):
         self.dismiss()
         robot = self._facts.robot(hold.robot_id)
         text = hold_view.held_message(robot.name if robot else None, hold.until, self._zone, self._services.clock.now())
-        self._shell.snackbars.show(text, icon="hand-back-right-outline")
+        self._shell.snackbars.show(text, icon="hand-back-right-outline", about=("hold", hold.robot_id))
 
     def release(self) -> None:
         if self.saving:
@@ -107,7 +107,7 @@ class HoldDialog(FormDialog):
 
     def _is_released(self, _none: None) -> None:
         self.dismiss()
-        self._shell.snackbars.show(_("Released"), icon="play-circle-outline")
+        self._shell.snackbars.show(_("Released"), icon="play-circle-outline", about=("hold", int(self.robot_id) or None))
 
     def _refused(self, problem: BaseException) -> None:
         self.saving = False
