@@ -14,6 +14,7 @@ from kivy.properties import NumericProperty
 from kivy.uix.label import Label
 
 from app.i18n import translator
+from app.screens.common.threads import STAYING
 from app.screens.common.view_model import Background, Navigator, ScreenBase, UiBus, ViewModel
 from app.widgets.frame import Screens
 
@@ -169,6 +170,26 @@ def test_threads_of_work_apart_end_with_it(ui, background):
     ui.wait(lambda: len(done) == 6 and not threads())
     background.run(lambda: "again", done.append, apart="check-up 0")
     ui.wait(lambda: done[-1] == "again" and not threads())
+
+
+@pytest.mark.parametrize(("count", "stay"), [(STAYING, STAYING), (STAYING + 4, 0)])
+def test_threads_that_a_crowd_needed_end_with_it(ui, bus, count, stay):
+    """Each keeps a reader of the database."""
+    def threads() -> set[threading.Thread]:
+        return set(threading.enumerate()) - others
+
+    others = set(threading.enumerate())
+    background, done, go = Background(bus), [], threading.Event()
+    for n in range(count):
+        background.run(lambda n=n: go.wait(5) and n, done.append)
+    assert len(threads()) == count
+    go.set()
+    ui.wait(lambda: len(done) == count and len(threads()) == stay)
+    background.run(lambda: "again", done.append)
+    ui.wait(lambda: done[-1] == "again")
+    background.close()
+    with pytest.raises(RuntimeError):
+        background.run(lambda: "late")
 
 
 def test_cancelled_work_delivers_nothing(ui, background):

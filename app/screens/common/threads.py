@@ -17,6 +17,7 @@ from app.services.live.changes import Changes, Topic
 log = logging.getLogger(__name__)
 
 APART = 2                    # threads for each kind of work that runs apart
+STAYING = 4                  # threads that wait for more work, as many as a screen keeps busy
 
 
 class UiBus:
@@ -129,6 +130,20 @@ class Job:
         self.cancelled = True
 
 
+class Threads:
+    """A few threads, and the work that they were given and that has not been delivered."""
+
+    def __init__(self, name: str, most: int) -> None:
+        self.pool = ThreadPoolExecutor(most, thread_name_prefix=f"ui-{name}")
+        self.jobs: set[Job] = set()
+        self.were = 0                        # how many there are at the most: one is made where all have work
+
+    def take(self, job: Job) -> ThreadPoolExecutor:
+        self.jobs.add(job)
+        self.were = max(self.were, len(self.jobs))
+        return self.pool
+
+
 class Background:
     """Runs what may take longer than a frame (database, robots) on a few threads and brings the results back to the UI thread.
 
@@ -137,11 +152,12 @@ class Background:
 
     def __init__(self, bus: UiBus, workers: int = 12, unexpected: Callable[[BaseException], object] | None = None) -> None:
         self._bus = bus
-        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="ui-work")
-        self._apart: dict[str, tuple[ThreadPoolExecutor, set[Job]]] = {}     # as long as there is work for it
+        self._workers = workers
+        self._threads: dict[str, Threads] = {}                # of all kinds of work: "" is what does not run apart
         self._unexpected = unexpected
         self._latest: dict[Hashable, Job] = {}
         self._pending: set[Job] = set()
+        self._is_closed = False
 
     def run(self, work: Callable[[], Any], done: Callable[[Any], object] | None = None,
             failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None, apart: str = "") -> Job:
@@ -149,24 +165,20 @@ class Background:
 
         Of several runs with one ``key`` only the newest delivers (a search while typing). What nobody has pressed, but asks robots, runs
         ``apart``, on few threads for all of that name: those that answer slowly must keep no one waiting who presses something.
+        Raises RuntimeError when closed.
         """
+        if self._is_closed:
+            raise RuntimeError("no more work is taken")
         job = Job()
         if key is not None:
             if key in self._latest:
                 self._latest[key].cancel()
             self._latest[key] = job
         self._pending.add(job)
-        self._pool_for(apart, job).submit(self._work, job, work, done, failed, key)
+        if apart not in self._threads:
+            self._threads[apart] = Threads(apart or "work", APART if apart else self._workers)
+        self._threads[apart].take(job).submit(self._work, job, work, done, failed, key)
         return job
-
-    def _pool_for(self, apart: str, job: Job) -> ThreadPoolExecutor:
-        if not apart:
-            return self._pool
-        if apart not in self._apart:
-            self._apart[apart] = ThreadPoolExecutor(APART, thread_name_prefix=f"ui-{apart}"), set()
-        pool, jobs = self._apart[apart]
-        jobs.add(job)
-        return pool
 
     @property
     def idle(self) -> bool:
@@ -175,10 +187,11 @@ class Background:
 
     def close(self) -> None:
         """Take no more work and deliver nothing more; what runs runs to its end."""
+        self._is_closed = True
         for job in self._pending:
             job.cancel()
-        for pool in (self._pool, *(pool for pool, _jobs in self._apart.values())):
-            pool.shutdown(wait=False, cancel_futures=True)
+        for threads in self._threads.values():
+            threads.pool.shutdown(wait=False, cancel_futures=True)
 
     def _work(self, job: Job, work: Callable[[], Any], done: Callable[[Any], object] | None,
               failed: Callable[[BaseException], object] | None, key: Hashable | None) -> None:
@@ -199,13 +212,13 @@ class Background:
             call()
 
     def _end_unused(self, job: Job) -> None:
-        """Names of work come and go with robots and files; threads of those that are gone would wait for ever, each with its reader of the
-        database."""
-        for name, (pool, jobs) in list(self._apart.items()):
-            jobs.discard(job)
-            if not jobs:
-                pool.shutdown(wait=False)
-                del self._apart[name]
+        """Names of work come and go with robots and files, and robots that hang keep many threads busy at once. What isn't needed any more
+        would wait for ever, each thread with its reader of the database."""
+        for name, threads in list(self._threads.items()):
+            threads.jobs.discard(job)
+            if not threads.jobs and (name or threads.were > STAYING):
+                threads.pool.shutdown(wait=False)
+                del self._threads[name]
 
     def _tell(self, problem: BaseException, failed: Callable[[BaseException], object] | None) -> None:
         if failed is not None:
