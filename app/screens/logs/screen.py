@@ -184,7 +184,7 @@ class LogsViewModel(ViewModel):
     def _show_figures(self) -> None:
         if self._figures is not None:
             self.kpis, self.utilisation = kpi_view.cards(self._figures), kpi_view.utilisation_bars(self._figures)
-            self.reach = kpi_view.reach(self._figures)
+            self.reach = kpi_view.reach(self._figures, self.part == "runs" and self._filters.narrow_list)
             self.utilisation_note, self.days = kpi_view.total_note(self._figures), kpi_view.outcome_days(self._figures.days)
             if self.part == "figures":
                 self.figures = more_view.page(self._figures, self._more)

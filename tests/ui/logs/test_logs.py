@@ -129,6 +129,14 @@ def test_a_period_that_reaches_further_back_than_the_history_says_since_when_the
     assert "Runs kept since Thu 22 Oct" in ui.texts()
 
 
+def test_figures_say_that_they_count_what_the_list_leaves_out(screen, ui):
+    tap(screen, ui, ui.find(Segment, text="All"))
+    tick(screen, ui, "Trigger", "Run now")
+    assert "Figures are of all runs · Runs kept since Thu 22 Oct" in ui.texts()
+    tap(screen, ui, ui.find(Segment, text="Figures"))
+    assert "Runs kept since Thu 22 Oct" in ui.texts()
+
+
 def test_one_robot_can_be_looked_at_alone(screen, ui):
     tap(screen, ui, ui.find(ChoiceChip, text="All robots"))
     tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Sisu"))
