@@ -13,10 +13,10 @@ from itertools import accumulate
 from kivy.clock import Clock
 from kivy.factory import Factory
 from kivy.metrics import dp
-from kivy.properties import ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 from kivy.uix.relativelayout import RelativeLayout
 
-from app.widgets.lists import Row, Standing
+from app.widgets.lists import Standing
 from app.widgets.pages import LowPage
 
 
@@ -47,6 +47,7 @@ class LongList(LowPage):
     row_height = NumericProperty("64dp")     # assumed for rows that were never visible
     empty_text = StringProperty()
     content_height = NumericProperty(0)      # of all rows; ``row_height`` for those that were never visible
+    moves = BooleanProperty(False)           # whether it is being scrolled, or was a moment ago
 
     __events__ = ("on_action", "on_end")
 
@@ -63,7 +64,7 @@ class LongList(LowPage):
         self._anchor: tuple | None = None    # (key of the first visible row, px of it above the edge); None: at the top
         self._width = 0
         self._moving = False
-        self._rest = Clock.create_trigger(self._come_to_rest, .2)
+        self._rest = Clock.create_trigger(self._stand_still, .2)
         self._arrange = Clock.create_trigger(self._place_rows, -1)
         self._content = RelativeLayout(size_hint_y=None, height=0)
         self._content.bind(height=self.setter("content_height"))
@@ -160,12 +161,18 @@ class LongList(LowPage):
             above = (1 - self.scroll_y) * max(0, self._content.height - self.height)
             n = min(bisect_right(self._tops, above + .5), len(self._keys)) - 1
             self._anchor = (self._keys[n], above - self._tops[n]) if above > 1 and n >= 0 else None
+            self.moves = True
             self._rest.cancel()
             self._rest()
             self._arrange()
 
-    def _come_to_rest(self, _dt):
-        """Nothing has moved for a moment: align the upper edge with a whole row."""
+    def _stand_still(self, _dt):
+        """Nothing has moved for a moment."""
+        self.moves = False
+        self._come_to_rest()
+
+    def _come_to_rest(self):
+        """Align the upper edge with a whole row."""
         way, self.wheel_way = self.wheel_way, 0
         if self._anchor is not None:
             key, hidden = self._anchor
@@ -224,8 +231,8 @@ class LongList(LowPage):
         for key, n in wanted.items():
             seat = self._live.get(key)
             if seat is None:
-                seat = self._live[key] = self._spare.pop() if self._spare else self._new_seat()
-                Row.take(seat.view, self.data[n])
+                seat = self._live[key] = self._seat_for(key)
+                seat.view.take(self.data[n])
                 if seat.parent is None:
                     self._content.add_widget(seat)
             view = seat.view
@@ -238,6 +245,14 @@ class LongList(LowPage):
             if seat.parent is not None:
                 self._content.remove_widget(seat)
         self._forget_spare()
+
+    def _seat_for(self, key) -> Seat:
+        """One that shows that row already has the least to do."""
+        seat = next((seat for seat in self._spare if seat.view.key == key), self._spare[-1] if self._spare else None)
+        if seat is None:
+            return self._new_seat()
+        self._spare.remove(seat)
+        return seat
 
     def _forget_spare(self):
         """Keep as many as there is room for, as when a search hides rows: a larger window, or rows before they had their height, took more.

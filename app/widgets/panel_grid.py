@@ -1,4 +1,7 @@
-"""Panels side by side: as many columns as fit, all of a row equally high. Only the visible ones exist, so that fifty cost what four do."""
+"""Panels side by side: as many columns as fit, all of a row equally high. Only the visible ones exist, so that fifty cost what four do.
+
+What comes into sight next is filled beforehand, a few panels a frame: a whole row at once is forty texts, 8 ms in the middle of a fling.
+"""
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +14,9 @@ from kivy.uix.widget import Widget
 
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
+
+SPARE = 2                # shelves that are kept for what scrolls into sight
+AHEAD = 3                # panels of the next one that are filled in a frame
 
 
 @dataclass(frozen=True)
@@ -35,17 +41,34 @@ class PanelGrid(LongList):
 
     def __init__(self, **kwargs):
         self._shelve = Clock.create_trigger(self._fill_shelves, -1)
+        self._prepare = Clock.create_trigger(self._prepare_some, 0)
+        self._first, self._goes_down = 0, True                # the first shelf in sight, and where the list was moved last
+        self._coming = 0                                      # the shelf that comes next
         super().__init__(viewclass="PanelShelf", **kwargs)
         for name in ("panels", "panelclass", "panel_width", "width", "spacing"):
             self.fbind(name, self._shelve)
         self._shelve()
 
-    def _come_to_rest(self, _dt):
+    def _come_to_rest(self):
         """Panels stay where they were left."""
 
     def _forget_spare(self):
-        """Keep one, for what scrolls into sight, where not all are: a shelf is a whole row of panels, and other columns need other ones."""
-        del self._spare[1 if len(self._live) < len(self._keys) else 0:]
+        """None where all are in sight: a shelf is a whole row of panels, and other columns need other ones."""
+        del self._spare[SPARE if len(self._live) < len(self._keys) else 0:]
+
+    def _populate(self, shown):
+        super()._populate(shown)
+        if shown.start != self._first:
+            self._first, self._goes_down = shown.start, shown.start > self._first
+        self._coming = shown.stop if self._goes_down else shown.start - 1
+        self._prepare()
+
+    def _prepare_some(self, _dt):
+        """Once a frame, however often rows are placed in it."""
+        if self._spare and 0 <= self._coming < len(self.data):
+            shelf = self.data[self._coming]
+            views = [seat.view for seat in self._spare]
+            next((view for view in views if view.key == shelf.key), views[0]).prepare(shelf)
 
     @property
     def columns(self) -> int:
@@ -75,13 +98,25 @@ class PanelShelf(BoxLayout):
     columns = NumericProperty(1)
 
     def __init__(self, **kwargs):
+        self._left = []                      # views, and what they have not taken yet
+        self._is_prepared = False
         super().__init__(**kwargs)
         self.size_hint_y = None
         self.bind(minimum_height=self.setter("height"))
         for name in ("panels", "columns"):
             self.fbind(name, self._show)
 
-    take = Row.take
+    def take(self, shelf) -> None:
+        """Show ``shelf``."""
+        Row.take(self, shelf)
+        self._fill()
+
+    def prepare(self, shelf) -> None:
+        """Take some of what will be taken soon, out of sight."""
+        self._is_prepared = True
+        Row.take(self, shelf)
+        self._is_prepared = False
+        self._fill(AHEAD)
 
     def _show(self, *_):
         wanted = [Factory.get(name) for name, _panel in self.panels]
@@ -92,9 +127,15 @@ class PanelShelf(BoxLayout):
             self.clear_widgets()
             for kind in wanted:
                 self.add_widget(spare[kind].pop(0) if spare[kind] else kind())
-        for view, (_name, panel) in zip(self.children[::-1], self.panels, strict=False):
+        self._left = list(zip(self.children[::-1], (panel for _name, panel in self.panels), strict=False))
+        if not self._is_prepared:
+            self._fill()
+
+    def _fill(self, most=None):
+        for view, panel in self._left[:most]:
             self._belong(view)
             view.take(panel)
+        del self._left[:most]
 
     def on_host(self, *_):
         for view in self.children:

@@ -10,7 +10,7 @@ from kivy.properties import NumericProperty, StringProperty
 
 from app.widgets.buttons import CommandButton
 from app.widgets.lists import RecycledRow
-from app.widgets.panel_grid import PanelGrid, PanelShelf
+from app.widgets.panel_grid import AHEAD, PanelGrid, PanelShelf
 from app.widgets.surfaces import Surface
 
 
@@ -132,3 +132,39 @@ def test_another_kind_of_panel_can_be_among_them(ui):
     ui.advance(.1)
     assert shelves(ui, root) == [["P0", "P1", "P2"], []]
     assert len(ui.find_all(LastPanel, root=root)) == 1
+
+
+def moved(ui, root, px: float, frames: int):
+    """Scroll ``px`` a frame, > 0 down; yields after each frame."""
+    for _n in range(frames):
+        root.scroll_y = min(1, max(0, root.scroll_y - px / (root.content_height - root.height)))
+        ui.advance()
+        yield
+
+
+def test_what_scrolls_into_sight_was_filled_before_a_few_panels_a_frame(ui):
+    samples = [Sample(number, f"P{number}") for number in range(800)]
+    root = ui.show(PanelGrid(panelclass="SamplePanel", panels=samples, panel_width=100, spacing=16, row_height=100), size=(1000, 500))
+    for _frame in moved(ui, root, 25, 20):                    # it keeps shelves for what comes
+        pass
+    seen = {panel: panel.word for seat in (*root._live.values(), *root._spare) for panel in seat.view.children}
+    columns, most = root.columns, []
+    for way in (25, -25):
+        for frame in moved(ui, root, way, 30):
+            now = {panel: panel.word for seat in (*root._live.values(), *root._spare) for panel in seat.view.children}
+            most.append(sum(now[panel] != seen.get(panel, "") for panel in now))
+            seen = now
+            for key, seat in root._live.items():
+                assert [panel.word for panel in seat.view.children[::-1]] == [f"P{key + n}" for n in range(columns)], frame
+    assert columns == 8
+    assert sum(most) > 100
+    assert sorted(most)[-3] <= AHEAD                          # but where it turns round, to what nobody could have foreseen
+
+
+def test_a_list_tells_that_it_moves_until_it_has_come_to_rest(ui):
+    root, told = grid(ui, 60), []
+    root.bind(moves=lambda _grid, moves: told.append(moves))
+    for _frame in moved(ui, root, 25, 10):
+        assert root.moves
+    ui.advance(.3)
+    assert told == [True, False]

@@ -41,6 +41,7 @@ from app.widgets.dock import dock
 
 PER_FRAME = .003                         # s for looking at robots, and
 NEW_PER_FRAME = 6                        # tiles that become others; the rest waits for the next frame
+MOVING_PER_FRAME, NEW_WHILE_MOVING = .001, 1             # as long as nobody can read them anyway
 Running = tuple[int, int]                # robot, and the item of its queue that it executes
 
 
@@ -55,6 +56,7 @@ class FleetState(EventDispatcher):
     needy_first = BooleanProperty(False)
     only = ObjectProperty(None, allownone=True)              # the group that is shown; None: all
     empty = StringProperty()
+    moves = BooleanProperty(False)       # the list of tiles is being scrolled
     waiting = ObjectProperty(NO_WAITING, rebind=True)        # for a robot
     way_back = StringProperty()          # from one robot to all
 
@@ -148,8 +150,9 @@ class FleetViewModel(FleetState, ViewModel):
     def _look_at_some(self, _dt: float) -> None:
         if not self.many:
             return
-        end, new = time.perf_counter() + PER_FRAME, 0
-        while self._waiting and new < NEW_PER_FRAME and time.perf_counter() < end:
+        seconds, most_new = (MOVING_PER_FRAME, NEW_WHILE_MOVING) if self.moves else (PER_FRAME, NEW_PER_FRAME)
+        end, new = time.perf_counter() + seconds, 0
+        while self._waiting and new < most_new and time.perf_counter() < end:
             new += self._look_at(self._next())
         if self._waiting:
             self._soon()

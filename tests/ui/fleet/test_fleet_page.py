@@ -11,6 +11,7 @@ from app.screens.home.cards import HomeWide
 from app.screens.home.fleet_page import CountChip, FleetPage, FleetTile, LargeTile, SmallTile
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.frame import TopBar
+from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import RobotChip
 from tests.support import home_facts as sample
 from tests.ui.fleet.operator import add_robots, counted, go_back, see, settle, tiles
@@ -72,6 +73,29 @@ def test_a_poll_changes_its_tile_and_the_counts_and_no_place(container, robots, 
         assert tiles(ui) == before
         tile = ui.find(FleetTile, name=robots[3].name)
         assert (tile.word, tile.detail, tile.loud) == ("Stopped", "Emergency stop", True)
+
+
+def test_while_the_list_moves_one_tile_a_frame_becomes_another(container, ui):
+    robots = add_robots(container, 40)
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(SmallTile))
+        grid = ui.find(PanelGrid)
+        for robot in container.catalogue.robots():
+            see(container, robot, sample.READY)
+        ui.wait(lambda: counted(ui) == ["43 ready"])
+        grid.scroll_y = .9
+        for robot in robots[:10]:
+            see(container, robot, sample.STOPPED)
+        before, changed = [tile.word for tile in grid.panels], []
+        for n in range(16):
+            grid.scroll_y = .9 - n / 100
+            ui.advance()                                      # three frames
+            now = [tile.word for tile in grid.panels]
+            changed.append(sum(a != b for a, b in zip(before, now, strict=True)))
+            before = now
+        assert max(changed) == 3
+        assert sum(changed) == 10                             # it goes on, however long somebody scrolls
+        ui.wait(lambda: counted(ui) == ["10 stopped", "33 ready"])
 
 
 def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
