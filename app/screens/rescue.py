@@ -3,13 +3,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from kivy.properties import BooleanProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.domain.message import Message
+from app.database.errors import DatabaseDamaged
+from app.domain.message import Message, message
 from app.i18n import SOURCE_LANGUAGE, _
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.threads import Background, UiBus
@@ -20,13 +20,20 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Damage(Generic[T]):
-    """``sentence`` is the one that the commands print, in its parts; ``backup`` the newest good one, if there is any; ``restore`` puts it
-    in place and returns the services opened on it, off the UI thread. It raises Failure with one sentence. ``language`` is the one that
-    was last set."""
-    sentence: Message
-    backup: Path | None
+    """``restore`` puts the newest good backup in place and returns the services opened on it, off the UI thread. It raises Failure with one
+    sentence. ``language`` is the one that was last set."""
+    found: DatabaseDamaged
     restore: Callable[[], T]
     language: str = SOURCE_LANGUAGE
+
+    @property
+    def sentence(self) -> Message:
+        """What the commands print, without the command that restores where there is a button for it."""
+        found = self.found
+        if found.backup is None:
+            return found.message
+        kept = message(", kept as {path}", path=found.kept_as) if found.kept_as else ""
+        return message("The database {path} is damaged ({problem}){kept}", path=found.path, problem=found.problem, kept=kept)
 
 
 class RescuePage(BoxLayout, Generic[T]):
@@ -40,7 +47,8 @@ class RescuePage(BoxLayout, Generic[T]):
         load_kv("rescue")
         self._damage, self._done = damage, done
         self._background = Background(bus, workers=1)
-        super().__init__(sentence=words_of(damage.sentence), backup=damage.backup.name if damage.backup else "", **kwargs)
+        backup = damage.found.backup
+        super().__init__(sentence=words_of(damage.sentence), backup=backup.name if backup else "", **kwargs)
 
     def restore(self) -> None:
         """One press restores the backup that the page names."""

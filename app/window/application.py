@@ -195,7 +195,7 @@ class SchedulerApp(MDApp):
         assert self._bus is not None
         self._release()
         self.root_box.clear_widgets()
-        self.root_box.add_widget(RescuePage(Damage(damage.message, backup, restore, translator.language), self._bus, self.begin))
+        self.root_box.add_widget(RescuePage(Damage(damage, restore, translator.language), self._bus, self.begin))
 
     def open_settings(self, *_args: object) -> bool:
         """Kivy's own page of settings, which F1 opens otherwise, past the PIN."""

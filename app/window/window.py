@@ -172,4 +172,4 @@ def _rescue_app(directory: DataDirectory, damage: DatabaseDamaged, begin: Callab
         return begin()
 
     language = backups.settings_in(damage.backup).language if damage.backup else SOURCE_LANGUAGE
-    return SchedulerApp(None, loudspeaker=Loudspeaker(), damage=Damage(damage.message, damage.backup, restore, language))
+    return SchedulerApp(None, loudspeaker=Loudspeaker(), damage=Damage(damage, restore, language))

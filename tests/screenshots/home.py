@@ -9,6 +9,7 @@ from typing import Any
 
 from kivy.factory import Factory
 
+from app.database.errors import DatabaseDamaged
 from app.domain.message import message, render
 from app.domain.models import Alarm, Connection, Priority, RobotSnapshot, Wait
 from app.domain.robot import MissionParameter, Pose
@@ -239,8 +240,8 @@ def clear_queue(studio: Any) -> Any:
 
 @picture("damaged-database")
 def damaged(studio: Any) -> None:
-    sentence = ("The database /home/tablet/.local/share/amr-scheduler/amr-scheduler.db is damaged (malformed disk image), kept as "
-                "amr-scheduler.db.damaged-20261120; restore the newest good backup with: python main.py --data-dir /home/tablet/.local/"
-                "share/amr-scheduler --restore-backup /home/tablet/.local/share/amr-scheduler/backups/daily-2026-11-20.db")
-    damage = Damage(sentence, Path("daily-2026-11-20.db"), lambda: None)
+    directory = Path("/home/tablet/.local/share/amr-scheduler")
+    found = DatabaseDamaged(directory / "amr-scheduler.db", message("malformed disk image"),
+                            directory / "amr-scheduler.db.damaged-20261120", directory / "backups" / "daily-2026-11-20.db")
+    damage = Damage(found, lambda: None)
     studio.show(RescuePage(damage, UiBus(), lambda _services: None))

@@ -21,7 +21,6 @@ from app.failures import BadInput
 from app.i18n import translation, translator
 from app.process import restoring
 from app.process.data_directory import DataDirectory
-from app.screens.common.problems import words_of
 from app.screens.rescue import Damage
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton
@@ -143,11 +142,13 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui):
         opened.append(Container.open(tmp_path, with_window=True))
         return opened[0]
 
-    app = SchedulerApp(None, damage=Damage(damage.message, damage.backup, restore), animate=False)
+    app = SchedulerApp(None, damage=Damage(damage, restore), animate=False)
     app._run_prepare()
     try:
         ui.advance(.2)
-        assert words_of(damage.message) in ui.texts()
+        told, = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
+        assert told.endswith(f"), kept as {damage.kept_as}")
+        assert not [text for text in ui.texts() if "main.py" in text]         # whoever stands there has a button, and no shell
         assert "The database is damaged; nothing is scheduled" in ui.texts()
         ui.tap(ui.find(CommandButton, text="Restore"))
         ui.wait(lambda: app.container is not None)
@@ -165,7 +166,7 @@ def test_the_screen_of_a_damaged_database_speaks_the_language_that_was_set(tmp_p
     app._run_prepare()
     try:
         ui.advance(.2)
-        assert render(damage.message, translation("fi").gettext) in ui.texts()
+        assert render(Damage(damage, print).sentence, translation("fi").gettext) in ui.texts()
         assert ui.find(CommandButton, text="Palauta")
     finally:
         app.dispatch("on_stop")
@@ -176,13 +177,14 @@ def test_without_a_backup_restore_is_off_and_a_failed_restore_says_why(tmp_path,
     def fails():
         raise BadInput("the disk is full")
 
-    app = SchedulerApp(None, damage=Damage("It is damaged", None, fails), animate=False)
+    app = SchedulerApp(None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn"), fails), animate=False)
     app._run_prepare()
     ui.advance(.2)
     assert ui.find(CommandButton, text="Restore").disabled
+    assert [text for text in ui.texts() if "--restore-backup FILE" in text]   # there is no other way
     app.dispatch("on_stop")
 
-    app = SchedulerApp(None, damage=Damage("It is damaged", tmp_path / "b.db", fails), animate=False)
+    app = SchedulerApp(None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn", backup=tmp_path / "b.db"), fails), animate=False)
     ui.show(app.build())
     ui.tap(ui.find(CommandButton, text="Restore"))
     ui.wait(lambda: "the disk is full" in ui.texts())
