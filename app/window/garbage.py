@@ -20,7 +20,7 @@ import gc
 import sys
 from collections.abc import Callable
 
-NEW = 40_000                 # objects that have come since the last collection: if all are garbage it takes 50 ms
+NEW = 25_000                 # objects that have come since the last collection: if all are garbage it takes 30 ms
 SOME = 5_000                 # also, where there is no room for them
 AT_REST = 100_000            # alive since everything was scanned, after which it is again, and they are frozen, at the next rest: 0.3 s
 ALIVE = 150_000              # also while the screen is in use: until then a collection takes up to 20 ms
