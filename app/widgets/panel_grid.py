@@ -1,6 +1,7 @@
 """Panels side by side: as many columns as fit, all of a row equally high. Only the visible ones exist, so that fifty cost what four do.
 
-What comes into sight next is filled beforehand, a few panels a frame: a whole row at once is forty texts, 8 ms in the middle of a fling.
+What comes into sight next is made (with ``ahead``) and filled beforehand, a few panels a frame: a whole row at once is forty texts, 8 ms in
+the middle of a fling.
 """
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
@@ -8,7 +9,7 @@ from dataclasses import dataclass
 from kivy.clock import Clock
 from kivy.factory import Factory
 from kivy.metrics import dp
-from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
@@ -38,6 +39,7 @@ class PanelGrid(LongList):
     panels = ListProperty()
     panelclass = StringProperty()
     panel_width = NumericProperty("400dp")
+    ahead = BooleanProperty(False)           # make a shelf for what will be scrolled into sight, before it is
 
     def __init__(self, **kwargs):
         self._shelve = Clock.create_trigger(self._fill_shelves, -1)
@@ -65,6 +67,8 @@ class PanelGrid(LongList):
 
     def _prepare_some(self, _dt):
         """Once a frame, however often rows are placed in it."""
+        if self.ahead and not self._spare and len(self._live) < len(self._keys):
+            self._spare.append(self._new_seat())
         if self._spare and 0 <= self._coming < len(self.data):
             shelf = self.data[self._coming]
             views = [seat.view for seat in self._spare]

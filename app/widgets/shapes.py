@@ -11,17 +11,24 @@ from kivy.graphics.texture import Texture
 Colour = tuple[float, float, float, float]              # red, green, blue, alpha in 0..1
 
 
-def texture_of(width: int, height: int, colour) -> Texture:
-    """Texture whose pixel i, j has ``colour(i + .5, j + .5)``: red, green, blue and alpha in 0..1."""
-    data = bytes(int(255 * min(1., max(0., part)) + .5) for j in range(height) for i in range(width) for part in colour(i + .5, j + .5))
+def texture_of(width: int, height: int, data: bytes) -> Texture:
+    """``data`` has red, green, blue and alpha of each pixel, a byte each."""
+    def fill(texture) -> None:
+        texture.blit_buffer(data, colorfmt="rgba", bufferfmt="ubyte")
+
     texture = Texture.create(size=(width, height), colorfmt="rgba")
-    texture.blit_buffer(data, colorfmt="rgba", bufferfmt="ubyte")
+    fill(texture)
+    texture.add_reload_observer(fill)        # a tablet may lose its graphics while it sleeps
     return texture
+
+
+def pixel(colour) -> bytes:
+    return bytes(int(255 * min(1., max(0., part)) + .5) for part in colour)
 
 
 def alpha_texture(width: int, height: int, coverage) -> Texture:
     """White texture whose alpha at pixel i, j is ``coverage(i + .5, j + .5)`` in 0..1."""
-    return texture_of(width, height, lambda x, y: (1, 1, 1, coverage(x, y)))
+    return texture_of(width, height, b"".join(pixel((1, 1, 1, coverage(i + .5, j + .5))) for j in range(height) for i in range(width)))
 
 
 def over(top: Colour, below: Colour) -> Colour:
@@ -37,13 +44,15 @@ class Corners:
     border ``ring`` px wide. ``edge`` is the width in px of what must not be stretched."""
 
     def __init__(self, radius: tuple[int, int, int, int], ring: int) -> None:
-        self._radius, self._ring = radius, ring
+        self._radius = radius
         self.edge = max(*radius, ring) + 1
-        self.side = 2 * self.edge + 2
+        self._side = 2 * self.edge + 2
+        places = [n + .5 for n in range(self._side)]
+        self._covers = [(whole := self._cover(x, y, 0), whole - (self._cover(x, y, ring) if ring else 0)) for y in places for x in places]
 
-    def shape(self, x: float, y: float, inset: int = 0) -> float:
+    def _cover(self, x: float, y: float, inset: int) -> float:
         """How much of the pixel around x, y lies within the rectangle ``inset`` px smaller on each side."""
-        side, middle, radius = self.side, self.side / 2, self._radius
+        side, middle, radius = self._side, self._side / 2, self._radius
         top, left = y > middle, x < middle
         corner = radius[0] if top and left else radius[1] if top else radius[3] if left else radius[2]
         r = max(0, corner - inset)
@@ -53,29 +62,30 @@ class Corners:
             return min(1., max(0., r - hypot(dx, dy) + .5))
         return float(inset <= x <= side - inset and inset <= y <= side - inset)
 
-    def border(self, x: float, y: float) -> float:
-        return self.shape(x, y) - self.shape(x, y, self._ring)
-
     def texture(self, colour) -> Texture:
-        texture = texture_of(self.side, self.side, colour)
+        """``colour(whole, border)`` is that of a pixel of which the rectangle and its border cover so much. There are few such pixels that
+        differ: a colour for each of all would take 5 to 30 ms, in the middle of a frame."""
+        pixels = {cover: pixel(colour(*cover)) for cover in set(self._covers)}
+        texture = texture_of(self._side, self._side, b"".join(map(pixels.__getitem__, self._covers)))
         texture.wrap = "clamp_to_edge"
         return texture
+
+
+corners_of = lru_cache(maxsize=64)(Corners)
 
 
 @lru_cache(maxsize=256)
 def patch(radius: tuple[int, int, int, int], ring: int = 0) -> tuple[Texture, int]:
     """White texture of a rounded rectangle, or of its border alone, and its ``Corners.edge``."""
-    corners = Corners(radius, ring)
-    cover = corners.border if ring else corners.shape
-    return corners.texture(lambda x, y: (1, 1, 1, cover(x, y))), corners.edge
+    corners = corners_of(radius, ring)
+    return corners.texture(lambda whole, border: (1, 1, 1, border if ring else whole)), corners.edge
 
 
 @lru_cache(maxsize=256)
 def bordered_patch(radius: tuple[int, int, int, int], ring: int, fill: Colour, line: Colour) -> tuple[Texture, int]:
     """Texture of a rounded rectangle in ``fill`` with a border in ``line``, and its ``Corners.edge``."""
-    corners = Corners(radius, ring)
-    return corners.texture(lambda x, y: over((*line[:3], line[3] * corners.border(x, y)),
-                                             (*fill[:3], fill[3] * corners.shape(x, y)))), corners.edge
+    corners = corners_of(radius, ring)
+    return corners.texture(lambda whole, border: over((*line[:3], line[3] * border), (*fill[:3], fill[3] * whole))), corners.edge
 
 
 @lru_cache(maxsize=8)

@@ -1,6 +1,6 @@
 """Snackbars: short messages about what was done, with at most one button (Undo). The newest is shown; those before it lie below it and come
 back, so that a new one takes neither an undo away nor the place of what is under the top bar."""
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 
 from kivy.animation import Animation
@@ -112,7 +112,7 @@ class Snackbars:
         self.stack: SnackbarStack | None = None
 
     def show(self, text: str, *, icon: str = "", seconds: float = SECONDS, about: Hashable | None = None) -> None:
-        """Show a message."""
+        """Show a message, in the place of what was said before ``about`` the same."""
         self.post(Message(text, icon=icon, seconds=seconds, about=about))
 
     def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None, *,
@@ -124,27 +124,30 @@ class Snackbars:
     def post(self, message: Message) -> None:
         """The same words without a button are not said twice: they are the newest now, for as long as if they came first."""
         top = self._pile[-1] if self._pile else None
+        ended = [said for said in self._pile if message.ends(said.message)]
         if top is not None and top.message.repeats(message):
+            self._close_all(said for said in ended if said is not top)
             top.stop()
-            top.left = message.seconds
+            top.message, top.left = message, message.seconds
             top.begin()
             return
-        over = [said for said in self._pile if message.ends(said.message)]
         self._pile.append(said := Said(message, self._close))
         said.bar.bind(on_action=self._pressed, on_close=self._dismissed)
         if top is not None:
             self._hide(top)
-            if top.is_read and top not in over:
-                over.append(top)
-        for old in over:
-            self._close(old)
+            if top.is_read and top not in ended:
+                ended.append(top)
+        self._close_all(ended)
         self._show_top(instead=top is not None)
         self.stack.below = len(self._pile) - 1
 
+    def end(self, about: Hashable) -> None:
+        """What was said about that does not hold any more."""
+        self._close_all([said for said in self._pile if said.message.about == about])
+
     def clear(self) -> None:
         """Close all messages as if their time were over."""
-        for said in list(self._pile):
-            self._close(said)
+        self._close_all(list(self._pile))
 
     def _show_top(self, instead: bool) -> None:
         """``instead``: in the place of another one."""
@@ -179,6 +182,10 @@ class Snackbars:
 
     def _of(self, bar: Snackbar) -> Said | None:
         return next((said for said in self._pile if said.bar is bar), None)
+
+    def _close_all(self, pile: Iterable[Said]) -> None:
+        for said in pile:
+            self._close(said)
 
     def _close(self, said: Said) -> None:
         """Nobody has pressed its button."""

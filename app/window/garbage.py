@@ -32,7 +32,7 @@ EVERY = 300.0                # s between collections at rest, however little the
 LET_GO = 2.0                 # s after which nothing holds the screens any more that were thrown away
 REST = 5.0                   # s without a touch, after which a pause goes unnoticed
 M_ARENA_MAX = -8             # of glibc's mallopt
-FALLBACK = (10 * NEW, 5, 5)  # Python's own thresholds, for when no frames are drawn (behind other apps on Android)
+FALLBACK = (400_000, 5, 5)   # Python's own thresholds, for when no frames are drawn (behind other apps on Android)
 
 
 class Garbage:

@@ -142,15 +142,16 @@ class Monkey:
         """Once every screen and dialog in every size and look, with a plan, its runs and alarms on them, the keyboard and the library of
         holidays: all that a finger finds or makes sooner or later."""
         wear = Wear(self._app, self._ui)
-        self._furnish()
         for scale, theme, language in zip(FONT_SCALES, THEMES, ("en", "fi", "en"), strict=True):
-            self._site.container.catalogue.change_settings(keyboard="on", font_scale_percent=scale, theme=theme, language=language,
-                                                           gloves=language == "fi")
             for size in SIZES:
+                self._furnish()
+                self._site.container.catalogue.change_settings(keyboard="on", font_scale_percent=scale, theme=theme, language=language,
+                                                               gloves=language == "fi")
                 Window.size = size
                 wear.rounds(ROUNDS)
                 Window.size = size
                 wear.see_sections(self._site.container.catalogue.robots()[0].id)
+                self.rest()                  # the old window and the new one, from the fullest
         self._app.shell.go("settings", section="robots", add=True)
         self._ui.wait(lambda: self._ui.find_all(FieldInput))
         self._ui.find(FieldInput).focus = True

@@ -1,7 +1,7 @@
 """Holds in words: what keeps a start from being sent, and until when. Pure."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from datetime import datetime
 
 from app.domain import rules
@@ -12,6 +12,11 @@ from app.services.live.holds import Hold
 from app.services.planning.planned import PlannedRun
 
 HAND = "hand-back-right-outline"
+
+
+def about_hold(robot_id: int | None) -> Hashable:
+    """What a message is about that says a person holds that robot, or all of them (None), or releases it."""
+    return "hold", robot_id
 
 
 def hold_at(holds: Iterable[Hold], robot_id: int | None, at: datetime) -> Hold | None:

@@ -136,12 +136,12 @@ class Threads:
     def __init__(self, name: str, most: int) -> None:
         self.pool = ThreadPoolExecutor(most, thread_name_prefix=f"ui-{name}")
         self.jobs: set[Job] = set()
-        self.were = 0                        # how many there are at the most: one is made where all have work
+        self.peak = 0                        # most jobs at a time, and so threads: one is made where all have work
 
-    def take(self, job: Job) -> ThreadPoolExecutor:
+    def submit(self, job: Job, call: Callable[..., None], *args: object) -> None:
         self.jobs.add(job)
-        self.were = max(self.were, len(self.jobs))
-        return self.pool
+        self.peak = max(self.peak, len(self.jobs))
+        self.pool.submit(call, job, *args)
 
 
 class Background:
@@ -177,7 +177,7 @@ class Background:
         self._pending.add(job)
         if apart not in self._threads:
             self._threads[apart] = Threads(apart or "work", APART if apart else self._workers)
-        self._threads[apart].take(job).submit(self._work, job, work, done, failed, key)
+        self._threads[apart].submit(job, self._work, work, done, failed, key)
         return job
 
     @property
@@ -216,7 +216,7 @@ class Background:
         would wait for ever, each thread with its reader of the database."""
         for name, threads in list(self._threads.items()):
             threads.jobs.discard(job)
-            if not threads.jobs and (name or threads.were > STAYING):
+            if not threads.jobs and (name or threads.peak > STAYING):
                 threads.pool.shutdown(wait=False)
                 del self._threads[name]
 

@@ -12,7 +12,7 @@ from app.i18n import _, ngettext, translator
 from app.screens.common import formats
 from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
-from app.screens.common.holding import HAND
+from app.screens.common.holding import HAND, about_hold
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of
@@ -200,7 +200,7 @@ class FrameController:
             case Act.LATE_STARTS:
                 self._open_late_starts()
             case Act.RELEASE:
-                self._work(lambda: services.holds.release(about))
+                self._work(lambda: services.holds.release(about), lambda _none: self._shell.snackbars.end(about_hold(about)))
             case Act.CLOCK_IS_RIGHT:
                 now, zone = services.clock.now(), self._facts.settings.timezone
                 self._shell.dialogs.confirm(

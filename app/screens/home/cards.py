@@ -50,6 +50,7 @@ class HomeState(EventDispatcher):
     finished = ListProperty()
     run = ObjectProperty(NOTHING.run, rebind=True)
     busy = ListProperty()
+    pause_rests = BooleanProperty(False)     # a tap on Pause or Resume belongs to the press before
     waiting = ObjectProperty(NO_WAITING, rebind=True)        # for a robot
     goes_first = BooleanProperty(False)  # Run now on a group: before everything else
     asks = BooleanProperty(False)        # the chosen mission has parameters: a dialog comes before it runs

@@ -100,6 +100,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._help, self._is_well = "", False                 # how many need a person, whether nothing needs one
         self._waiting: dict[int, None] = {}                   # robots to be looked at, in that order
         self._is_behind = True                                # what is shown is not what is known
+        self._is_withheld = False                             # because of a finger on the screen
         self._is_first = True
         self._soon = Clock.create_trigger(self._look_at_some, 0)
         self.fbind("is_shown", shell.navigator.setter("all_robots"))
@@ -150,6 +151,11 @@ class FleetViewModel(FleetState, ViewModel):
     def _look_at_some(self, _dt: float) -> None:
         if not self.many:
             return
+        if self._is_withheld:
+            self._show()
+            if self._is_withheld:            # else all that has changed meanwhile would come at once when the finger leaves
+                self._soon()
+                return
         seconds, most_new = (MOVING_PER_FRAME, NEW_WHILE_MOVING) if self.moves else (PER_FRAME, NEW_PER_FRAME)
         end, new = time.perf_counter() + seconds, 0
         while self._waiting and new < most_new and time.perf_counter() < end:
@@ -235,7 +241,8 @@ class FleetViewModel(FleetState, ViewModel):
         if (groups, look, self._alarms) != self._counted:
             self._counted, self._counts = (groups, look, self._alarms), list(counts(groups, look))
             self._help, self._is_well = help_words(groups.values()), all_well(groups, self._alarms)
-        if not by_hand and finger.is_down() and (look != Look() or self._counts != self.counts):
+        self._is_withheld = not by_hand and finger.is_down() and (look != Look() or self._counts != self.counts)
+        if self._is_withheld:
             return
         self._is_behind = False
         self.way_back = _("All robots · {help}").format(help=self._help) if self._help else _("All robots")

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from kivy.clock import Clock
 
 DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on a button is the same press
+FRAME = .02                              # s
 
 
 class OfRobot(NamedTuple):
@@ -16,7 +17,7 @@ class OfRobot(NamedTuple):
 
 
 class Presses:
-    """Of a press the key is a name, or ``OfRobot``. ``changed()`` when one begins or ends."""
+    """Of a press the key is a name, or ``OfRobot``. ``changed()`` when one begins or ends, and when the button takes presses again."""
 
     def __init__(self, changed: Callable[[], object]) -> None:
         self._changed = changed
@@ -39,6 +40,7 @@ class Presses:
         """A tap on that button within the next moment belongs to the press before."""
         now = Clock.get_time()
         self._rests = {**{other: until for other, until in self._rests.items() if until > now}, key: now + DOUBLE_TAP}
+        Clock.schedule_once(lambda _dt: self._changed(), DOUBLE_TAP + FRAME)
 
     def is_same(self, key: Hashable) -> bool:
         """Whether that is under way or was done a moment ago. What has failed can be tried at once."""

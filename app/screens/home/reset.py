@@ -1,11 +1,12 @@
-"""Whether Reset errors has helped: said when the robot has been read again."""
+"""Whether Reset errors has helped: that it was sent is said at once, the rest when the robot has been read again."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from datetime import datetime
 
 from kivy.clock import Clock
 
+from app.domain.models import Robot
 from app.i18n import _
 from app.screens.home.facts import HomeFacts
 from app.screens.home.view import has_errors
@@ -14,15 +15,16 @@ READ_WITHIN = 5.0                        # s, after which it is said that errors
 
 
 class ResetReport:
-    """``say(text, icon)`` is called once for each ``begin``, unless another robot is selected meanwhile."""
+    """``say(text, icon, about)``: what became of it is said once for each ``begin``, unless another robot is selected meanwhile."""
 
-    def __init__(self, say: Callable[[str, str], object]) -> None:
+    def __init__(self, say: Callable[[str, str, Hashable], object]) -> None:
         self._say = say
         self._asked: tuple[int, datetime, float] | None = None        # which robot, since when, and until when its answer is waited for
 
-    def begin(self, robot_id: int, pressed_at: datetime) -> None:
+    def begin(self, robot: Robot, pressed_at: datetime) -> None:
         """The robot has taken Reset errors."""
-        self._asked = robot_id, pressed_at, Clock.get_time() + READ_WITHIN
+        self._asked = robot.id, pressed_at, Clock.get_time() + READ_WITHIN
+        self._tell(robot, _("{robot} has got Reset errors"), "restore-alert")
 
     def look(self, facts: HomeFacts) -> None:
         """Say that the errors are gone as soon as they are, or after a while that they are not."""
@@ -35,8 +37,11 @@ class ResetReport:
             self._asked = None
         elif status is not None and not has_errors(status):
             self._asked = None
-            self._say(_("The errors of {robot} are reset; press Resume to continue").format(robot=robot.name), "check")
+            self._tell(robot, _("The errors of {robot} are reset; press Resume to continue"), "check")
         elif Clock.get_time() >= until:
             self._asked = None
-            self._say(_("{robot} has got Reset errors, but its error stands").format(robot=robot.name) if status else
-                      _("{robot} has got Reset errors and not answered since").format(robot=robot.name), "alert-circle-outline")
+            self._tell(robot, _("{robot} has got Reset errors, but its error stands") if status else
+                       _("{robot} has got Reset errors and not answered since"), "alert-circle-outline")
+
+    def _tell(self, robot: Robot, text: str, icon: str) -> None:
+        self._say(text.format(robot=robot.name), icon, ("reset", robot.id))

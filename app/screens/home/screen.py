@@ -282,7 +282,7 @@ class HomeViewModel(HomeState, ViewModel):
         if robot is not None and not self._presses.is_same(OfRobot("reset", robot.id)):
             pressed_at = self._services.clock.now()
             self._act(OfRobot("reset", robot.id), lambda: self._services.operator.reset_errors(robot.id),
-                      lambda _none: self._reset.begin(robot.id, pressed_at), self._refused(robot, _("Reset errors")))
+                      lambda _none: self._reset.begin(robot, pressed_at), self._refused(robot, _("Reset errors")))
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""
@@ -375,7 +375,9 @@ class HomeViewModel(HomeState, ViewModel):
         self._shell.background.run(work, succeeded, lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem)))
 
     def _tell_busy(self) -> None:
-        self.busy = self._presses.names(self.facts.robot.id if self.facts.robot is not None else None)
+        robot_id = self.facts.robot.id if self.facts.robot is not None else None
+        self.busy = self._presses.names(robot_id)
+        self.pause_rests = robot_id is not None and self._presses.is_same(OfRobot("pause", robot_id))
 
     def _saying(self, text: str, icon: str, about: Hashable | None = None) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""

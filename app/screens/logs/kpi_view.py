@@ -206,7 +206,7 @@ def period_line(figures: Figures) -> FactLine:
 
 def reach(figures: Figures, narrow_list: bool = False) -> str:
     """Since when runs are kept, where the period begins before that, and that figures count what the list leaves out."""
-    all_of_them = _("Figures are of all runs") if narrow_list else ""
+    all_of_them = _("Figures also count the runs left out") if narrow_list else ""
     if figures.kept_since is None or (figures.first_day is not None and figures.kept_since <= figures.first_day):
         return all_of_them
     kept = _("Runs kept since {day}").format(day=formats.wall_day(figures.kept_since, year=_is_long_ago(figures)))

@@ -55,7 +55,7 @@ class LogsViewModel(ViewModel):
     opened_run = ObjectProperty(None, allownone=True)    # id of the run whose story is shown
     count_text = StringProperty()
     export_text = StringProperty()
-    reach = StringProperty()                          # since when runs are kept, where the period begins before
+    reach = StringProperty()                          # what the figures count: since when, and that no filter of the list leaves it out
     outcome_chip = StringProperty()
     mission_chip = StringProperty()
     trigger_chip = StringProperty()
@@ -184,7 +184,7 @@ class LogsViewModel(ViewModel):
     def _show_figures(self) -> None:
         if self._figures is not None:
             self.kpis, self.utilisation = kpi_view.cards(self._figures), kpi_view.utilisation_bars(self._figures)
-            self.reach = kpi_view.reach(self._figures, self.part == "runs" and self._filters.narrow_list)
+            self._show_reach()
             self.utilisation_note, self.days = kpi_view.total_note(self._figures), kpi_view.outcome_days(self._figures.days)
             if self.part == "figures":
                 self.figures = more_view.page(self._figures, self._more)
@@ -192,6 +192,10 @@ class LogsViewModel(ViewModel):
             robots = self._figures.thesis.robots if self._figures is not None else ()
             self.lanes, self.ticks = robot_states.lanes(self._states, robots), robot_states.ticks(self._states, self._facts.zone)
             self.legend, self.steps = robot_states.legend(), self._states.steps
+
+    def _show_reach(self) -> None:
+        if self._figures is not None:
+            self.reach = kpi_view.reach(self._figures, self.part == "runs" and self._filters.narrow_list)
 
     def explain(self, key: str) -> None:
         """What a figure means, and the numbers behind it."""
@@ -256,6 +260,7 @@ class LogsViewModel(ViewModel):
         """What is shown below the figures."""
         if part != self.part:
             self.part = part
+            self._show_reach()
             self._figures_refresher.read()
 
     def choose_robot(self) -> None:

@@ -59,7 +59,7 @@ class ScheduleActions:
 
     def resume(self, schedule: Schedule) -> None:
         self._act(schedule.id, lambda: self._services.pausing.resume(schedule.id), lambda _resumed: self._say(
-            _("{name} is resumed").format(name=self._name(schedule)), "play-circle-outline"))
+            schedule, _("{name} is resumed").format(name=self._name(schedule)), "play-circle-outline"))
 
     def delete(self, schedule: Schedule) -> None:
         """At once, with some seconds to undo it."""
@@ -86,8 +86,9 @@ class ScheduleActions:
 
     def _pause_until(self, schedule: Schedule, day: date) -> None:
         until = view.day_begins(day, ZoneInfo(schedule.timezone))
-        self._act(schedule.id, lambda: self._services.pausing.pause(schedule.id, until), lambda _paused: self._say(
-            _("{name} is paused until {day}").format(name=self._name(schedule), day=formats.wall_day(day)), "pause-circle-outline"))
+        said = _("{name} is paused until {day}").format(name=self._name(schedule), day=formats.wall_day(day))
+        self._act(schedule.id, lambda: self._services.pausing.pause(schedule.id, until),
+                  lambda _paused: self._say(schedule, said, "pause-circle-outline"))
 
     def _act(self, schedule_id: int, work: Callable[[], T], done: Callable[[T], object]) -> None:
         if schedule_id in self._busy:
@@ -101,5 +102,5 @@ class ScheduleActions:
 
         self._shell.background.run(work, lambda result: ended(done, result), lambda problem: ended(self._shell.say_problem, problem))
 
-    def _say(self, text: str, icon: str) -> None:
-        self._shell.snackbars.show(text, icon=icon)
+    def _say(self, schedule: Schedule, text: str, icon: str) -> None:
+        self._shell.snackbars.show(text, icon=icon, about=("schedule", schedule.id))

@@ -9,6 +9,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Stri
 
 from app.domain.models import InvalidInput
 from app.i18n import _
+from app.screens.common.holding import about_hold
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import hold_view
@@ -96,18 +97,18 @@ class HoldDialog(FormDialog):
         self.dismiss()
         robot = self._facts.robot(hold.robot_id)
         text = hold_view.held_message(robot.name if robot else None, hold.until, self._zone, self._services.clock.now())
-        self._shell.snackbars.show(text, icon="hand-back-right-outline", about=("hold", hold.robot_id))
+        self._shell.snackbars.show(text, icon="hand-back-right-outline", about=about_hold(hold.robot_id))
 
     def release(self) -> None:
         if self.saving:
             return
         self.saving = True
         robot_id = int(self.robot_id) or None
-        self._shell.background.run(lambda: self._services.holds.release(robot_id), self._is_released, self._refused)
+        self._shell.background.run(lambda: self._services.holds.release(robot_id), lambda _none: self._is_released(robot_id), self._refused)
 
-    def _is_released(self, _none: None) -> None:
+    def _is_released(self, robot_id: int | None) -> None:
         self.dismiss()
-        self._shell.snackbars.show(_("Released"), icon="play-circle-outline", about=("hold", int(self.robot_id) or None))
+        self._shell.snackbars.show(_("Released"), icon="play-circle-outline", about=about_hold(robot_id))
 
     def _refused(self, problem: BaseException) -> None:
         self.saving = False

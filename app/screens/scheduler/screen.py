@@ -13,6 +13,7 @@ from kivy.uix.widget import Widget
 from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common.group_starts import GroupStarts
+from app.screens.common.holding import about_hold
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase
@@ -215,8 +216,8 @@ class SchedulerViewModel(OnTimeline):
     def hold(self) -> None:
         """Keep everything, or one robot, from being sent anything; while everything is held, release it."""
         if self.held:
-            self._shell.background.run(self._services.holds.release, lambda _none: self._say(_("Released"), "play-circle-outline"),
-                                       self._shell.say_problem)
+            self._shell.background.run(self._services.holds.release, lambda _none: self._shell.snackbars.show(
+                _("Released"), icon="play-circle-outline", about=about_hold(None)), self._shell.say_problem)
         elif self._facts.robots:
             robot_id = hold_view.looked_at(self._facts, self._window.robots, self._shell.navigator.all_robots)
             self._shell.dialogs.open(HoldDialog(self._services, self._shell, self._facts, robot_id=robot_id))

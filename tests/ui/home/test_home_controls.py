@@ -21,7 +21,8 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
     press(ui, "Pause")
     ui.wait(lambda: "Paused" in ui.texts())
     assert home.aino.state()["state_id"] == 4
-    ui.advance(1)
+    assert ui.find(CommandButton, text="Resume").busy         # a second tap on Pause resumes nothing, and it is seen why
+    ui.wait(lambda: not ui.find(CommandButton, text="Resume").busy)
     press(ui, "Resume")
     ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)))
     assert home.aino.state()["state_id"] == 3
@@ -77,7 +78,8 @@ def test_pause_does_not_turn_into_resume_under_a_finger(home, ui):
     press(ui, "Resume")
     ui.wait(lambda: home.shell.background.idle)
     assert home.aino.state()["state_id"] == 4
-    ui.advance(1)
+    assert ui.find(CommandButton, text="Resume").busy         # a second tap on Pause resumes nothing, and it is seen why
+    ui.wait(lambda: not ui.find(CommandButton, text="Resume").busy)
     press(ui, "Resume")
     ui.wait(lambda: home.aino.state()["state_id"] == 3)
 
@@ -100,13 +102,12 @@ def test_reset_errors_says_that_they_are_gone_only_when_they_are(home, ui):
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
     ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
     press(ui, "Reset errors")                                 # its cause is still there
-    ui.wait(lambda: home.shell.snackbars.texts)
-    assert home.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands"]
+    ui.wait(lambda: home.shell.snackbars.texts == ["Aino has got Reset errors"])
+    ui.wait(lambda: home.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands"])
     home.aino.control({"error": None})
     home.shell.snackbars.clear()
     press(ui, "Reset errors")
-    ui.wait(lambda: home.shell.snackbars.texts)
-    assert home.shell.snackbars.texts == ["The errors of Aino are reset; press Resume to continue"]
+    ui.wait(lambda: home.shell.snackbars.texts == ["The errors of Aino are reset; press Resume to continue"])
 
 
 def test_clear_queue_says_how_many_and_ends_them_all(home, ui):

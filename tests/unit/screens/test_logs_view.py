@@ -267,7 +267,7 @@ def test_a_figure_is_set_against_the_same_days_before(days, before, words):
 def test_a_period_that_begins_before_the_history_says_so(kept, first, words, period):
     figures = replace(FIGURES, first_day=first, last_day=date(2026, 11, 20), kept_since=kept)
     assert kpi_view.reach(figures) == words
-    assert kpi_view.reach(figures, narrow_list=True) == " · ".join(filter(None, ("Figures are of all runs", words)))
+    assert kpi_view.reach(figures, narrow_list=True) == " · ".join(filter(None, ("Figures also count the runs left out", words)))
     assert kpi_view.period_line(figures) == FactLine("Period", period, words)
 
 
