@@ -73,6 +73,19 @@ def test_what_does_not_hold_any_more_is_not_said_again(ui, bars):
     assert on_screen(ui) == ["Deleted"]
 
 
+def test_the_same_words_about_something_else_end_what_was_said_about_that(ui, bars):
+    bars.show("Veikko is held", about=2)
+    bars.show("Released", about=1)
+    bars.show("Released", about=2)
+    assert bars.texts == ["Released"]
+    bars.show("Veikko is held", about=2)
+    assert bars.texts == ["Veikko is held"]
+    bars.end(1)
+    assert bars.texts == ["Veikko is held"]
+    bars.end(2)
+    assert bars.texts == []
+
+
 def test_only_the_newest_is_shown_so_that_nothing_under_the_top_bar_is_covered(ui, bars):
     for n in range(3):
         bars.undo(f"Deleted {n}", "Undo", lambda: None)

@@ -170,6 +170,26 @@ def test_who_needs_me_comes_first_on_demand(container, robots, ui):
         assert tiles(ui) == order
 
 
+def test_what_a_finger_has_withheld_comes_no_faster_when_it_has_left(container, ui):
+    robots = add_robots(container, 40)
+    with shown(container, ui):
+        for robot in container.catalogue.robots():
+            see(container, robot, sample.READY)
+        ui.wait(lambda: counted(ui) == ["43 ready"])
+        grid = ui.find(PanelGrid)
+        lift = ui.press(grid)
+        for robot in robots[:30]:
+            see(container, robot, sample.STOPPED)
+        ui.advance(.5)
+        assert counted(ui) == ["43 ready"]
+        changed, before = [], list(grid.panels)
+        grid.bind(panels=lambda _grid, panels: changed.append(sum(a != b for a, b in zip(before, panels, strict=True))))
+        grid.bind(panels=lambda _grid, panels: before.__setitem__(slice(None), panels))
+        lift(.1)
+        ui.wait(lambda: counted(ui) == ["30 stopped", "13 ready"] or not ui.find_all(PanelGrid))
+        assert max(changed) <= 6
+
+
 def test_nothing_moves_under_a_finger(container, robots, ui):
     with shown(container, ui):
         ui.wait(lambda: ui.find_all(FleetPage))

@@ -72,6 +72,7 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     assert again.current() == [hold]
     ui.tap(ui.find(CommandButton, root=frame, text="Release"))
     settle(screen, ui)
+    assert screen.shell.snackbars.texts == []                 # that nothing is sent is not true any more
     ui.wait(lambda: not container.holds.current() and line(screen, schedule).startswith("Aino · in 2"))
 
 
@@ -125,6 +126,15 @@ def test_the_timeline_says_until_when_everything_is_held_and_its_button_releases
     assert ui.find(Snackbar).text == "Released"
     ui.wait(lambda: not [band for band in ui.find(Timeline).bands if band.kind == "held"])
     assert ui.find(CommandButton, text="Hold").tone == "neutral"
+
+
+def test_what_was_said_of_a_hold_does_not_come_back_after_its_release(screen, container, ui):
+    hold_all(screen, ui)
+    ui.tap(ui.find(CommandButton, root=ui.find(HoldDialog), text="Hold"))
+    settle(screen, ui)
+    ui.tap(ui.find(CommandButton, text="Held · Release"))
+    settle(screen, ui)
+    assert screen.shell.snackbars.texts == ["Released"]
 
 
 def test_a_reason_may_be_cleared_and_everything_held_until_released(screen, container, ui):
