@@ -89,7 +89,13 @@ class FormModel(EventDispatcher):
         self.forecast()
 
     def begin(self, draft: Draft | None = None) -> None:
-        """Show ``draft``, which fires ``on_draft``, or an empty form."""
+        """Show ``draft``, which fires ``on_draft``, or an empty form. Entries of another schedule that were not saved can be brought back."""
+        kept, is_another = self._draft, draft is not None and (draft.base is None or draft.base.id != self.editing)
+        if is_another and self.is_in_use and not kept.is_stored(self._facts.name(kept.base)):
+            self._shell.snackbars.undo(_("What was entered and not saved is put aside"), _("Bring it back"), lambda: self.begin(kept))
+        self._show_draft(draft)
+
+    def _show_draft(self, draft: Draft | None) -> None:
         self._draft = draft or self._fresh()
         self._empty = self._draft if draft is None else None
         if draft is not None:
@@ -109,8 +115,8 @@ class FormModel(EventDispatcher):
 
     def begin_at(self, robot_id: int, at: datetime) -> None:
         """A new schedule of that robot at that time (local); what was entered for another new one stays."""
-        draft = self._draft if self._draft.is_new else self._fresh()
-        self.begin(replace(draft.with_day(at.date()).aimed_at(robot_id), at=at.time()))
+        draft, show = (self._draft, self._show_draft) if self._draft.is_new else (self._fresh(), self.begin)
+        show(replace(draft.with_day(at.date()).aimed_at(robot_id), at=at.time()))
 
     def set(self, **values: Any) -> None:
         """Change fields of the draft."""
