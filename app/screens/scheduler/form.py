@@ -89,7 +89,7 @@ class FormModel(EventDispatcher):
         self.forecast()
 
     def begin(self, draft: Draft | None = None) -> None:
-        """Show ``draft``, which fires ``on_draft``, or an empty form. Entries of another schedule that were not saved can be brought back."""
+        """Show ``draft``, which fires ``on_draft``, or an empty form. Unsaved entries of another one can be brought back."""
         kept, is_another = self._draft, draft is not None and (draft.base is None or draft.base.id != self.editing)
         if is_another and self.is_in_use and not kept.is_stored(self._facts.name(kept.base)):
             self._shell.snackbars.undo(_("What was entered and not saved is put aside"), _("Bring it back"), lambda: self.begin(kept))
