@@ -15,6 +15,7 @@ from app.widgets.tokens import tk
 AXIS = 28                # dp, above the lanes
 FOLD = 72                # dp of folded time
 BEYOND = .5              # of what is seen, drawn on either side of it
+UPPER = 8                # lanes, which are in sight before any are scrolled
 
 Span = tuple[float, float]               # left and right end in px
 
@@ -137,10 +138,19 @@ def paint_background(frame: Frame) -> None:
     for x, x2, words, kind in bands:
         left, right = max(frame.left, x), min(frame.right, x2)
         width = width_of(words) + dp(24)
-        if kind == "closed" and width <= right - left:
-            middle, y = (left + right) / 2, frame.y + frame.lane_height * (len(frame.lanes) - .5)
+        middle = (left + right) / 2
+        lane = _free_lane(frame, middle - width / 2, middle + width / 2) if kind == "closed" and width <= right - left else None
+        if lane is not None:
+            y = frame.middle(lane)
             box(middle - width / 2, y - dp(13), width, dp(26), tk.surface, dp(13))
             text(words, middle, y, tk.ink2, ax=.5)
+
+
+def _free_lane(frame: Frame, left: float, right: float) -> int | None:
+    """The first of the upper ones in which no bar would cover what is written there."""
+    start, end = frame.hour_at(left), frame.hour_at(right)
+    return next((n for n, lane in enumerate(frame.lanes[:UPPER])
+                 if not lane.line and not any(bar.start < end and bar.end > start for bar in lane.bars)), None)
 
 
 def _paint_fold(frame: Frame, x: float, x2: float, words: str) -> None:

@@ -206,3 +206,19 @@ def test_a_block_too_narrow_for_its_words_says_its_number(ui):
     ui.advance(.2)
     assert all(chart._drawing.is_together(lane) for lane in range(20))
     assert {texture for _x, texture in words_of(chart)} == {glyphs("39 runs", sp(14), "Roboto")}
+
+
+def test_why_a_day_is_closed_is_written_where_no_bar_covers_it_or_not_at_all(ui, monkeypatch):
+    written = []
+    monkeypatch.setattr(timeline_painting, "text", lambda words, x, y, *_args, **_kw: written.append((words, y)))
+    why, full = "Saturday: not a working day", [Bar(n, n, n + .5) for n in range(24)]
+
+    def where(*lanes: list[Bar]) -> list[int]:
+        written.clear()
+        named = [Lane(f"R{n}", bars=bars) for n, bars in enumerate(lanes)]
+        chart = ui.show(Timeline(lanes=named, hours=24, bands=[Band(8, 20, why, "closed")]), (1200, 200))
+        return [chart._drawing.frame.lane_at(y) for words, y in written if words == why]
+
+    assert where([], full) == [0]
+    assert where(full, [Bar(1, 2, 7)], full) == [1]
+    assert where(full, full) == []

@@ -63,7 +63,7 @@ class FleetState(EventDispatcher):
 
 @dataclass(frozen=True)
 class Known:
-    """Of something that runs: what it is called, and how long it takes in s (None: not known)."""
+    """Of something that runs: what it is called (empty: not known either), and how long it takes in s (None: not known)."""
     mission: str
     usual_s: float | None = None
 
@@ -197,7 +197,7 @@ class FleetViewModel(FleetState, ViewModel):
                 self._unknown[robot_id, item.id] = guid
             return Work(ours.mission if ours else status.mission_text if status else "")
         if ours is None:
-            return Work(known.mission)
+            return Work(known.mission or (status.mission_text if status else ""))
         elapsed = (self._services.clock.now() - ours.started_at).total_seconds() if ours.started_at else None
         return work(ours.mission, elapsed, known.usual_s)
 
@@ -290,6 +290,6 @@ def _learn(services: HomeServices, wanted: Mapping[Running, str]) -> dict[Runnin
     found = {}
     for (robot_id, item_id), guid in wanted.items():
         expected = services.history.expected(robot_id, guid) if guid else None
-        name = names.get(guid) or services.robot_missions.names(robot_id).get(guid) or "–"
+        name = names.get(guid) or services.robot_missions.names(robot_id).get(guid) or ""
         found[robot_id, item_id] = Known(name, expected.median_s if expected else None)
     return found

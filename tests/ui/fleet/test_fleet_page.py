@@ -122,11 +122,16 @@ def test_a_run_is_named_before_the_queue_is_read_again(container, robots, ui, nu
                     started_at=now)
     container.db.write(lambda c: container.repositories.executions.add(c, run))
     see(container, aino, replace(sample.EXECUTING, mission_queue_id=number))
-    with shown(container, ui):
+    with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == "Collect empties")
         see(container, aino, replace(sample.EXECUTING, mission_queue_id=901), (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
         ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == sample.EXECUTING.mission_text)         # somebody else's
+        unknown = (QueueItem(902, QueueState.EXECUTING, mission_id="g-of-nobody"),)
+        see(container, robots[2], replace(sample.EXECUTING, mission_queue_id=902), unknown)              # of a mission that was never fetched
+        ui.wait(lambda: ui.find(FleetTile, name=robots[2].name).detail == sample.EXECUTING.mission_text)
+        settle(app, ui)
+        assert ui.find(FleetTile, name=robots[2].name).detail == sample.EXECUTING.mission_text
         see(container, robots[1], replace(sample.EXECUTING, mission_queue_id=None))                      # whose number it does not say
         ui.wait(lambda: ui.find(FleetTile, name=robots[1].name).detail == sample.EXECUTING.mission_text)
 
