@@ -128,7 +128,7 @@ def test_a_run_is_named_before_the_queue_is_read_again(container, robots, ui, nu
         see(container, aino, replace(sample.EXECUTING, mission_queue_id=901), (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
         ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == sample.EXECUTING.mission_text)         # somebody else's
         unknown = (QueueItem(902, QueueState.EXECUTING, mission_id="g-of-nobody"),)
-        see(container, robots[2], replace(sample.EXECUTING, mission_queue_id=902), unknown)              # of a mission that was never fetched
+        see(container, robots[2], replace(sample.EXECUTING, mission_queue_id=902), unknown)            # of a mission that was never fetched
         ui.wait(lambda: ui.find(FleetTile, name=robots[2].name).detail == sample.EXECUTING.mission_text)
         settle(app, ui)
         assert ui.find(FleetTile, name=robots[2].name).detail == sample.EXECUTING.mission_text
