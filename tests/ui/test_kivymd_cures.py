@@ -7,6 +7,7 @@ import sys
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import kivy
 import kivymd
@@ -26,7 +27,7 @@ from kivymd.uix.button import MDButton, MDButtonText
 from kivymd.uix.card import MDCard
 from kivymd.uix.label import MDLabel
 
-from app.widgets import kivymd_cures
+from app.widgets import kivymd_cures, shapes
 from app.widgets.shapes import bordered_patch, over
 from app.widgets.tokens import apply_theme, tk
 
@@ -178,6 +179,34 @@ def test_a_border_is_painted_over_its_fill():
     assert over((0, 0, 1, 0), (1, 0, 0, .5)) == (1, 0, 0, .5)
     assert over((0, 0, 1, .5), (1, 0, 0, .5)) == pytest.approx((1 / 3, 0, 2 / 3, .75))
     assert over((0, 0, 1, 0), (1, 0, 0, 0)) == (1, 0, 0, 0)          # what lies beside it is stretched into no other colour
+
+
+class Canned:
+    """A texture that notes what is blitted, and who wants to hear that the graphics were lost."""
+
+    def __init__(self, size: tuple[int, int], **_format: str) -> None:
+        self.size, self.blitted, self.observers = size, [], []
+
+    def blit_buffer(self, data: bytes, **_format: str) -> None:
+        self.blitted.append(data)
+
+    def add_reload_observer(self, observer) -> None:
+        self.observers.append(observer)
+
+
+def test_a_surface_comes_back_when_a_tablet_has_lost_its_graphics(monkeypatch):
+    monkeypatch.setattr(shapes, "Texture", SimpleNamespace(create=Canned))
+    texture, edge = bordered_patch.__wrapped__((12,) * 4, 2, RED, BLUE)
+    side, = set(texture.size)
+    [painted] = texture.blitted
+    rows = [painted[start:start + 4 * side] for start in range(0, len(painted), 4 * side)]
+    assert (edge, len(rows)) == (13, side)
+    middle = [tuple(rows[side // 2][4 * n:4 * n + 4]) for n in range(side)]
+    assert [middle[0], middle[1], middle[2]] == [(0, 0, 255, 255), (0, 0, 255, 255), (255, 0, 0, 255)]
+    assert rows[0][3] == 0                                    # the corner
+    for observer in texture.observers:
+        observer(texture)
+    assert texture.blitted == [painted, painted]
 
 
 def test_what_is_pressed_shows_it_under_its_border(ui):
