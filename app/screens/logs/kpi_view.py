@@ -251,8 +251,8 @@ def _about_utilisation(figures: Figures) -> Explanation:
         working = robot.utilisation_of_working_days
         note = _("{share} of the working days").format(share=formats.percent(working * 100)) if working is not None else ""
         lines.append(FactLine(robot.robot, f"{share} · {text}", note))
-    text = _("Time on missions that were started from here, out of the time for which the robot was observed. Times without connection, and "
-             "those when the app was off, are left out.")
+    text = _("Time on missions that were started from here, out of the time for which the robot was observed. Times without connection, "
+             "and those when the app was off, are left out.")
     if figures.group:
         text += " " + _("All that the robots of {group} did counts, for whomever.").format(group=figures.group)
     return Explanation(_("Utilisation"), text, (*lines, period_line(figures)))
