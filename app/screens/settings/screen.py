@@ -166,10 +166,6 @@ class SettingsScreen(ScreenBase):
         else:
             self.vm.once_read(lambda: self.page.reached())
 
-    def hidden(self) -> None:
-        super().hidden()
-        self._keep_newest(1)
-
     def place(self) -> dict[str, Any]:
         """The intent that leads back here."""
         return {"section": self.vm.current}
@@ -190,17 +186,11 @@ class SettingsScreen(ScreenBase):
 
     @property
     def page(self) -> SettingsPage:
-        """The page of the open section. The one before it is at hand for the way back; all of them would be half of the window."""
+        """The page of the open section. Of the others only those with something under way are kept: each would be a sixth of the window."""
         section = self.vm.current
-        page = self._pages.pop(section, None) or PAGES[section](self.vm.context)
-        self._pages[section] = page
-        self._keep_newest(2)
+        page = self._pages.get(section) or PAGES[section](self.vm.context)
+        self._pages = {**{name: other for name, other in self._pages.items() if other.is_busy}, section: page}
         return page
-
-    def _keep_newest(self, pages: int) -> None:
-        """And those that have something under way."""
-        newest = list(self._pages)[-pages:]
-        self._pages = {section: page for section, page in self._pages.items() if section in newest or page.is_busy}
 
     def turn_to(self, part: str) -> None:
         """Another part of the open section."""
