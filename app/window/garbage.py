@@ -21,13 +21,14 @@ import sys
 from collections.abc import Callable
 
 NEW = 25_000                 # objects that have come since the last collection: if all are garbage it takes 30 ms
-SOME = 5_000                 # also, where there is no room for them
+SOME = 5_000                 # also, where there may be no room for what comes
 AT_REST = 100_000            # alive since everything was scanned, after which it is again, and they are frozen, at the next rest: 0.3 s
 ALIVE = 150_000              # also while the screen is in use: until then a collection takes up to 20 ms
 AT_THE_LATEST = 250_000      # also while a dialog is open, which would be frozen too: 30 ms
 MUCH = 50_000                # garbage, in objects, of which a sixth is only found by another scan
 USUAL = 1_000_000            # blocks of a window that has shown its screens: until then there is nothing to save
 MORE = 40_000                # blocks of Python's heap that may come to the most that were ever alive, 3 MB
+BURST = 120_000              # that come in one frame where a section is built: garbage leaves room for them
 EVERY = 300.0                # s between collections at rest, however little there is
 LET_GO = 2.0                 # s after which nothing holds the screens any more that were thrown away
 REST = 5.0                   # s without a touch, after which a pause goes unnoticed
@@ -73,7 +74,7 @@ class Garbage:
         """Collect what it is time for; mostly nothing."""
         now, new = self._now(), gc.get_count()[0]
         rests = now - self._touched_at >= REST
-        if new >= NEW or (new >= SOME and self._is_full()) or (rests and now - self._collected_at >= EVERY):
+        if new >= NEW or (new >= SOME and self._is_full(BURST)) or (rests and now - self._collected_at >= EVERY):
             gc.collect()
             self._collected_at = now
             self._alive = len(gc.get_objects(generation=2))

@@ -8,6 +8,7 @@ import gc
 from collections import Counter
 from collections.abc import Callable
 from datetime import UTC, datetime, time
+from unittest import mock
 
 from kivy.clock import Clock
 from kivy.core.window import Window
@@ -19,6 +20,7 @@ from kivy.uix.widget import Widget
 
 from app.i18n import translator
 from app.screens.common.options import MenuItem, Option
+from app.screens.settings.robots import RobotsPage
 from app.widgets.long_list import LongList
 from app.widgets.tokens import tk
 from app.widgets.tr import tr
@@ -77,7 +79,7 @@ class Wear:
 
     def see_sections(self, robot_id: int) -> None:
         """All parts of the Scheduler and the Logs, Home with all robots and with one, then each section of Settings, with a long list and a
-        month above it: the fullest that a window can be."""
+        month above it, while a robot is checked up, which keeps the page of robots: the fullest that a window can be."""
         scheduler, logs = self._seen("scheduler"), self._seen("logs")
         for mode in ("days", "hours"):
             self._seen("scheduler")
@@ -89,14 +91,18 @@ class Wear:
             self._ui.wait(lambda: self._shell.background.idle)
         self._seen("home")
         self._seen("home", robot_id=robot_id)
-        for section in SECTIONS:
-            self._seen("settings", section=section)
-            self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None)
-            self._ui.advance(.1)
-            self._shell.dialogs.pick_date("Day", DAY, lambda _day: None, today=DAY)
-            self._ui.advance(.1)
-            self._shell.dialogs.close_all()
-            self._ui.advance(.1)
+        with mock.patch.object(RobotsPage, "is_busy", True):
+            for section in SECTIONS:
+                self._see_section(section)
+
+    def _see_section(self, section: str) -> None:
+        self._seen("settings", section=section)
+        self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None)
+        self._ui.advance(.1)
+        self._shell.dialogs.pick_date("Day", DAY, lambda _day: None, today=DAY)
+        self._ui.advance(.1)
+        self._shell.dialogs.close_all()
+        self._ui.advance(.1)
 
     def _seen(self, name: str, **intent: object) -> Widget:
         self._shell.go(name, **intent)
