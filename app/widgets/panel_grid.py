@@ -103,7 +103,7 @@ class PanelShelf(BoxLayout):
 
     def __init__(self, **kwargs):
         self._left = []                      # views, and what they have not taken yet
-        self._is_prepared = False
+        self._is_being_prepared = False
         super().__init__(**kwargs)
         self.size_hint_y = None
         self.bind(minimum_height=self.setter("height"))
@@ -117,9 +117,9 @@ class PanelShelf(BoxLayout):
 
     def prepare(self, shelf) -> None:
         """Take some of what will be taken soon, out of sight."""
-        self._is_prepared = True
+        self._is_being_prepared = True
         Row.take(self, shelf)
-        self._is_prepared = False
+        self._is_being_prepared = False
         self._fill(AHEAD)
 
     def _show(self, *_):
@@ -132,7 +132,7 @@ class PanelShelf(BoxLayout):
             for kind in wanted:
                 self.add_widget(spare[kind].pop(0) if spare[kind] else kind())
         self._left = list(zip(self.children[::-1], (panel for _name, panel in self.panels), strict=False))
-        if not self._is_prepared:
+        if not self._is_being_prepared:
             self._fill()
 
     def _fill(self, most=None):
