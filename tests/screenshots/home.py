@@ -148,7 +148,7 @@ def error(studio: Any) -> None:
     home(studio, sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR]))
 
 
-@picture("home-question", sizes=(*BOTH, SMALL))
+@picture("home-question", sizes=EVERY_SIZE)
 def question(studio: Any) -> None:
     home(studio, sample.with_aino(sample.ASKING), issues=OpenIssues([QUESTION]))
 

@@ -46,7 +46,7 @@ from app.widgets.rows import RobotChip
 from app.widgets.text import Title
 from app.widgets.tokens import tk
 from tests.screenshots.fleet import fleet
-from tests.screenshots.home import ERROR, SILENT, home
+from tests.screenshots.home import ALARMS, ERROR, QUESTION, SILENT, home, stopped
 from tests.screenshots.planning import Stand
 from tests.support import home_facts as sample
 from tests.ui import checks
@@ -247,6 +247,40 @@ def test_a_question_and_each_answer_can_be_reached(ui, small):
         label = next(widget for widget in answer.walk() if isinstance(widget, Label) and widget.text == answer.text)
         assert label.height <= answer.height
     reach(ui, next(label for label in ui.find_all(Label) if label.text == view.prompt.question))
+
+
+def is_seen(widget: Widget) -> bool:
+    """All of it, without scrolling."""
+    seen = checks.visible_area(widget, checks.parents(widget))
+    return seen is not None and seen == pytest.approx(checks.area(widget), abs=1)
+
+
+@pytest.fixture(params=["small", "small-large-text", "small-gloves", "large-text", "gloves"])
+def usual(ui, request) -> Iterator[Rig]:
+    """A usual window, with texts and banner as long as most are."""
+    before, mode = Window.size, request.param
+    Window.size = (1024, 600) if "small" in mode else (1280, 800)
+    Metrics.fontscale = 1.3 if "large" in mode else 1.0
+    tk.use("light", gloves="gloves" in mode)
+    rig = Rig(ui)
+    yield rig
+    rig.close()
+    Metrics.fontscale = 1.0
+    tk.use("light")
+    Window.size = before
+
+
+def test_the_answers_are_seen_without_scrolling(ui, usual):
+    home(usual, sample.with_aino(sample.ASKING), issues=OpenIssues([QUESTION]))
+    ui.advance(.5)
+    answers = ui.find_all(PromptOption)
+    assert [answer.text for answer in answers if is_seen(answer)] == list(sample.ASKING.user_prompt.options)
+
+
+def test_what_to_do_at_an_emergency_stop_is_seen_without_scrolling(ui, usual):
+    screen = home(usual, stopped(), issues=OpenIssues(ALARMS))
+    ui.advance(.5)
+    assert is_seen(next(label for label in ui.find_all(Label) if label.text == screen.vm.card.mission.name))
 
 
 def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):

@@ -254,13 +254,21 @@ class BelowTiles(Slot):
 class RobotCard(Card):
     """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls, ``above`` of what is above the map,
     ``seen`` of what is beside the controls. Where a card that ``fills`` what room there is leaves the map none, the map of a robot that is
-    ``sought``, as nothing runs on it of which the end is known, it has failed or does not answer, takes the place of its address."""
+    ``sought``, as nothing runs on it of which the end is known, it has failed or does not answer, takes the place of its address. Where it is ``tight``,
+    what a person has to do ``first``, to answer or what the fault asks for, comes before the state, which says it in a word."""
     needed = NumericProperty(0)
     above = NumericProperty(0)
     seen = NumericProperty(0)
     fills = BooleanProperty(False)
     sought = BooleanProperty(False)      # rather than its address, and it is known where it is or was
+    first = NumericProperty(0)           # height of what a person has to do
+    tight = BooleanProperty(False)
     has_map_beside = BooleanProperty(False)
+
+    def on_tight(self, *_: Any) -> None:
+        words, head = self.ids.words, self.ids.head
+        words.remove_widget(head)
+        words.add_widget(head, index=words.children.index(self.ids.mission) if self.tight else len(words.children))
 
     def on_has_map_beside(self, *_: Any) -> None:
         place, words, beside = self.ids.place, self.ids.words, self.ids.beside
@@ -269,19 +277,29 @@ class RobotCard(Card):
 
 
 class RobotCardWide(Card):
-    """The same, a wide card, never lower than ``needed``. In a ``low`` window, where the page ends within it, the controls come before what
-    runs."""
+    """The same, a wide card, never lower than ``needed``. In a ``low`` window, where the page ends within it, come first the controls, before
+    them what a fault asks for if it is ``brief``, and what it ``asks`` before its battery."""
     needed = NumericProperty(0)
     low = BooleanProperty(False)
+    asks = BooleanProperty(False)
+    brief = BooleanProperty(False)
 
     def on_kv_post(self, _base_widget: Any) -> None:
-        self.fbind("low", self._put_controls)
-        self._put_controls()
+        for name in ("low", "asks", "brief"):
+            self.fbind(name, self._arrange)
+        self._arrange()
 
-    def _put_controls(self, *_: Any) -> None:
-        words, controls = self.ids.words, self.ids.controls
-        words.remove_widget(controls)
-        words.add_widget(controls, index=1 if self.low else 0)
+    def _arrange(self, *_: Any) -> None:
+        ids = self.ids
+        if not self.low:
+            order = ids.head, ids.mission, ids.controls
+        else:
+            order = (ids.mission, ids.controls, ids.head) if self.brief else (ids.head, ids.controls, ids.mission)
+        for column, widgets in ((ids.words, order), (ids.beside, (ids.below, ids.tiles) if self.low and self.asks else (ids.tiles, ids.below))):
+            if tuple(reversed(column.children)) != widgets:
+                column.clear_widgets()
+                for widget in widgets:
+                    column.add_widget(widget)
 
 
 class QueueCard(Card):

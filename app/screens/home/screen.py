@@ -65,6 +65,7 @@ class HomeViewModel(HomeState, ViewModel):
         self._target = Target()                               # of Run now
         self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self._started.follow)
         self._is_plan_old = True                              # more than what the robots do has changed
+        self._pausable: int | None = None                     # id of the robot for which Pause is on screen
 
     # ------------------------------------------------------------------ reading
     def opened(self, robot_id: int | None = None) -> None:
@@ -137,8 +138,10 @@ class HomeViewModel(HomeState, ViewModel):
         now = self._services.clock.now()
         view = present(self.facts, now, self._chosen)
         view = replace(view, run=aimed(view.run, self.facts, self._target, now))
-        if self.controls.pauses and not view.controls.pauses and self.facts.robot is not None:
-            self._presses.rest(OfRobot("pause", self.facts.robot.id))        # a finger on its way to Pause must not resume
+        robot_id = self.facts.robot.id if self.facts.robot is not None else None
+        if robot_id is not None and robot_id == self._pausable and not view.controls.pauses:
+            self._presses.rest(OfRobot("pause", robot_id))    # a finger on its way to Pause must not resume
+        self._pausable = robot_id if view.controls.pauses else None
         for field in fields(view):
             value = getattr(view, field.name)
             setattr(self, field.name, list(value) if isinstance(value, tuple) else value)

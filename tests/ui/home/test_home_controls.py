@@ -84,6 +84,19 @@ def test_pause_does_not_turn_into_resume_under_a_finger(home, ui):
     ui.wait(lambda: home.aino.state()["state_id"] == 3)
 
 
+def test_resume_of_another_robot_is_ready_at_once(home, ui):
+    """It was paused long before: no finger was on its way to Pause."""
+    api(home.site.fleet.robots[1], "PUT", "/status", state_id=4)
+    ui.wait(lambda: "Paused" in ui.texts(ui.find(RobotChip, name="Veikko")))
+    ui.tap(ui.find(RobotChip, name="Veikko"))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
+    assert not ui.find(CommandButton, text="Resume").busy
+    ui.wait(lambda: not home.root_vm.busy)
+    ui.tap(ui.find(RobotChip, name="Aino"))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Pause"))
+    ui.wait(lambda: not home.root_vm.busy)
+
+
 def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, ui):
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
     ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
