@@ -44,7 +44,7 @@ def show_anew(app, ui) -> None:
     app.shell.go("scheduler")
     app.plan.choose_mode("hours")
     app.plan.listed.listing = Listing()
-    app.plan.form.begin()
+    app.plan.form.clear()
     app.plan.to_now()
     while app.plan.timeline.hours != HOURS:
         app.plan.zoom(app.plan.timeline.hours < HOURS)

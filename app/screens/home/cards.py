@@ -254,8 +254,8 @@ class BelowTiles(Slot):
 class RobotCard(Card):
     """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls, ``above`` of what is above the map,
     ``seen`` of what is beside the controls. Where a card that ``fills`` what room there is leaves the map none, the map of a robot that is
-    ``sought``, as nothing runs on it of which the end is known, it has failed or does not answer, takes the place of its address. Where it is ``tight``,
-    what a person has to do ``first``, to answer or what the fault asks for, comes before the state, which says it in a word."""
+    ``sought``, as nothing runs on it of which the end is known, it has failed or does not answer, takes the place of its address. Where it
+    is ``tight``, what a person has to do ``first``, to answer or what the fault asks for, comes before the state, a word for it."""
     needed = NumericProperty(0)
     above = NumericProperty(0)
     seen = NumericProperty(0)
@@ -277,8 +277,8 @@ class RobotCard(Card):
 
 
 class RobotCardWide(Card):
-    """The same, a wide card, never lower than ``needed``. In a ``low`` window, where the page ends within it, come first the controls, before
-    them what a fault asks for if it is ``brief``, and what it ``asks`` before its battery."""
+    """The same, a wide card, never lower than ``needed``. In a ``low`` window, where the page ends within it, come first the controls,
+    before them what a fault asks for if it is ``brief``, and what it ``asks`` before its battery."""
     needed = NumericProperty(0)
     low = BooleanProperty(False)
     asks = BooleanProperty(False)
@@ -295,7 +295,8 @@ class RobotCardWide(Card):
             order = ids.head, ids.mission, ids.controls
         else:
             order = (ids.mission, ids.controls, ids.head) if self.brief else (ids.head, ids.controls, ids.mission)
-        for column, widgets in ((ids.words, order), (ids.beside, (ids.below, ids.tiles) if self.low and self.asks else (ids.tiles, ids.below))):
+        beside = (ids.below, ids.tiles) if self.low and self.asks else (ids.tiles, ids.below)
+        for column, widgets in ((ids.words, order), (ids.beside, beside)):
             if tuple(reversed(column.children)) != widgets:
                 column.clear_widgets()
                 for widget in widgets:

@@ -37,6 +37,10 @@ class Unit(StrEnum):
     MINUTES = "minutes"
     HOURS = "hours"
 
+# the fields that say when
+TIMES = ("day", "at", "timezone", "kind", "more_hours", "weekdays", "every", "unit", "all_day", "until_time", "by_weekday", "month_day",
+         "nth", "month_weekday", "last_day", "other_rule", "origin", "is_moved")
+
 
 @dataclass(frozen=True)
 class Draft:
@@ -91,6 +95,15 @@ class Draft:
     def is_stored(self, name: str) -> bool:
         """Whether it is a schedule as it is, with nothing changed; ``name`` as a person has given it."""
         return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin, is_moved=self.is_moved) == self
+
+    def timed_as(self, other: Draft) -> Draft:
+        """The same at the times of ``other``."""
+        return replace(self, **{name: getattr(other, name) for name in TIMES})
+
+    def keeps(self, other: Draft) -> bool:
+        """Whether it is ``other`` but for times that nobody has chosen there: they were stored, or a bar was dragged."""
+        return other.timed_as(self) == self and (
+            other == self or other.is_moved or (other.base is not None and other == other.timed_as(Draft.of(other.base))))
 
     @property
     def start(self) -> datetime:

@@ -89,11 +89,15 @@ class FormModel(EventDispatcher):
         self.forecast()
 
     def begin(self, draft: Draft | None = None) -> None:
-        """Show ``draft``, which fires ``on_draft``, or an empty form. Unsaved entries of another one can be brought back."""
-        kept, is_another = self._draft, draft is not None and (draft.base is None or draft.base.id != self.editing)
-        if is_another and self.is_in_use and not kept.is_stored(self._facts.name(kept.base)):
+        """Show ``draft``, which fires ``on_draft``, or an empty form. Unsaved entries that are not in it can be brought back."""
+        kept = self._draft
+        if self.is_in_use and not kept.is_stored(self._facts.name(kept.base)) and not (draft is not None and draft.keeps(kept)):
             self._shell.snackbars.undo(_("What was entered and not saved is put aside"), _("Bring it back"), lambda: self.begin(kept))
         self._show_draft(draft)
+
+    def clear(self) -> None:
+        """An empty form: nobody wants what was in it back."""
+        self._show_draft(None)
 
     def _show_draft(self, draft: Draft | None) -> None:
         self._draft = draft or self._fresh()
@@ -240,7 +244,7 @@ class FormModel(EventDispatcher):
         new, name = draft.is_new, self._facts.called(schedule)
         is_left = replace(self._draft, base=draft.base) == draft and self.editing == (draft.base.id if draft.base else None)
         if is_left:
-            self.begin()
+            self.clear()
         if not self._saved(schedule, is_left):
             self._shell.snackbars.show(_("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
                                        icon="calendar-check")

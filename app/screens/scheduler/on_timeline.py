@@ -154,16 +154,17 @@ class OnTimeline(ViewModel):
             self.form.begin_at(robot_id, self._instant(hour).astimezone(self._facts.zone).replace(tzinfo=None))
 
     def move_start(self, key: tuple[Any, ...], hour: float) -> None:
-        """A planned start was dragged: the form opens with its new time. Nothing is changed before that is saved."""
+        """A planned start was dragged: the form opens with its new time, and what else was entered. It counts when it is saved."""
         _kind, number, at = key
         if (schedule := self._facts.schedule(number)) is None or not self._is_ahead(hour):
             return
         before, after = (instant.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None) for instant in (at, self._instant(hour)))
-        draft = Draft.of(schedule, self._facts.name(schedule)).moved(before, after)
-        if draft.starts_at(after, self._facts.calendar):
-            self.form.begin(draft)
+        stored = Draft.of(schedule, self._facts.name(schedule))
+        moved, shown = stored.moved(before, after), self.form.draft if self.form.editing == number else stored
+        if moved.starts_at(after, self._facts.calendar):
+            self.form.begin(shown.timed_as(moved))
         else:
-            self.edit(number)
+            self.form.begin(shown)
             self._say(_("No start of this rule can be moved there: change the rule itself"), "calendar-edit-outline")
 
     def _instant(self, hour: float) -> datetime:

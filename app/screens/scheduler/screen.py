@@ -242,7 +242,7 @@ class SchedulerViewModel(OnTimeline):
 
     def delete(self, schedule: Schedule) -> None:
         if self.form.editing == schedule.id:
-            self.form.begin()
+            self.form.clear()
         self.actions.delete(schedule)
 
 

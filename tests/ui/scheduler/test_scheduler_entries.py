@@ -1,8 +1,13 @@
 """What was entered in the form and not saved, when something else is put into it."""
 from __future__ import annotations
 
-from app.widgets.buttons import Segment
+from datetime import time
+
+from app.screens.scheduler.cards import FormCard
+from app.screens.scheduler.draft import Kind
+from app.widgets.buttons import IconButton, Segment
 from app.widgets.snackbar import Snackbar
+from app.widgets.timeline import Timeline
 from tests.ui.planner import KITS, choose, field, kind, menu, named, save, settle
 
 PUT_ASIDE = "What was entered and not saved is put aside"
@@ -42,3 +47,57 @@ def test_nothing_is_put_aside_where_nothing_was_entered(screen, container, ui):
     menu(screen, ui, named(container, KITS, "Aino"), "Edit")
     menu(screen, ui, named(container, "Collect empties", "Veikko"), "Edit")
     assert said(screen) == []
+
+
+def drag(screen, ui, schedule, hours: float) -> None:
+    """A bar of that schedule, from where it is stored."""
+    timeline = ui.find(Timeline)
+    key = next(hit[4] for hit in timeline.boxes() if hit[4][:2] == ("schedule", schedule.id))
+    screen.plan.move_start(key, (key[2] - screen.plan.timeline.origin).total_seconds() / 3600 + hours)
+    settle(screen, ui)
+
+
+def test_a_bar_that_is_dragged_keeps_what_else_was_entered_for_it(screen, container, ui):
+    stock = named(container, "Night stock count", "Aino")
+    screen.plan.edit(stock.id)
+    screen.plan.form.set(minimum_battery_percent=55.0, name="Count")
+    for hours, at in ((1.5, time(20, 30)), (2.5, time(21, 30))):              # he changes his mind: the bar is where it was
+        drag(screen, ui, stock, hours)
+        draft = screen.plan.form.draft
+        assert (draft.at, draft.more_hours, draft.minimum_battery_percent, draft.name) == (at, (), 55, "Count")
+        assert said(screen) == []
+    save(screen, ui)
+    saved = container.repositories.schedules.get(container.db.read(), stock.id)
+    assert (saved.start.time(), saved.minimum_battery_percent, saved.name) == (time(21, 30), 55, "Count")
+
+
+def test_a_rule_that_was_changed_by_hand_is_put_aside_by_a_drag(screen, container, ui):
+    stock = named(container, "Night stock count", "Aino")
+    screen.plan.edit(stock.id)
+    screen.plan.form.set(kind=Kind.WEEKLY, weekdays=("SA",), priority=3)
+    entered = screen.plan.form.draft
+    drag(screen, ui, stock, 1.5)
+    assert screen.plan.form.draft.priority == 3
+    assert said(screen) == [PUT_ASIDE]
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
+    settle(screen, ui)
+    assert screen.plan.form.draft == entered
+
+
+def test_changes_are_put_aside_when_the_same_schedule_is_opened_again(screen, container, ui):
+    stock = named(container, "Night stock count", "Aino")
+    screen.plan.edit(stock.id)
+    screen.plan.form.set(priority=3)
+    screen.plan.edit(stock.id)
+    assert screen.plan.form.draft.priority == stock.priority
+    assert said(screen) == [PUT_ASIDE]
+
+
+def test_entries_are_put_aside_when_a_new_schedule_is_begun(screen, container, ui):
+    stock = named(container, "Night stock count", "Aino")
+    screen.plan.edit(stock.id)
+    screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    ui.tap(ui.find(IconButton, ui.find(FormCard), icon="close"))
+    assert screen.plan.form.draft.is_new
+    assert said(screen) == [PUT_ASIDE]
