@@ -177,7 +177,8 @@ def paint_name(frame: Frame, lane: int) -> None:
     """Of a robot, or across the lane what it stands for."""
     shown, y = frame.lanes[lane], frame.middle(lane)
     if shown.line:
-        box(frame.x, y - frame.lane_height / 2 + 1, frame.right - frame.x, frame.lane_height - 1, tk.surface2)
+        for height, colour in ((frame.lane_height, tk.surface2), (1, tk.line)):      # nothing of the lines of time below it is seen
+            box(frame.x, y - frame.lane_height / 2, frame.right - frame.x, height, colour)
         text(md_icons["chevron-up" if shown.is_open else "chevron-down"], frame.x + dp(12), y, tk.ink2, 20, .5, .5, "Icons")
         text(shown.line, frame.x + dp(28), y, tk.ink2, 16)
     text(shown.name, frame.x, y + (dp(9) if shown.note else 0), tk.ink, 16, font="RobotoMedium")
