@@ -101,7 +101,8 @@ class Meter(Chart, MDLinearProgressIndicator):
 
 class Sparkline(Chart):
     """The history of one figure: ``values`` oldest first, None where there was nothing to count; the last is today's, which has not ended:
-    its line is dashed, its dot hollow. It spans ``least_span`` at least; 0: it begins at zero, and only then what is below is filled."""
+    its line is dashed, its dot hollow, at an edge where it is beyond the days that have ended. It spans ``least_span`` at least; 0: it
+    begins at zero, and only then what is below is filled."""
     values = ListProperty()
     least_span = NumericProperty(0)
     watch = ("values", "least_span")
@@ -113,7 +114,8 @@ class Sparkline(Chart):
             return None
         if not self.least_span:
             return 0, max(known) or 1
-        low, high = min(known), max(known)
+        ended = [value for value in self.values[:-1] if value is not None]
+        low, high = min(ended), max(ended)
         more = max(0., self.least_span - (high - low)) / 2
         low = max(0., min(low - more, 1 - self.least_span))              # of shares: within 0 and 1
         return low, max(high, low + self.least_span)
@@ -128,7 +130,8 @@ class Sparkline(Chart):
             if value is None:
                 found.append([])
             else:
-                found[-1].append((self.x + pad + width * n / last, base + height * (value - low) / (high - low)))
+                share = min(1., max(0., (value - low) / (high - low)))
+                found[-1].append((self.x + pad + width * n / last, base + height * share))
         return found
 
     def draw(self):

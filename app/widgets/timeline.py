@@ -165,10 +165,12 @@ class Timeline(Chart):
         x, y = next(iter(self._fingers.values()))
         if (lane := self._lane_at(y)) is None or lane.line or x < self._drawing.frame.left:
             return
-        if not (keys := self._bars_near(x, y)):
+        keys = self._bars_near(x, y)
+        bar = next((bar for bar in lane.bars if keys and bar.key == keys[0] and bar.movable), None)
+        if bar is None and not self._bars_near(x, y, dp(8)):     # also a little beside a bar that stays where it is
             self._moved = True                   # its end is no tap
             self.dispatch("on_free", lane.key, self._time_at(x))
-        elif (bar := next((bar for bar in lane.bars if bar.key == keys[0] and bar.movable), None)) is not None:
+        elif bar is not None:
             self._moved = self.touched = True
             self._lifted = bar, next(box for box in self.boxes() if box[4] == bar.key), bar.start
             self._lift(0)
@@ -263,9 +265,9 @@ class Timeline(Chart):
         frame = self._drawing.frame if self._drawing is not None else None
         return frame.lanes[frame.lane_at(y)] if frame is not None and y < frame.bottom_of_axis - self.seen_from else None
 
-    def _bars_near(self, x, y):
+    def _bars_near(self, x, y, reach=None):
         """Keys: the bar nearest to a finger, the uppermost of several, and those that share its place and are as near."""
-        reach, slack = dp(24), dp(8)
+        reach, slack = reach or dp(24), dp(8)
         lanes = {self._drawing.frame.lane_at(y + slack), self._drawing.frame.lane_at(y - slack)}
         near = sorted(((max(box[0] - x, x - box[2], 0), box) for lane in lanes for box in reversed([*self._drawing.boxes(lane)])
                        if box[1] - slack <= y <= box[3] + slack), key=lambda hit: hit[0])

@@ -270,9 +270,12 @@ def usual(ui, request) -> Iterator[Rig]:
     Window.size = before
 
 
-def test_the_answers_are_seen_without_scrolling(ui, usual):
-    home(usual, sample.with_aino(sample.ASKING), issues=OpenIssues([QUESTION]))
+@pytest.mark.parametrize("minutes", [1, 20])
+def test_the_answers_are_seen_without_scrolling(ui, usual, minutes):
+    """Also when nobody has acknowledged that it asks."""
+    home(usual, sample.with_aino(sample.ASKING), issues=OpenIssues([replace(QUESTION, raised_at=sample.ago(minutes=minutes))]))
     ui.advance(.5)
+    assert ui.find(AlarmBanner).urgent == (minutes > 5)
     answers = ui.find_all(PromptOption)
     assert [answer.text for answer in answers if is_seen(answer)] == list(sample.ASKING.user_prompt.options)
 

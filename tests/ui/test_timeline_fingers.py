@@ -70,6 +70,19 @@ def rest(ui, x, y):
     return touch
 
 
+def test_a_finger_may_rest_a_little_beside_a_bar_that_stays_where_it_is(ui):
+    """Beside one that can be moved it lifts that."""
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("ended", 2, 3, state="past"), Bar("planned", 10, 11, movable=True)))], hours=24),
+                    (800, 100))
+    free, moved = fired(chart, "on_free"), fired(chart, "on_moved")
+    for hour in (3, 11):
+        touch = rest(ui, chart.left_of(hour) + 14, chart.y + 30)
+        touch.touch_move(chart.left_of(hour + 5), chart.y + 30)
+        touch.touch_up()
+    assert len(free) == 1
+    assert [key for key, _hour in moved] == ["planned"]
+
+
 def test_a_finger_that_rests_on_free_time_says_whose_and_when_to_five_minutes(ui):
     lanes = [Lane("Aino", key=1), Lane("Veikko", bars=(Bar("c", 20, 21),), key=2)]
     chart = ui.show(Timeline(lanes=lanes, hours=24), (800, 150))

@@ -115,7 +115,8 @@ def test_the_axis_stays_on_top_and_takes_the_taps_there_while_lanes_scroll(ui):
 
 
 def test_no_line_of_the_time_is_seen_in_a_lane_that_stands_for_several(ui):
-    chart = ui.show(Timeline(lanes=[Lane("Aino", key=1), Lane("", key="idle", line="34 robots with nothing planned")], hours=24), (800, 117))
+    lanes = [Lane("Aino", key=1), Lane("", key="idle", line="34 robots with nothing planned")]
+    chart = ui.show(Timeline(lanes=lanes, hours=24), (800, 117))
     lane = chart._drawing.frame
     boxes = [(one.pos[1], one.pos[1] + one.size[1]) for one in instructions(chart._drawing._names) if isinstance(one, Rectangle)]
     assert any(bottom <= lane.y and top >= lane.y + lane.lane_height for bottom, top in boxes)

@@ -30,6 +30,15 @@ def test_a_share_that_hardly_changes_draws_no_mountain_and_is_not_filled(ui):
     assert max(y for _x, y in points) - min(y for _x, y in points) < 10
 
 
+def test_a_day_that_has_not_ended_does_not_flatten_those_before_it(ui):
+    """At noon a share may be far from what it will be."""
+    line = ui.show(Sparkline(values=[.95, .99, .90, .97, .40], least_span=.1), (64, 50))
+    [points] = line.runs()
+    assert max(y for _x, y in points[:-1]) - min(y for _x, y in points[:-1]) > 30
+    assert points[-1][1] == min(y for _x, y in points)
+    assert line.y <= points[-1][1] <= line.top
+
+
 def test_what_is_filled_begins_at_zero_and_gaps_stay_open(ui):
     line = ui.show(Sparkline(values=[20, 21, None, 19, 20, 9]), (64, 50))
     assert line.scale() == (0, 21)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 
 from app.domain import choice
-from app.domain.models import Execution, Reason, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
+from app.domain.models import Connection, Execution, Reason, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
@@ -80,8 +80,10 @@ def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datet
     old, battery = is_old(snapshot, now, facts.settings), battery_appearance(snapshot.status, facts.settings)
     state = state_appearance(robot, snapshot, old)
     look = look_of(or_held(group_of(robot, snapshot, old, facts.settings), facts.holds, robot, now))
+    if old:                                                   # an old level would look like a present one
+        battery = replace(battery, text="–", icon="battery-unknown", tone="offline")
     return RobotSummary(robot.id, robot.name, look.word, state.icon if look.icon != HAND else HAND, state.tone, battery.text, battery.icon,
-                        "offline" if old else battery.tone, robot is facts.robot)
+                        battery.tone, robot is facts.robot)
 
 
 # ---------------------------------------------------------------------- the queue
@@ -249,10 +251,16 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
     for run in facts.planned:
         held, soon = held_words(facts, run, now), (run.at - now).total_seconds()
         day = "" if formats.day(run.at, zone) == formats.day(now, zone) else formats.day(run.at, zone)
+        silent = _("no answer") if not held and run.group is None and _is_silent(facts, run.robot) else ""
         words = held or foreseen.lack(run) or (formats.ahead(soon) if soon < formats.DAY else "")
         starts.append(PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
-                                   " · ".join(filter(None, (foreseen.whose(run), words))), HAND if held else "", day))
+                                   " · ".join(filter(None, (foreseen.whose(run), silent, words))), HAND if held else "", day))
     return starts
+
+
+def _is_silent(facts: HomeFacts, robot: Robot) -> bool:
+    """Whether it has stopped answering: what is planned waits for it."""
+    return facts.snapshots.get(robot.id, RobotSnapshot(robot.id)).connection is Connection.UNREACHABLE
 
 
 def held_words(facts: HomeFacts, run: PlannedRun, now: datetime) -> str:

@@ -68,9 +68,10 @@ def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datet
     zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
     at_most = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
     if hold is not None:
+        too_late = _("skipped at {time} unless released").format(time=formats.day_and_time(closes_at, zone, now))
         until = formats.day_or_time(hold.until, zone, now) if hold.until else ""
         text = _("Queue, held until {time}").format(time=until) if until else _("Queue, held")
-        return text, HAND, _("on {robot}").format(robot=robot.name) if hold.until and hold.until < closes_at else at_most
+        return text, HAND, _("on {robot}").format(robot=robot.name) if hold.until and hold.until < closes_at else too_late
     if is_old(facts.snapshot, now, facts.settings):
         return _("Send when {robot} answers").format(robot=robot.name), "timer-sand", at_most
     return _("Run on {robot}").format(robot=robot.name), "play", _("on {robot}").format(robot=robot.name)

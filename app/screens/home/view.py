@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 
 from app.domain import rules
+from app.domain.activity import activity_of
 from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.problems import in_words
@@ -184,7 +185,7 @@ def _reached(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: dat
 def _done_about(facts: HomeFacts, now: datetime, old: bool) -> TileView | None:
     """When what runs will probably be done; None where nobody can know."""
     item, status = facts.running, facts.snapshot.status
-    if item is None or status is None or old or status.state in (*STOPPED, RobotState.PAUSE):
+    if item is None or status is None or old or status.state in (*STOPPED, RobotState.PAUSE) or _charges(status):
         return None
     usual, since = facts.expected.get(facts.guid_of(item)), facts.working_since(item, now)
     if usual is None or not usual.median_s or since is None:
@@ -203,6 +204,11 @@ def _battery(snapshot: RobotSnapshot, settings: Settings, old: bool, now: dateti
     if not old or battery.level < 0:
         return battery
     return replace(battery, note=_("as of {time}").format(time=formats.day_and_time(snapshot.read_at, settings.timezone, now)))
+
+
+def _charges(status: RobotStatus | None) -> bool:
+    """A mission that charges ends when the robot is charged or gets another one: earlier runs tell nothing of that."""
+    return status is not None and activity_of(status) == "charging"
 
 
 def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> MissionView:
@@ -274,6 +280,8 @@ def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> MissionView:
     is_paused = facts.snapshot.status is not None and facts.snapshot.status.state is RobotState.PAUSE
     view = MissionView(_("Mission, held by the pause") if is_paused else _("Mission"), facts.name_of(item),
                        elapsed=formats.duration(elapsed))
+    if _charges(facts.snapshot.status):
+        return replace(view, note=_("charging, which takes as long as it takes"))
     if not usual or not usual.median_s or elapsed is None:
         return replace(view, note=_("no earlier run to compare with") if ours else _("since this tablet has seen it run"))
     duration = formats.duration(usual.median_s)

@@ -92,7 +92,8 @@ class FormModel(EventDispatcher):
         """Show ``draft``, which fires ``on_draft``, or an empty form. Unsaved entries that are not in it can be brought back."""
         kept = self._draft
         if self.is_in_use and not kept.is_stored(self._facts.name(kept.base)) and not (draft is not None and draft.keeps(kept)):
-            self._shell.snackbars.undo(_("What was entered and not saved is put aside"), _("Bring it back"), lambda: self.begin(kept))
+            said = _("{name}: what was entered and not saved is put aside").format(name=self._called(kept))
+            self._shell.snackbars.undo(said, _("Bring it back"), lambda: self.begin(kept), stays=True)
         self._show_draft(draft)
 
     def clear(self) -> None:
@@ -258,6 +259,13 @@ class FormModel(EventDispatcher):
             self._shell.say_problem(problem)
 
     # ------------------------------------------------------------------ inside
+    def _called(self, draft: Draft) -> str:
+        """What a message calls it."""
+        if draft.base is not None:
+            return self._facts.called(draft.base)
+        mission = self._facts.mission(draft.mission_id) if draft.mission_id is not None else None
+        return draft.name or (mission.name if mission is not None else _("New schedule"))
+
     def _fresh(self) -> Draft:
         robots = [robot for robot in self._facts.robots if robot.enabled] or list(self._facts.robots)
         selected = self._facts.settings.selected_robot_id

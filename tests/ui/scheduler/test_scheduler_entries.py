@@ -10,7 +10,7 @@ from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
 from tests.ui.planner import KITS, choose, field, kind, menu, named, save, settle
 
-PUT_ASIDE = "What was entered and not saved is put aside"
+STOCK, PUT_ASIDE = "Night stock count on Aino", "{}: what was entered and not saved is put aside"
 
 
 def said(app) -> list[str]:
@@ -22,7 +22,8 @@ def test_entries_that_another_schedule_takes_the_place_of_are_brought_back(scree
     kind(screen, ui, "Weekly")
     entered = screen.plan.form.draft
     menu(screen, ui, named(container, "Collect empties", "Veikko"), "Edit")
-    assert said(screen) == [PUT_ASIDE]
+    ui.advance(60)                                            # he was called away
+    assert said(screen) == [PUT_ASIDE.format(KITS)]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
@@ -78,7 +79,7 @@ def test_a_rule_that_was_changed_by_hand_is_put_aside_by_a_drag(screen, containe
     entered = screen.plan.form.draft
     drag(screen, ui, stock, 1.5)
     assert screen.plan.form.draft.priority == 3
-    assert said(screen) == [PUT_ASIDE]
+    assert said(screen) == [PUT_ASIDE.format(STOCK)]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
@@ -90,7 +91,7 @@ def test_changes_are_put_aside_when_the_same_schedule_is_opened_again(screen, co
     screen.plan.form.set(priority=3)
     screen.plan.edit(stock.id)
     assert screen.plan.form.draft.priority == stock.priority
-    assert said(screen) == [PUT_ASIDE]
+    assert said(screen) == [PUT_ASIDE.format(STOCK)]
 
 
 def test_entries_are_put_aside_when_a_new_schedule_is_begun(screen, container, ui):
@@ -100,4 +101,4 @@ def test_entries_are_put_aside_when_a_new_schedule_is_begun(screen, container, u
     settle(screen, ui)
     ui.tap(ui.find(IconButton, ui.find(FormCard), icon="close"))
     assert screen.plan.form.draft.is_new
-    assert said(screen) == [PUT_ASIDE]
+    assert said(screen) == [PUT_ASIDE.format(STOCK)]

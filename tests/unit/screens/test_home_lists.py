@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import Connection, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem, QueueState
 from app.screens.common.execution_appearance import word
 from app.screens.home.lists import (
@@ -17,6 +17,7 @@ from app.screens.home.lists import (
     planned_starts,
     queue_entries,
     queue_note,
+    robot_summaries,
     trigger_words,
 )
 from app.screens.home.view import present
@@ -131,6 +132,19 @@ def test_a_planned_start_in_a_hold_says_so_instead_of_how_soon_it_comes(until, w
     assert (rows[1].note, rows[1].icon) == ("Sisu · in 37 min", "")
     idle = replace(with_aino(READY, ()), holds=held.holds)
     assert present(idle, NOW).card.mission.note == f"next: Deliver kits to line 2, {words}"
+
+
+def test_a_planned_start_of_a_robot_that_does_not_answer_says_so():
+    silent = replace(FACTS.snapshots[1], connection=Connection.UNREACHABLE, since=ago(minutes=4))
+    rows = planned_starts(replace(FACTS, snapshots={**FACTS.snapshots, 1: silent}), NOW)
+    assert rows[0].note == "Aino · no answer · in 22 min"
+    assert "no answer" not in rows[1].note
+
+
+def test_an_old_level_of_a_battery_is_not_shown_as_one_of_now():
+    silent = replace(FACTS.snapshots[2], connection=Connection.UNREACHABLE, since=ago(minutes=4), read_at=ago(minutes=5))
+    chip = robot_summaries(replace(FACTS, snapshots={**FACTS.snapshots, 2: silent}), NOW)[1]
+    assert (chip.word, chip.battery, chip.battery_icon) == ("No answer", "–", "battery-unknown")
 
 
 def test_so_does_one_that_a_person_keeps_back_alone():

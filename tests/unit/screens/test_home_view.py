@@ -89,6 +89,14 @@ def test_what_takes_longer_than_usual_says_by_how_much():
     assert (tile.label, tile.value) == ("Longer than usual", "+2 min")
 
 
+def test_a_mission_that_charges_is_not_compared_with_earlier_runs():
+    """It ends when the robot is charged or gets another one."""
+    charging = replace(EXECUTING, mission_text="Charging... Waiting for new mission...")
+    card = view(replace(with_aino(charging), expected={KITS.guid: DurationEstimate(100.0, 110.0)})).card
+    assert (card.mission.tone, card.mission.note, card.mission.progress) == ("neutral", "charging, which takes as long as it takes", -1)
+    assert card.beside.label == "Address"
+
+
 @pytest.mark.parametrize("facts", [
     replace(FACTS, expected={}), with_aino(READY, ()), with_aino(replace(EXECUTING, state=RobotState.PAUSE)), with_aino(STOPPED),
     with_aino(EXECUTING, age=1200)])
@@ -370,9 +378,9 @@ def test_while_starts_are_held_the_button_queues_and_says_until_when():
 
 
 def test_a_hold_longer_than_the_start_window_promises_no_start():
-    assert (held_run().text, held_run().note) == ("Queue, held", "waits until 14:53 at most")
+    assert (held_run().text, held_run().note) == ("Queue, held", "skipped at 14:53 unless released")
     long = held_run(until=NOW + timedelta(hours=1), robot_id=AINO.id)
-    assert (long.text, long.note) == ("Queue, held until 15:38", "waits until 14:53 at most")
+    assert (long.text, long.note) == ("Queue, held until 15:38", "skipped at 14:53 unless released")
 
 
 def test_data_of_another_tablet_can_only_be_looked_at():
