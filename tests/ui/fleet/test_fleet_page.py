@@ -161,6 +161,24 @@ def test_a_count_filters_until_it_is_tapped_again(container, robots, ui):
         assert counted(ui) == ["6 ready"]
 
 
+def test_a_filter_that_no_robot_fits_ends_by_itself_where_nobody_taps(container, robots, ui):
+    with shown(container, ui):
+        see(container, robots[2], sample.STOPPED)
+        ui.wait(lambda: "1 stopped" in counted(ui))
+        ui.tap(ui.find(CountChip, text="1 stopped"))
+        for state in (sample.READY, sample.STOPPED, sample.READY):           # the time begins anew
+            see(container, robots[2], state)
+            ui.wait(lambda state=state: bool(tiles(ui)) == (state is sample.STOPPED))
+            ui.skip(1)
+            container.clock.advance(40)
+            ui.skip(1)
+        assert not tiles(ui)
+        container.clock.advance(40)
+        ui.skip(1)
+        ui.wait(lambda: len(tiles(ui)) == 6)
+        assert "0 stopped" not in counted(ui)
+
+
 def test_who_needs_me_comes_first_on_demand(container, robots, ui):
     with shown(container, ui):
         see(container, robots[4], sample.STOPPED)
