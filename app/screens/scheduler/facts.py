@@ -1,7 +1,7 @@
 """What the Scheduler uses of the app, and what it shows at one moment: read on a background thread, from the database only."""
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
@@ -9,7 +9,7 @@ from zoneinfo import ZoneInfo
 from app.database.executions import ExecutionFilter
 from app.domain import names
 from app.domain.clock import Clock
-from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings
+from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings
 from app.screens.common import formats
 from app.screens.common.holding import hold_for, hold_of_run
 from app.services.catalogue.catalogue import Catalogue
@@ -18,6 +18,7 @@ from app.services.catalogue.preview import Forecasts
 from app.services.files.plan_export import PlanFiles
 from app.services.history.runs import History
 from app.services.live.holds import Hold, Holds
+from app.services.live.snapshots import Snapshots
 from app.services.planning.plan import LONGEST_RUN, MOMENT, Conflict, Plan, PlannedRun
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
@@ -48,6 +49,7 @@ class SchedulerServices:
     plan: Plan
     plan_files: PlanFiles
     robot_missions: RobotMissions
+    snapshots: Snapshots
     suggestions: Suggestions
 
 
@@ -98,6 +100,7 @@ class SchedulerFacts:
     usual_s: Mapping[tuple[int, str], float] = field(default_factory=dict)   # how long open missions take, by robot and guid
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # of the missions that a robot has, by its id and their guid
     typed: frozenset[tuple[int, str]] = frozenset()                  # of these, those known from Settings only
+    silent: frozenset[int] = frozenset()                             # robots that have stopped answering, by id
     skips: frozenset[tuple[int, datetime]] = frozenset()             # starts to come that are skipped: schedule and instant
 
     @property
@@ -184,7 +187,12 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         planned=planned.runs, conflicts=planned.conflicts, more=planned.more, past=past, holds=tuple(services.holds.current()),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
-        typed=frozenset(key for key, one in usual.items() if one.typed), skips=skips)
+        typed=frozenset(key for key, one in usual.items() if one.typed), silent=silent(services.snapshots, robots), skips=skips)
+
+
+def silent(snapshots: Snapshots, robots: Iterable[Robot]) -> frozenset[int]:
+    """Those that have stopped answering."""
+    return frozenset(robot.id for robot in robots if snapshots.get(robot.id).connection is Connection.UNREACHABLE)
 
 
 def _is_start(at: datetime, schedule: Schedule | None, calendar: WorkingCalendar) -> bool:

@@ -194,7 +194,8 @@ def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], co
     more = [at for schedule in facts.schedules if schedule.robot_id == robot.id and (at := facts.more.get(schedule.id)) is not None]
     hold = next((hold for hold in facts.holds if hold.robot_id == robot.id), None)
     held = axis.held_until(hold, facts, now) if hold and hold.covers(robot.id, now) else ""
-    return Lane(robot.name, held or robot.model or "" if robot.enabled else off_word(robot),
+    said = held or (_("No answer") if robot.id in facts.silent else robot.model or "")
+    return Lane(robot.name, said if robot.enabled else off_word(robot),
                 (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
                 _joined([*_overlaps(bars), *_conflicts(contested, read)]), robot.id)
 

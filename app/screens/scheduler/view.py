@@ -151,8 +151,10 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
             kept = held_note(facts.hold_of(run), run.at, run.schedule.start_window_minutes, facts.settings, now)
             kept = kept or foreseen.lack(run)
             begins = formats.wall_time(run.at.astimezone(zone))
+            silent = _("no answer") if run.group is None and run.robot.id in facts.silent else ""
             yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, run.mission.name, foreseen.whose(run),
-                                 kept or formats.ahead((run.at - now).total_seconds()), _until(run, zone), kept or needs, own)
+                                 kept or _joined(silent, formats.ahead((run.at - now).total_seconds())), _until(run, zone), kept or needs,
+                                 own)
 
 
 def _joined(*parts: str) -> str:
@@ -244,8 +246,10 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
     if schedule.paused_until is not None and schedule.paused_until > now:
         return _("paused until {time}").format(time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now))
     hold = facts.hold(schedule.robot_id, schedule.group_id, schedule.next_at)
-    return held_next(hold, schedule.next_at, schedule.start_window_minutes, facts.settings, now) or \
-        formats.until(schedule.next_at, now, facts.settings.timezone)
+    if held := held_next(hold, schedule.next_at, schedule.start_window_minutes, facts.settings, now):
+        return held
+    when = formats.until(schedule.next_at, now, facts.settings.timezone)
+    return _joined(_("no answer"), when) if schedule.robot_id in facts.silent else when
 
 
 def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:

@@ -117,6 +117,15 @@ def test_lists_say_until_when_it_is_held():
     assert [row.note for row in many if not row.heading] == ["6 starts, last at 15:50 · 4 held"]
 
 
+def test_what_is_planned_for_a_robot_that_does_not_answer_says_so():
+    silent = facts(holds=(), planned=(planned(22),), silent=frozenset({1}))
+    assert view.schedule_rows(silent, NOW)[0].next == "Aino · no answer · in 22 min"
+    assert [row.note for row in view.days(silent, NOW) if not row.heading] == ["no answer · in 22 min"]
+    assert timeline(silent, NOW).lanes[0].note == "No answer"
+    held = replace(silent, holds=(HOLD,))                     # which matters more: nothing is sent even if it answers
+    assert "no answer" not in view.schedule_rows(held, NOW)[0].next
+
+
 # ---------------------------------------------------------------------- pausing
 def test_a_pause_can_be_chosen_by_day():
     options = view.pause_options(HOURLY, NOW)
