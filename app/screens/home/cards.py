@@ -93,7 +93,8 @@ class RobotStrip(Part):
 
 
 class RobotHead(Part):
-    """State and name."""
+    """State and name; ``side`` of the state's disc in px."""
+    side = NumericProperty(0)
 
 
 class RobotTiles(Part):
