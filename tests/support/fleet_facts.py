@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from app.domain.models import Connection, DurationEstimate, Execution, Robot, RobotSnapshot, State
+from app.domain.models import DurationEstimate, Execution, Robot, RobotSnapshot, State
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.screens.home.facts import HomeFacts
 from tests.support import home_facts as sample
@@ -23,14 +23,15 @@ def robots(count: int) -> tuple[Robot, ...]:
                        f"http://10.40.12.{21 + n}", id=n + 1, model="MiR250", token="x") for n in range(count))
 
 
-def troubled(number: int) -> RobotSnapshot | None:
+def troubled(robot: Robot) -> RobotSnapshot | None:
     """Of the few that need a person."""
+    number = robot.id
     if number in (4, 31):
         return sample.snapshot(number, sample.STOPPED if number == 4 else sample.FAILED)
     if number == 7:
         return sample.snapshot(number, sample.ASKING)
     if number in (9, 23, 40):
-        return sample.snapshot(number, sample.READY, age=900, connection=Connection.UNREACHABLE)
+        return sample.silent(robot, sample.READY, minutes=15)
     if number in (11, 36):
         return sample.snapshot(number, PAUSED if number == 11 else DRIVEN)
     return None
@@ -42,7 +43,7 @@ def facts(count: int, *, well: bool = False) -> HomeFacts:
     snapshots: dict[int, RobotSnapshot] = {}
     runs: list[Execution] = []
     for robot in everybody:
-        number, trouble = robot.id, None if well else troubled(robot.id)
+        number, trouble = robot.id, None if well else troubled(robot)
         battery = 31.0 + number * 37 % 69
         if trouble is not None:
             snapshots[number] = trouble

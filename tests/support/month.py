@@ -18,10 +18,10 @@ from app.container import Container
 from app.database.activities import ActivityRepository
 from app.database.connection import DATABASE_NAME, Database
 from app.domain.activity import ActivitySpan
-from app.domain.models import Between, Execution, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
+from app.domain.models import Between, Execution, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger, Wait
 from tests.support.clock import VirtualClock
 
-NOW = datetime(2026, 11, 20, 12, 38, 5, tzinfo=UTC)
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 ZONE = "Europe/Helsinki"
 DAYS = 29
 ROBOTS = (("Aino", "MiR250"), ("Veikko", "MiR100"), ("Sisu", "MiR1350"))
@@ -47,12 +47,15 @@ HABITS = (
     Habit("Aino", "Deliver kits to line 2", [time(hour) for hour in range(6, 19)], "FREQ=HOURLY;BYDAY=MO,TU,WE,TH,FR", 6.4,
           Between(time(6), time(18))),
     Habit("Aino", "Night stock count", [time(19)], "FREQ=WEEKLY;BYDAY=MO,TU,WE,TH,FR", 175.0),
-    Habit("Veikko", "Collect empties", [time(6, 25), time(15, 30), time(17, 10)], "FREQ=DAILY;BYHOUR=6,15,17;BYMINUTE=10", 45.0),
+    Habit("Veikko", "Collect empties", [time(6, 10), time(15, 10), time(17, 10)], "FREQ=DAILY;BYHOUR=6,15,17;BYMINUTE=10", 45.0),
     Habit("Veikko", "Waste to compactor", [time(16, 30)], "FREQ=WEEKLY;BYDAY=MO,WE,FR", 60.0),
     Habit("Sisu", "Move coils to press", [time(14, 15), time(15, 15)], "FREQ=DAILY;BYHOUR=14,15;BYMINUTE=15", 33.0),
     Habit("Sisu", "Coils to store", [time(19)], "FREQ=DAILY", 140.0),
     Habit("Veikko", "Floor wash, hall A", [time(5)], "FREQ=MONTHLY;BYDAY=1MO", 80.0, enabled=False),
 )
+EXTRA = "Waste, extra round"             # once, three minutes ago, with a minimum of its own that its battery doesn't reach
+SCHEDULED = (*(habit.mission for habit in HABITS), "Waste to compactor")             # missions of all schedules
+EXTRA_ROUNDS = (("Collect empties", time(11, 20), 480.0), ("Waste to compactor", time(11, 40), 700.0))       # by hand, the days before
 
 
 def plant(directory: Path, furnished: bool = True, now: datetime = NOW) -> Container:
@@ -85,12 +88,18 @@ def furnish(container: Container, now: datetime = NOW) -> None:
     catalogue.change_settings(selected_robot_id=robots["Aino"].id)
     rng = random.Random(20)
     rows: list[Execution] = []
+    schedules: dict[str, Schedule] = {}
     for habit in HABITS:
         start = datetime.combine(now.date() - timedelta(days=DAYS), habit.starts[0])
         schedule = catalogue.save_schedule(Schedule("", robots[habit.robot].id, missions[habit.mission].id, start, ZONE, habit.recurrence,
                                                     between=habit.between, enabled=habit.enabled))
         rows += _history(schedule, habit, robots[habit.robot], now, rng)
-    rows += _by_hand(robots, now)
+        schedules[habit.mission] = schedule
+    extra = Schedule(EXTRA, robots["Aino"].id, missions["Waste to compactor"].id, datetime(2026, 11, 20, 14, 35), ZONE,
+                     minimum_battery_percent=80.0, changed_at=now - timedelta(hours=1))
+    extra = container.db.write(lambda c: container.repositories.schedules.add(c, extra))
+    rows += _extra_rounds(robots["Aino"], now)
+    rows += _last_hour(robots, schedules["Move coils to press"], extra, now)
     container.db.write(lambda c: container.repositories.executions.add_many(c, sorted(rows, key=lambda row: row.planned_at)))
     _watch(container, robots, rows, now)
 
@@ -143,22 +152,37 @@ def _ran(row: Execution, state: State, took: float, rng: random.Random, reason: 
                    duration_s=took, ended_at=started + timedelta(seconds=took), queue_id=12_000 + rng.randint(0, 2000))
 
 
-def _by_hand(robots: dict[str, Robot], now: datetime) -> list[Execution]:
-    """The last hour: what the operator pressed, what idleness started, what runs."""
+def _extra_rounds(robot: Robot, now: datetime) -> Iterator[Execution]:
+    """What Aino was asked for beside her plan, so that her usual durations are known."""
+    rng = random.Random(8)
+    for day in list(_days(now))[-6:-1]:
+        for mission, start, seconds in EXTRA_ROUNDS:
+            planned_at = datetime.combine(day, start, ZoneInfo(ZONE)).astimezone(UTC)
+            yield _ran(_row(robot, mission, planned_at, rng), State.COMPLETED, rng.gauss(seconds, seconds * .05), rng)
+
+
+def _last_hour(robots: dict[str, Robot], coils: Schedule, extra: Schedule, now: datetime) -> list[Execution]:
+    """What the operator pressed, what idleness started, what was skipped, what runs and waits: as Home shows it."""
     rng = random.Random(7)
 
-    def at(hour: int, minute: int) -> datetime:
-        return datetime.combine(now.date(), time(hour, minute), ZoneInfo(ZONE)).astimezone(UTC)
+    def at(hour: int, minute: int, second: int = 0) -> datetime:
+        return datetime.combine(now.date(), time(hour, minute, second), ZoneInfo(ZONE)).astimezone(UTC)
 
-    running = _row(robots["Aino"], "Deliver kits to line 2", at(14, 34), rng, state=State.EXECUTING, attempts=1, queue_id=14_031,
-                   submitted_at=at(14, 34), started_at=at(14, 34) + timedelta(seconds=4))
+    running = _row(robots["Aino"], "Deliver kits to line 2", at(14, 33, 40), rng, state=State.EXECUTING, attempts=1, queue_id=14_031,
+                   submitted_at=at(14, 33, 40), started_at=at(14, 33, 48))
     pallet = _row(robots["Veikko"], "Bring pallet to dock", at(13, 30), rng)
     reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": "Failed to reach goal position 'Dock 3'"})
     failed = replace(_ran(pallet, State.FAILED, 1324.0, rng, reason), queue_id=14_026)
-    idle = _ran(_row(robots["Aino"], "Return to charger", at(13, 36), rng, trigger=Trigger.IDLE), State.COMPLETED, 200.0, rng)
-    skipped = replace(_row(robots["Sisu"], "Move coils to press", at(14, 16), rng), state=State.SKIPPED, ended_at=at(14, 31), reason=Reason(
-        ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": at(14, 31).isoformat()}))
-    return [running, failed, idle, skipped]
+    idle = _ran(_row(robots["Aino"], "Return to charger", at(13, 36, 40), rng, trigger=Trigger.IDLE), State.COMPLETED, 200.0, rng)
+    skipped = replace(_row(robots["Sisu"], "Move coils to press", at(14, 15), rng, trigger=Trigger.SCHEDULED, schedule_id=coils.id,
+                           schedule=coils.name), state=State.SKIPPED, ended_at=at(14, 30), reason=Reason(
+        ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": at(14, 30).isoformat()}))
+    again = _ran(_row(robots["Veikko"], "Bring pallet to dock", at(14, 12, 50), rng), State.COMPLETED, 485.0, rng)
+    queued = _row(robots["Aino"], "Collect empties", at(14, 36), rng, state=State.QUEUED, attempts=1, queue_id=14_032,
+                  submitted_at=at(14, 36))
+    held = _row(robots["Aino"], "Waste to compactor", at(14, 35), rng, trigger=Trigger.SCHEDULED, schedule_id=extra.id, schedule=extra.name,
+                state=State.WAITING, wait=Wait.BATTERY, wait_details={"battery": 78.0, "minimum": 80.0}, minimum_battery_percent=80.0)
+    return [running, failed, idle, skipped, again, queued, held]
 
 
 def _watch(container: Container, robots: dict[str, Robot], rows: Sequence[Execution], now: datetime) -> None:

@@ -26,6 +26,7 @@ def test_at_rest_next_to_nothing_is_drawn(container, silent_robots, ui, place):
     name, intent = place
     container.ledger.make([container.ledger.moves.completed(run, 240.0, 2.0) for run in container.history.open()])
     robots_answer(container)
+    container.clock.advance(5)               # words like "in 22 min" change after a full minute
     with shown(container, ui) as app:
         app.shell.go(name, **intent)
         for _second in range(5):             # until all has been read and made

@@ -40,7 +40,7 @@ def test_without_robots_their_page_says_so(nothing, ui):
 
 def test_what_ends_shows_at_once(container, ui):
     with opened(container, ui) as screen:
-        running = container.history.open()[0]
+        running = max(container.history.open(), key=lambda run: run.planned_at)
         container.ledger.make([container.ledger.moves.completed(running, 240.0, 2.0)])
         settle(screen, ui)
         newest = max(ui.find_all(LogRow), key=lambda row: row.to_window(0, row.y)[1])

@@ -55,7 +55,7 @@ def test_editing_keeps_identity_and_history(screen, container, ui):
     after = container.repositories.schedules.get(container.db.read(), schedule.id)
     assert (after.start.time(), after.recurrence, after.name) == (time(18), schedule.recurrence, schedule.name)
     assert container.history.last_of_schedule(schedule.id) == rows_before
-    assert len(schedules(container)) == len(month.HABITS)
+    assert len(schedules(container)) == len(month.SCHEDULED)
 
 
 def test_a_row_opens_its_schedule_and_the_cross_leaves_it(screen, container, ui):
@@ -102,7 +102,7 @@ def test_the_list_keeps_its_order_while_somebody_works_in_it(screen, container, 
     assert before[0] == schedule.id
     menu(screen, ui, schedule, "Skip next")
     assert order() == before
-    assert next(data for data in screen.plan.listed.rows if data.key == schedule.id).next == "Aino · in 1 h 21 min"
+    assert next(data for data in screen.plan.listed.rows if data.key == schedule.id).next == "Aino · in 1 h 22 min"
     screen.plan.row_action(before[1], "switch", False)                # a switch that is pressed again is the same one
     assert order() == before
     other = container.catalogue.save_schedule(replace(schedule, id=0, name="New"))
@@ -228,7 +228,7 @@ def test_the_schedules_are_searched_sorted_and_narrowed_to_a_robot(screen, conta
     ui.tap(ui.find(IconButton, icon="sort-clock-ascending-outline"))
     ui.advance(.3)
     take(screen, ui, "By name")
-    assert [data.mission for data in screen.plan.listed.rows] == sorted(habit.mission for habit in month.HABITS)
+    assert [data.mission for data in screen.plan.listed.rows] == sorted(month.SCHEDULED)
     ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="robot-outline"))
     ui.advance(.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))

@@ -154,7 +154,7 @@ def test_the_list_still_says_how_it_last_went_when_a_start_to_come_is_skipped(sc
     container.pausing.skip_next(schedule.id)
     settle(screen, ui)
     after = next(data for data in screen.plan.listed.rows if data.key == schedule.id)
-    assert (before.last, after.last, before.next, after.next) == ("Completed", "Completed", "Aino · in 21 min", "Aino · in 1 h 21 min")
+    assert (before.last, after.last, before.next, after.next) == ("Completed", "Completed", "Aino · in 22 min", "Aino · in 1 h 22 min")
 
 
 def test_of_planned_starts_at_the_same_time_each_is_reached_by_the_arrows_of_the_card(screen, container, ui):

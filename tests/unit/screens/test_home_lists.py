@@ -44,9 +44,9 @@ def test_the_queue_names_the_source_of_every_item():
     rows = queue_entries(FACTS, NOW)
     assert [(row.mission, row.origin) for row in rows] == [
         ("Deliver kits to line 2", "Run now · started 14:33"),
-        ("Collect empties", "Idle automation · since 14:36"),
+        ("Collect empties", "Run now · since 14:36"),
         ("Bring pallet to dock", "Matti · 14:37 robot time"),
-        ("Waste to compactor", "Evening waste · Battery 19 % is under 30 %; waits until 14:50"),
+        ("Waste to compactor", "Waste, extra round · Battery 78 % is under 80 %; waits until 14:50"),
     ]
     assert [row.key for row in rows] == [("execution", 1), ("execution", 2), ("item", 103), ("execution", 3)]
     assert [row.number for row in rows] == ["", "1", "2", ""]
@@ -91,7 +91,7 @@ def test_what_is_being_cancelled_cannot_be_cancelled_again():
 def test_a_late_start_counts_down():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
     row = queue_entries(replace(FACTS, open=(late,), snapshots={}), NOW)[0]
-    assert row.origin == "Evening waste · late, because the app was off; starts in 24 s"
+    assert row.origin == "Waste, extra round · late, because the app was off; starts in 24 s"
 
 
 def test_other_robots_items_stay_away():
@@ -115,9 +115,10 @@ def test_a_mission_nobody_entered_here_is_called_as_the_robot_does():
 def test_planned_starts_say_when_and_where():
     rows = planned_starts(FACTS, NOW)
     assert [(row.time, row.mission, row.note) for row in rows[:2]] == [
-        ("15:00", "Deliver kits to line 2", "Aino · in 22 min"), ("15:15", "Bring pallet to dock", "Sisu · in 37 min")]
-    assert [row.day for row in rows] == ["", "", "", "", "Sat 21 Nov"]
-    assert rows[4].note == "Veikko"                       # how soon it is, its day says
+        ("15:00", "Deliver kits to line 2", "Aino · in 22 min"), ("15:10", "Collect empties", "Veikko · in 32 min")]
+    assert [row.day for row in rows] == ["", "", "", "", ""]
+    [tomorrow] = planned_starts(replace(FACTS, planned=(replace(FACTS.planned[4], at=NOW + timedelta(hours=26)),)), NOW)
+    assert (tomorrow.day, tomorrow.note) == ("Sat 21 Nov", "Veikko")                       # how soon it is, its day says
     early = replace(FACTS.planned[0], at=NOW + timedelta(hours=16))
     [row] = planned_starts(replace(FACTS, planned=(early,)), NOW)
     assert (row.day, row.note) == ("Sat 21 Nov", "Aino · in 16 h")
@@ -129,7 +130,7 @@ def test_a_planned_start_in_a_hold_says_so_instead_of_how_soon_it_comes(until, w
     held = replace(FACTS, holds=(Hold("Maintenance", until, ago(minutes=1), robot_id=AINO.id),))
     rows = planned_starts(held, NOW)
     assert (rows[0].note, rows[0].icon) == (f"Aino · {words}", "hand-back-right-outline")
-    assert (rows[1].note, rows[1].icon) == ("Sisu · in 37 min", "")
+    assert (rows[1].note, rows[1].icon) == ("Veikko · in 32 min", "")
     idle = replace(with_aino(READY, ()), holds=held.holds)
     assert present(idle, NOW).card.mission.note == f"next: Deliver kits to line 2, {words}"
 
@@ -157,8 +158,8 @@ def test_so_does_one_that_a_person_keeps_back_alone():
 def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
     rows = finished_runs(FACTS, NOW)
     assert [row.reason for row in rows[:4]] == [
-        "Skipped: Battery 12 % stayed under 30 % until 14:30", "Completed in 8 min 05 s", "Completed in 6 min 18 s",
-        "Failed: could not reach 'Dock 3' within 4 min"]
+        "Skipped: Battery 12 % stayed under 30 % until 14:30", "Completed in 8 min 05 s", "Completed in 5 min 55 s",
+        "Failed: Failed to reach goal position 'Dock 3'"]
     assert [row.abnormal for row in rows[:4]] == [True, False, False, True]
     assert rows[0].when == "Sisu 14:30"
 
