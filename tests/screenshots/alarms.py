@@ -13,7 +13,6 @@ from app.mir.errors import Unreachable
 from app.screens.common.alarms_view import alarm_text, menu_of
 from app.screens.frame.alarm_list import AlarmList, AlarmRow, NoteDialog
 from app.screens.frame.facts import OpenIssues
-from app.services.live.holds import Hold
 from tests.screenshots.home import ALARMS, home, stopped
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SMALL, picture
 from tests.support import home_facts as sample
@@ -37,8 +36,8 @@ class Desk:
     """Services that know these alarms; work in the background is done at once."""
 
     def __init__(self, studio: Any, past: Sequence[Alarm] = PAST, standing: Sequence[Alarm] = STANDING) -> None:
-        issues = OpenIssues(standing, [Hold("Fire drill in hall B", sample.NOW + timedelta(hours=1))])
-        home(studio, stopped(), issues=issues)
+        issues = OpenIssues(standing, [sample.HOLD])
+        home(studio, sample.on_hold(stopped()), issues=issues)
         services: Any = SimpleNamespace(clock=SimpleNamespace(now=lambda: sample.NOW),
                                         alarms=SimpleNamespace(past=lambda _limit: (past, 312 if past else 0)))
         shell: Any = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.screens.common.robot_groups import Group
+from app.screens.frame.facts import OpenIssues
 from app.screens.home.fleet_model import FleetViewModel
 from tests.screenshots.home import home
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
@@ -21,10 +22,11 @@ class _AtOnce:
             done(work())
 
 
-def fleet(studio: Any, count: int, *, well: bool = False) -> FleetViewModel:
+def fleet(studio: Any, count: int, *, well: bool = False, issues: OpenIssues | None = None) -> FleetViewModel:
+    """``issues``: those that the app would have of these robots."""
     answers = sample.Answers()
-    screen = home(studio, sample.facts(count, well=well), more=dict.fromkeys(("catalogue", "history", "robot_missions"), answers),
-                  background=_AtOnce())
+    screen = home(studio, sample.facts(count, well=well), issues=issues, background=_AtOnce(),
+                  more=dict.fromkeys(("catalogue", "history", "robot_missions"), answers))
     page: FleetViewModel = screen.vm.fleet
     page.open()
     studio.afterwards(page.close)

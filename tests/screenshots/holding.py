@@ -12,11 +12,14 @@ from app.screens.scheduler.facts import SchedulerServices
 from app.screens.scheduler.hold import HoldDialog
 from tests.screenshots.planning import Stand
 from tests.screenshots.registry import BOTH, LANDSCAPE, SMALL, picture
+from tests.support import home_facts as sample
 
 
 def hold(container: Container) -> None:
-    now = container.clock.now()
-    container.holds.hold("Maintenance", now + timedelta(hours=3))
+    now, held = container.clock.now(), sample.HOLD
+    container.clock.step((held.since - now).total_seconds())
+    container.holds.hold(held.reason, held.until)
+    container.clock.step((now - held.since).total_seconds())
     schedules = container.repositories.schedules.all(container.db.read())
     container.pausing.pause(schedules[0].id, now.replace(hour=22, minute=0) + timedelta(days=2))
     container.catalogue.save_days(DayException("Stocktaking", date(2026, 11, 21), date(2026, 11, 22)))

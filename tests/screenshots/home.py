@@ -1,6 +1,7 @@
 """Home in every state, and what is shown over it: banner, alarms, late starts, the damaged database."""
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
@@ -11,10 +12,12 @@ from kivy.factory import Factory
 
 from app.database.errors import DatabaseDamaged
 from app.domain.message import message, render
-from app.domain.models import Alarm, Connection, Priority, RobotSnapshot, Wait
-from app.domain.robot import MissionParameter, Pose
+from app.domain.models import Alarm, Priority, Robot, RobotSnapshot, Settings, State, Wait
+from app.domain.reasons import to_store
+from app.domain.robot import MissionParameter
 from app.i18n import _
-from app.screens.common.alarms_view import Here
+from app.screens.common.alarm_groups import together
+from app.screens.common.alarms_view import Here, bell, is_shelved
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import group_of
 from app.screens.common.threads import UiBus
@@ -32,26 +35,32 @@ from app.services.live.tablet import IS_COPY
 from app.widgets.snackbar import Snackbars
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
+from tests.support import standing
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 PARAMETERS = (MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
               MissionParameter("count", "Pallets", "Integer", 2, 1, 8))
+SILENCE = sample.without_veikko().snapshots[2].problem
+FAILED_RUN = next(run for run in sample.FINISHED if run.state is State.FAILED)
 ALARMS = (
     Alarm("emergency_stop", "robot:1", Priority.HIGH, sample.ago(minutes=2), {"robot": "Aino"}, id=1),
-    Alarm("unreachable", "robot:2", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko"}, id=2, count=3),
-    Alarm("executions_missed", "plan", Priority.MEDIUM, sample.ago(minutes=170), {"count": 4, "reason": "off from 10:12 to 11:48"}, id=3,
-          cleared_at=sample.ago(minutes=170)),
-    Alarm("robot_error", "robot:3", Priority.HIGH, sample.ago(minutes=70), {"robot": "Sisu", "problem": "Failed to reach goal"}, id=4,
-          cleared_at=sample.ago(minutes=60)),
+    Alarm("unreachable", "robot:2", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko", "problem": SILENCE}, id=2, count=3),
+    Alarm("execution_failed", "execution:14", Priority.MEDIUM, FAILED_RUN.ended_at,
+          {"robot": "Veikko", "robot_id": 2, "mission": FAILED_RUN.mission, "reason": to_store(FAILED_RUN.reason)}, id=3,
+          cleared_at=FAILED_RUN.ended_at),
+    Alarm("robot_error", "robot:2", Priority.HIGH, FAILED_RUN.ended_at,
+          {"robot": "Veikko", "problem": FAILED_RUN.reason.details["message"]}, id=4, cleared_at=sample.ago(minutes=38)),
 )
 ERROR = Alarm("robot_error", "robot:1", Priority.HIGH, sample.ago(minutes=1),
               {"robot": "Aino", "robot_id": 1, "problem": "Failed to reach goal position 'Line 2'"}, id=6)
 QUESTION = Alarm("question", "robot:1", Priority.HIGH, sample.ago(minutes=1),
                  {"robot": "Aino", "robot_id": 1, "question": "Is the pallet loaded at Dock 3?",
                   "answers": ["Yes", "No", "Skip this stop"]}, id=7)
-SILENT = Alarm("unreachable", "robot:1", Priority.MEDIUM, sample.ago(minutes=4), {"robot": "Aino", "robot_id": 1}, id=8)
-LATE = tuple(replace(sample.HELD, id=number, mission=mission, wait=Wait.LATE_START, hold_until=sample.NOW + timedelta(seconds=24))
-             for number, mission in ((21, "Waste to compactor"), (22, "Collect empties")))
+SILENT = Alarm("unreachable", "robot:1", Priority.MEDIUM, sample.ago(minutes=4),
+               {"robot": "Aino", "robot_id": 1, "problem": sample.without_aino().snapshots[1].problem}, id=8)
+LATE = tuple(replace(sample.HELD, id=number, mission=mission, schedule=schedule, wait=Wait.LATE_START, wait_details={},
+                     hold_until=sample.NOW + timedelta(seconds=24))
+             for number, mission, schedule in ((21, "Waste to compactor", sample.HELD.schedule), (22, "Collect empties", "")))
 
 
 class _Nowhere:
@@ -66,7 +75,8 @@ _NOWHERE = _Nowhere()
 
 def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenIssues | None = None, more: dict[str, Any] | None = None,
          background: Any = _NOWHERE) -> HomeScreen:
-    """Home in its frame, with these facts; ``more`` services by name."""
+    """Home in its frame, with these facts, and with ``issues``, by default those that the app would have; ``more`` services by name."""
+    issues = standing.issues_of(facts) if issues is None else issues
     services: Any = SimpleNamespace(**{
         "maps": SimpleNamespace(is_due=lambda _robot_id, _map_id: False), "operator": None, "catalogue": None,
         "robot_missions": SimpleNamespace(learn_names=bool), "clock": SimpleNamespace(now=lambda: sample.NOW),
@@ -82,19 +92,19 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenI
     seen = [(robot, services.snapshots.get(robot.id)) for robot in facts.robots]
     groups = [group_of(robot, snapshot, is_old(snapshot, sample.NOW, facts.settings), facts.settings) for robot, snapshot in seen]
     frame_controller.show_bar(frame, top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW, groups))
-    if issues is not None:
-        robots = {robot.id: robot for robot in facts.robots}
-        frame_controller.show_banner(frame, banner(issues, robots, facts.settings, sample.NOW, Here("home", 1)))
-        frame.bell_icon, frame.bell_count = "bell-ring-outline", str(len(open_issues(issues, {}, facts.settings, sample.NOW)))
+    show_issues(frame, issues, {robot.id: robot for robot in facts.robots}, facts.settings, "home")
     studio.show(frame)
     return screen
 
 
-def stopped() -> HomeFacts:
-    """Aino's emergency stop is pressed, and Veikko has not answered for nine minutes, as ``ALARMS`` say."""
-    facts = sample.with_aino(sample.STOPPED)
-    silent = replace(sample.snapshot(2, sample.READY, age=540, connection=Connection.UNREACHABLE), since=sample.ago(minutes=9))
-    return replace(facts, snapshots={**facts.snapshots, 2: silent})
+def show_issues(frame: Any, issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, name: str) -> None:
+    """Banner and bell over the screen of that name, as the app sets them with Aino selected."""
+    frame_controller.show_banner(frame, banner(issues, robots, settings, sample.NOW, Here(name, 1)))
+    shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, sample.NOW)), sample.NOW)
+    frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, robots, settings, sample.NOW)), len(shelved))
+
+
+stopped = sample.without_veikko          # as ``ALARMS`` say
 
 
 @picture("home", sizes=EVERY_SIZE)
@@ -140,7 +150,7 @@ def overdue(studio: Any) -> None:
 def acknowledged(studio: Any) -> None:
     """As the next operator finds it."""
     seen = replace(ALARMS[0], acknowledged_at=sample.ago(minutes=1), note="Waiting for maintenance")
-    home(studio, stopped(), issues=OpenIssues([seen]))
+    home(studio, stopped(), issues=OpenIssues([seen, ALARMS[1]]))
 
 
 @picture("home-error", sizes=(LANDSCAPE,))
@@ -155,10 +165,7 @@ def question(studio: Any) -> None:
 
 @picture("home-unreachable", sizes=(LANDSCAPE,))
 def unreachable(studio: Any) -> None:
-    facts = sample.with_aino(sample.EXECUTING, age=250, connection=Connection.UNREACHABLE,
-                             problem="10.40.12.21 doesn't answer; is the robot switched on and on this network?")
-    aino = replace(facts.snapshots[1], since=sample.ago(minutes=4))
-    home(studio, replace(facts, snapshots={**facts.snapshots, 1: aino}), issues=OpenIssues([SILENT]))
+    home(studio, sample.without_aino(), issues=OpenIssues([SILENT]))
 
 
 @picture("home-idle", sizes=BOTH)
@@ -179,17 +186,13 @@ def no_map(studio: Any) -> None:
 
 @picture("home-map", sizes=(*BOTH, SMALL))
 def whole_map(studio: Any) -> Any:
-    spots = {2: Pose(30.0, 6.0, 90.0), 3: Pose(6.0, 12.0, 200.0)}
-    snapshots = {number: replace(snapshot, status=replace(snapshot.status, position=spots.get(number, snapshot.status.position)))
-                 for number, snapshot in sample.with_aino(sample.STOPPED).snapshots.items()}
-    home(studio, replace(sample.FACTS, snapshots=snapshots)).vm.open_map()
+    home(studio, sample.with_aino(sample.STOPPED)).vm.open_map()
     return studio.dialogs.top
 
 
 @picture("home-held", sizes=(LANDSCAPE,))
 def held(studio: Any) -> None:
-    hold = Hold("Maintenance", sample.NOW + timedelta(hours=1), sample.ago(minutes=4))
-    home(studio, replace(sample.FACTS, holds=(hold,)), issues=OpenIssues(holds=[hold]))
+    home(studio, sample.on_hold(sample.FACTS))
 
 
 @picture("home-clock", sizes=BOTH)
@@ -212,7 +215,8 @@ def empty(studio: Any) -> None:
 @picture("late-starts")
 def late_starts(studio: Any) -> Any:
     late = [LATE[0], replace(LATE[1], held=True)]
-    home(studio, sample.FACTS, issues=OpenIssues(late_starts=late))
+    facts = replace(sample.with_aino(sample.EXECUTING, sample.QUEUE[:1]), open=(sample.RUNNING, *late))
+    home(studio, facts, issues=OpenIssues(late_starts=late))
     dialog = LateStartsDialog(hold=lambda _ids, _held: None)
     dialog.show(late, sample.SETTINGS, sample.NOW)
     return studio.dialogs.open(dialog)

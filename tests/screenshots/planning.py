@@ -15,6 +15,7 @@ from app.domain.robot import MissionParameter
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.frame import controller as frame_controller
+from app.screens.frame.facts import OpenIssues
 from app.screens.frame.view import top_bar
 from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
@@ -24,6 +25,7 @@ from app.services.suggestions.find import Kind as ChangeKind
 from app.services.suggestions.suggestions import Advice
 from app.services.suggestions.words import Change, Suggestion
 from app.widgets.timeline import LONG
+from tests.screenshots.home import show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
 from tests.support import month
@@ -32,12 +34,14 @@ EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
 
 
-def framed(name: str) -> Any:
-    """The frame around a screen as Home shows it: all well with the robot."""
+def framed(name: str, container: Container) -> Any:
+    """The frame around a screen as Home shows it: all well with the robot. Banner and bell say what is open and held."""
     frame = Factory.Frame()
     frame.items = [(key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION]
     frame.current, frame.title = name, frame_controller.screen_word(name)
     frame_controller.show_bar(frame, top_bar(sample.FACTS.robot, sample.FACTS.snapshot, sample.FACTS.settings, sample.NOW, ()))
+    robots = {robot.id: robot for robot in container.catalogue.robots()}
+    show_issues(frame, OpenIssues(container.alarms.open(), container.holds.current()), robots, container.settings(), name)
     return frame
 
 
@@ -53,7 +57,7 @@ class Stand:
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, self.background)
         kind = SCREENS[name]
         self.screen = kind(pick(kind.Services, self.container), self.shell)
-        frame = framed(name)
+        frame = framed(name, self.container)
         frame.add_widget(self.screen)
         studio.show(frame)
         if name == "scheduler":                  # nobody answers at the robots' addresses

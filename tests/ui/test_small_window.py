@@ -224,7 +224,7 @@ def test_a_map_is_not_cut_where_the_page_ends(ui, small):
 
 
 def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small):
-    page = fleet(small, 12)
+    page = fleet(small, 12, issues=OpenIssues())
     ui.advance(.5)
     assert page.is_shown
     head, tiles = ui.find(Counts), ui.find(PanelGrid)
