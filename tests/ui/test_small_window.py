@@ -223,8 +223,9 @@ def test_a_map_is_not_cut_where_the_page_ends(ui, small):
         assert page or shown <= 1 or shown >= plan.height - 1
 
 
-def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small):
-    page = fleet(small, 12, issues=OpenIssues())
+@pytest.mark.parametrize("issues", [OpenIssues(), None], ids=["well", "banner"])
+def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small, issues):
+    page = fleet(small, 12, issues=issues)
     ui.advance(.5)
     assert page.is_shown
     head, tiles = ui.find(Counts), ui.find(PanelGrid)

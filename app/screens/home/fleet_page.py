@@ -104,8 +104,10 @@ class CountChip(Painted):
 
 
 class Counts(StackLayout):
-    """A chip per entry of ``data``; a tap fires ``on_choose(key)``. As high as its rows."""
+    """A chip per entry of ``data``; a tap fires ``on_choose(key)``. As high as its rows; ``row_width`` is what one row of all needs, in px."""
     data = ListProperty()
+    in_a_row = BooleanProperty(False)
+    row_width = NumericProperty(0)
 
     __events__ = ("on_choose",)
 
@@ -123,13 +125,18 @@ class Counts(StackLayout):
             self._chips = {count.key: self._chips.get(count.key) or self._new(count.key) for count in self.data}
             for chip in self._chips.values():
                 self.add_widget(chip)
+        self._measure()
         for count in self.data:
             chip = self._chips[count.key]
             for name, value in vars(count).items():
                 setattr(chip, name, value)
 
+    def _measure(self, *_: Any) -> None:
+        self.row_width = sum(chip.width for chip in self.children) + self.spacing[0] * max(0, len(self.children) - 1)
+
     def _new(self, key: object) -> CountChip:
         chip = CountChip()
+        chip.fbind("width", self._measure)
         chip.bind(on_release=lambda _chip: self.dispatch("on_choose", key))
         return chip
 
