@@ -86,6 +86,7 @@ class SchedulerApp(MDApp):
             if translator.language != self._damage.language:
                 translator.use(self._damage.language)
             self.root_box.add_widget(RescuePage(self._damage, self._bus, self.begin))
+            self._keys.start()
         return self.root_box
 
     def begin(self, container: Container) -> None:
@@ -196,6 +197,7 @@ class SchedulerApp(MDApp):
         self._release()
         self.root_box.clear_widgets()
         self.root_box.add_widget(RescuePage(Damage(damage, restore, translator.language), self._bus, self.begin))
+        self._keys.start()
 
     def open_settings(self, *_args: object) -> bool:
         """Kivy's own page of settings, which F1 opens otherwise, past the PIN."""

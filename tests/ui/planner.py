@@ -45,6 +45,7 @@ def show_anew(app, ui) -> None:
     app.plan.choose_mode("hours")
     app.plan.listed.listing = Listing()
     app.plan.form.clear()
+    app.plan.form.aside = []
     app.plan.to_now()
     while app.plan.timeline.hours != HOURS:
         app.plan.zoom(app.plan.timeline.hours < HOURS)

@@ -56,7 +56,8 @@ class StartReports:
 
     def __init__(self, shell: Shell, read: Callable[[int], Execution | None]) -> None:
         self._shell, self._read = shell, read
-        self._followed: dict[int, tuple[ClockEvent, ClockEvent]] = {}
+        self._followed: dict[int, tuple[ClockEvent, ...]] = {}
+        self._said: dict[int, str] = {}                       # of those that wait, until it has been read
         self._is_early: set[int] = set()                      # ids of those that may get a robot at any moment
 
     def open(self) -> Callable[[], None]:
@@ -99,17 +100,24 @@ class StartReports:
         if found is not None and found.robot_id is None and found.wait is Wait.ROBOT and found.state.is_open and key in self._is_early:
             return
         if found is not None and (words := outcome(found)):
-            self._say(key, words)
+            self._say(key, words, found.state is State.WAITING)
         elif found is None or not found.state.is_open:
             self._forget(key)
+            self._shell.snackbars.end(("started", key))
 
-    def _say(self, key: int, words: Words) -> None:
-        if key in self._followed:
-            self._forget(key)
-            text, icon, seconds = words
-            self._shell.snackbars.show(text, icon=icon, seconds=seconds)
+    def _say(self, key: int, words: Words, waits: bool = False) -> None:
+        """That it ``waits`` is no more true when a person releases it while that is read."""
+        text, icon, seconds = words
+        if key not in self._followed or self._said.get(key) == text:
+            return
+        self._forget(key)
+        self._shell.snackbars.show(text, icon=icon, seconds=seconds, about=("started", key))
+        if waits:
+            self._said[key] = text
+            self._followed[key] = (Clock.schedule_once(lambda _dt: self._forget(key), seconds),)
 
     def _forget(self, key: int) -> None:
         self._is_early.discard(key)
+        self._said.pop(key, None)
         for event in self._followed.pop(key, ()):
             event.cancel()

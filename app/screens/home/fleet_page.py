@@ -104,7 +104,7 @@ class CountChip(Painted):
 
 
 class Counts(StackLayout):
-    """A chip per entry of ``data``; a tap fires ``on_choose(key)``. As high as its rows; ``row_width`` is what one row of all needs, in px."""
+    """A chip per entry of ``data``; a tap fires ``on_choose(key)``. As high as its rows; one row of all is ``row_width`` px wide."""
     data = ListProperty()
     in_a_row = BooleanProperty(False)
     row_width = NumericProperty(0)

@@ -8,16 +8,18 @@ from kivy.clock import Clock
 
 from app.domain.models import Robot
 from app.i18n import _
+from app.screens.common.shell import PROBLEM_SECONDS
 from app.screens.home.facts import HomeFacts
 from app.screens.home.view import has_errors
+from app.widgets.snackbar import SECONDS
 
 READ_WITHIN = 5.0                        # s, after which it is said that errors stand although they were reset
 
 
 class ResetReport:
-    """``say(text, icon, about)``: what became of it is said once for each ``begin``, unless another robot is selected meanwhile."""
+    """``say(text, icon, about, seconds)``: what became of it, once for each ``begin``, unless another robot is selected meanwhile."""
 
-    def __init__(self, say: Callable[[str, str, Hashable], object]) -> None:
+    def __init__(self, say: Callable[[str, str, Hashable, float], object]) -> None:
         self._say = say
         self._asked: tuple[int, datetime, float] | None = None        # which robot, since when, and until when its answer is waited for
 
@@ -41,7 +43,7 @@ class ResetReport:
         elif Clock.get_time() >= until:
             self._asked = None
             self._tell(robot, _("{robot} has got Reset errors, but its error stands") if status else
-                       _("{robot} has got Reset errors and not answered since"), "alert-circle-outline")
+                       _("{robot} has got Reset errors and not answered since"), "alert-circle-outline", PROBLEM_SECONDS)
 
-    def _tell(self, robot: Robot, text: str, icon: str) -> None:
-        self._say(text.format(robot=robot.name), icon, ("reset", robot.id))
+    def _tell(self, robot: Robot, text: str, icon: str, seconds: float = SECONDS) -> None:
+        self._say(text.format(robot=robot.name), icon, ("reset", robot.id), seconds)

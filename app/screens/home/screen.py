@@ -34,6 +34,7 @@ from app.screens.home.view import present
 from app.screens.home.waiting_model import WaitingModel
 from app.services.live.changes import Topic
 from app.widgets import load_kv
+from app.widgets.snackbar import SECONDS
 from app.widgets.tokens import tk
 
 GONE = (404, 410)                        # what a robot answers about an item that it no longer has
@@ -395,8 +396,8 @@ class HomeViewModel(HomeState, ViewModel):
                 self._shell.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
         return say
 
-    def _say(self, text: str, icon: str, about: Hashable | None = None) -> None:
-        self._shell.snackbars.show(text, icon=icon, about=about)
+    def _say(self, text: str, icon: str, about: Hashable | None = None, seconds: float = SECONDS) -> None:
+        self._shell.snackbars.show(text, icon=icon, about=about, seconds=seconds)
 
 
 class HomeScreen(Pages):

@@ -25,6 +25,7 @@ from app.screens.scheduler.step_dialog import StepDialog
 from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
+MOST_ASIDE = 5                           # drafts that are kept
 ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the robot says the mission asks for
 
 
@@ -37,6 +38,7 @@ class FormModel(EventDispatcher):
     saving = BooleanProperty(False)
     parameters = ListProperty()          # fields of the chosen mission
     problems = ObjectProperty({})        # by name of the parameter
+    aside = ListProperty()               # drafts with what was entered and not saved, the last one last
 
     __events__ = ("on_draft",)
 
@@ -54,6 +56,7 @@ class FormModel(EventDispatcher):
         self._forecast_soon = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
         self._empty: Draft | None = self._draft               # as it was begun; None: something was put into it
+        self._offered: Draft | None = None                    # as a finger on free time has begun it
 
     # ------------------------------------------------------------------ what is edited
     @property
@@ -91,10 +94,21 @@ class FormModel(EventDispatcher):
     def begin(self, draft: Draft | None = None) -> None:
         """Show ``draft``, which fires ``on_draft``, or an empty form. Unsaved entries that are not in it can be brought back."""
         kept = self._draft
-        if self.is_in_use and not kept.is_stored(self._facts.name(kept.base)) and not (draft is not None and draft.keeps(kept)):
+        is_entered = self.is_in_use and kept != self._offered and not kept.is_stored(self._facts.name(kept.base))
+        if is_entered and not (draft is not None and draft.keeps(kept)):
+            self.aside = [*self.aside[1 - MOST_ASIDE:], kept]
             said = _("{name}: what was entered and not saved is put aside").format(name=self._called(kept))
-            self._shell.snackbars.undo(said, _("Bring it back"), lambda: self.begin(kept), stays=True)
+            self._shell.snackbars.undo(said, _("Bring it back"), lambda: self._bring_back(kept))
         self._show_draft(draft)
+
+    def bring_back(self) -> None:
+        """What was put aside last; what is in the form now takes its place there."""
+        if self.aside:
+            self._bring_back(self.aside[-1])
+
+    def _bring_back(self, draft: Draft) -> None:
+        self.aside = [each for each in self.aside if each is not draft]
+        self._shell.go("scheduler", draft=draft)
 
     def clear(self) -> None:
         """An empty form: nobody wants what was in it back."""
@@ -120,8 +134,11 @@ class FormModel(EventDispatcher):
 
     def begin_at(self, robot_id: int, at: datetime) -> None:
         """A new schedule of that robot at that time (local); what was entered for another new one stays."""
+        untouched = self._draft in (self._empty, self._offered)
         draft, show = (self._draft, self._show_draft) if self._draft.is_new else (self._fresh(), self.begin)
-        show(replace(draft.with_day(at.date()).aimed_at(robot_id), at=at.time()))
+        offered = replace(draft.with_day(at.date()).aimed_at(robot_id), at=at.time())
+        show(offered)
+        self._offered = offered if untouched or show != self._show_draft else None
 
     def set(self, **values: Any) -> None:
         """Change fields of the draft."""

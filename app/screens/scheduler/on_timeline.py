@@ -162,7 +162,8 @@ class OnTimeline(ViewModel):
         stored = Draft.of(schedule, self._facts.name(schedule))
         moved, shown = stored.moved(before, after), self.form.draft if self.form.editing == number else stored
         if moved.starts_at(after, self._facts.calendar):
-            self.form.begin(shown.timed_as(moved))
+            draft = shown.timed_as(moved)
+            self.form.begin(draft if draft.keeps(shown) else moved)        # of another rule than the bar's nothing is kept
         else:
             self.form.begin(shown)
             self._say(_("No start of this rule can be moved there: change the rule itself"), "calendar-edit-outline")

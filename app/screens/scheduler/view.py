@@ -152,9 +152,9 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
             kept = kept or foreseen.lack(run)
             begins = formats.wall_time(run.at.astimezone(zone))
             silent = _("no answer") if run.group is None and run.robot.id in facts.silent else ""
-            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, run.mission.name, foreseen.whose(run),
-                                 kept or _joined(silent, formats.ahead((run.at - now).total_seconds())), _until(run, zone), kept or needs,
-                                 own)
+            note = kept or _joined(silent, formats.ahead((run.at - now).total_seconds()))
+            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, run.mission.name, foreseen.whose(run), note,
+                                 _until(run, zone), kept or _joined(silent, needs), own)
 
 
 def _joined(*parts: str) -> str:

@@ -1,10 +1,11 @@
 """What was entered in the form and not saved, when something else is put into it."""
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import time
 
 from app.screens.scheduler.cards import FormCard
-from app.screens.scheduler.draft import Kind
+from app.screens.scheduler.draft import Draft, Kind
 from app.widgets.buttons import IconButton, Segment
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
@@ -22,8 +23,6 @@ def test_entries_that_another_schedule_takes_the_place_of_are_brought_back(scree
     kind(screen, ui, "Weekly")
     entered = screen.plan.form.draft
     menu(screen, ui, named(container, "Collect empties", "Veikko"), "Edit")
-    ui.advance(60)                                            # he was called away
-    assert said(screen) == [PUT_ASIDE.format(KITS)]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
@@ -78,7 +77,7 @@ def test_a_rule_that_was_changed_by_hand_is_put_aside_by_a_drag(screen, containe
     screen.plan.form.set(kind=Kind.WEEKLY, weekdays=("SA",), priority=3)
     entered = screen.plan.form.draft
     drag(screen, ui, stock, 1.5)
-    assert screen.plan.form.draft.priority == 3
+    assert screen.plan.form.draft == replace(Draft.of(stock, ""), at=time(20, 30), is_moved=True)    # as stored, at another time
     assert said(screen) == [PUT_ASIDE.format(STOCK)]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
     settle(screen, ui)
@@ -102,3 +101,49 @@ def test_entries_are_put_aside_when_a_new_schedule_is_begun(screen, container, u
     ui.tap(ui.find(IconButton, ui.find(FormCard), icon="close"))
     assert screen.plan.form.draft.is_new
     assert said(screen) == [PUT_ASIDE.format(STOCK)]
+
+
+def bring_back(ui):
+    return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
+
+
+def test_what_was_put_aside_can_be_brought_back_long_after_the_message_has_gone(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    entered = screen.plan.form.draft
+    screen.plan.edit(named(container, "Night stock count", "Aino").id)
+    screen.plan.form.set(priority=3)
+    edited = screen.plan.form.draft
+    ui.advance(60)
+    assert said(screen) == []
+    ui.tap(bring_back(ui))
+    settle(screen, ui)
+    assert screen.plan.form.draft == entered
+    ui.tap(bring_back(ui))                                    # what was in the form has taken its place
+    settle(screen, ui)
+    assert screen.plan.form.draft == edited
+    assert screen.plan.form.aside == [entered]
+
+
+def test_bringing_back_leads_to_the_scheduler(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    entered = screen.plan.form.draft
+    screen.plan.edit(named(container, "Night stock count", "Aino").id)
+    screen.shell.go("home")
+    ui.advance()
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
+    settle(screen, ui)
+    assert screen.shell.navigator.current == "scheduler"
+    assert screen.plan.form.draft == entered
+    assert screen.plan.form.aside == []
+
+
+def test_a_time_that_a_finger_on_free_time_has_begun_is_no_entry(screen, container, ui):
+    plan = screen.plan
+    for _each in range(2):
+        plan.begin_at(named(container, KITS, "Aino").robot_id, 8.)
+    plan.edit(named(container, "Night stock count", "Aino").id)
+    assert said(screen) == []
+    plan.begin_at(named(container, KITS, "Aino").robot_id, 8.)
+    plan.form.set(priority=3)
+    plan.edit(named(container, "Night stock count", "Aino").id)
+    assert said(screen) == [PUT_ASIDE.format("New schedule")]
