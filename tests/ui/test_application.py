@@ -132,7 +132,8 @@ def damaged_directory(path: Path, language: str = "en") -> DatabaseDamaged:
     return caught.value
 
 
-def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui):
+@pytest.mark.parametrize("by", ["finger", "keyboard"])
+def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
     damage = damaged_directory(tmp_path)
     directory = DataDirectory(tmp_path)
     opened = []
@@ -150,7 +151,11 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui):
         assert told.endswith(f"), kept as {damage.kept_as}")
         assert not [text for text in ui.texts() if "main.py" in text]         # whoever stands there has a button, and no shell
         assert "The database is damaged; nothing is scheduled" in ui.texts()
-        ui.tap(ui.find(CommandButton, text="Restore"))
+        if by == "finger":
+            ui.tap(ui.find(CommandButton, text="Restore"))
+        else:
+            ui.key(9)
+            ui.key(13)
         ui.wait(lambda: app.container is not None)
         ui.wait(lambda: ui.find(TopBar).robot == "Aino")
     finally:

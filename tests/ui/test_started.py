@@ -97,3 +97,33 @@ def test_what_one_refused_and_another_took_tells_both(world, ui):
     [told] = world.told
     assert told.startswith("Kits is sent to Aino. Veikko refused it: The robot has no such mission")
     assert told.endswith("; given to Aino")
+
+
+HELD = replace(BOUND, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
+
+
+def test_what_was_held_and_is_released_is_not_said_to_wait_any_more(world, ui):
+    world.row = HELD
+    world.reports.follow(HELD)
+    [told] = world.told
+    assert told.startswith("Kits is not sent to Aino yet. ")
+    ui.advance(2)
+    world.becomes(BOUND)                                      # released, on its way
+    world.becomes(SENT)
+    assert world.told == ["Kits is sent to Aino. Aino: free now"]
+
+
+def test_what_was_held_and_is_cancelled_is_not_said_to_wait_any_more(world, ui):
+    world.row = HELD
+    world.reports.follow(HELD)
+    world.becomes(replace(HELD, state=State.CANCELLED))
+    assert world.told == []
+    assert world.reports._followed == world.reports._said == {}
+
+
+def test_long_after_that_was_read_nothing_more_is_said(world, ui):
+    world.row = HELD
+    world.reports.follow(HELD)
+    ui.advance(60)
+    world.becomes(SENT)
+    assert world.told == []
