@@ -81,7 +81,6 @@ def _window(stage: MDApp, user: str, session: pytest.Session) -> Iterator[Driver
         driver.skip(PENDING)
     App._running_app = None
     EventLoop.status = "idle"
-    translator.use(SOURCE_LANGUAGE)          # of a test of another kind that comes next
 
 
 def _nothing_left(stage: MDApp, user: str, session: pytest.Session) -> None:

@@ -97,16 +97,12 @@ class FormModel(EventDispatcher):
         is_entered = self.is_in_use and kept != self._offered and not kept.is_stored(self._facts.name(kept.base))
         if is_entered and not (draft is not None and draft.keeps(kept)):
             self.aside = [*self.aside[1 - MOST_ASIDE:], kept]
-            said = _("{name}: what was entered and not saved is put aside").format(name=self._called(kept))
-            self._shell.snackbars.undo(said, _("Bring it back"), lambda: self._bring_back(kept))
+            said = _("{name}: what was entered and not saved is put aside").format(name=form_view.called(self._facts, kept))
+            self._shell.snackbars.undo(said, _("Bring it back"), lambda: self.bring_back(kept))
         self._show_draft(draft)
 
-    def bring_back(self) -> None:
-        """What was put aside last; what is in the form now takes its place there."""
-        if self.aside:
-            self._bring_back(self.aside[-1])
-
-    def _bring_back(self, draft: Draft) -> None:
+    def bring_back(self, draft: Draft) -> None:
+        """Of what was put aside; what is in the form now takes its place there."""
         self.aside = [each for each in self.aside if each is not draft]
         self._shell.go("scheduler", draft=draft)
 
@@ -276,13 +272,6 @@ class FormModel(EventDispatcher):
             self._shell.say_problem(problem)
 
     # ------------------------------------------------------------------ inside
-    def _called(self, draft: Draft) -> str:
-        """What a message calls it."""
-        if draft.base is not None:
-            return self._facts.called(draft.base)
-        mission = self._facts.mission(draft.mission_id) if draft.mission_id is not None else None
-        return draft.name or (mission.name if mission is not None else _("New schedule"))
-
     def _fresh(self) -> Draft:
         robots = [robot for robot in self._facts.robots if robot.enabled] or list(self._facts.robots)
         selected = self._facts.settings.selected_robot_id

@@ -129,6 +129,14 @@ class FormView:
             Kind(self.kind), "")
 
 
+def called(facts: SchedulerFacts, draft: Draft) -> str:
+    """What a message calls it."""
+    if draft.base is not None:
+        return facts.called(draft.base)
+    mission = facts.mission(draft.mission_id)
+    return draft.name or (mission.name if mission is not None else _("New schedule"))
+
+
 def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> FormView:
     """``preview`` is that of this draft, or empty."""
     mission = facts.mission(draft.mission_id)
