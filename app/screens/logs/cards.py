@@ -106,6 +106,7 @@ class RunsList(LongList):
 
     def __init__(self, **kwargs: Any) -> None:
         self._scroll_soon = Clock.create_trigger(self._scroll_to_opened, LAYOUT_S)
+        self._turn_page_soon = Clock.create_trigger(self._turn_page, LAYOUT_S)
         self._is_pending = False             # opened, but perhaps not in the list yet: it is still being read
         super().__init__(**kwargs)
         self.fbind("opened_run", self._opened)
@@ -127,3 +128,13 @@ class RunsList(LongList):
         view = next((view for view in self.views if view.key == self.opened_run), None)
         if view is None or view.to_window(0, view.y)[1] < self.to_window(0, self.y)[1] - 1:
             self.show(self.opened_run)
+        self._turn_page_soon()
+
+    def _turn_page(self, _dt: float) -> None:
+        """In a low window the list itself may be below the fold."""
+        view = next((view for view in self.views if view.key == self.opened_run), None)
+        page = self.parent
+        while page is not None and page is not page.parent and not isinstance(page, pages.LowPage):
+            page = page.parent
+        if view is not None and isinstance(page, pages.LowPage) and page.do_scroll_y:
+            page.scroll_to(view, padding=0, animate=False)

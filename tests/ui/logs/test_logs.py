@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from kivy.core.window import Window
 
 from app.database.executions import ExecutionFilter
 from app.domain.models import State
@@ -17,6 +18,7 @@ from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import SearchField
 from app.widgets.figures import FigureCard, FigureDialog
+from app.widgets.frame import Frame
 from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.snackbar import Snackbar
 from tests.ui import checks
@@ -222,6 +224,25 @@ def test_the_story_asked_for_by_another_screen_is_shown(screen, container, ui):
     screen.shell.go("logs", execution_id=10**6)
     settle(screen, ui)
     assert ui.find(Snackbar).text == "This run is no longer in the history"
+
+
+def test_the_whole_story_is_seen_in_a_low_window_below_a_banner(screen, container, ui):
+    old, before = container.history.page(failures(container)).rows[-1], Window.size
+    Window.size = (1024, 600)
+    frame = ui.find(Frame)
+    frame.alarm, frame.alarm_note = "Aino is stopped", "Since 14:36"
+    try:
+        settle(screen, ui)
+        screen.shell.go("logs", execution_id=old.id)
+        settle(screen, ui)
+        ui.wait(lambda: [row.key for row in ui.find_all(LogRow) if row.opened] == [old.id])
+        ui.advance(1)
+        row = next(row for row in ui.find_all(LogRow) if row.opened)
+        assert checks.visible_area(row, checks.parents(row)) == pytest.approx(checks.area(row), abs=2)
+    finally:
+        frame.alarm = frame.alarm_note = ""
+        Window.size = before
+        settle(screen, ui)
 
 
 def test_a_link_to_a_run_leaves_no_tab_filter_or_search_in_its_way(screen, container, ui):
