@@ -215,7 +215,8 @@ def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
     use("Priority: High")
     pick(ui, "Low")
     ui.wait(lambda: home.site.container.history.get(row.id).priority == -1)
-    for word, held, said in (("Hold", True, "Deliver is held until it is released"), ("Release", False, "Deliver is released")):
+    for word, held, said in (("Hold", True, "Deliver is held; it is skipped unless it is released in time"),
+                             ("Release", False, "Deliver is released")):
         use(word)
         ui.wait(lambda held=held: home.site.container.history.get(row.id).held is held)
         ui.wait(lambda said=said: said in home.shell.snackbars.texts)

@@ -81,7 +81,7 @@ class GroupStarts:
 
     def hold(self, row: Execution, held: bool) -> None:
         """Keep it back, or let it go."""
-        words = _("{mission} is held until it is released") if held else _("{mission} is released")
+        words = _("{mission} is held; it is skipped unless it is released in time") if held else _("{mission} is released")
         said = self._saying(words.format(mission=row.mission), HAND if held else "play")
         gone = self._saying(_("{mission} was on its way already").format(mission=row.mission), "information-outline")
         self._do(row, lambda: self._operator.hold_starts([row.id], held), lambda number: (said if number else gone)(number))

@@ -244,9 +244,10 @@ class FrameController:
         def done(number: int) -> None:
             gone = len(ids) - number
             if held:
-                said = (ngettext("{n} start is held until it is released", "{n} starts are held until they are released", number)
-                        .format(n=number) if not gone else
-                        ngettext("{n} start was on its way already", "{n} starts were on their way already", gone).format(n=gone))
+                kept = ngettext("{n} start is held; it is skipped unless it is released in time",
+                                "{n} starts are held; those that are not released in time are skipped", number)
+                late = ngettext("{n} start was on its way already", "{n} starts were on their way already", gone)
+                said = late.format(n=gone) if gone else kept.format(n=number)
                 self._shell.snackbars.show(said, icon=HAND if not gone else "information-outline")
         self._work(lambda: self._services.operator.hold_starts(ids, held), done)
 

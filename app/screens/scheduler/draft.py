@@ -37,9 +37,9 @@ class Unit(StrEnum):
     MINUTES = "minutes"
     HOURS = "hours"
 
-# the fields that say when
-TIMES = ("day", "at", "timezone", "kind", "more_hours", "weekdays", "every", "unit", "all_day", "until_time", "by_weekday", "month_day",
-         "nth", "month_weekday", "last_day", "other_rule", "origin", "is_moved")
+# the fields that say when: those that a dragged bar leaves as they are, and all of them
+RULE = ("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule")
+TIMES = (*RULE, "day", "at", "timezone", "more_hours", "weekdays", "until_time", "month_day", "nth", "month_weekday", "origin", "is_moved")
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,10 @@ class Draft:
 
     def keeps(self, other: Draft) -> bool:
         """Whether it is ``other`` but for times that nobody has chosen there: they were stored, or a bar was dragged."""
-        return other.timed_as(self) == self and (
-            other == self or other.is_moved or (other.base is not None and other == other.timed_as(Draft.of(other.base))))
+        if other.base is None or other.timed_as(self) != self:
+            return other == self
+        stored = other.timed_as(Draft.of(other.base))
+        return other in (self, stored) or (other.is_moved and all(getattr(other, name) == getattr(stored, name) for name in RULE))
 
     @property
     def start(self) -> datetime:

@@ -84,6 +84,16 @@ def test_a_rule_that_was_changed_by_hand_is_put_aside_by_a_drag(screen, containe
     assert screen.plan.form.draft == entered
 
 
+def test_so_is_one_that_was_changed_by_hand_after_a_drag(screen, container, ui):
+    stock = named(container, "Night stock count", "Aino")
+    drag(screen, ui, stock, 1.5)
+    screen.plan.form.set(kind=Kind.MONTHLY)
+    entered = screen.plan.form.draft
+    drag(screen, ui, stock, 2.5)
+    assert said(screen) == [PUT_ASIDE.format(STOCK)]
+    assert screen.plan.form.aside == [entered]
+
+
 def test_changes_are_put_aside_when_the_same_schedule_is_opened_again(screen, container, ui):
     stock = named(container, "Night stock count", "Aino")
     screen.plan.edit(stock.id)
