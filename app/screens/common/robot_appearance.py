@@ -131,6 +131,11 @@ def battery_appearance(status: RobotStatus | None, settings: Settings) -> Batter
                              "attention" if low else "accent", note)
 
 
+def is_silent(snapshot: RobotSnapshot) -> bool:
+    """Whether it has stopped answering: what is planned waits for it."""
+    return snapshot.connection is Connection.UNREACHABLE
+
+
 def is_old(snapshot: RobotSnapshot, now: datetime, settings: Settings) -> bool:
     """Whether what is known of the robot is out of date."""
     return snapshot.connection not in ANSWERS or is_stale(snapshot.read_at, now, settings)

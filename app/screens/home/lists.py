@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 
 from app.domain import choice
-from app.domain.models import Connection, Execution, Reason, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
+from app.domain.models import Execution, Reason, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.holding import HAND, held_note
-from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, state_appearance
+from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, is_silent, state_appearance
 from app.screens.common.robot_groups import group_of, look_of, or_held
 from app.screens.home.facts import HomeFacts
 from app.services.planning.plan import PlannedRun
@@ -251,16 +251,12 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
     for run in facts.planned:
         held, soon = held_words(facts, run, now), (run.at - now).total_seconds()
         day = "" if formats.day(run.at, zone) == formats.day(now, zone) else formats.day(run.at, zone)
-        silent = _("no answer") if not held and run.group is None and _is_silent(facts, run.robot) else ""
+        snapshot = facts.snapshots.get(run.robot.id)
+        silent = _("no answer") if not held and run.group is None and snapshot is not None and is_silent(snapshot) else ""
         words = held or foreseen.lack(run) or (formats.ahead(soon) if soon < formats.DAY else "")
         starts.append(PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
                                    " · ".join(filter(None, (foreseen.whose(run), silent, words))), HAND if held else "", day))
     return starts
-
-
-def _is_silent(facts: HomeFacts, robot: Robot) -> bool:
-    """Whether it has stopped answering: what is planned waits for it."""
-    return facts.snapshots.get(robot.id, RobotSnapshot(robot.id)).connection is Connection.UNREACHABLE
 
 
 def held_words(facts: HomeFacts, run: PlannedRun, now: datetime) -> str:

@@ -9,9 +9,10 @@ from zoneinfo import ZoneInfo
 from app.database.executions import ExecutionFilter
 from app.domain import names
 from app.domain.clock import Clock
-from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings
+from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings
 from app.screens.common import formats
 from app.screens.common.holding import hold_for, hold_of_run
+from app.screens.common.robot_appearance import is_silent
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
@@ -192,7 +193,7 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
 
 def silent(snapshots: Snapshots, robots: Iterable[Robot]) -> frozenset[int]:
     """Those that have stopped answering."""
-    return frozenset(robot.id for robot in robots if snapshots.get(robot.id).connection is Connection.UNREACHABLE)
+    return frozenset(robot.id for robot in robots if is_silent(snapshots.get(robot.id)))
 
 
 def _is_start(at: datetime, schedule: Schedule | None, calendar: WorkingCalendar) -> bool:
