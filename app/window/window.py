@@ -23,13 +23,13 @@ from app.process.host import host
 from app.process.restoring import restore_backup
 from app.window.display import display_size
 from app.window.garbage import Garbage, share_one_heap
+from app.window.pace import IN_USE, slow_at_rest
 from app.window.sound import Loudspeaker
 
 DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
 
 WIDTH, HEIGHT = 1280, 800    # of the window where it does not fill the screen
 LEAST_WIDTH, LEAST_HEIGHT = 600, 480
-FRAMES_PER_SECOND = 50       # asked for: kivy wakes 4 ms before its time, which makes 62; of 60 it would make 79
 
 
 def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: bool = False) -> int:
@@ -87,7 +87,7 @@ def configure(kiosk: bool) -> None:
     settings = {
         "kivy": {"exit_on_escape": "0", "window_icon": ""},
         "graphics": {"width": str(WIDTH), "height": str(HEIGHT), "minimum_width": str(LEAST_WIDTH), "minimum_height": str(LEAST_HEIGHT),
-                     "multisamples": "0", "maxfps": str(FRAMES_PER_SECOND), "allow_screensaver": "0", "resizable": "1"},
+                     "multisamples": "0", "maxfps": str(IN_USE), "allow_screensaver": "0", "resizable": "1"},
         "input": {"mouse": "mouse,disable_multitouch"},      # no red dots under the right button
         "widgets": {"scroll_distance": "12", "scroll_timeout": "120"},
     }
@@ -135,7 +135,7 @@ def _run(app) -> None:  # type: ignore[no-untyped-def]
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
-    with quiet_garbage(app):
+    with quiet_garbage(app), slow_at_rest():
         app.run()
 
 

@@ -22,7 +22,7 @@ SCREENS = ("home", "scheduler", "logs", "settings")
 
 def measure(screen: str, seconds: float) -> str:
     """Percent of a core, and how many frames a second were made and drawn."""
-    from app.window import window
+    from app.window import pace, window
     window.configure(kiosk=False)
     os.environ.setdefault("SDL_VIDEODRIVER", "offscreen")
     from kivy.clock import Clock
@@ -56,6 +56,7 @@ def measure(screen: str, seconds: float) -> str:
         Clock.schedule_once(note, SETTLED + seconds)
         Clock.schedule_once(lambda _dt: app.stop(), SETTLED + seconds)
         stack.enter_context(window.quiet_garbage())
+        stack.enter_context(pace.slow_at_rest())
         app.run()
     (began, cpu, frames, draws), (ended, spent, made, painted) = figures
     passed = ended - began

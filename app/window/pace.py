@@ -1,0 +1,43 @@
+"""How often the window's loop turns. A turn costs the processor 0.3 ms even when there is nothing to draw; of a window at rest that was
+nearly all. So the loop looks around less often while nobody uses the window and nothing in it moves."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+IN_USE = 50                  # turns a second, asked for: kivy makes a third more, 67
+AT_REST = 15                 # makes 20: the first touch waits 50 ms at most
+REST = 0.5                   # s without a frame or a sign of use; an animation draws each
+SIGNS = ("on_draw", "on_mouse_down", "on_mouse_move", "on_touch_down", "on_touch_move", "on_touch_up", "on_key_down", "on_textinput",
+         "on_cursor_enter")
+
+
+def kivy_turns(per_second: int) -> None:
+    """Kivy reads this number before it sleeps; there is no other way to change it once there is a clock (kivy 2.3.1, clock.py)."""
+    from kivy.clock import Clock
+    Clock._max_fps = per_second
+
+
+@contextmanager
+def slow_at_rest(turn: Callable[[int], None] = kivy_turns) -> Iterator[None]:
+    """As long as the block lasts. ``turn`` is told how often a second; on the UI thread. A mouse button or a key is a sign before the
+    loop sleeps again."""
+    from kivy.clock import Clock             # late: kivy is configured before its first import
+    from kivy.core.window import Window
+    rest = Clock.create_trigger(lambda _dt: turn(AT_REST), REST)
+
+    def move(*_args: object) -> None:
+        turn(IN_USE)
+        rest.cancel()
+        rest()
+
+    for sign in SIGNS:
+        Window.fbind(sign, move)
+    move()
+    try:
+        yield
+    finally:
+        for sign in SIGNS:
+            Window.funbind(sign, move)
+        rest.cancel()
+        turn(IN_USE)

@@ -1,0 +1,105 @@
+"""The loop turns less often while nobody uses the window and nothing moves, and as fast as before at the first sign of either."""
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from kivy.animation import Animation
+from kivy.core.window import Window
+from kivy.uix.widget import Widget
+
+from app.window.pace import AT_REST, IN_USE, REST, slow_at_rest
+from app.window.window import configure
+
+ROOT = Path(__file__).parents[2]
+LOOP = """
+import time
+from tests.ui import headless
+headless.install()
+from kivy.base import EventLoop
+from kivy.clock import Clock
+from kivy.uix.widget import Widget
+from app.window.pace import AT_REST, slow_at_rest
+
+EventLoop.window.add_widget(Widget())
+with slow_at_rest():
+    began = time.monotonic()
+    while Clock._max_fps != AT_REST and time.monotonic() < began + 30:
+        EventLoop.idle()
+    began, turns = time.monotonic(), 0
+    while time.monotonic() < began + 1:
+        EventLoop.idle()
+        turns += 1
+print(turns)
+"""
+
+
+@pytest.fixture
+def turns(ui):
+    """What the loop was told last, of how often it is to turn a second."""
+    told: list[int] = []
+    ui.show(Widget())
+    with slow_at_rest(told.append):
+        yield told
+    assert told[-1] == IN_USE
+
+
+def rest(ui, turns) -> None:
+    ui.advance(2 * REST)
+    assert turns[-1] == AT_REST
+
+
+def test_it_rests_after_a_while_and_not_before(ui, turns):
+    ui.frames_drawn(0.8 * REST)
+    assert turns[-1] == IN_USE
+    ui.frames_drawn(0.4 * REST)
+    assert turns[-1] == AT_REST
+
+
+def test_a_frame_that_is_drawn_wakes_it(ui, turns):
+    rest(ui, turns)
+    Window.canvas.ask_update()
+    ui.frames_drawn(0.1)
+    assert turns[-1] == IN_USE
+    rest(ui, turns)
+
+
+def test_an_animation_keeps_it_awake(ui, turns):
+    moving = Widget()
+    ui.show(moving)
+    rest(ui, turns)
+    Animation(opacity=0, d=4 * REST).start(moving)
+    for _part in range(7):
+        ui.frames_drawn(REST / 2)
+        assert turns[-1] == IN_USE
+
+
+@pytest.mark.parametrize(("sign", "of_what"), [("on_mouse_down", (10, 10, "left", [])), ("on_key_down", (97, 4, "a", [])),
+                                               ("on_cursor_enter", ())])
+def test_a_sign_of_use_wakes_it_before_it_sleeps_again(ui, turns, sign, of_what):
+    rest(ui, turns)
+    Window.dispatch(sign, *of_what)
+    assert turns[-1] == IN_USE
+
+
+def test_a_finger_that_only_rests_on_the_glass_wakes_it(ui, turns):
+    rest(ui, turns)
+    ui.tap(ui.window.children[0])
+    assert turns[-1] == IN_USE
+
+
+def test_kivys_loop_does_as_it_is_told():
+    """In a process of its own, where time is real. Slower than this is only a slow machine."""
+    told = subprocess.run([sys.executable, "-c", LOOP], cwd=ROOT, check=True, capture_output=True, text=True, timeout=90).stdout
+    assert float(told.splitlines()[-1]) <= 1.5 * AT_REST < IN_USE
+
+
+def test_it_begins_at_the_pace_of_use(monkeypatch):
+    from kivy.config import Config
+    set_to: dict[str, str] = {}
+    monkeypatch.setattr(Config, "set", lambda _section, name, value: set_to.__setitem__(name, value))
+    monkeypatch.setattr(Config, "remove_option", lambda *_args: None)
+    configure(kiosk=False)
+    assert set_to["maxfps"] == str(IN_USE)
