@@ -21,9 +21,10 @@ def kivy_turns(per_second: int) -> None:
 @contextmanager
 def slow_at_rest(turn: Callable[[int], None] = kivy_turns) -> Iterator[None]:
     """As long as the block lasts. ``turn`` is told how often a second; on the UI thread. A mouse button or a key is a sign before the
-    loop sleeps again."""
-    from kivy.clock import Clock             # late: kivy is configured before its first import
+    loop sleeps again. Kivy is imported late, as it is configured before."""
+    from kivy.clock import Clock
     from kivy.core.window import Window
+
     rest = Clock.create_trigger(lambda _dt: turn(AT_REST), REST)
 
     def move(*_args: object) -> None:
