@@ -37,9 +37,9 @@ class Unit(StrEnum):
     MINUTES = "minutes"
     HOURS = "hours"
 
-# the fields that say when: those that a dragged bar leaves as they are, and all of them
-RULE = ("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule")
-TIMES = (*RULE, "day", "at", "timezone", "more_hours", "weekdays", "until_time", "month_day", "nth", "month_weekday", "origin", "is_moved")
+# the fields that say when
+TIMES = ("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule", "day", "at", "timezone", "more_hours", "weekdays",
+         "until_time", "month_day", "nth", "month_weekday", "origin", "dragged")
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,13 @@ class Draft:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     name: str = ""
     base: Schedule | None = None
-    is_moved: bool = False                   # a start was dragged to another time
+    dragged: tuple[Any, ...] | None = None   # its times as a finger made them that dragged one of its starts
     origin: Schedule | None = None           # where its times come from: the base, or what it is a copy of
+
+    @property
+    def is_moved(self) -> bool:
+        """Whether a start was dragged to another time."""
+        return self.dragged is not None
 
     @property
     def is_new(self) -> bool:
@@ -94,18 +99,27 @@ class Draft:
 
     def is_stored(self, name: str) -> bool:
         """Whether it is a schedule as it is, with nothing changed; ``name`` as a person has given it."""
-        return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin, is_moved=self.is_moved) == self
+        return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin, dragged=self.dragged) == self
 
     def timed_as(self, other: Draft) -> Draft:
         """The same at the times of ``other``."""
         return replace(self, **{name: getattr(other, name) for name in TIMES})
 
     def keeps(self, other: Draft) -> bool:
-        """Whether it is ``other`` but for times that nobody has chosen there: they were stored, or a bar was dragged."""
+        """Whether it is ``other`` but for times that nobody has entered there: they were stored, or a bar was dragged."""
         if other.base is None or other.timed_as(self) != self:
             return other == self
-        stored = other.timed_as(Draft.of(other.base))
-        return other in (self, stored) or (other.is_moved and all(getattr(other, name) == getattr(stored, name) for name in RULE))
+        return other == self or other.times in (Draft.of(other.base).times, other.dragged)
+
+    @property
+    def times(self) -> tuple[Any, ...]:
+        """The fields that decide the instants, as far as this kind uses them."""
+        own: dict[Kind, tuple[Any, ...]] = {
+            Kind.WEEKLY: (self.weekdays,), Kind.OTHER: (self.other_rule,),
+            Kind.EVERY: (self.weekdays, self.every, self.unit, self.all_day, None if self.all_day else self.until_time),
+            Kind.MONTHLY: (self.by_weekday, *((self.nth, self.month_weekday) if self.by_weekday else (self.month_day,)))}
+        last = None if self.kind is Kind.ONCE else self.last_day
+        return self.day, self.at.minute, self._hours(), self.timezone, self.kind, last, *own.get(self.kind, ())
 
     @property
     def start(self) -> datetime:
@@ -150,7 +164,7 @@ class Draft:
         base = self.base or Schedule(self.name, self.robot_id, self.mission_id, self.start, self.timezone)
         origin = self.origin
         # a rule that makes the same times keeps the form in which it was stored
-        times = origin if origin is not None and self._times() == Draft.of(origin)._times() else self
+        times = origin if origin is not None and self.times == Draft.of(origin).times else self
         return replace(base, name=self.name.strip(), robot_id=self.robot_id, group_id=self.group_id, mission_id=self.mission_id,
                        finish_by_minutes=self.finish_by_minutes,
                        minimum_battery_percent=self.minimum_battery_percent, start_window_minutes=self.start_window_minutes,
@@ -167,21 +181,10 @@ class Draft:
     def moved(self, before: datetime, after: datetime) -> Draft:
         """The start at ``before`` (naive local) lies at ``after``. In a rule those of its hour on other days move along, the others keep
         their hours and get its minute; of "every …" all move."""
-        draft = replace(self, is_moved=after != before)
-        if self.kind is Kind.ONCE:
-            return replace(draft.with_day(after.date()), at=after.time())
-        if self.kind in (Kind.EVERY, Kind.OTHER):
-            by = datetime.combine(before, after.time()) - before
-            begins, ends = datetime.combine(before, self.at) + by, datetime.combine(before, self.until_time) + by
-            return replace(draft, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59))
-        hour = after.hour if before.hour == self.at.hour else self.at.hour
-        hours = {*self._hours(), after.hour} - ({before.hour} if before.hour != after.hour else set())
-        draft = replace(draft, at=time(hour, after.minute), more_hours=tuple(sorted(hours - {hour})))
-        if before.date() == after.date():
-            return draft
-        old, new = WEEKDAYS[before.weekday()], WEEKDAYS[after.weekday()]
-        return replace(draft, weekdays=tuple({new if day == old else day: None for day in self.weekdays}), **(
-            Draft.derived(after.date()) if self.kind is Kind.MONTHLY else {}))
+        if after == before:
+            return self
+        draft = self._moved(before, after)
+        return replace(draft, dragged=draft.times)
 
     def starts_at(self, local: datetime, calendar: WorkingCalendar) -> bool:
         """Whether it would, at that naive local time."""
@@ -225,18 +228,25 @@ class Draft:
         return replace(self, base=None, name=name)
 
     # ------------------------------------------------------------------ inside
+    def _moved(self, before: datetime, after: datetime) -> Draft:
+        if self.kind is Kind.ONCE:
+            return replace(self.with_day(after.date()), at=after.time())
+        if self.kind in (Kind.EVERY, Kind.OTHER):
+            by = datetime.combine(before, after.time()) - before
+            begins, ends = datetime.combine(before, self.at) + by, datetime.combine(before, self.until_time) + by
+            return replace(self, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59))
+        hour = after.hour if before.hour == self.at.hour else self.at.hour
+        hours = {*self._hours(), after.hour} - ({before.hour} if before.hour != after.hour else set())
+        draft = replace(self, at=time(hour, after.minute), more_hours=tuple(sorted(hours - {hour})))
+        if before.date() == after.date():
+            return draft
+        old, new = WEEKDAYS[before.weekday()], WEEKDAYS[after.weekday()]
+        return replace(draft, weekdays=tuple({new if day == old else day: None for day in self.weekdays}), **(
+            Draft.derived(after.date()) if self.kind is Kind.MONTHLY else {}))
+
     def _hours(self) -> list[int]:
         more = self.more_hours if self.kind in (Kind.DAILY, Kind.WEEKLY, Kind.MONTHLY) else ()
         return sorted({self.at.hour, *more})
-
-    def _times(self) -> tuple[Any, ...]:
-        """The fields that decide the instants, as far as this kind uses them."""
-        own: dict[Kind, tuple[Any, ...]] = {
-            Kind.WEEKLY: (self.weekdays,), Kind.OTHER: (self.other_rule,),
-            Kind.EVERY: (self.weekdays, self.every, self.unit, self.all_day, None if self.all_day else self.until_time),
-            Kind.MONTHLY: (self.by_weekday, *((self.nth, self.month_weekday) if self.by_weekday else (self.month_day,)))}
-        last = None if self.kind is Kind.ONCE else self.last_day
-        return self.day, self.at.minute, self._hours(), self.timezone, self.kind, last, *own.get(self.kind, ())
 
     def _by_day(self) -> list[str]:
         days = [day for day in WEEKDAYS if day in self.weekdays]

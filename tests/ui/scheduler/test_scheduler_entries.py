@@ -2,7 +2,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import time
+from datetime import date, time
+
+import pytest
 
 from app.screens.scheduler.cards import FormCard
 from app.screens.scheduler.draft import Draft, Kind
@@ -77,17 +79,19 @@ def test_a_rule_that_was_changed_by_hand_is_put_aside_by_a_drag(screen, containe
     screen.plan.form.set(kind=Kind.WEEKLY, weekdays=("SA",), priority=3)
     entered = screen.plan.form.draft
     drag(screen, ui, stock, 1.5)
-    assert screen.plan.form.draft == replace(Draft.of(stock, ""), at=time(20, 30), is_moved=True)    # as stored, at another time
+    draft = screen.plan.form.draft
+    assert replace(draft, dragged=None) == replace(Draft.of(stock, ""), at=time(20, 30))     # as stored, at another time
     assert said(screen) == [PUT_ASIDE.format(STOCK)]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
 
 
-def test_so_is_one_that_was_changed_by_hand_after_a_drag(screen, container, ui):
+@pytest.mark.parametrize("changed", [{"kind": Kind.MONTHLY}, {"at": time(20, 40)}, {"day": date(2026, 12, 1)}, {"more_hours": (22,)}])
+def test_so_are_times_that_were_changed_by_hand_after_a_drag(screen, container, ui, changed):
     stock = named(container, "Night stock count", "Aino")
     drag(screen, ui, stock, 1.5)
-    screen.plan.form.set(kind=Kind.MONTHLY)
+    screen.plan.form.set(**changed)
     entered = screen.plan.form.draft
     drag(screen, ui, stock, 2.5)
     assert said(screen) == [PUT_ASIDE.format(STOCK)]
