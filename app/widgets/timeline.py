@@ -148,7 +148,7 @@ class Timeline(Chart):
             self._is_long.cancel()
             self._fingers.pop(touch.uid, None)
             if self._lifted is not None and not self._fingers:
-                self._put_down()
+                self._put_down(touch)
             elif self.touched and not self._fingers:
                 self.dispatch("on_window", self.first, self.hours)
                 self.touched = False
@@ -187,12 +187,15 @@ class Timeline(Chart):
         with self.canvas.after:
             paint_lifted(frame, bar, place, self.left_of(hour), self.time_text(hour))
 
-    def _put_down(self):
+    def _put_down(self, touch):
+        """Where it was: a slow tap."""
         (bar, _place, hour), self._lifted = self._lifted, None
         self.canvas.after.clear()
         self.touched = False
         if hour != bar.start:
             self.dispatch("on_moved", bar.key, hour)
+        elif abs(touch.x - touch.ox) < dp(SLOP):
+            self.dispatch("on_bar", *(self._bars_near(*touch.opos) or (bar.key,)))
 
     # ------------------------------------------------------------------ where bars are
     def boxes(self) -> Iterator[Box]:
