@@ -16,6 +16,7 @@ from app.screens.settings.page import SwitchRow
 from app.widgets.buttons import CommandButton, Segment, Toggle
 from app.widgets.display import StatusBadge
 from app.widgets.frame import AlarmBanner, Frame, NavItem
+from app.widgets.lists import ScrollPage
 from app.widgets.tokens import THEMES, tk
 from tests.ui import checks
 from tests.ui.integrator import go, settings
@@ -42,6 +43,18 @@ def test_glove_mode_is_switched_at_once_and_the_section_stays_open(site, app, ui
     ui.tap(toggle(ui, "Glove mode"))
     ui.wait(lambda: not tk.gloves)
     assert settings(site).gloves is False
+
+
+def test_a_section_stays_where_it_was_scrolled_to(site, app, ui):
+    go(ui, "display")
+    ui.find(ScrollPage).scroll_y = 0
+    ui.advance(.2)
+    site.container.catalogue.change_settings(gloves=True)
+    ui.wait(lambda: ui.find_all(SwitchRow, text="Glove mode", active=True))
+    ui.advance(.5)
+    page = ui.find(ScrollPage)
+    assert page.content_height > page.height
+    assert page.scroll_y == pytest.approx(0, abs=.05)
 
 
 def test_the_banner_keeps_its_button_inside_when_glove_mode_is_switched(site, app, ui):

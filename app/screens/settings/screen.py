@@ -28,6 +28,7 @@ from app.screens.settings.view import answers, section_names, section_views
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.display import SectionCard
+from app.widgets.lists import ScrollPage
 
 PAGES: dict[str, type[SettingsPage]] = {
     "robots": RobotsPage, "missions": MissionsPage, "constraints": ConstraintsPage, "idle": IdlePage, "scheduler": SchedulerPage,
@@ -158,17 +159,27 @@ class SettingsScreen(ScreenBase):
         self._arrange()
 
     # ------------------------------------------------------------------ coming on screen
-    def shown(self, section: str | None = None, **intent: Any) -> None:
-        """``shell.go("settings", section="robots", add=True)``; without a section the last one."""
+    def shown(self, section: str | None = None, scrolled: float = 1.0, **intent: Any) -> None:
+        """``shell.go("settings", section="robots", add=True)``; without a section the last one. ``scrolled``: its page, from 1 to 0."""
         super().shown()
         if section in PAGES:
-            self.vm.once_read(lambda: self.open(section, **intent))
+            self.vm.once_read(lambda: self._come_back(section, scrolled, intent))
         else:
             self.vm.once_read(lambda: self.page.reached())
 
     def place(self) -> dict[str, Any]:
         """The intent that leads back here."""
-        return {"section": self.vm.current}
+        scroll = self._scroll()
+        return {"section": self.vm.current, **({"scrolled": scroll.scroll_y} if scroll else {})}
+
+    def _scroll(self) -> ScrollPage | None:
+        """What the open page scrolls in, if it does."""
+        return next((widget for widget in self.page.children if isinstance(widget, ScrollPage)), None)
+
+    def _come_back(self, section: str, scrolled: float, intent: dict[str, Any]) -> None:
+        self.open(section, **intent)
+        if scrolled < 1 and (scroll := self._scroll()) is not None:
+            Clock.schedule_once(lambda _dt: setattr(scroll, "scroll_y", scrolled), 0)        # once it has been laid out
 
     # ------------------------------------------------------------------ sections
     def open(self, section: str, **intent: Any) -> None:
