@@ -1,0 +1,164 @@
+"""What the operator asks of the robot on Home. Each command runs in the background and says what came of it, by the robot's name."""
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from app.domain.models import Robot
+from app.i18n import _, ngettext
+from app.mir.errors import Rejected, RobotError
+from app.screens.common.cancelled import say_cancelled
+from app.screens.common.shell import PROBLEM_SECONDS, Shell
+from app.screens.common.view_model import Refresher
+from app.screens.home.cards import HomeState
+from app.screens.home.facts import HomeFacts, HomeServices
+from app.screens.home.presses import OfRobot, Presses
+from app.screens.home.reset import ResetReport
+from app.widgets.snackbar import SECONDS
+
+GONE = (404, 410)                        # what a robot answers about an item that it no longer has
+
+T = TypeVar("T")
+
+
+class HomeCommands(HomeState):
+    """The part of Home's view model that sends commands to the selected robot."""
+    facts: HomeFacts
+    _services: HomeServices
+    _shell: Shell
+    _reader: Refresher[Any]
+    _presses: Presses
+    _reset: ResetReport
+    _cancelling: set[int]                # numbers of items
+    _clearing: set[int]                  # ids of robots whose queues are being cleared
+
+    def _show(self) -> None:
+        """The facts have changed."""
+        raise NotImplementedError
+
+    def pause_or_resume(self) -> None:
+        robot, operator = self.facts.robot, self._services.operator
+        if robot is None or self._presses.is_same(key := OfRobot("pause", robot.id)):
+            return
+        robot_id = robot.id
+        if self.controls.pauses:
+            self._act(key, lambda: operator.pause(robot_id), self._saying(_("{robot} pauses").format(robot=robot.name), "pause", key),
+                      self._refused(robot, _("Pause")))
+        else:
+            self._act(key, lambda: operator.resume(robot_id), self._saying(_("{robot} continues").format(robot=robot.name), "play", key),
+                      self._refused(robot, _("Resume")))
+
+    def reset_errors(self) -> None:
+        """Whether it helped is said when the robot has been read again."""
+        robot = self.facts.robot
+        if robot is not None and not self._presses.is_same(OfRobot("reset", robot.id)):
+            pressed_at = self._services.clock.now()
+            self._act(OfRobot("reset", robot.id), lambda: self._services.operator.reset_errors(robot.id),
+                      lambda _none: self._reset.begin(robot, pressed_at), self._refused(robot, _("Reset errors")))
+
+    def clear_queue(self) -> None:
+        """Asked first: what is aborted can't be brought back."""
+        robot, count = self.facts.robot, self.controls.clear_count
+        if robot is None or not count or self._presses.is_same(OfRobot("clear", robot.id)):
+            return
+        title = ngettext("Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count)
+        text = _("Everything in its queue is removed, whoever put it there; what runs is aborted.")
+        if self.card.old:
+            text += " " + _("There is no connection to {robot} just now: if the command does not reach it, nothing is removed; if only its "
+                            "answer is missing, what was sent from here is cancelled as soon as it answers.").format(robot=robot.name)
+        asked = title.format(n=count, robot=robot.name)
+        self._shell.dialogs.confirm(asked, text, _("Clear queue"), lambda: self._clear(robot), danger=True)
+
+    def _clear(self, robot: Robot) -> None:
+        self._clearing.add(robot.id)
+        self.facts = replace(self.facts, clearing=frozenset(self._clearing))
+        self._act(OfRobot("clear", robot.id), lambda: self._services.operator.clear_queue(robot.id), lambda _done: self._cleared(robot),
+                  lambda problem: self._not_cleared(problem, robot))
+        self._show()
+
+    def _cleared(self, robot: Robot) -> None:
+        self._clearing.discard(robot.id)
+        self._say(_("The queue of {robot} is cleared").format(robot=robot.name), "playlist-remove")
+
+    def _not_cleared(self, problem: BaseException, robot: Robot) -> None:
+        """What was ours is cancelled one by one where nobody knows whether the robot has done it."""
+        self._clearing.discard(robot.id)
+        if isinstance(problem, RobotError) and not problem.certainly_without_effect:
+            said = _("{robot} has not answered yet: what was sent to it from here is cancelled as soon as it does")
+            self._shell.snackbars.show(said.format(robot=robot.name), icon="timer-sand", seconds=PROBLEM_SECONDS)
+        else:
+            self._refused(robot, _("Clear queue"))(problem)
+
+    def cancel(self, key: tuple[str, int]) -> None:
+        """One entry of the queue: ours by the execution, others' by the item. What runs is asked about first."""
+        robot = self.facts.robot
+        if robot is None or self._presses.is_same(key):
+            return
+        entry = next((entry for entry in self.queue if entry.key == key), None)
+        name = entry.mission if entry else ""
+        if entry is None or not entry.runs:
+            self._cancel(robot, key, name)
+            return
+        self._shell.dialogs.confirm(
+            _("Stop {mission}?").format(mission=name), _("{robot} is on its way: it stops where it is, and does not go on with this "
+                                                         "mission.").format(robot=robot.name),
+            _("Stop it"), lambda: self._cancel(robot, key, name), danger=True, decline=_("Let it run"))
+
+    def _cancel(self, robot: Robot, key: tuple[str, int], name: str) -> None:
+        operator, (kind, number) = self._services.operator, key
+        if kind == "item":
+            self._cancelling.add(number)
+            self.facts = replace(self.facts, cancelling=frozenset(self._cancelling))
+        self._act(key, lambda: operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number),
+                  lambda left: say_cancelled(self._shell, self._services.catalogue, name, left, self._reader.request),
+                  lambda problem: self._not_cancelled(problem, robot, number, name))
+        self._show()
+
+    def _not_cancelled(self, problem: BaseException, robot: Robot, number: int, name: str) -> None:
+        self._cancelling.discard(number)
+        if isinstance(problem, Rejected) and problem.status in GONE:
+            self._say(_("{mission} had already ended").format(mission=name), "information-outline")
+        else:
+            self._refused(robot, name)(problem)
+
+    def answer(self, option: str) -> None:
+        robot, prompt = self.facts.robot, self.prompt
+        if robot is not None and prompt.guid and not self._presses.is_same(OfRobot("answer", robot.id)):
+            said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
+            self._act(OfRobot("answer", robot.id), lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
+                      self._saying(said, "comment-check-outline"), self._refused(robot, _("Answer")))
+
+    # ------------------------------------------------------------------ inside
+    def _act(self, key: Hashable, work: Callable[[], T], done: Callable[[T], object] | None = None,
+             failed: Callable[[BaseException], object] | None = None) -> None:
+        """Do it in the background, unless that is under way; the button is busy until the outcome is on screen."""
+        if not self._presses.begin(key):
+            return
+
+        def ended(call: Callable[[], object]) -> None:
+            self._presses.end(key)
+            call()
+            self._reader.request()
+
+        def succeeded(outcome: T) -> None:
+            self._presses.rest(key)
+            ended(lambda: done(outcome) if done else None)
+
+        self._shell.background.run(work, succeeded, lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem)))
+
+    def _saying(self, text: str, icon: str, about: Hashable | None = None) -> Callable[[object], None]:
+        """To be called with an outcome that has no words of its own."""
+        return lambda _outcome: self._say(text, icon, about)
+
+    def _refused(self, robot: Robot, asked: str) -> Callable[[BaseException], object]:
+        """To be called with what went wrong. Names robot and command: by then somebody may look at another one."""
+        def say(problem: BaseException) -> None:
+            if isinstance(problem, RobotError) and "{address}" in problem.msgid:
+                self._shell.say_problem(problem.at(robot.name), asked)
+            else:                                             # of the disk, say, or of a host name: it names no robot
+                self._shell.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
+        return say
+
+    def _say(self, text: str, icon: str, about: Hashable | None = None, seconds: float = SECONDS) -> None:
+        self._shell.snackbars.show(text, icon=icon, about=about, seconds=seconds)
