@@ -94,10 +94,13 @@ class ListRow(PickField):
 class ParameterFields(BoxLayout):
     """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, steps, decimal, choice, list), ``default``,
     ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to); ``problems`` is one sentence by name where something can't
-    be used. ``values()`` is what was entered; ``complete``: nothing is empty."""
+    be used. ``values()`` is what was entered, and so is what ``on_entered(values)`` tells each time one of them is changed; ``complete``:
+    nothing is empty."""
     fields = ListProperty()
     problems = ObjectProperty({})
     complete = BooleanProperty(True)
+
+    __events__ = ("on_entered",)
 
     def __init__(self, **kwargs):
         self._views: dict[str, FormField | StepField | ChoiceRow | ListRow] = {}
@@ -120,12 +123,19 @@ class ParameterFields(BoxLayout):
             else:
                 view = FormField(label=field.label, kind=field.kind, help=field.help,
                                  text="" if field.default is None else str(field.default))
-            view.fbind("chosen" if isinstance(view, ChoiceRow | ListRow) else "text", self._look_for_empty)
+            view.fbind("chosen" if isinstance(view, ChoiceRow | ListRow) else "text", self._entered)
             self._views[field.name] = view
             self.add_widget(view)
         self._look_for_empty()
 
-    def _look_for_empty(self, *_):
+    def on_entered(self, values):
+        """One of them was changed."""
+
+    def _entered(self, *_):
+        self._look_for_empty()
+        self.dispatch("on_entered", self.values())
+
+    def _look_for_empty(self):
         self.complete = all(value is not None and str(value).strip() for value in self.values().values())
 
     def values(self) -> Mapping[str, Any]:

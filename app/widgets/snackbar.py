@@ -116,10 +116,10 @@ class Snackbars:
         self.post(Message(text, icon=icon, seconds=seconds, about=about))
 
     def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None, *,
-             stays: bool = False) -> None:
+             stays: bool = False, about: Hashable | None = None) -> None:
         """Show that something was removed, for 8 s with a button ``word`` that calls ``undo``; ``ended`` runs if it wasn't pressed. It may
         stay until it is closed."""
-        self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=None if stays else UNDO_SECONDS))
+        self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=None if stays else UNDO_SECONDS, about=about))
 
     def post(self, message: Message) -> None:
         """The same words without a button are not said twice: they are the newest now, for as long as if they came first."""

@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from app.domain.robot import MissionParameter
@@ -16,6 +17,7 @@ DECIMAL = ("float", "double", "number", "decimal")
 YES_NO = ("bool", "boolean")
 DURATIONS = ("duration", "time", "minimum_time", "timeout")
 CHIPS = 6                                # choices that are shown side by side; more are a list to choose from
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 YES, NO = ("true", "1", "yes"), ("false", "0", "no")         # as robots' own values may say it
 _DURATION = re.compile(r"(?:(\d{1,3}):)?([0-5]?\d):([0-5]?\d)(?:[.,](\d*))?", re.ASCII)
 
@@ -41,9 +43,10 @@ class Problems(ValueError):
         super().__init__("; ".join(by_name.values()))
 
 
-def fields_of(parameters: Sequence[MissionParameter]) -> list[ParameterField]:
-    """In the order in which the robot has them."""
-    return [ParameterField(p.name, p.label or p.name, _field(p), _shown(p), _help(p), _choices(p), _limits(p)) for p in parameters]
+def fields_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any] = NOTHING) -> list[ParameterField]:
+    """In the order in which the robot has them; they begin with what was ``entered`` before, as ``ParameterFields`` tells it."""
+    return [ParameterField(p.name, p.label or p.name, _field(p), _entered(p, entered[p.name]) if p.name in entered else _shown(p), _help(p),
+                           _choices(p), _limits(p)) for p in parameters]
 
 
 def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]) -> dict[str, Any]:
@@ -109,6 +112,10 @@ def _shown(parameter: MissionParameter) -> Any:
     if kind == "duration" and (found := _DURATION.fullmatch(str(default))):
         return _written(found).rstrip("0").removesuffix(".") if int(found[4] or 0) else _written(found)[:-len(".000000")]
     return int(default) if kind == "int" and isinstance(default, bool | float) and float(default).is_integer() else default
+
+
+def _entered(parameter: MissionParameter, value: Any) -> Any:
+    return _whole(value) if _limits(parameter) is not None else value
 
 
 def _whole(value: Any) -> int | None:

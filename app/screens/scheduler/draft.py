@@ -5,8 +5,8 @@ have, is kept as it is under ``Kind.OTHER``. A draft that was opened and not cha
 """
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from datetime import UTC, date, datetime, time, timedelta
 from enum import StrEnum
 from typing import Any
@@ -37,9 +37,10 @@ class Unit(StrEnum):
     MINUTES = "minutes"
     HOURS = "hours"
 
-# the fields that say when
+# the fields that say when, which are changed together, and those that say on what
 TIMES = ("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule", "day", "at", "timezone", "more_hours", "weekdays",
          "until_time", "month_day", "nth", "month_weekday", "origin", "dragged")
+TARGET = ("robot_id", "group_id", "finish_by_minutes")
 
 
 @dataclass(frozen=True)
@@ -71,15 +72,13 @@ class Draft:
     priority: int = 0
     respect_working_days: bool = True
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    entered: Mapping[str, Any] = field(default_factory=dict)          # in the parameters' fields, as text where it was typed
     name: str = ""
     base: Schedule | None = None
     dragged: tuple[Any, ...] | None = None   # its times as a finger made them that dragged one of its starts
     origin: Schedule | None = None           # where its times come from: the base, or what it is a copy of
-
-    @property
-    def is_moved(self) -> bool:
-        """Whether a start was dragged to another time."""
-        return self.dragged is not None
+    lost: Schedule | None = None             # what it was of, which has been deleted meanwhile
+    entry: object = field(default_factory=object, compare=False, repr=False)       # the same through all its changes
 
     @property
     def is_new(self) -> bool:
@@ -223,9 +222,25 @@ class Draft:
             origin=schedule, **cls.derived(schedule.start.date()))
         return replace(draft, **_read_rule(schedule))
 
-    def copy(self, name: str = "") -> Draft:
-        """The same as a new schedule."""
-        return replace(self, base=None, name=name)
+    def copy(self) -> Draft:
+        """The same as a new schedule, without its name."""
+        return replace(self, base=None, name="", entry=object())
+
+    def brought_up_to_date(self, stored: Schedule | None, name: Callable[[Schedule], str]) -> Draft:
+        """With what has been stored of its schedule since, where nobody has entered something else; None: it is deleted. Saving makes a new
+        one then, unless that is undone before. ``name(schedule)`` is as a person has given it."""
+        base = self.base or self.lost
+        if base is None:
+            return self
+        if stored is None:
+            return replace(self, base=None, lost=base)
+        before, now = Draft.of(base, name(base)), Draft.of(stored, name(stored))
+        draft = self.timed_as(now) if self.times == before.times else self
+        if all(getattr(self, each) == getattr(before, each) for each in TARGET):
+            draft = replace(draft, **{each: getattr(now, each) for each in TARGET})
+        single = {each.name for each in fields(self)} - {*TIMES, *TARGET, "entered", "base", "lost", "entry"}
+        changed = {each: getattr(now, each) for each in single if getattr(self, each) == getattr(before, each)}
+        return replace(draft, base=stored, lost=None, **changed)
 
     # ------------------------------------------------------------------ inside
     def _moved(self, before: datetime, after: datetime) -> Draft:

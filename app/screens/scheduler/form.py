@@ -8,15 +8,15 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
-from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
 
 from app.domain.models import InvalidInput, Overlap, Schedule
-from app.domain.robot import MissionParameter
 from app.i18n import _
-from app.screens.common.parameters_view import Problems, fields_of, problems_of, values_of
+from app.screens.common.options import Option
+from app.screens.common.parameters_view import Problems, values_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import form_view, of_groups
+from app.screens.scheduler.asked import AsksRobot
 from app.screens.scheduler.draft import Draft, Kind, Unit
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.screens.scheduler.form_view import FormView, Preview
@@ -26,18 +26,14 @@ from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
 MOST_ASIDE = 5                           # drafts that are kept
-ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the robot says the mission asks for
 
 
-class FormModel(EventDispatcher):
+class FormModel(AsksRobot):
     """``view`` is what is shown; ``saved(schedule, is_left)`` is called when one has been stored, ``is_left`` unless somebody has begun
     another one meanwhile, and returns whether it says so itself; ``skip(schedule, start)`` to leave out a start, ``again(schedule, start)``
     to start it after all."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)        # the less common fields are shown
-    saving = BooleanProperty(False)
-    parameters = ListProperty()          # fields of the chosen mission
-    problems = ObjectProperty({})        # by name of the parameter
     aside = ListProperty()               # drafts with what was entered and not saved, the last one last
 
     __events__ = ("on_draft",)
@@ -49,12 +45,9 @@ class FormModel(EventDispatcher):
         self._facts = SchedulerFacts()
         self._preview = Preview()
         self._refused: InvalidInput | None = None             # by the last attempt to save this draft
-        self._asked: tuple[MissionParameter, ...] = ()        # what the mission asks for
-        self._asked_of: tuple[int | None, int | None] = (None, None)      # robot and mission
-        self._is_asking = self._saves_when_known = False      # the robot, what the mission asks for
-        self._wait_no_longer = Clock.create_trigger(lambda _dt: self._parameters_are_known(()), ROBOT_ANSWERS_WITHIN)
-        self._forecast_soon = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
+        self._forecast_later = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
+        self._submitted: object = None                        # the entry that is being written as it is in the form
         self._empty: Draft | None = self._draft               # as it was begun; None: something was put into it
         self._offered: Draft | None = None                    # as a finger on free time has begun it
 
@@ -77,46 +70,79 @@ class FormModel(EventDispatcher):
         """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered."""
         first = self._facts.robots == () and facts.robots != ()
         another = self._facts.settings.selected_robot_id != facts.settings.selected_robot_id and not self.is_in_use
-        untouched = self._draft.is_stored(self._facts.name(self._draft.base))
         self._facts = facts
         if (first or another) and self._draft.is_new and self._draft.mission_id is None:
             self._draft = self._empty = self._fresh()
-        if self._draft.base is not None:
-            now_stored = facts.schedule(self._draft.base.id)  # None: deleted meanwhile; saving the form makes a new one
-            if now_stored is None:
-                self._draft = self._draft.copy()
-            elif untouched and now_stored != self._draft.base:
-                self._draft = Draft.of(now_stored, facts.name(now_stored))
-            else:
-                self._draft = replace(self._draft, base=now_stored)
+        self._draft = self._brought_up_to_date(self._draft)
         self.forecast()
+
+    def _brought_up_to_date(self, draft: Draft) -> Draft:
+        """A schedule that is deleted meanwhile is made anew by saving."""
+        base, facts = draft.base or draft.lost, self._facts
+        return draft.brought_up_to_date(facts.schedule(base.id), facts.name) if base is not None and facts.robots else draft
 
     def begin(self, draft: Draft | None = None) -> None:
         """Show ``draft``, which fires ``on_draft``, or an empty form. Unsaved entries that are not in it can be brought back."""
+        self._wait_no_more()
         kept = self._draft
-        is_entered = self.is_in_use and kept != self._offered and not kept.is_stored(self._facts.name(kept.base))
-        if is_entered and not (draft is not None and draft.keeps(kept)):
-            self.aside = [*self.aside[1 - MOST_ASIDE:], kept]
+        if self._is_entered and not (draft is not None and draft.keeps(kept)):
+            self._put_aside(kept)
             said = _("{name}: what was entered and not saved is put aside").format(name=form_view.called(self._facts, kept))
-            self._shell.snackbars.undo(said, _("Bring it back"), lambda: self.bring_back(kept))
+            self._shell.snackbars.undo(said, _("Bring it back"), lambda: self.bring_back(kept.entry), about=_about(kept))
+        if draft is not None:
+            self._keep_aside([each for each in self.aside if each.entry is not draft.entry])
         self._show_draft(draft)
 
-    def bring_back(self, draft: Draft) -> None:
+    @property
+    def _is_entered(self) -> bool:
+        """Whether there is something in the form that is neither stored nor being stored."""
+        draft = self._draft
+        is_known = draft == self._offered or draft.entry is self._submitted or draft.is_stored(self._facts.name(draft.base))
+        return self.is_in_use and not is_known
+
+    def _put_aside(self, draft: Draft) -> None:
+        self._keep_aside([*self.aside, draft])
+
+    def _keep_aside(self, drafts: list[Draft]) -> None:
+        """The last of them. What was said of the others holds no longer."""
+        before, self.aside = self.aside, drafts[-MOST_ASIDE:]
+        kept = {each.entry for each in self.aside}
+        for gone in (each for each in before if each.entry not in kept):
+            self._shell.snackbars.end(_about(gone))
+
+    def choose_aside(self) -> None:
+        """Of what was put aside, what is to be brought back, or that all of it is thrown away."""
+        if len(self.aside) == 1:
+            self.bring_back(self.aside[0].entry)
+            return
+        options = [form_view.aside_option(self._facts, draft) for draft in reversed(self.aside)]
+        self._shell.dialogs.choose(
+            _("Bring back"), [*options, Option(None, _("Throw all of them away"), "delete-outline")],
+            lambda entry: self._keep_aside([]) if entry is None else self.bring_back(entry))
+
+    def bring_back(self, entry: object) -> None:
         """Of what was put aside; what is in the form now takes its place there."""
-        self.aside = [each for each in self.aside if each is not draft]
-        self._shell.go("scheduler", draft=draft)
+        for draft in [each for each in self.aside if each.entry is entry]:
+            self._shell.go("scheduler", draft=draft)
+
+    def deleted(self, schedule: Schedule) -> None:
+        """What was entered for it can still be brought back, by hand: perhaps the deletion is undone."""
+        if self.editing == schedule.id:
+            if self._is_entered:
+                self._put_aside(self._draft)
+            self.clear()
 
     def clear(self) -> None:
         """An empty form: nobody wants what was in it back."""
         self._show_draft(None)
 
     def _show_draft(self, draft: Draft | None) -> None:
-        self._draft = draft or self._fresh()
+        self._draft = self._brought_up_to_date(draft) if draft is not None else self._fresh()
         self._empty = self._draft if draft is None else None
         if draft is not None:
             self.dispatch("on_draft")
         self.more = _uses_more(self._draft)
-        self.problems = {}
+        self._preview, self._asked_of, self._submitted = Preview(), None, None
         self._changed()
 
     def on_draft(self) -> None:
@@ -144,7 +170,8 @@ class FormModel(EventDispatcher):
         """Build the texts again: time has passed, or the language was switched."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
         view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
-        if self._draft.is_moved and not self._draft.is_stored(self._facts.name(self._draft.base)):        # nor moved back by hand
+        view = replace(view, closable=not self._draft.is_new or self._is_entered)
+        if self._draft.dragged == self._draft.times and not self._draft.is_stored(self._facts.name(self._draft.base)):
             text = _("Not saved yet. Until then it starts as before.") if self._draft.kind is Kind.ONCE else \
                 _("Not saved yet. Saving moves all its starts like this one.")
             view = replace(view, skip_why=text) if view.has_skip else \
@@ -234,8 +261,7 @@ class FormModel(EventDispatcher):
         if self.saving or self.view.save_off:
             return
         if self._is_asking:
-            self.saving = self._saves_when_known = True
-            self._wait_no_longer()
+            self._save_when_known()
             return
         if self._asked:
             try:
@@ -248,28 +274,35 @@ class FormModel(EventDispatcher):
                 return
         self.problems = {}
         draft, schedule = self._draft, self._draft.schedule()
-        self.saving = True
+        self.saving, self._submitted = True, draft.entry
         self._shell.background.run(lambda: self._services.catalogue.save_schedule(schedule), lambda saved: self._is_saved(draft, saved),
-                                   self._not_saved)
+                                   lambda problem: self._not_saved(draft, problem))
 
     def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
-        """``draft`` was; meanwhile somebody may have begun another one, which stays."""
-        self.saving = False
+        """``draft`` was; what has been entered since is not, be it in the form or put aside."""
+        is_same, is_left = self._draft.entry is draft.entry, self._draft.entry is self._submitted
+        self.saving, self._submitted = False, None
         new, name = draft.is_new, self._facts.called(schedule)
-        is_left = replace(self._draft, base=draft.base) == draft and self.editing == (draft.base.id if draft.base else None)
+        self._keep_aside([replace(each, base=schedule, lost=None) if each.entry is draft.entry else each for each in self.aside])
         if is_left:
             self.clear()
+        elif is_same:
+            self._draft = replace(self._draft, base=schedule, lost=None)
+            self._changed()
         if not self._saved(schedule, is_left):
             self._shell.snackbars.show(_("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
                                        icon="calendar-check")
 
-    def _not_saved(self, problem: BaseException) -> None:
-        self.saving = False
-        if isinstance(problem, InvalidInput):
+    def _not_saved(self, draft: Draft, problem: BaseException) -> None:
+        self.saving, self._submitted = False, None
+        is_same = self._draft.entry is draft.entry
+        if isinstance(problem, InvalidInput) and is_same:
             self._refused = problem
             self.show()
-        else:
-            self._shell.say_problem(problem)
+            return
+        if not is_same:                                       # somebody is on with another one, in good faith
+            self._put_aside(draft)
+        self._shell.say_problem(problem, form_view.called(self._facts, draft))
 
     # ------------------------------------------------------------------ inside
     def _fresh(self) -> Draft:
@@ -283,7 +316,8 @@ class FormModel(EventDispatcher):
 
     def _change(self, draft: Draft) -> None:
         if draft != self._draft:
-            self._draft = draft
+            self._draft = draft if draft.mission_id == self._draft.mission_id else replace(draft, entered={})
+            self._submitted = None
             self._changed()
 
     def _changed(self) -> None:
@@ -295,11 +329,13 @@ class FormModel(EventDispatcher):
 
     def leave(self) -> None:
         """Ask at once what would be asked in a moment: there may be no moment after the screen is closed."""
-        if self._wait_no_longer.is_triggered:
-            self._parameters_are_known(())
-        if self._forecast_soon.is_triggered:
-            self._forecast_soon.cancel()
+        self._wait_no_more()
+        if self._forecast_later.is_triggered:
+            self._forecast_later.cancel()
             self.forecast()
+
+    def _forecast_soon(self) -> None:
+        self._forecast_later()
 
     def forecast(self) -> None:
         """Ask for the draft's next starts and warnings; of several questions only the newest is answered."""
@@ -325,76 +361,13 @@ class FormModel(EventDispatcher):
             self._preview = preview
             self.show()
 
-    # ------------------------------------------------------------------ parameters
-    def _ask_parameters(self) -> None:
-        """Ask the robot once which parameters the chosen mission has; without an answer those of the schedule are shown."""
-        wanted = (self._asked_robot(), self._draft.mission_id)
-        if wanted == self._asked_of:
-            return
-        self._asked_of = wanted
-        robot_id, mission = wanted[0], self._facts.mission(wanted[1])
-        self._is_asking = False
-        self._take_parameters(_parameters_of(self._draft))
-        if robot_id is None or mission is None:
-            return
-        self._is_asking = True
-        self._learn_others(robot_id)
-        self._shell.background.run(
-            lambda: self._ask_robot(robot_id, mission.guid), self._robot_answered, lambda _problem: self._parameters_are_known(()),
-            key=("scheduler", "parameters"), apart="parameters")
-
-    def _asked_robot(self) -> int | None:
-        """Of a group, the first that is switched on: what a mission asks for is the same on all of them."""
-        draft = self._draft
-        if draft.group_id is None:
-            return draft.robot_id
-        return next((robot.id for robot in self._facts.members(draft.group_id) if robot.enabled), None)
-
-    def _learn_others(self, robot_id: int) -> None:
-        """Of a group what its other robots have is learnt meanwhile: perhaps none has the mission."""
-        others = [robot.id for robot in self._facts.members(self._draft.group_id) if robot.enabled and robot.id != robot_id]
-        if others:
-            self._shell.background.run(
-                lambda: sum(self._services.robot_missions.learn_names(other) for other in others),
-                lambda new: self._forecast_soon() if new else None, lambda _problem: None, key=("scheduler", "names"), apart="names")
-
-    def _ask_robot(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
-        self._services.robot_missions.learn_names(robot_id)
-        return tuple(self._services.robot_missions.parameters(robot_id, guid))
-
-    def _robot_answered(self, found: tuple[MissionParameter, ...]) -> None:
-        kept = self._draft.parameters
-        self._take_parameters(tuple(replace(p, default=kept[p.name]) if p.name in kept else p for p in found)
-                              or _parameters_of(self._draft))
-        self._forecast_soon()                                 # it may not have the mission at all
-        self._parameters_are_known(found)
-
-    def _parameters_are_known(self, found: tuple[MissionParameter, ...]) -> None:
-        """Or will not be soon. Save, where that has waited for it; but nobody has seen fields that appear just now."""
-        self._wait_no_longer.cancel()
-        self._is_asking, waits, self._saves_when_known = False, self._saves_when_known, False
-        if not waits:
-            return
-        self.saving = False
-        if found:
-            self.problems = problems_of(found)
-            self._shell.snackbars.show(_("The mission asks for values: enter them, then save"), icon="form-textbox")
-        else:
-            self.save({field.name: field.default for field in self.parameters})
-
-    def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
-        self._asked = found
-        self.problems = {}
-        self.parameters = fields_of(found)
-
-
-def _parameters_of(draft: Draft) -> tuple[MissionParameter, ...]:
-    """Those that the schedule has a value for."""
-    return tuple(MissionParameter(name, type="integer" if type(value) is int else "", default=value)
-                 for name, value in draft.parameters.items())
-
 
 def _uses_more(draft: Draft) -> bool:
     """Whether one of the less common fields is not at its default."""
     return bool(draft.last_day or draft.more_hours or (draft.priority and draft.group_id is None) or draft.overlap is not Overlap.SKIP
                 or not draft.respect_working_days)
+
+
+def _about(draft: Draft) -> tuple[str, object]:
+    """What is said of a draft that was put aside."""
+    return "put aside", draft.entry

@@ -17,7 +17,7 @@ from app.screens.scheduler import of_groups
 from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Target, Unit
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_warnings import WarningRow, dated, warnings
-from app.screens.scheduler.view import rule_sentence
+from app.screens.scheduler.view import rule_line, rule_sentence
 from app.services.catalogue.preview import Forecast
 from app.services.planning.overlaps import ASSUMED_S
 
@@ -71,7 +71,7 @@ class Steps:
 class FormView:
     """What the form shows."""
     title: str = ""
-    is_new: bool = True
+    closable: bool = False               # there is something in it
     mission: str = ""
     robot: str = ""
     day_label: str = ""
@@ -137,6 +137,15 @@ def called(facts: SchedulerFacts, draft: Draft) -> str:
     return draft.name or (mission.name if mission is not None else _("New schedule"))
 
 
+def aside_option(facts: SchedulerFacts, draft: Draft) -> Option:
+    """What it is called among those that were put aside, and when it would start."""
+    icon = "calendar-plus" if draft.is_new else "calendar-edit-outline"
+    try:
+        return Option(draft.entry, called(facts, draft), icon, rule_line(draft.schedule()))
+    except InvalidInput:
+        return Option(draft.entry, called(facts, draft), icon)
+
+
 def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> FormView:
     """``preview`` is that of this draft, or empty."""
     mission = facts.mission(draft.mission_id)
@@ -149,7 +158,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     skipped = forecast.skipped if forecast else ()
     is_stored = draft.is_stored(facts.name(draft.base))              # what is shown are its starts
     return FormView(
-        title=_("New schedule") if draft.is_new else _("Edit schedule"), is_new=draft.is_new,
+        title=_("New schedule") if draft.is_new else _("Edit schedule"),
         mission=mission.name if mission else _("Choose a mission"), robot=of_groups.target_text(target),
         day_label=_("First day") if draft.kind is not Kind.ONCE else _("Day"), day=formats.wall_day(draft.day, year=True),
         time_label=_("From") if draft.kind is Kind.EVERY and not draft.all_day else _("Time"), time=formats.wall_time(draft.at),

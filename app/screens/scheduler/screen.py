@@ -2,7 +2,7 @@
 make texts and bars of them."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from kivy.clock import Clock
@@ -74,10 +74,11 @@ class SchedulerViewModel(OnTimeline):
 
     # ------------------------------------------------------------------ reading
     def opened(self, schedule_id: int | None = None, mission_id: int | None = None, draft: Draft | None = None,
-               plan: tuple[str, Window] | None = None) -> None:
-        """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission; ``draft`` was in it, ``plan``
-        is the ``shown_plan`` to come back to."""
+               plan: tuple[str, Window] | None = None, aside: Sequence[Draft] = ()) -> None:
+        """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission; ``draft`` was in it, others
+        were put ``aside``; ``plan`` is the ``shown_plan`` to come back to."""
         self._wanted = schedule_id
+        self.form.aside = [*self.form.aside, *aside]
         if plan is not None:
             self.mode, self._window = plan
             self.follows = self._window.left is None
@@ -243,8 +244,7 @@ class SchedulerViewModel(OnTimeline):
         self._shell.go("settings", section="robots", add=True)
 
     def delete(self, schedule: Schedule) -> None:
-        if self.form.editing == schedule.id:
-            self.form.clear()
+        self.form.deleted(schedule)
         self.actions.delete(schedule)
 
 
@@ -273,7 +273,8 @@ class SchedulerScreen(ScreenBase):
 
     def place(self) -> dict[str, Any]:
         """With what somebody was filling in."""
-        return {"plan": self.vm.shown_plan, **({"draft": self.vm.form.draft} if self.vm.form.is_in_use else {})}
+        form = self.vm.form
+        return {"plan": self.vm.shown_plan, "aside": form.aside, **({"draft": form.draft} if form.is_in_use else {})}
 
     def _show_form(self, _dt: float) -> None:
         """It may be out of sight: on another page, or where the page scrolls."""

@@ -117,6 +117,16 @@ def test_entries_are_put_aside_when_a_new_schedule_is_begun(screen, container, u
     assert said(screen) == [PUT_ASIDE.format(STOCK)]
 
 
+def test_a_new_one_is_put_aside_by_its_cross_which_is_there_once_something_was_entered(screen, container, ui):
+    assert not ui.find_all(IconButton, ui.find(FormCard), icon="close")
+    choose(screen, ui, "Mission", KITS)
+    entered = screen.plan.form.draft
+    ui.tap(ui.find(IconButton, ui.find(FormCard), icon="close"))
+    settle(screen, ui)
+    assert (screen.plan.form.draft.mission_id, screen.plan.form.aside) == (None, [entered])
+    assert said(screen) == [PUT_ASIDE.format(KITS)]
+
+
 def bring_back(ui):
     return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
 

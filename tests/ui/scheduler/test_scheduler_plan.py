@@ -331,7 +331,7 @@ def test_a_planned_start_that_is_dragged_is_changed_by_save_and_not_before(scree
     assert ui.find(FormCard).view.skip_why == "Not saved yet. Saving moves all its starts like this one."     # beside Save, never scrolled
     assert named(container, "Night stock count", "Aino") == schedule
     save(screen, ui)
-    assert not screen.plan.form.draft.is_moved
+    assert screen.plan.form.draft.dragged is None
     assert named(container, "Night stock count", "Aino").start.time() == time(20, 30)
 
 

@@ -1,0 +1,130 @@
+"""The part of the form that asks the robot what the chosen mission asks for. Save waits for the answer, but not for long."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from kivy.clock import Clock
+from kivy.event import EventDispatcher
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
+
+from app.domain.robot import MissionParameter
+from app.i18n import _
+from app.screens.common.parameters_view import fields_of, problems_of
+from app.screens.common.shell import Shell
+from app.screens.scheduler.draft import Draft
+from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
+
+ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the robot says the mission asks for
+
+Asked = tuple[int | None, int | None]    # robot and mission
+
+
+class AsksRobot(EventDispatcher):
+    """Until the robot answers, and where it doesn't, the parameters are those of the schedule."""
+    saving = BooleanProperty(False)
+    parameters = ListProperty()          # fields of the chosen mission
+    problems = ObjectProperty({})        # by name of the parameter
+    _services: SchedulerServices
+    _shell: Shell
+    _facts: SchedulerFacts
+    _draft: Draft
+    _submitted: object
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._asked: tuple[MissionParameter, ...] = ()        # what the mission asks for
+        self._asked_of: Asked | None = None                   # None: what is in the form has just been put there
+        self._is_asking = self._saves_when_known = False
+        self._wait_no_longer = Clock.create_trigger(lambda _dt: self._parameters_are_known(()), ROBOT_ANSWERS_WITHIN)
+
+    def save(self, parameters: Mapping[str, Any] | None = None) -> None:
+        raise NotImplementedError
+
+    def _forecast_soon(self) -> None:
+        raise NotImplementedError
+
+    def enter(self, values: Mapping[str, Any]) -> None:
+        """Somebody has changed one of the parameters' fields: all of them, as they are shown."""
+        self._draft, self._submitted = replace(self._draft, entered=dict(values)), None
+
+    def _save_when_known(self) -> None:
+        self.saving = self._saves_when_known = True
+        self._wait_no_longer()
+
+    def _wait_no_more(self) -> None:
+        """What waits to be saved is saved now: in a moment it isn't in the form any more."""
+        if self._saves_when_known:
+            self._parameters_are_known(())
+
+    def _ask_parameters(self) -> None:
+        """Of the chosen mission, once."""
+        wanted = (self._asked_robot(), self._draft.mission_id)
+        if wanted == self._asked_of:
+            return
+        self._asked_of = wanted
+        robot_id, mission = wanted[0], self._facts.mission(wanted[1])
+        self._is_asking = False
+        self._take_parameters(_parameters_of(self._draft))
+        if robot_id is None or mission is None:
+            return
+        self._is_asking = True
+        self._learn_others(robot_id)
+        self._shell.background.run(
+            lambda: self._ask_robot(robot_id, mission.guid), lambda found: self._robot_answered(wanted, found),
+            lambda _problem: self._robot_answered(wanted, None), key=("scheduler", "parameters"), apart="parameters")
+
+    def _asked_robot(self) -> int | None:
+        """Of a group, the first that is switched on: what a mission asks for is the same on all of them."""
+        draft = self._draft
+        if draft.group_id is None:
+            return draft.robot_id
+        return next((robot.id for robot in self._facts.members(draft.group_id) if robot.enabled), None)
+
+    def _learn_others(self, robot_id: int) -> None:
+        """Of a group what its other robots have is learnt meanwhile: perhaps none has the mission."""
+        others = [robot.id for robot in self._facts.members(self._draft.group_id) if robot.enabled and robot.id != robot_id]
+        if others:
+            self._shell.background.run(
+                lambda: sum(self._services.robot_missions.learn_names(other) for other in others),
+                lambda new: self._forecast_soon() if new else None, lambda _problem: None, key=("scheduler", "names"), apart="names")
+
+    def _ask_robot(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
+        self._services.robot_missions.learn_names(robot_id)
+        return tuple(self._services.robot_missions.parameters(robot_id, guid))
+
+    def _robot_answered(self, asked: Asked, found: tuple[MissionParameter, ...] | None) -> None:
+        """None: it did not. Perhaps the form is about another mission by now."""
+        if asked != self._asked_of:
+            return
+        if found is not None:
+            kept = self._draft.parameters
+            self._take_parameters(tuple(replace(p, default=kept[p.name]) if p.name in kept else p for p in found)
+                                  or _parameters_of(self._draft))
+            self._forecast_soon()                             # it may not have the mission at all
+        self._parameters_are_known(found or ())
+
+    def _parameters_are_known(self, found: tuple[MissionParameter, ...]) -> None:
+        """Or will not be soon. Save, where that has waited for it; but nobody has seen fields that appear just now."""
+        self._wait_no_longer.cancel()
+        self._is_asking, waits, self._saves_when_known = False, self._saves_when_known, False
+        if not waits:
+            return
+        self.saving = False
+        if found:
+            self.problems = problems_of(found)
+            self._shell.snackbars.show(_("The mission asks for values: enter them, then save"), icon="form-textbox")
+        else:
+            self.save({field.name: field.default for field in self.parameters})
+
+    def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
+        self._asked = found
+        self.problems = {}
+        self.parameters = fields_of(found, self._draft.entered)
+
+
+def _parameters_of(draft: Draft) -> tuple[MissionParameter, ...]:
+    """Those that the schedule has a value for."""
+    return tuple(MissionParameter(name, type="integer" if type(value) is int else "", default=value)
+                 for name, value in draft.parameters.items())

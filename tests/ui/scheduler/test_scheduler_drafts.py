@@ -1,0 +1,305 @@
+"""Entries of the form while other things happen: they are being saved, the robot is asked, the schedule is changed or deleted elsewhere."""
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.domain.models import InvalidInput
+from app.domain.robot import MissionParameter
+from app.screens.scheduler.cards import FormCard
+from app.widgets.buttons import IconButton
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.flow import ParameterFields
+from app.widgets.snackbar import Snackbar
+from tests.ui.planner import KITS, choose, kind, named, save, save_button, schedules, settle
+
+PUT_ASIDE = "{}: what was entered and not saved is put aside"
+PALLETS = MissionParameter("count", "Pallets", "integer", 2, 1, 80)
+
+
+def said(app) -> list[str]:
+    return app.shell.snackbars.texts
+
+
+def bring_back(ui):
+    return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
+
+
+def stock(container):
+    return named(container, "Night stock count", "Aino")
+
+
+def stored(container, schedule):
+    return container.repositories.schedules.get(container.db.read(), schedule.id)
+
+
+def other(screen, container, ui) -> None:
+    """Open a schedule to look at it."""
+    screen.plan.edit(named(container, KITS, "Aino").id)
+    settle(screen, ui)
+
+
+def put_aside(screen, container, ui, **values):
+    """Entries for the stock count, behind another schedule."""
+    screen.plan.edit(stock(container).id)
+    screen.plan.form.set(**(values or {"priority": 3}))
+    other(screen, container, ui)
+    assert len(screen.plan.form.aside) == 1
+
+
+# ---------------------------------------------------------------------- while it is being saved
+@pytest.fixture
+def slow(container, monkeypatch):
+    """Writing waits for this event."""
+    go, write = threading.Event(), container.catalogue.save_schedule
+    monkeypatch.setattr(container.catalogue, "save_schedule", lambda schedule: go.wait(30) and write(schedule))
+    yield go
+    go.set()
+
+
+def test_what_is_being_saved_is_not_put_aside(screen, container, ui, slow):
+    choose(screen, ui, "Mission", KITS)
+    before = len(schedules(container))
+    ui.tap(save_button(ui))
+    screen.plan.edit(stock(container).id)
+    slow.set()
+    settle(screen, ui)
+    assert len(schedules(container)) == before + 1
+    assert (screen.plan.form.editing, screen.plan.form.aside) == (stock(container).id, [])
+    assert said(screen) == [f"{KITS} on Aino is planned"]
+
+
+@pytest.mark.parametrize("then", ["saved", "left and brought back"])
+def test_what_is_changed_while_it_is_being_saved_belongs_to_what_was_saved(screen, container, ui, slow, then):
+    choose(screen, ui, "Mission", KITS)
+    before = {schedule.id for schedule in schedules(container)}
+    ui.tap(save_button(ui))
+    screen.plan.form.set(priority=3)
+    if then != "saved":
+        screen.plan.edit(stock(container).id)
+    slow.set()
+    settle(screen, ui)
+    if then != "saved":
+        ui.tap(bring_back(ui))
+        settle(screen, ui)
+    assert not screen.plan.form.draft.is_new
+    save(screen, ui)
+    added = [schedule for schedule in schedules(container) if schedule.id not in before]
+    assert [schedule.priority for schedule in added] == [3]
+
+
+def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, container, ui, slow, monkeypatch):
+    choose(screen, ui, "Mission", KITS)
+    entered = screen.plan.form.draft
+
+    def refuse(_schedule):
+        slow.wait(30)
+        raise InvalidInput("name", "Choose another name")
+
+    monkeypatch.setattr(container.catalogue, "save_schedule", refuse)
+    ui.tap(save_button(ui))
+    screen.plan.edit(stock(container).id)
+    slow.set()
+    settle(screen, ui)
+    assert (screen.plan.form.view.why, screen.plan.form.view.save_off) == ("", False)
+    assert screen.plan.form.aside == [entered]
+    assert said(screen) == [f"{KITS}: Choose another name"]
+
+
+# ---------------------------------------------------------------------- while Save waits for the robot
+def test_save_that_waits_for_the_robot_saves_what_it_was_pressed_for_and_nothing_else(screen, container, ui, monkeypatch):
+    answers = threading.Event()
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
+    form, before = screen.plan.form, {schedule.id: schedule for schedule in schedules(container)}
+    form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
+    ui.wait(lambda: not form.view.save_off)
+    form.save()
+    assert form.saving
+    screen.plan.edit(stock(container).id)
+    form.set(priority=3)                                      # nobody has pressed Save for this
+    answers.set()
+    settle(screen, ui)
+    after = {schedule.id: schedule for schedule in schedules(container)}
+    assert len(after) == len(before) + 1
+    assert {number: after[number] for number in before} == before
+    assert (form.editing, form.draft.priority, form.aside) == (stock(container).id, 3, [])
+
+
+# ---------------------------------------------------------------------- what is shown of it
+def test_the_starts_that_are_shown_are_those_of_the_schedule_in_the_form(screen, container, ui, monkeypatch):
+    form = screen.plan.form
+    other(screen, container, ui)
+    assert form.view.starts
+    go, foresee = threading.Event(), container.forecasts.of
+    monkeypatch.setattr(container.forecasts, "of", lambda *given: go.wait(30) and foresee(*given))
+    screen.plan.edit(stock(container).id)
+    ui.advance(.5)
+    assert (form.view.starts, form.view.can_skip) == ((), False)
+    go.set()
+    settle(screen, ui)
+    assert form.view.starts
+
+
+def test_parameters_are_those_of_the_schedule_in_the_form(screen, container, ui, monkeypatch):
+    """Of two schedules of one mission of one robot."""
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
+    first = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
+    second = container.catalogue.save_schedule(replace(first, id=0, name="Second", parameters={"count": 9}))
+    for schedule, count in ((first, "5"), (second, "9"), (first, "5")):
+        settle(screen, ui)
+        screen.plan.edit(schedule.id)
+        settle(screen, ui)
+        assert ui.find(ParameterFields).values() == {"count": count}
+
+
+# ---------------------------------------------------------------------- what was typed for the mission
+def typed(screen, ui, count: str) -> None:
+    settle(screen, ui)
+    ui.find(ParameterFields).children[0].text = count
+    ui.advance(.2)
+
+
+@pytest.mark.parametrize("new", [True, False])
+def test_parameters_that_were_typed_are_put_aside_and_brought_back(screen, container, ui, monkeypatch, new):
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
+    if new:
+        choose(screen, ui, "Mission", "Bring pallet to dock")
+    else:
+        screen.plan.edit(stock(container).id)
+    typed(screen, ui, "37")
+    other(screen, container, ui)
+    ui.tap(bring_back(ui))
+    settle(screen, ui)
+    assert ui.find(ParameterFields).values() == {"count": "37"}
+    save(screen, ui)
+    assert [schedule.parameters for schedule in schedules(container) if schedule.parameters] == [{"count": 37}]
+
+
+def test_parameters_of_another_mission_are_not_filled_in(screen, container, ui, monkeypatch):
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
+    choose(screen, ui, "Mission", "Bring pallet to dock")
+    typed(screen, ui, "37")
+    choose(screen, ui, "Mission", KITS)
+    settle(screen, ui)
+    assert ui.find(ParameterFields).values() == {"count": "2"}
+
+
+# ---------------------------------------------------------------------- messages, and several drafts
+def test_a_draft_that_is_back_in_the_form_is_not_offered_any_more(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    screen.plan.edit(stock(container).id)
+    settle(screen, ui)
+    assert said(screen) == [PUT_ASIDE.format(KITS)]
+    ui.tap(bring_back(ui))
+    settle(screen, ui)
+    assert said(screen) == []
+
+
+def test_of_several_each_can_be_chosen_or_all_thrown_away(screen, container, ui):
+    names = [KITS, "Night stock count", "Collect empties"]
+    for name in names:
+        screen.plan.edit(next(schedule.id for schedule in schedules(container) if schedule.name.startswith(name)))
+        screen.plan.form.set(priority=3)
+    screen.plan.form.begin()
+    settle(screen, ui)
+    ui.tap(bring_back(ui))
+    dialog = ui.find(ChoiceDialog)
+    assert [option.text.split(" on ")[0] for option in dialog.options] == [*reversed(names), "Throw all of them away"]
+    ui.tap(ui.find(root=dialog, text=dialog.options[2].text))
+    settle(screen, ui)
+    assert screen.plan.form.draft.base.name == dialog.options[2].text
+    assert len(screen.plan.form.aside) == 2
+    ui.tap(bring_back(ui))
+    ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Throw all of them away"))
+    settle(screen, ui)
+    assert screen.plan.form.aside == []
+    assert said(screen) == []
+
+
+def test_five_are_kept(screen, container, ui):
+    for schedule in schedules(container)[:7]:
+        screen.plan.edit(schedule.id)
+        screen.plan.form.set(priority=3)
+    assert [draft.base.id for draft in screen.plan.form.aside] == [schedule.id for schedule in schedules(container)[1:6]]
+
+
+def test_they_survive_larger_controls(screen, container, ui):
+    put_aside(screen, container, ui)
+    old = screen.plan
+    container.catalogue.change_settings(gloves=True)
+    ui.wait(lambda: screen.shell.navigator.screen("scheduler").vm is not old)
+    screen.plan = screen.shell.navigator.screen("scheduler").vm
+    try:
+        assert [draft.priority for draft in screen.plan.form.aside] == [3]
+        ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))          # the message is of before
+        settle(screen, ui)
+        assert (screen.plan.form.draft.priority, screen.plan.form.aside) == (3, [])
+    finally:
+        larger = screen.plan
+        container.catalogue.change_settings(gloves=False)
+        ui.wait(lambda: screen.shell.navigator.screen("scheduler").vm is not larger)
+        screen.plan = screen.shell.navigator.screen("scheduler").vm
+
+
+# ---------------------------------------------------------------------- the schedule is changed or deleted meanwhile
+@pytest.mark.parametrize("aside", [False, True])
+def test_what_was_saved_meanwhile_stays_where_nothing_else_was_entered(screen, container, ui, aside):
+    if aside:
+        put_aside(screen, container, ui)
+    else:
+        screen.plan.edit(stock(container).id)
+        screen.plan.form.set(priority=3)
+    meanwhile = container.catalogue.save_schedule(replace(stock(container), name="Inventory", minimum_battery_percent=55.0))
+    container.pausing.pause(meanwhile.id, container.clock.now() + timedelta(days=5))
+    container.catalogue.set_schedule_enabled(meanwhile.id, False)
+    settle(screen, ui)
+    if aside:
+        ui.tap(bring_back(ui))
+        settle(screen, ui)
+    save(screen, ui)
+    after = stored(container, meanwhile)
+    assert (after.name, after.priority, after.minimum_battery_percent, after.enabled) == ("Inventory", 3, 55, False)
+    assert after.paused_until is not None
+
+
+def test_a_robot_that_was_renamed_takes_no_name_from_its_schedules(screen, container, ui):
+    screen.plan.edit(stock(container).id)
+    screen.plan.form.set(priority=3)
+    aino = next(robot for robot in container.catalogue.robots() if robot.name == "Aino")
+    container.catalogue.save_robot(replace(aino, name="Aino the first"))
+    settle(screen, ui)
+    save(screen, ui)
+    after = stored(container, next(schedule for schedule in schedules(container) if schedule.priority == 3))
+    assert after.name == "Night stock count on Aino the first"
+
+
+def test_entries_of_a_schedule_that_is_deleted_can_be_brought_back_to_it_when_that_is_undone(screen, container, ui):
+    before = len(schedules(container))
+    screen.plan.edit(stock(container).id)
+    screen.plan.form.set(priority=3, name="Count")
+    screen.plan.delete(stock(container))
+    settle(screen, ui)
+    ui.tap(bring_back(ui))
+    settle(screen, ui)
+    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.name) == (True, "Count")
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert not screen.plan.form.draft.is_new
+    save(screen, ui)
+    assert len(schedules(container)) == before
+    assert [schedule.name for schedule in schedules(container) if schedule.priority == 3] == ["Count"]
+
+
+def test_entries_of_a_schedule_that_somebody_else_deletes_make_it_anew(screen, container, ui):
+    before = len(schedules(container))
+    screen.plan.edit(stock(container).id)
+    screen.plan.form.set(name="Count")
+    kind(screen, ui, "Daily")
+    container.catalogue.remove_schedule(stock(container).id)
+    settle(screen, ui)
+    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.name) == (True, "Count")
+    save(screen, ui)
+    assert len(schedules(container)) == before
