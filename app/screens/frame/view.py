@@ -115,10 +115,12 @@ def open_issues(issues: OpenIssues, robots: Mapping[int, Robot], settings: Setti
              for group in together(standing, now)]
     lines += [(_HOLD, OpenIssue(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
               for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # an implausible clock has its own alarm
+    starting = [OpenIssue(("late", 0), _late(issues.late_starts, settings, now))] if issues.late_starts else []
+    if starting and all(start.held for start in issues.late_starts):          # nothing of them runs away, as of other holds
+        lines += [(_HOLD, starting.pop())]
     lines.sort(key=lambda line: line[0])
-    late = [OpenIssue(("late", 0), _late(issues.late_starts, settings, now))] if issues.late_starts else []
     copy = [OpenIssue(("copy", 0), _copy(issues.copy))] if issues.copy else []
-    return [*copy, *late, *(issue for _urgency, issue in lines)]
+    return [*copy, *starting, *(issue for _urgency, issue in lines)]
 
 
 def issue_entry(issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime, unfolded: bool = False) -> AlarmEntry:

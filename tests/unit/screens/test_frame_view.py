@@ -180,6 +180,8 @@ def test_late_starts_that_are_held_are_neither_counted_down_nor_forgotten():
     held = replace(late, id=99, held=True, wait=Wait.HOLD)
     assert late_starts([RUNNING, held, late], ROBOTS) == [held, late]
     assert banner(OpenIssues(late_starts=[held, late]), ROBOTS, SETTINGS, NOW).text == "1 late mission starts in 21 s"
+    assert show(alarm("emergency_stop"), late=[held, late]).text == "1 late mission starts in 21 s"
+    assert show(alarm("emergency_stop"), late=[held]).tone == "fault"             # nothing runs away
     view = banner(OpenIssues(late_starts=[held]), ROBOTS, SETTINGS, NOW)
     assert (view.text, view.act, view.action) == ("1 late mission is held", Act.LATE_STARTS, "Show")
 
