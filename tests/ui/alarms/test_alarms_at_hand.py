@@ -198,6 +198,7 @@ def test_a_tap_on_what_the_banner_has_just_moved_presses_nothing(app, alarms, ui
     assert at(button) != place
     tap_at_once(acknowledge)
     assert alarms.open()
+    ui.advance(1)
     ui.tap(acknowledge)
     ui.wait(lambda: not ui.find_all(AlarmBanner))
     assert at(button) == place                                # it has moved back
