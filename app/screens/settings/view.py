@@ -194,6 +194,8 @@ def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
     icon, text, tone = badge.icon, badge.word, badge.tone
     if robot.needs_password:
         icon, text, tone = "key-alert-outline", _("Needs a password"), "attention"
+    if twin := _twin(facts, robot):
+        icon, text, tone = "alert-octagon", _("Same machine as {robot}").format(robot=twin.name), "fault"
     used, missing = facts.used_on(robot), facts.missing_on(robot)
     if missing:
         missions = ngettext("{n} missing", "{n} missing", len(missing)).format(n=len(missing))
@@ -206,6 +208,12 @@ def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
         serial=robot.serial_number or "–", identified_by=_identified_by(robot), badge=text, badge_icon=icon, tone=tone, missions=missions,
         missions_tone="attention" if missing else "neutral", missions_icon="alert" if missing else "",
         has_default_password=Token(robot.token or "").is_published_default)
+
+
+def _twin(facts: SettingsFacts, robot: Robot) -> Robot | None:
+    """Another robot that turned out to be the same machine: one that doesn't answer can be saved, and tells its serial number later."""
+    return next((other for other in facts.robots if other.id != robot.id and robot.serial_number
+                 and other.serial_number == robot.serial_number), None)
 
 
 def _identified_by(robot: Robot) -> str:

@@ -116,6 +116,14 @@ def identity(serial="200104012", **values):
     return Identity(status, "scheduler", **{"software": "3.5.4", **values})
 
 
+def test_two_that_turn_out_to_be_one_machine_name_each_other():
+    """One that does not answer is saved without its serial number, which it tells later."""
+    twins = (AINO, replace(AINO, id=2, name="Lempi"), replace(AINO, id=3, name="Third", serial_number=""))
+    assert [(panel.badge, panel.tone) for panel in view.robot_panels(facts(robots=twins), NOW)][:2] == [
+        ("Same machine as Lempi", "fault"), ("Same machine as Aino", "fault")]
+    assert "Same" not in view.robot_panels(facts(robots=twins), NOW)[2].badge
+
+
 def test_a_passed_test_says_who_answered():
     notice = view.connection_found(identity())
     assert notice == view.NoticeView("MiR_R1234 answers in 38 ms", "MiR250 · serial 200104012 · software 3.5.4", "done", "check-circle")
