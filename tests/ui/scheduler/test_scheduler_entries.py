@@ -171,3 +171,15 @@ def test_a_time_that_a_finger_on_free_time_has_begun_is_no_entry(screen, contain
     plan.form.set(priority=3)
     plan.edit(named(container, "Night stock count", "Aino").id)
     assert said(screen) == [PUT_ASIDE.format("New schedule")]
+
+
+def test_what_was_entered_before_a_finger_gave_it_a_time_is_one(screen, container, ui):
+    plan, aino = screen.plan, named(container, KITS, "Aino").robot_id
+    plan.form.set(priority=3)
+    plan.begin_at(aino, 8.)
+    assert (plan.form.draft.priority, said(screen)) == (3, [])
+    plan.edit(named(container, "Night stock count", "Aino").id)
+    assert said(screen) == [PUT_ASIDE.format("New schedule")]
+    plan.begin_at(aino, 8.)                                   # in the place of a schedule in which nothing was changed
+    plan.edit(named(container, "Night stock count", "Aino").id)
+    assert [draft.priority for draft in plan.form.aside] == [3]
