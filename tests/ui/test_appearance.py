@@ -127,7 +127,7 @@ def test_what_the_screens_show_survives_a_change_of_the_appearance(site, app, ui
     go(ui, "display")
     site.container.catalogue.change_settings(**change)
     ui.wait(lambda: app._shown == settings(site))
-    plan, logs = model("scheduler"), model("logs")
+    logs, plan = model("logs"), model("scheduler")
     assert (plan.mode, plan._window) == ("days", window)
     plan.choose_mode("hours")
     ui.wait(lambda: app.shell.background.idle)

@@ -25,8 +25,10 @@ from app.screens.rescue import Damage
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import TopBar
+from app.widgets.timeline import Timeline
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
+from tests.ui.drawn import put_down
 from tests.ui.whole_app import plant, shown
 
 ROOT = Path(__file__).parents[2]
@@ -249,6 +251,28 @@ def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_g
         ui.wait(lambda: ui.find(TopBar).robot == "Aino")
     finally:
         may.set()
+        app.dispatch("on_stop")
+        ui.advance()
+        opened[-1].close()
+
+
+def test_a_finger_may_be_on_the_timeline_while_the_app_goes_back(tmp_path, ui):
+    opened, backup, restore, may = going_back(tmp_path)
+    app = SchedulerApp(opened[0], animate=False, restore=restore)
+    app._run_prepare()
+    try:
+        app.shell.go("scheduler")
+        ui.wait(lambda: app.shell.background.idle)
+        chart = ui.find(Timeline)
+        finger = put_down(*chart.to_window(*chart.center))
+        finger.touch_move(finger.x + 100, finger.y)
+        app.shell.restore(backup)
+        ui.advance()
+        finger.touch_up()
+        assert not chart.touched
+    finally:
+        may.set()
+        ui.wait(lambda: app.container is not None)
         app.dispatch("on_stop")
         ui.advance()
         opened[-1].close()

@@ -6,6 +6,7 @@ import threading
 import weakref
 from functools import partial
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 from kivy.base import EventLoop
@@ -15,7 +16,7 @@ from kivy.uix.label import Label
 
 from app.i18n import translator
 from app.screens.common.threads import STAYING
-from app.screens.common.view_model import Background, Navigator, ScreenBase, UiBus, ViewModel
+from app.screens.common.view_model import Background, Navigator, Refresher, ScreenBase, UiBus, ViewModel
 from app.widgets.frame import Screens
 
 
@@ -241,6 +242,23 @@ def test_a_view_model_listens_and_ticks_only_while_shown(ui, bus):
     assert model.heard == [2]
     assert model.ticks == 3
     assert model.calls == [("opened", {"section": "robots"}), "closed"]
+
+
+def test_what_is_not_shown_reads_nothing_whoever_asks(ui, background):
+    """A finger that moved something may be lifted after its screen has gone, and after the last work was taken."""
+    read: list[int] = []
+    shell = SimpleNamespace(background=background, say_problem=pytest.fail)
+    reader = Refresher(shell, lambda: lambda: len(read), read.append)
+    reader.read()
+    stop = reader.start()
+    reader.read()
+    ui.wait(lambda: read == [0])
+    stop()
+    background.close()
+    reader.read()
+    reader.request()
+    ui.advance()
+    assert read == [0]
 
 
 def test_a_view_model_hears_of_the_language_while_shown(ui, bus):

@@ -18,7 +18,7 @@ no state of its own that a service has.
 
         def opened(self, execution_id=None):                  # on screen now; the intent of shell.go("logs", execution_id=7)
             self.keep(self._shell.bus.subscribe(Changed, self._changed))
-            self.keep(self._refresher.stop)
+            self.keep(self._refresher.start())
             self._refresher.read()
 
         def _changed(self, event):
@@ -134,34 +134,38 @@ class ViewModel(EventDispatcher):
 class Refresher(Generic[T]):
     """Reads for a screen off the UI thread, one reading at a time; what changes meanwhile asks for one more.
 
-    ``start()`` runs on the UI thread and returns the work; ``take(result)`` or ``failed(exception)`` follow on the UI thread. Several
-    requests within a frame are one reading; while it is stopped nothing is read and nothing is taken.
+    ``work()`` is called on the UI thread and returns what runs on another one; ``take(result)`` or ``failed(exception)`` follow on the UI
+    thread. Several requests within a frame are one reading. Before ``start`` and after ``stop`` nothing is read, whoever asks.
     """
 
-    def __init__(self, shell: Shell, start: Callable[[], Callable[[], T]], take: Callable[[T], object],
+    def __init__(self, shell: Shell, work: Callable[[], Callable[[], T]], take: Callable[[T], object],
                  failed: Callable[[BaseException], object] | None = None) -> None:
-        self._shell, self._start, self._take, self._failed = shell, start, take, failed or shell.say_problem
+        self._shell, self._work, self._take, self._failed = shell, work, take, failed or shell.say_problem
         self._job: Job | None = None
-        self._is_stale = self._is_stopped = False
+        self._is_stale = self._is_started = False
         self._soon = Clock.create_trigger(lambda _dt: self.read(), 0)
 
     def request(self, *_args: object) -> None:
         """Read in the next frame. On the UI thread, as everything here."""
-        if not self._is_stopped:
+        if self._is_started:
             self._soon()
 
     def read(self) -> None:
         """Read now, or once more after the reading under way."""
-        self._is_stopped = False
-        if self._job is not None:
-            self._is_stale = True
+        if not self._is_started:
             return
-        self._is_stale = False
-        self._job = self._shell.background.run(self._start(), self._done, self._not_done)
+        self._is_stale = self._job is not None
+        if self._job is None:
+            self._job = self._shell.background.run(self._work(), self._done, self._not_done)
+
+    def start(self) -> Callable[[], None]:
+        """From now on it reads when it is asked to; returns ``stop``."""
+        self._is_started = True
+        return self.stop
 
     def stop(self) -> None:
-        """Until the next ``read``; a reading under way is dropped."""
-        self._is_stopped = True
+        """A reading under way is dropped."""
+        self._is_started = False
         self._soon.cancel()
         if self._job is not None:
             self._job.cancel()

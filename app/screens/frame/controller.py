@@ -74,7 +74,7 @@ class FrameController:
         frame = self._frame
         frame.bind(on_go=self._go, on_pick_robot=self._pick_robot, on_solve=self._press_banner, on_list_alarms=self._show_alarms)
         self._shell.navigator.bind(current=self._went)
-        self._release = [self._shell.bus.subscribe(Changed, self._changed), self._reader.stop, translator.subscribe(self._retranslated),
+        self._release = [self._shell.bus.subscribe(Changed, self._changed), self._reader.start(), translator.subscribe(self._retranslated),
                          Clock.schedule_interval(lambda _dt: self._show(), 1).cancel]
         self._retranslated()
         self._reader.read()

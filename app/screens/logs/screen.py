@@ -90,6 +90,8 @@ class LogsViewModel(ViewModel):
             self.part, self._filters = seen
             self.query, self.searching = self._filters.text, bool(self._filters.text)
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
+        self.keep(self._runs_refresher.start())
+        self.keep(self._figures_refresher.start())
         self.every(REFRESH_S, self._runs_refresher.read)
         if anew:
             self._show_runs(Filters())
@@ -97,10 +99,6 @@ class LogsViewModel(ViewModel):
             self._runs_refresher.read()
         else:
             self._shell.background.run(lambda: self._services.ledger.get(execution_id), self._open_run, self._shell.say_problem)
-
-    def closed(self) -> None:
-        self._runs_refresher.stop()
-        self._figures_refresher.stop()
 
     def retranslated(self) -> None:
         self._show()

@@ -89,6 +89,7 @@ class SchedulerViewModel(OnTimeline):
             self.form.set(mission_id=mission_id)
             self.part = "form"
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
+        self.keep(self._refresher.start())
         self.keep(self._started.open())
         self.keep(self.advice.opened())
         self.every(1, self._tick)
@@ -99,7 +100,6 @@ class SchedulerViewModel(OnTimeline):
 
     def closed(self) -> None:
         self.form.leave()
-        self._refresher.stop()
 
     def _changed(self, event: Changed) -> None:
         """No plan depends on what robots report many times a second."""

@@ -66,7 +66,7 @@ class SettingsViewModel(ViewModel):
     # ------------------------------------------------------------------ reading
     def opened(self, *_args: Any, **_intent: Any) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
-        self.keep(self._refresher.stop)
+        self.keep(self._refresher.start())
         self.every(1, self._tick)
         self._refresher.read()
 
