@@ -57,7 +57,7 @@ def test_each_robot_has_its_own_place_and_one_that_is_gone_looks_so(site, ui):
     with shown(site.container, ui):
         ui.wait(lambda: ui.find_all(RobotMap) and len(ui.find_all(RobotChip)) == 2)
         site.aino.control({"reboot_seconds": 600})
-        ui.wait(lambda: "No connection" in ui.texts())
+        ui.wait(lambda: "No answer" in ui.texts())
         assert ui.find(RobotMap).tone == "offline"
         assert any("127.0.0.1" in text for text in ui.texts(ui.find(RobotPlace)))
         ui.tap(ui.find(RobotChip, name="Veikko"))

@@ -1,7 +1,9 @@
 """Planned starts that any robot of a group may take: which one will probably come, always marked as a forecast. Pure."""
 from __future__ import annotations
 
+from app.domain.models import Connection
 from app.i18n import _
+from app.screens.common.robot_appearance import silence_word
 from app.services.planning.plan import PlannedRun
 
 ABOUT = "≈"
@@ -23,6 +25,11 @@ def label(run: PlannedRun, words: str) -> str:
 def lack(run: PlannedRun) -> str:
     """In a few words, that no robot can do it, as far as is known."""
     return _("no robot of the group has the mission") if run.lacking else ""
+
+
+def silence(run: PlannedRun, connection: Connection | None) -> str:
+    """In a few words, what is wrong with the robot that it waits for; a group's start goes to another one."""
+    return silence_word(connection) if run.group is None else ""
 
 
 def sentence(run: PlannedRun) -> str:

@@ -1,7 +1,7 @@
 """How one robot is shown, in chip, card, top bar and picker: words, icons and tones; normal is grey (ISA-101). Pure."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 
 from app.domain.activity import activity_of
@@ -30,12 +30,10 @@ def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Appe
     """What the robot does; of one that has not answered lately only that."""
     if not robot.enabled or snapshot.connection is Connection.DISABLED:
         return off_appearance(robot)
-    if snapshot.status is None:
-        if snapshot.connection is Connection.UNKNOWN:
-            return Appearance(_("Connecting"), "timer-sand", "offline")
-        return Appearance(_("No connection"), "wifi-off", "attention")
-    if stale or snapshot.connection not in (*ANSWERS, Connection.UNKNOWN):
-        return Appearance(_("No connection"), "wifi-off", "attention")
+    if snapshot.status is None and snapshot.connection is Connection.UNKNOWN:
+        return Appearance(_("Connecting"), "timer-sand", "offline")
+    if snapshot.status is None or stale or is_silent(snapshot.connection):
+        return _silence(snapshot.connection)
     return _appearance_of(snapshot.status)
 
 
@@ -83,18 +81,34 @@ def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settin
         if connection is Connection.SLOW:
             return Appearance(_("Slow · {age}").format(age=age), "wifi-strength-2-alert", "attention")
         return Appearance(_("Connected · {age}").format(age=age), "wifi")
+    if not is_silent(connection):
+        return Appearance(_("Connecting"), "timer-sand")
+    shown = _silence(connection)
+    if snapshot.since is None:
+        return shown
+    since = formats.day_and_time(snapshot.since, settings.timezone, now)
+    return replace(shown, word=_("{problem} since {time}").format(problem=shown.word, time=since))
+
+
+def is_silent(connection: Connection) -> bool:
+    """Whether it gives no answer, or none that can be trusted: what is planned waits for it."""
+    return connection not in (*ANSWERS, Connection.UNKNOWN, Connection.DISABLED)
+
+
+def silence_word(connection: Connection | None) -> str:
+    """What is wrong with one that is silent; empty for any other."""
+    return _silence(connection).word if connection is not None and is_silent(connection) else ""
+
+
+def _silence(connection: Connection) -> Appearance:
     words, icon = {
-        Connection.UNREACHABLE: (_("No answer"), "wifi-off"),
         Connection.UNAUTHORIZED: (_("Wrong password"), "account-lock-outline"),
         Connection.WRONG_ROBOT: (_("Another robot"), "robot-confused-outline"),
         Connection.OTHER_CERTIFICATE: (_("Another certificate"), "certificate-outline"),
         Connection.UNTRUSTED: (_("Unknown certificate"), "certificate-outline"),
         Connection.NOT_A_ROBOT: (_("Not a MiR robot"), "robot-off-outline"),
-    }.get(connection, (_("Connecting"), "timer-sand"))
-    if connection is Connection.UNKNOWN or snapshot.since is None:
-        return Appearance(words, icon, "neutral" if connection is Connection.UNKNOWN else "attention")
-    since = formats.day_and_time(snapshot.since, settings.timezone, now)
-    return Appearance(_("{problem} since {time}").format(problem=words, time=since), icon, "attention")
+    }.get(connection, (_("No answer"), "wifi-off"))
+    return Appearance(words, icon, "attention")
 
 
 @dataclass(frozen=True)
@@ -129,11 +143,6 @@ def battery_appearance(status: RobotStatus | None, settings: Settings) -> Batter
         note = _("under {minimum} %").format(minimum=formats.plain(minimum))
     return BatteryAppearance(_("{n} %").format(n=int(percent)), icon, "attention" if low else "neutral", percent / 100,
                              "attention" if low else "accent", note)
-
-
-def is_silent(snapshot: RobotSnapshot) -> bool:
-    """Whether it has stopped answering: what is planned waits for it."""
-    return snapshot.connection is Connection.UNREACHABLE
 
 
 def is_old(snapshot: RobotSnapshot, now: datetime, settings: Settings) -> bool:

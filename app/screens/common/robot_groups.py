@@ -11,7 +11,7 @@ from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.screens.common.holding import HAND, hold_at
-from app.screens.common.robot_appearance import ANSWERS, LOW, STOPPED
+from app.screens.common.robot_appearance import LOW, STOPPED, is_silent
 from app.services.live.holds import Hold
 
 
@@ -52,7 +52,7 @@ def group_of(robot: Robot, snapshot: RobotSnapshot, old: bool, settings: Setting
         return Group.OFF
     if snapshot.connection is Connection.UNKNOWN:
         return Group.STARTING
-    if old or snapshot.status is None or snapshot.connection not in ANSWERS:
+    if old or snapshot.status is None or is_silent(snapshot.connection):
         return Group.SILENT
     return _group_of(snapshot.status, settings)
 

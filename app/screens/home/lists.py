@@ -11,7 +11,7 @@ from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.holding import HAND, held_note
-from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, is_silent, state_appearance
+from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, state_appearance
 from app.screens.common.robot_groups import group_of, look_of, or_held
 from app.screens.home.facts import HomeFacts
 from app.services.planning.plan import PlannedRun
@@ -251,11 +251,12 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
     for run in facts.planned:
         held, soon = held_words(facts, run, now), (run.at - now).total_seconds()
         day = "" if formats.day(run.at, zone) == formats.day(now, zone) else formats.day(run.at, zone)
-        snapshot = facts.snapshots.get(run.robot.id)
-        silent = _("no answer") if not held and run.group is None and snapshot is not None and is_silent(snapshot) else ""
-        words = held or foreseen.lack(run) or (formats.ahead(soon) if soon < formats.DAY else "")
+        kept = held or foreseen.lack(run)
+        snapshot = facts.snapshots.get(run.robot.id) or RobotSnapshot(run.robot.id)
+        silence = "" if kept else foreseen.silence(run, snapshot.connection)
+        note = (foreseen.whose(run), silence, kept or (formats.ahead(soon) if soon < formats.DAY else ""))
         starts.append(PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone), run.mission.name,
-                                   " · ".join(filter(None, (foreseen.whose(run), silent, words))), HAND if held else "", day))
+                                   " · ".join(filter(None, note)), HAND if held else "", day))
     return starts
 
 

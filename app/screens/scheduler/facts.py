@@ -9,7 +9,7 @@ from zoneinfo import ZoneInfo
 from app.database.executions import ExecutionFilter
 from app.domain import names
 from app.domain.clock import Clock
-from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings
+from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings
 from app.screens.common import formats
 from app.screens.common.holding import hold_for, hold_of_run
 from app.screens.common.robot_appearance import is_silent
@@ -101,7 +101,7 @@ class SchedulerFacts:
     usual_s: Mapping[tuple[int, str], float] = field(default_factory=dict)   # how long open missions take, by robot and guid
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # of the missions that a robot has, by its id and their guid
     typed: frozenset[tuple[int, str]] = frozenset()                  # of these, those known from Settings only
-    silent: frozenset[int] = frozenset()                             # robots that have stopped answering, by id
+    silent: Mapping[int, Connection] = field(default_factory=dict)   # how robots that give no answer, or none to trust, are connected
     skips: frozenset[tuple[int, datetime]] = frozenset()             # starts to come that are skipped: schedule and instant
 
     @property
@@ -191,9 +191,9 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         typed=frozenset(key for key, one in usual.items() if one.typed), silent=silent(services.snapshots, robots), skips=skips)
 
 
-def silent(snapshots: Snapshots, robots: Iterable[Robot]) -> frozenset[int]:
-    """Those that have stopped answering."""
-    return frozenset(robot.id for robot in robots if is_silent(snapshots.get(robot.id)))
+def silent(snapshots: Snapshots, robots: Iterable[Robot]) -> Mapping[int, Connection]:
+    """Those of ``SchedulerFacts.silent``."""
+    return {robot.id: connection for robot in robots if is_silent(connection := snapshots.get(robot.id).connection)}
 
 
 def _is_start(at: datetime, schedule: Schedule | None, calendar: WorkingCalendar) -> bool:

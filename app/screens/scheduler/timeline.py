@@ -12,7 +12,7 @@ from zoneinfo import ZoneInfo
 from app.domain.models import Execution, Group, Robot, State
 from app.i18n import _, ngettext, pgettext
 from app.screens.common import foreseen, formats
-from app.screens.common.robot_appearance import off_word
+from app.screens.common.robot_appearance import off_word, silence_word
 from app.screens.scheduler import axis
 from app.screens.scheduler.axis import Band, Range, Tick
 from app.screens.scheduler.contested import Contested
@@ -194,7 +194,7 @@ def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], co
     more = [at for schedule in facts.schedules if schedule.robot_id == robot.id and (at := facts.more.get(schedule.id)) is not None]
     hold = next((hold for hold in facts.holds if hold.robot_id == robot.id), None)
     held = axis.held_until(hold, facts, now) if hold and hold.covers(robot.id, now) else ""
-    said = held or (_("No answer") if robot.id in facts.silent else robot.model or "")
+    said = held or silence_word(facts.silent.get(robot.id)) or robot.model or ""
     return Lane(robot.name, said if robot.enabled else off_word(robot),
                 (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
                 _joined([*_overlaps(bars), *_conflicts(contested, read)]), robot.id)

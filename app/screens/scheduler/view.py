@@ -13,6 +13,7 @@ from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.holding import held_next, held_note
 from app.screens.common.options import MenuItem, Option
+from app.screens.common.robot_appearance import silence_word
 from app.screens.scheduler import of_groups
 from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import DAYS, SchedulerFacts
@@ -135,14 +136,14 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
         first = same[0]
         names = first.mission.name, foreseen.whose(first, exactly=False)
         needs = battery_condition(first.schedule, first.mission, facts.settings)
-        own = facts.name(first.schedule)
+        own, silent = facts.name(first.schedule), foreseen.silence(first, facts.silent.get(first.robot.id))
         if len(same) >= GROUPED_FROM:
             begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
             number, last = ngettext("{n} start", "{n} starts", len(same)).format(n=len(same)), _("last at {time}").format(time=ends)
             if (more := facts.more.get(first.schedule.id)) and more.astimezone(zone).date() == first.at.astimezone(zone).date():
                 number, last = _("{starts} and more").format(starts=number), ""
             held = sum(facts.hold_of(run) is not None for run in same)
-            kept = _joined(_("{n} held").format(n=held) if held else "", foreseen.lack(first))
+            kept = _joined(_("{n} held").format(n=held) if held else "", foreseen.lack(first), silent if held < len(same) else "")
             note = _joined(f"{number}, {last}" if last else number, kept)
             yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, last or formats.NOTHING,
                                    _joined(number, kept), own)
@@ -151,7 +152,6 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
             kept = held_note(facts.hold_of(run), run.at, run.schedule.start_window_minutes, facts.settings, now)
             kept = kept or foreseen.lack(run)
             begins = formats.wall_time(run.at.astimezone(zone))
-            silent = _("no answer") if run.group is None and run.robot.id in facts.silent else ""
             note = kept or _joined(silent, formats.ahead((run.at - now).total_seconds()))
             yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, run.mission.name, foreseen.whose(run), note,
                                  _until(run, zone), kept or _joined(silent, needs), own)
@@ -249,7 +249,7 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
     if held := held_next(hold, schedule.next_at, schedule.start_window_minutes, facts.settings, now):
         return held
     when = formats.until(schedule.next_at, now, facts.settings.timezone)
-    return _joined(_("no answer"), when) if schedule.robot_id in facts.silent else when
+    return _joined(silence_word(facts.silent.get(schedule.robot_id or 0)), when)
 
 
 def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:

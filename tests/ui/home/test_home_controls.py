@@ -311,7 +311,7 @@ def test_a_robot_that_does_not_answer_keeps_nobody_from_pausing_another_one(home
 
 def test_pause_can_be_pressed_although_the_robot_is_known_to_be_gone(home, ui):
     home.aino.control({"reboot_seconds": 60})
-    ui.wait(lambda: "No connection" in ui.texts())
+    ui.wait(lambda: "No answer" in ui.texts())
     press(ui, "Pause")
     ui.wait(lambda: any(text.startswith("Pause: Aino ") for text in home.shell.snackbars.texts), seconds=20)
     assert "pause" not in home.root_vm.busy

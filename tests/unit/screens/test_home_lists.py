@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Connection, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import Connection, Group, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem, QueueState
 from app.screens.common.execution_appearance import word
 from app.screens.home.lists import (
@@ -135,11 +135,17 @@ def test_a_planned_start_in_a_hold_says_so_instead_of_how_soon_it_comes(until, w
     assert present(idle, NOW).card.mission.note == f"next: Deliver kits to line 2, {words}"
 
 
-def test_a_planned_start_of_a_robot_that_does_not_answer_says_so():
-    silent = replace(FACTS.snapshots[1], connection=Connection.UNREACHABLE, since=ago(minutes=4))
-    rows = planned_starts(replace(FACTS, snapshots={**FACTS.snapshots, 1: silent}), NOW)
-    assert rows[0].note == "Aino · no answer · in 22 min"
-    assert "no answer" not in rows[1].note
+@pytest.mark.parametrize(("connection", "words"), [
+    (Connection.UNREACHABLE, "No answer · "), (Connection.UNAUTHORIZED, "Wrong password · "), (Connection.WRONG_ROBOT, "Another robot · "),
+    (Connection.UNTRUSTED, "Unknown certificate · "), (Connection.SLOW, ""), (Connection.UNKNOWN, "")])
+def test_a_planned_start_of_a_robot_that_gives_no_answer_to_trust_says_why(connection, words):
+    silent = replace(FACTS, snapshots={**FACTS.snapshots, 1: replace(FACTS.snapshots[1], connection=connection, since=ago(minutes=4))})
+    rows = planned_starts(silent, NOW)
+    assert [row.note for row in rows[:2]] == [f"Aino · {words}in 22 min", "Veikko · in 32 min"]
+    of_group = replace(FACTS.planned[0], group=Group("Hall", (1, 2)), begins_at=FACTS.planned[0].at)
+    assert planned_starts(replace(silent, planned=(of_group,)), NOW)[0].note == "any of Hall (≈ Aino) · in 22 min"      # or another one
+    held = replace(silent, holds=(Hold("Maintenance", None, ago(minutes=1), robot_id=AINO.id),))
+    assert planned_starts(held, NOW)[0].note == "Aino · held until released"
 
 
 def test_an_old_level_of_a_battery_is_not_shown_as_one_of_now():

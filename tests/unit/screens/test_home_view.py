@@ -11,7 +11,7 @@ from app.domain.models import Connection, DurationEstimate, IdleRule, Reason, Re
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.i18n import translator
 from app.mir.errors import Unreachable
-from app.screens.common.robot_appearance import battery_appearance, link_appearance
+from app.screens.common.robot_appearance import battery_appearance, link_appearance, state_appearance
 from app.screens.home.facts import HomeFacts
 from app.screens.home.lists import (
     outcome_line,
@@ -230,7 +230,7 @@ def test_pause_can_be_tried_on_a_robot_that_does_not_answer():
 
 def test_what_is_old_looks_old_and_says_since_when():
     shown = view(with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem="10.40.12.21 doesn't answer"))
-    assert shown.card.state == "No connection"
+    assert shown.card.state == "No answer"
     assert shown.card.old
     assert shown.card.mission.note == "unknown since 14:33"
     assert shown.card.beside.note == "No answer since 14:18"
@@ -280,9 +280,11 @@ def test_connected_but_silent_for_three_polls_is_old_too():
     (Connection.UNAUTHORIZED, "Wrong password"), (Connection.WRONG_ROBOT, "Another robot"), (Connection.UNTRUSTED, "Unknown certificate"),
     (Connection.NOT_A_ROBOT, "Not a MiR robot")])
 def test_each_problem_with_the_connection_has_its_words(connection, words):
-    look = link_appearance(AINO, snapshot(1, EXECUTING, connection=connection), NOW, SETTINGS)
+    seen = snapshot(1, EXECUTING, connection=connection)
+    look = link_appearance(AINO, seen, NOW, SETTINGS)
     assert look.word.startswith(words)
     assert look.tone == "attention"
+    assert state_appearance(AINO, seen, stale=False).word == words        # the same as what the robot does
 
 
 def test_a_robot_that_is_switched_off_can_do_nothing():

@@ -5,7 +5,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings, State, Trigger
+from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings, State, Trigger
 from app.screens.scheduler import hold_view, view
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline
@@ -117,13 +117,30 @@ def test_lists_say_until_when_it_is_held():
     assert [row.note for row in many if not row.heading] == ["6 starts, last at 15:50 · 4 held"]
 
 
-def test_what_is_planned_for_a_robot_that_does_not_answer_says_so():
-    silent = facts(holds=(), planned=(planned(22),), silent=frozenset({1}))
-    assert view.schedule_rows(silent, NOW)[0].next == "Aino · no answer · in 22 min"
-    assert [row.note for row in view.days(silent, NOW) if not row.heading] == ["no answer · in 22 min"]
-    assert timeline(silent, NOW).lanes[0].note == "No answer"
+@pytest.mark.parametrize(("connection", "words"), [(Connection.UNREACHABLE, "No answer"), (Connection.UNAUTHORIZED, "Wrong password"),
+                                                   (Connection.OTHER_CERTIFICATE, "Another certificate")])
+def test_what_is_planned_for_a_robot_that_gives_no_answer_to_trust_says_why(connection, words):
+    silent = facts(holds=(), planned=(planned(22),), silent={1: connection})
+    assert view.schedule_rows(silent, NOW)[0].next == f"Aino · {words} · in 22 min"
+    [row] = starts(silent)
+    assert (row.note, row.condition) == (f"{words} · in 22 min", words)
+    assert timeline(silent, NOW).lanes[0].note == words
+    [row] = starts(replace(silent, planned=(replace(planned(22), group=Group("Hall", (1, 2))),)))          # another one takes it
+    assert (row.note, row.condition) == ("in 22 min", "")
     held = replace(silent, holds=(HOLD,))                     # which matters more: nothing is sent even if it answers
-    assert "no answer" not in view.schedule_rows(held, NOW)[0].next
+    assert words not in view.schedule_rows(held, NOW)[0].next + starts(held)[0].note
+
+
+def test_many_starts_of_a_robot_that_does_not_answer_say_so_unless_all_are_held():
+    many = facts(holds=(), planned=tuple(planned(22 + 10 * n) for n in range(6)), silent={1: Connection.UNREACHABLE})
+    [row] = starts(many)
+    assert (row.note, row.condition) == ("6 starts, last at 15:50 · No answer", "6 starts · No answer")
+    assert [row.note for row in starts(replace(many, holds=(HOLD,)))] == ["6 starts, last at 15:50 · 4 held · No answer"]
+    assert [row.note for row in starts(replace(many, holds=(replace(HOLD, until=None),)))] == ["6 starts, last at 15:50 · 6 held"]
+
+
+def starts(shown) -> list[view.DayRow]:
+    return [row for row in view.days(shown, NOW) if not row.heading]
 
 
 # ---------------------------------------------------------------------- pausing
