@@ -4,15 +4,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from datetime import datetime
 
-from app.domain.activity import activity_of
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _
 from app.screens.common import formats
+from app.services.dispatch.freedom import is_charging
 from app.services.live.snapshots import is_stale
 
 ANSWERS = (Connection.CONNECTED, Connection.SLOW)
 STOPPED = (RobotState.EMERGENCY_STOP, RobotState.ERROR)
+HOLDING = (RobotState.PAUSE, RobotState.MANUAL_CONTROL, *STOPPED)        # does not go on by itself, whatever its text still says
 LOW = 10.0                               # % of battery under which a person has to look, where no minimum is set
 
 
@@ -52,7 +53,7 @@ def off_word(robot: Robot) -> str:
 def _appearance_of(status: RobotStatus) -> Appearance:
     if status.user_prompt is not None and status.state not in STOPPED:
         return Appearance(_("Waits for an answer"), "comment-question", "action")
-    if status.state not in STOPPED and activity_of(status) == "charging":
+    if status.state not in HOLDING and is_charging(status):
         return Appearance(_("Charging"), "lightning-bolt")
     return {
         RobotState.STARTING: Appearance(_("Starting up"), "timer-sand"),
@@ -129,7 +130,7 @@ def battery_appearance(status: RobotStatus | None, settings: Settings) -> Batter
     percent = status.battery_percentage if status else None
     if status is None or percent is None:
         return BatteryAppearance(note=_("not known"))
-    charging = status.state not in STOPPED and activity_of(status) == "charging"
+    charging = status.state not in HOLDING and is_charging(status)
     tenth = min(10, max(0, round(percent / 10))) * 10
     minimum = settings.minimum_battery_percent or (0.0 if charging else LOW)
     low = percent < minimum

@@ -7,16 +7,14 @@ from datetime import datetime
 from app.domain import choice
 from app.domain.models import Execution, Reason, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
 from app.domain.reasons import sentence, waiting_sentence
-from app.domain.robot import QueueItem, QueueState, RobotState
+from app.domain.robot import QueueItem, QueueState
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.holding import HAND, held_note
-from app.screens.common.robot_appearance import STOPPED, battery_appearance, is_old, state_appearance
+from app.screens.common.robot_appearance import HOLDING, STOPPED, battery_appearance, is_old, state_appearance
 from app.screens.common.robot_groups import group_of, look_of, or_held
 from app.screens.home.facts import HomeFacts
 from app.services.planning.plan import PlannedRun
-
-HOLDING = (RobotState.PAUSE, RobotState.MANUAL_CONTROL, *STOPPED)
 
 
 @dataclass(frozen=True)
@@ -77,13 +75,12 @@ def robot_summaries(facts: HomeFacts, now: datetime) -> list[RobotSummary]:
 
 
 def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datetime) -> RobotSummary:
-    old, battery = is_old(snapshot, now, facts.settings), battery_appearance(snapshot.status, facts.settings)
+    old = is_old(snapshot, now, facts.settings)
+    battery = battery_appearance(None if old else snapshot.status, facts.settings)
     state = state_appearance(robot, snapshot, old)
     look = look_of(or_held(group_of(robot, snapshot, old, facts.settings), facts.holds, robot, now))
-    if old:                                                   # an old level would look like a present one
-        battery = replace(battery, text="–", icon="battery-unknown", tone="offline")
     return RobotSummary(robot.id, robot.name, look.word, state.icon if look.icon != HAND else HAND, state.tone, battery.text, battery.icon,
-                        battery.tone, robot is facts.robot)
+                        "offline" if old else battery.tone, robot is facts.robot)
 
 
 # ---------------------------------------------------------------------- the queue

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 
 from app.domain import rules
-from app.domain.activity import activity_of
 from app.domain.message import render
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.problems import in_words
@@ -25,6 +24,7 @@ from app.screens.common.robot_appearance import (
 )
 from app.screens.common.robot_groups import FEW
 from app.screens.home.facts import HomeFacts
+from app.screens.home.fleet import LONGER_THAN_USUAL
 from app.screens.home.lists import (
     NOT_BLOCKED,
     Blocked,
@@ -46,10 +46,10 @@ from app.screens.home.map import NO_MAP, MapView, map_view, own_words
 from app.screens.home.run_now import RunView, run_now
 from app.screens.home.waiting import kept_for
 from app.services.dispatch import idle
+from app.services.dispatch.freedom import is_charging
 from app.services.live.holds import Hold
 
 LONGEST_QUESTION = 240                   # characters of a robot's question, so that the answers are in sight
-LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is marked
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ def _reached(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: dat
 def _done_about(facts: HomeFacts, now: datetime, old: bool) -> TileView | None:
     """When what runs will probably be done; None where nobody can know."""
     item, status = facts.running, facts.snapshot.status
-    if item is None or status is None or old or status.state in (*STOPPED, RobotState.PAUSE) or _charges(status):
+    if item is None or status is None or old or status.state in (*STOPPED, RobotState.PAUSE) or is_charging(status):
         return None
     usual, since = facts.expected.get(facts.guid_of(item)), facts.working_since(item, now)
     if usual is None or not usual.median_s or since is None:
@@ -204,11 +204,6 @@ def _battery(snapshot: RobotSnapshot, settings: Settings, old: bool, now: dateti
     if not old or battery.level < 0:
         return battery
     return replace(battery, note=_("as of {time}").format(time=formats.day_and_time(snapshot.read_at, settings.timezone, now)))
-
-
-def _charges(status: RobotStatus | None) -> bool:
-    """A mission that charges ends when the robot is charged or gets another one: earlier runs tell nothing of that."""
-    return status is not None and activity_of(status) == "charging"
 
 
 def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> MissionView:
@@ -274,14 +269,15 @@ def _last_known(facts: HomeFacts, snapshot: RobotSnapshot, now: datetime) -> Mis
 
 
 def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> MissionView:
+    status = facts.snapshot.status
     ours, since = facts.execution_of(item), facts.working_since(item, now)
     elapsed = max(0.0, (now - since).total_seconds()) if since else None
     usual = facts.expected.get(facts.guid_of(item))
-    is_paused = facts.snapshot.status is not None and facts.snapshot.status.state is RobotState.PAUSE
+    is_paused = status is not None and status.state is RobotState.PAUSE
     view = MissionView(_("Mission, held by the pause") if is_paused else _("Mission"), facts.name_of(item),
                        elapsed=formats.duration(elapsed))
-    if _charges(facts.snapshot.status):
-        return replace(view, note=_("charging, which takes as long as it takes"))
+    if is_charging(status):                              # ends when the robot is charged or gets another mission, not after a usual time
+        return replace(view, note="" if is_paused else _("charging: not compared with earlier runs"))
     if not usual or not usual.median_s or elapsed is None:
         return replace(view, note=_("no earlier run to compare with") if ours else _("since this tablet has seen it run"))
     duration = formats.duration(usual.median_s)

@@ -151,7 +151,7 @@ def test_a_planned_start_of_a_robot_that_gives_no_answer_to_trust_says_why(conne
 def test_an_old_level_of_a_battery_is_not_shown_as_one_of_now():
     silent = replace(FACTS.snapshots[2], connection=Connection.UNREACHABLE, since=ago(minutes=4), read_at=ago(minutes=5))
     chip = robot_summaries(replace(FACTS, snapshots={**FACTS.snapshots, 2: silent}), NOW)[1]
-    assert (chip.word, chip.battery, chip.battery_icon) == ("No answer", "–", "battery-unknown")
+    assert (chip.word, chip.battery, chip.battery_icon, chip.battery_tone) == ("No answer", "–", "battery-unknown", "offline")
 
 
 def test_so_does_one_that_a_person_keeps_back_alone():

@@ -93,8 +93,21 @@ def test_a_mission_that_charges_is_not_compared_with_earlier_runs():
     """It ends when the robot is charged or gets another one."""
     charging = replace(EXECUTING, mission_text="Charging... Waiting for new mission...")
     card = view(replace(with_aino(charging), expected={KITS.guid: DurationEstimate(100.0, 110.0)})).card
-    assert (card.mission.tone, card.mission.note, card.mission.progress) == ("neutral", "charging, which takes as long as it takes", -1)
+    assert (card.mission.tone, card.mission.note, card.mission.progress) == ("neutral", "charging: not compared with earlier runs", -1)
     assert card.beside.label == "Address"
+
+
+@pytest.mark.parametrize(("state", "word"), [(RobotState.PAUSE, "Paused"), (RobotState.MANUAL_CONTROL, "Manual control")])
+def test_a_robot_that_is_held_does_not_charge_whatever_its_text_still_says(state, word):
+    card = view(with_aino(replace(EXECUTING, state=state, mission_text="Charging... Waiting for new mission..."))).card
+    assert card.state == word
+    assert not card.battery.icon.startswith("battery-charging")
+
+
+def test_a_mission_that_charges_and_is_paused_is_held_by_the_pause_alone():
+    paused = replace(EXECUTING, state=RobotState.PAUSE, mission_text="Charging... Waiting for new mission...")
+    mission = view(replace(with_aino(paused), expected={KITS.guid: DurationEstimate(100.0, 110.0)})).card.mission
+    assert (mission.label, mission.note, mission.progress) == ("Mission, held by the pause", "", -1)
 
 
 @pytest.mark.parametrize("facts", [
