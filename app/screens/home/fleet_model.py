@@ -4,7 +4,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from datetime import datetime, timedelta
 from typing import Any
 
 from kivy.clock import Clock
@@ -42,7 +41,7 @@ from app.widgets.dock import dock
 
 PER_FRAME = .003                         # s for looking at robots, and
 NEW_PER_FRAME = 6                        # tiles that become others; the rest waits for the next frame
-EMPTY_FOR = timedelta(minutes=1)         # a filter that no robot fits ends by itself
+EMPTY_FOR = 60.0                         # s, after which a filter that no robot fits ends by itself
 MOVING_PER_FRAME, NEW_WHILE_MOVING = .001, 1             # as long as nobody can read them anyway
 Running = tuple[int, int]                # robot, and the item of its queue that it executes
 
@@ -104,7 +103,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._is_behind = True                                # what is shown is not what is known
         self._is_withheld = False                             # because of a finger on the screen
         self._is_first = True
-        self._empty_since: datetime | None = None             # since when no robot is as the filter wants
+        self._empty_since: float | None = None                # since when no robot is as the filter wants
         self._soon = Clock.create_trigger(self._look_at_some, 0)
         self.fbind("is_shown", shell.navigator.setter("all_robots"))
 
@@ -115,6 +114,7 @@ class FleetViewModel(FleetState, ViewModel):
         self.keep(lambda: Window.unbind(on_keyboard=self._key))
         self.every(1, self._tick)
         self._shell.navigator.all_robots = self.is_shown
+        self._empty_since = None                              # what is shown yet is from when the page was left
         self._tick()
 
     def retranslated(self) -> None:
@@ -153,7 +153,7 @@ class FleetViewModel(FleetState, ViewModel):
 
     def _end_empty_filter(self) -> None:
         """On a wall nobody taps the chip: all robots are shown again when none has been like that for EMPTY_FOR."""
-        now = self._services.clock.now()
+        now = Clock.get_time()
         if self.only is None or self.tiles:
             self._empty_since = None
         elif self._empty_since is None:

@@ -170,13 +170,35 @@ def test_a_filter_that_no_robot_fits_ends_by_itself_where_nobody_taps(container,
             see(container, robots[2], state)
             ui.wait(lambda state=state: bool(tiles(ui)) == (state is sample.STOPPED))
             ui.skip(1)
-            container.clock.advance(40)
-            ui.skip(1)
+            ui.skip(40)
         assert not tiles(ui)
-        container.clock.advance(40)
+        container.clock.step(3600)                            # set, which is no time that has passed
+        for robot in robots:
+            see(container, robot, sample.READY)
         ui.skip(1)
+        assert not tiles(ui)
+        container.clock.step(-3600)
+        ui.skip(40)
         ui.wait(lambda: len(tiles(ui)) == 6)
         assert "0 stopped" not in counted(ui)
+
+
+def test_the_time_of_an_empty_filter_begins_anew_when_it_comes_on_screen(container, robots, ui):
+    """What it fits has changed meanwhile."""
+    with shown(container, ui) as app:
+        see(container, robots[2], sample.STOPPED)
+        ui.wait(lambda: "1 stopped" in counted(ui))
+        ui.tap(ui.find(CountChip, text="1 stopped"))
+        see(container, robots[2], sample.READY)
+        ui.wait(lambda: not tiles(ui))
+        ui.skip(1)
+        app.shell.go("logs")
+        settle(app, ui)
+        see(container, robots[4], sample.STOPPED)
+        ui.skip(70)
+        app.shell.go("home")
+        settle(app, ui)
+        assert tiles(ui) == [robots[4].name]
 
 
 def test_who_needs_me_comes_first_on_demand(container, robots, ui):
