@@ -21,7 +21,8 @@ def kivy_turns(per_second: int) -> None:
 @contextmanager
 def slow_at_rest(turn: Callable[[int], None] = kivy_turns) -> Iterator[None]:
     """As long as the block lasts. ``turn`` is told how often a second; on the UI thread. A mouse button or a key is a sign before the
-    loop sleeps again. Kivy is imported late, as it is configured before."""
+    loop sleeps again; Enter on what has the ring, which ``KeyFocus`` lets nobody else see, only as it is drawn, a turn later. Kivy is
+    imported late, as it is configured before."""
     from kivy.clock import Clock
     from kivy.core.window import Window
 

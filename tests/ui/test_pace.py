@@ -4,14 +4,19 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from kivy.animation import Animation
+from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.uix.widget import Widget
 
+from app.widgets.buttons import CommandButton
+from app.window import window
+from app.window.key_focus import ENTER, KeyFocus
 from app.window.pace import AT_REST, IN_USE, REST, slow_at_rest
-from app.window.window import configure
+from tests.ui.drawn import put_down
 
 ROOT = Path(__file__).parents[2]
 LOOP = """
@@ -44,6 +49,10 @@ def turns(ui):
     with slow_at_rest(told.append):
         yield told
     assert told[-1] == IN_USE
+    told.clear()
+    Window.dispatch("on_mouse_move", 10, 10, [])
+    ui.advance(2 * REST)
+    assert told == []                                         # nobody asks any more
 
 
 def rest(ui, turns) -> None:
@@ -76,8 +85,8 @@ def test_an_animation_keeps_it_awake(ui, turns):
         assert turns[-1] == IN_USE
 
 
-@pytest.mark.parametrize(("sign", "of_what"), [("on_mouse_down", (10, 10, "left", [])), ("on_key_down", (97, 4, "a", [])),
-                                               ("on_cursor_enter", ())])
+@pytest.mark.parametrize(("sign", "of_what"), [("on_mouse_down", (10, 10, "left", [])), ("on_mouse_move", (10, 10, [])),
+                                               ("on_key_down", (97, 4, "a", [])), ("on_cursor_enter", ())])
 def test_a_sign_of_use_wakes_it_before_it_sleeps_again(ui, turns, sign, of_what):
     rest(ui, turns)
     Window.dispatch(sign, *of_what)
@@ -86,8 +95,35 @@ def test_a_sign_of_use_wakes_it_before_it_sleeps_again(ui, turns, sign, of_what)
 
 def test_a_finger_that_only_rests_on_the_glass_wakes_it(ui, turns):
     rest(ui, turns)
-    ui.tap(ui.window.children[0])
+    finger = put_down(100, 100)
     assert turns[-1] == IN_USE
+    rest(ui, turns)
+    finger.touch_up()
+    assert turns[-1] == IN_USE
+
+
+def test_enter_on_what_has_the_ring_wakes_it_as_it_is_drawn(ui, turns):
+    button, keys = ui.show(CommandButton(text="Save")), KeyFocus()
+    keys.start()                                              # as the app does, after the loop's own
+    try:
+        keys.target = button
+        rest(ui, turns)
+        ui.key_down(ENTER)
+        assert ui.frames_drawn(2 / AT_REST)
+        assert turns[-1] == IN_USE
+    finally:
+        keys.stop()
+
+
+def test_the_window_runs_so(ui, monkeypatch):
+    seen: list[int] = []
+    monkeypatch.setattr(window.signal, "signal", lambda *_args: None)
+    of_tests = Clock._max_fps
+    try:
+        window._run(SimpleNamespace(run=lambda: seen.append(Clock._max_fps)))
+    finally:
+        Clock._max_fps = of_tests
+    assert seen == [IN_USE]
 
 
 def test_kivys_loop_does_as_it_is_told():
@@ -101,5 +137,5 @@ def test_it_begins_at_the_pace_of_use(monkeypatch):
     set_to: dict[str, str] = {}
     monkeypatch.setattr(Config, "set", lambda _section, name, value: set_to.__setitem__(name, value))
     monkeypatch.setattr(Config, "remove_option", lambda *_args: None)
-    configure(kiosk=False)
+    window.configure(kiosk=False)
     assert set_to["maxfps"] == str(IN_USE)
