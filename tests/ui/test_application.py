@@ -28,6 +28,7 @@ from app.widgets.frame import TopBar
 from app.widgets.timeline import Timeline
 from app.window import window
 from app.window.application import SchedulerApp, UiExceptionHandler
+from app.window.key_focus import ENTER, TAB
 from tests.ui.drawn import put_down
 from tests.ui.whole_app import plant, shown
 
@@ -156,8 +157,8 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
         if by == "finger":
             ui.tap(ui.find(CommandButton, text="Restore"))
         else:
-            ui.key(9)
-            ui.key(13)
+            ui.key(TAB)
+            ui.key(ENTER)
         ui.wait(lambda: app.container is not None)
         ui.wait(lambda: ui.find(TopBar).robot == "Aino")
     finally:
@@ -251,6 +252,26 @@ def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_g
         ui.wait(lambda: ui.find(TopBar).robot == "Aino")
     finally:
         may.set()
+        app.dispatch("on_stop")
+        ui.advance()
+        opened[-1].close()
+
+
+def test_damage_that_is_found_while_it_runs_can_be_repaired_by_keys_alone(tmp_path, ui):
+    opened, backup, restore, may = going_back(tmp_path)
+    may.set()
+    app = SchedulerApp(opened[0], animate=False, restore=restore)
+    app._run_prepare()
+    try:
+        ui.advance(.2)
+        app.container.runner.on_damage(DatabaseDamaged(tmp_path / "a.db", "torn", backup=backup))
+        ui.advance(.2)
+        assert "The database is damaged; nothing is scheduled" in ui.texts()
+        ui.key(TAB)
+        ui.key(ENTER)
+        ui.wait(lambda: app.container is not None, seconds=10)
+        assert names(app.container) == ["Aino"]
+    finally:
         app.dispatch("on_stop")
         ui.advance()
         opened[-1].close()

@@ -81,6 +81,8 @@ def test_a_finger_may_rest_a_little_beside_a_bar_that_stays_where_it_is(ui):
         touch.touch_up()
     assert len(free) == 1
     assert [key for key, _hour in moved] == ["planned"]
+    rest(ui, chart.left_of(2.5), chart.y + 30).touch_up()         # on it there is no free time
+    assert len(free) == 1
 
 
 def test_a_finger_that_rests_on_free_time_says_whose_and_when_to_five_minutes(ui):

@@ -120,6 +120,7 @@ def test_no_line_of_the_time_is_seen_in_a_lane_that_stands_for_several(ui):
     lane = chart._drawing.frame
     boxes = [(one.pos[1], one.pos[1] + one.size[1]) for one in instructions(chart._drawing._names) if isinstance(one, Rectangle)]
     assert any(bottom <= lane.y and top >= lane.y + lane.lane_height for bottom, top in boxes)
+    assert any((bottom, top) == pytest.approx((lane.y, lane.y + 1)) for bottom, top in boxes)            # its own edge is
 
 
 def test_names_of_bars_are_whole_in_what_is_seen_of_them_also_after_a_drag(ui):
