@@ -1,51 +1,65 @@
 """The alarms that the app would have of what a sample shows, so that its banner and its bell agree with its robots."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
-from datetime import datetime
+from types import SimpleNamespace
+from typing import Any
 
-from app.domain.models import Alarm, Connection, Robot, RobotSnapshot
-from app.domain.problems import in_words
-from app.domain.robot import RobotState, RobotStatus
+from app.domain.models import Alarm, Connection, Robot
+from app.domain.robot import RobotStatus
+from app.mir.errors import RobotError, Unreachable
 from app.screens.frame.facts import OpenIssues
 from app.screens.home.facts import HomeFacts
+from app.services.dispatch.observation import Observation
 from app.services.live.alarms import alarm_of
+from app.services.live.changes import Changes
+from app.services.live.questions import Questions
+from app.services.live.snapshots import Snapshots
+from tests.support.clock import VirtualClock
 from tests.support.home_facts import ago
 
 RAISED_MINUTES_AGO = {"emergency_stop": 2, "robot_error": 4, "question": 3}
 
 
+class Raised:
+    """Takes alarms of robots, as of when the sample has them."""
+
+    def __init__(self, facts: HomeFacts) -> None:
+        self._facts = facts
+        self.alarms: list[Alarm] = []
+
+    def raise_about_robot(self, code: str, robot: Robot, **details: Any) -> None:
+        minutes, since = RAISED_MINUTES_AGO.get(code), self._facts.snapshots[robot.id].since
+        at = ago(minutes=minutes) if minutes is not None else since or ago()
+        self.alarms.append(alarm_of(code, f"robot:{robot.id}", at, {"robot": robot.name, **details}))
+
+    def clear(self, code: str, key: str) -> None:
+        self.alarms = [alarm for alarm in self.alarms if (alarm.code, alarm.key) != (code, key)]
+
+
 def issues_of(facts: HomeFacts) -> OpenIssues:
     """With those of its robots that nobody has acknowledged, and its holds."""
-    found = [alarm for robot in facts.robots if robot.enabled for alarm in _alarms(robot, facts.snapshots.get(robot.id))]
-    return OpenIssues([replace(alarm, id=n) for n, alarm in enumerate(found, 1)], facts.holds)
+    raised, changes, robots = Raised(facts), Changes(), {robot.id: robot for robot in facts.robots}
+    snapshots = Snapshots(changes)
+    Questions(snapshots, raised, changes, robots.get)
+    shared: Any = SimpleNamespace(clock=VirtualClock(ago()), snapshots=snapshots, alarms=raised, settings=lambda: facts.settings)
+    for robot in facts.robots:
+        snapshot = facts.snapshots.get(robot.id)
+        if robot.enabled and snapshot is not None and snapshot.status is not None:
+            _observe(robot, snapshot.connection, snapshot.status, shared)
+    return OpenIssues([replace(alarm, id=n) for n, alarm in enumerate(raised.alarms, 1)], facts.holds)
 
 
-def _alarms(robot: Robot, snapshot: RobotSnapshot | None) -> Iterator[Alarm]:
-    """As app/services/dispatch/observation.py and live/questions.py raise them."""
-    def raised(code: str, at: datetime, **details: object) -> Alarm:
-        return alarm_of(code, f"robot:{robot.id}", at, {"robot": robot.name, **details})
+def _observe(robot: Robot, connection: Connection, status: RobotStatus, shared: Any) -> None:
+    """Twice: what happens once is no silence yet."""
+    def answer() -> RobotStatus:
+        if connection is Connection.UNREACHABLE:
+            raise Unreachable(code="no_answer", address=robot.address.removeprefix("http://"))
+        return status
 
-    status = snapshot.status if snapshot else None
-    if snapshot is None:
-        return
-    if snapshot.connection is Connection.UNREACHABLE:
-        yield raised("unreachable", snapshot.since or ago(), problem=snapshot.problem)
-    elif status is not None:
-        for code, details in _conditions(status):
-            yield raised(code, ago(minutes=RAISED_MINUTES_AGO[code]), **details)
-
-
-def _conditions(status: RobotStatus) -> Iterator[tuple[str, dict[str, object]]]:
-    if status.state is RobotState.EMERGENCY_STOP:
-        yield "emergency_stop", {}
-    if status.state is RobotState.ERROR:
-        yield "robot_error", {"problem": in_words(status.errors)}
-    if status.user_prompt is not None:
-        yield "question", {"question": status.user_prompt.question, "answers": list(status.user_prompt.options)}
-
-
-def conditions(issues: OpenIssues) -> set[tuple[str, str]]:
-    """Codes and keys of the alarms that last, those of a robot among them."""
-    return {(alarm.code, alarm.key) for alarm in issues.alarms if alarm.cleared_at is None}
+    client: Any = SimpleNamespace(status=answer)
+    observation = Observation(robot, client, shared)
+    for _poll in range(2):
+        with suppress(RobotError):
+            observation.read_status()

@@ -19,7 +19,7 @@ from app.screens.home.facts import LAST_FINISHED, NEXT_PLANNED
 from mir_sim import world
 from tests.support import fleet_facts, month
 from tests.support import home_facts as sample
-from tests.support.standing import conditions, issues_of
+from tests.support.standing import issues_of
 
 OF_HOME = {"all well": sample.FACTS, "waiting": sample.WITH_WAITING, "held": sample.on_hold(sample.FACTS),
            "stopped": sample.with_aino(sample.STOPPED), "failed": sample.with_aino(sample.FAILED),
@@ -103,7 +103,7 @@ def test_banner_and_bell_agree_with_the_robots(name):
     issues = issues_of(facts)
     seen = [group_of(robot, snapshot := facts.snapshots[robot.id], is_old(snapshot, sample.NOW, facts.settings), facts.settings)
             for robot in facts.robots]
-    codes = [code for code, _key in conditions(issues)]
+    codes = [alarm.code for alarm in issues.alarms]
     assert codes.count("emergency_stop") + codes.count("robot_error") == seen.count(Group.STOPPED)
     assert (codes.count("question"), codes.count("unreachable")) == (seen.count(Group.ASKS), seen.count(Group.SILENT))
     shown = open_issues(issues, {robot.id: robot for robot in facts.robots}, facts.settings, sample.NOW)
