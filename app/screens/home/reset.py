@@ -17,7 +17,7 @@ READ_WITHIN = 5.0                        # s, after which it is said that errors
 
 
 class ResetReport:
-    """``say(text, icon, about, seconds)``: what became of it, once for each ``begin``, unless another robot is selected meanwhile."""
+    """``say(text, icon, about, seconds)``: what became of it, once for each ``begin``, unless another robot or screen is shown."""
 
     def __init__(self, say: Callable[[str, str, Hashable, float], object]) -> None:
         self._say = say
@@ -27,6 +27,10 @@ class ResetReport:
         """The robot has taken Reset errors."""
         self._asked = robot.id, pressed_at, Clock.get_time() + READ_WITHIN
         self._tell(robot, _("{robot} has got Reset errors"), "restore-alert")
+
+    def forget(self) -> None:
+        """It may be long ago when this screen is shown again."""
+        self._asked = None
 
     def look(self, facts: HomeFacts) -> None:
         """Say that the errors are gone as soon as they are, or after a while that they are not."""

@@ -65,6 +65,7 @@ class HomeViewModel(HomeCommands, ViewModel):
     def opened(self, robot_id: int | None = None) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._started.open())
+        self._reset.forget()
         self.keep(self._reader.start())
         self.every(1, self._tick)
         self.fleet.open()
