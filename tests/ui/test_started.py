@@ -1,17 +1,19 @@
-"""What is said of a mission that a person has just started or given to a robot: once, when it is known."""
+"""What is said of a mission that a person has just started or given to a robot: when it is known, and no longer than it holds."""
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 
 import pytest
 
-from app.domain.models import Execution, State, Wait
+from app.domain.models import Execution, ReasonCode, State, Wait
 from app.screens.common.overlays import Dialogs
 from app.screens.common.shell import Shell
-from app.screens.common.started import StartReports
+from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.threads import Changed, UiBus
 from app.screens.common.view_model import Navigator
 from app.services.live.changes import Topic
+from app.services.live.holds import Hold
 from app.widgets.snackbar import Snackbars
 from tests.support.home_facts import AINO, execution
 
@@ -37,11 +39,11 @@ class World:
         self.row: Execution | None = None
         self.bus, self.ui = UiBus(), ui
         self.shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), self.bus, AtOnce())
-        self.reports = StartReports(self.shell, lambda _key: self.row)
+        self.reports = StartReports(self.shell, lambda key: self.row if self.row is not None and self.row.id == key else None)
 
-    def becomes(self, row: Execution) -> None:
+    def becomes(self, row: Execution, topic: Topic = Topic.EXECUTIONS) -> None:
         self.row = row
-        self.bus.publish(Changed(Topic.EXECUTIONS))
+        self.bus.publish(Changed(topic))
         self.ui.advance()
 
     @property
@@ -50,12 +52,14 @@ class World:
 
 
 @pytest.fixture
-def world(ui):
+def world(ui, caplog):
     ui.advance()                             # the clock may not have ticked for long
     made = World(ui)
-    close = made.reports.open()
+    made.close = made.reports.open()
     yield made
-    close()
+    made.close()
+    made.shell.snackbars.clear()
+    assert [record.getMessage() for record in caplog.get_records("call") if record.levelno >= logging.ERROR] == []
 
 
 def test_a_start_of_a_group_that_soon_has_a_robot_is_not_said_to_wait(world, ui):
@@ -108,7 +112,8 @@ def test_what_was_held_and_is_released_is_not_said_to_wait_any_more(world, ui):
     [told] = world.told
     assert told.startswith("Kits is not sent to Aino yet. ")
     ui.advance(2)
-    world.becomes(BOUND)                                      # released, on its way
+    world.becomes(BOUND, Topic.HOLDS)                         # released, on its way
+    assert world.told == []
     world.becomes(SENT)
     assert world.told == ["Kits is sent to Aino. Aino: free now"]
 
@@ -118,7 +123,8 @@ def test_what_was_held_and_is_cancelled_is_not_said_to_wait_any_more(world, ui):
     world.reports.follow(HELD)
     world.becomes(replace(HELD, state=State.CANCELLED))
     assert world.told == []
-    assert world.reports._followed == world.reports._said == {}
+    world.becomes(HELD)                                       # Undo: that it waits again is said where that is done
+    assert world.told == []
 
 
 def test_long_after_that_was_read_nothing_more_is_said(world, ui):
@@ -127,3 +133,161 @@ def test_long_after_that_was_read_nothing_more_is_said(world, ui):
     ui.advance(60)
     world.becomes(SENT)
     assert world.told == []
+
+
+def test_what_is_said_already_is_not_said_again_with_every_change(world, ui):
+    world.row = HELD
+    world.reports.follow(HELD)
+    ui.advance(5)
+    world.becomes(replace(HELD, priority=50))
+    ui.advance(3.5)
+    assert world.told == []                                   # 8 s after it was said the first time
+
+
+def test_what_was_held_is_followed_while_an_undo_covers_that_it_was(world, ui):
+    world.row = HELD
+    world.reports.follow(HELD)
+    ui.advance(1)
+    world.shell.snackbars.undo("Count is deleted", "Undo", lambda: None)
+    ui.advance(7.5)
+    world.becomes(SENT)
+    assert world.told == ["Count is deleted", "Kits is sent to Aino. Aino: free now"]
+
+
+def test_what_was_held_is_not_said_to_be_when_its_robot_does_not_answer_after_that(world, ui):
+    world.row = HELD
+    world.reports.follow(HELD)
+    ui.advance(1)
+    world.becomes(BOUND)
+    assert world.told == []
+    ui.advance(5.2)
+    [told] = world.told
+    assert told.startswith("Kits waits for an answer of Aino, until ")
+
+
+def test_what_was_held_is_not_said_to_be_when_another_screen_is_shown_and_it_is_sent(world, ui):
+    world.row = HELD
+    world.reports.follow(HELD)
+    world.close()
+    [told] = world.told
+    assert told.startswith("Kits is not sent to Aino yet. ")
+    world.becomes(SENT)
+    assert world.told == ["Kits is sent to Aino. Aino: free now"]
+
+
+def test_nothing_begins_to_be_said_once_another_screen_is_shown(world, ui):
+    world.row = BOUND
+    world.reports.follow(BOUND)
+    world.close()
+    world.reports.follow(BOUND)                               # it was written only then
+    ui.advance(6)
+    world.becomes(SENT)
+    assert world.told == []
+
+
+def test_a_start_of_a_group_that_is_not_held_any_more_is_said_to_wait_for_a_robot(world, ui):
+    world.row = replace(UNBOUND, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
+    world.reports.follow(UNBOUND)
+    [told] = world.told
+    assert told.startswith("Kits is not sent yet. Held back: Maintenance")
+    world.becomes(UNBOUND)
+    [told] = world.told
+    assert told.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")
+
+
+def test_nobody_listens_for_a_start_whose_message_is_over(world, ui):
+    """Not even for a database that was put in the place of this one."""
+    world.row = HELD
+    world.reports.follow(HELD)
+    world.close()
+    world.shell.snackbars.clear()
+    world.becomes(SENT)
+    assert (world.told, world.bus._handlers[Changed]) == ([], [])
+
+
+SILENT = replace(execution(7, AINO, "Kits", State.WAITING), wait=Wait.DUE)
+
+
+@pytest.mark.parametrize(("becomes", "said"), [
+    (replace(SILENT, state=State.QUEUED, queue_id=31), ["Kits is sent to Aino"]),
+    (replace(SILENT, state=State.CANCELLED), []),
+    (replace(SILENT, state=State.SUBMITTING, cancel_code=ReasonCode.USER_CANCELLED), []),
+])
+def test_a_robot_that_did_not_answer_is_not_said_to_be_waited_for_once_it_has_or_nobody_does(world, ui, becomes, said):
+    world.row = SILENT
+    world.reports.follow(SILENT, is_silent=True)
+    [told] = world.told
+    assert told.startswith("Kits waits for an answer of Aino, until ")
+    ui.advance(1)
+    world.becomes(becomes)
+    assert world.told == said
+
+
+def test_each_try_to_reach_a_robot_says_no_more_than_the_first(world, ui):
+    def failed(attempts: int) -> Execution:
+        return replace(SILENT, wait=Wait.RETRY, wait_details={"problem": "it refused the connection"}, attempts=attempts)
+
+    world.row = SILENT
+    world.reports.follow(SILENT)
+    world.becomes(failed(1))
+    [told] = world.told
+    assert told.startswith("Kits is not sent to Aino yet. Attempt 1 failed: it refused the connection; ")
+    for attempts in (2, 3):
+        ui.advance(3)
+        world.becomes(replace(failed(attempts), state=State.SUBMITTING))
+        world.becomes(failed(attempts))
+        assert world.told == [told]
+    ui.advance(3)
+    assert world.told == []
+
+
+def test_a_start_of_a_group_that_has_got_a_robot_is_said_to_wait_for_its_answer(world, ui):
+    world.row = UNBOUND
+    world.reports.follow(UNBOUND)
+    world.becomes(BOUND)
+    ui.advance(5.2)
+    [told] = world.told
+    assert told.startswith("Kits waits for an answer of Aino, until ")
+
+
+def test_two_starts_with_the_same_words_are_both_followed(world, ui):
+    first, second = UNBOUND, replace(UNBOUND, id=8)
+    rows = {7: first, 8: second}
+    world.reports._read = rows.get
+    for row in rows.values():
+        world.reports.follow(row)
+    ui.advance(1.2)
+    assert len(world.told) == 1
+    rows[7] = SENT
+    world.becomes(SENT)
+    assert world.told[-1] == "Kits is sent to Aino. Aino: free now"
+    assert world.told[0].startswith("Kits is not sent yet. ")
+    rows[8] = replace(SENT, id=8, robot="Veikko", choice={})
+    world.becomes(SENT)
+    assert world.told == ["Kits is sent to Aino. Aino: free now", "Kits is sent to Veikko"]
+
+
+class Rows:
+    """A ledger that still says that it is held, and the holds."""
+
+    def __init__(self, row: Execution, hold: Hold | None) -> None:
+        self.row, self.hold = row, hold
+
+    def get(self, _key: int) -> Execution:
+        return self.row
+
+    def active(self, _robot_id: int) -> Hold | None:
+        return self.hold
+
+
+@pytest.mark.parametrize(("row", "hold", "wait"), [
+    (HELD, Hold("Maintenance"), Wait.HOLD),
+    (HELD, None, Wait.DUE),
+    (replace(HELD, wait=Wait.CLOCK), None, Wait.DUE),
+    (replace(HELD, held=True), None, Wait.HOLD),
+    (replace(HELD, wait=Wait.BATTERY), None, Wait.BATTERY),
+    (replace(HELD, robot_id=None), None, Wait.HOLD),
+])
+def test_what_is_released_is_not_read_as_held_until_it_is_tried(row, hold, wait):
+    rows = Rows(row, hold)
+    assert as_it_is(rows, rows)(7).wait is wait

@@ -1,7 +1,8 @@
-"""What became of a mission that a person has just started: said once, and only when it is known."""
+"""What became of a mission that a person has just started: said when it is known, and no longer than it holds."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, replace
 
 from kivy.clock import Clock, ClockEvent
 
@@ -13,7 +14,9 @@ from app.screens.common import formats
 from app.screens.common.holding import HAND
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Changed
+from app.services.history.runs import History
 from app.services.live.changes import Topic
+from app.services.live.holds import Holds
 from app.widgets.snackbar import SECONDS
 
 ANSWERS_WITHIN = 5.0                     # s, after which it is said that a robot's answer is waited for
@@ -22,8 +25,15 @@ CHOSEN_WITHIN = 1.0                      # s, after which it is said that a star
 Words = tuple[str, str, float]           # text, icon, and for how many seconds it is shown
 
 
+def about_start(execution_id: int) -> Hashable:
+    """What a message is about that says what is done with that start, or what becomes of it: until the next one does."""
+    return "start", execution_id
+
+
 def outcome(execution: Execution) -> Words | None:
-    """None while it is under way, or when it was cancelled, which is said where that is done."""
+    """None while it is under way, or when it is cancelled, which is said where that is done."""
+    if execution.state is State.CANCELLED or execution.cancel_code is not None:
+        return None
     names = {"mission": execution.mission, "robot": execution.robot or execution.robot_group}
     passed = choice.moved_on(execution.tried, execution.robot, _)
     if execution.state is State.WAITING and execution.wait is not Wait.DUE:
@@ -37,7 +47,7 @@ def outcome(execution: Execution) -> Words | None:
         if why := passed or choice.chosen(execution.choice, execution.timezone, _):
             return _("{mission} is sent to {robot}. {why}").format(**names, why=why), "check", PROBLEM_SECONDS
         return _("{mission} is sent to {robot}").format(**names), "check", SECONDS
-    if execution.reason is not None and execution.state is not State.CANCELLED:
+    if execution.reason is not None:
         why = sentence(execution.reason, execution.timezone, _)
         return _("{mission} was not started on {robot}. {why}").format(**names, why=why), "alert-circle-outline", PROBLEM_SECONDS
     return None
@@ -51,73 +61,125 @@ def unanswered(execution: Execution) -> Words:
                        time=formats.clock_time(execution.closes_at, execution.timezone)), "timer-sand", PROBLEM_SECONDS
 
 
+def as_it_is(history: History, holds: Holds) -> Callable[[int], Execution | None]:
+    """Reads an execution. Its row says for some seconds more that it is held when it no longer is: until it is tried."""
+    def read(execution_id: int) -> Execution | None:
+        row = history.get(execution_id)
+        if row is None or row.robot_id is None or row.held or row.wait not in (Wait.HOLD, Wait.CLOCK) or holds.active(row.robot_id):
+            return row
+        return replace(row, wait=Wait.DUE, wait_details={})
+    return read
+
+
+@dataclass
+class Followed:
+    """A start that something is to be said of, or was."""
+    is_early: bool                       # it is one of a group, which may get a robot at any moment
+    is_late: bool                        # its robot does not answer
+    clocks: tuple[ClockEvent, ...] = ()
+    said: str = ""
+
+
 class StartReports:
-    """Follows what was started, while the screen is shown, until there is something to say. ``read`` gives an execution as it is now."""
+    """Follows what was started while the screen is shown, until there is something to say; then as long as that can be read, on whatever
+    screen: it may not hold any more. ``read`` gives an execution as it is now."""
 
     def __init__(self, shell: Shell, read: Callable[[int], Execution | None]) -> None:
         self._shell, self._read = shell, read
-        self._followed: dict[int, tuple[ClockEvent, ...]] = {}
-        self._said: dict[int, str] = {}                       # of those that wait, until it has been read
-        self._is_early: set[int] = set()                      # ids of those that may get a robot at any moment
+        self._followed: dict[int, Followed] = {}              # by the execution's id
+        self._is_open = False
+        self._unsubscribe: Callable[[], object] = lambda: None
 
     def open(self) -> Callable[[], None]:
         """Returns what ends it."""
-        release = self._shell.bus.subscribe(Changed, self._changed)
+        self._is_open = True
 
         def close() -> None:
-            release()
-            for key in list(self._followed):
+            self._is_open = False
+            for key in [key for key, each in self._followed.items() if not each.said]:
                 self._forget(key)
 
         return close
 
     def follow(self, execution: Execution, is_silent: bool = False) -> None:
-        """``is_silent``: the robot is known not to answer."""
+        """What was said of it before is over. ``is_silent``: its robot is known not to answer."""
         key = execution.id
-        self._forget(key)
-        if execution.group_id is not None:
-            self._is_early.add(key)
-        self._followed[key] = (
-            Clock.schedule_once(lambda _dt: self._say(key, unanswered(execution)), 0 if is_silent else ANSWERS_WITHIN),
-            Clock.schedule_once(lambda _dt: self._early_no_more(key), CHOSEN_WITHIN))
-        self._look(key)
+        self._end(key)
+        if not self._is_open:
+            return
+        if not self._followed:
+            self._unsubscribe = self._shell.bus.subscribe(Changed, self._changed)
+        each = self._followed[key] = Followed(execution.group_id is not None, is_silent)
 
-    def _early_no_more(self, key: int) -> None:
-        if key in self._is_early:
-            self._is_early.remove(key)
+        def early_no_more(_dt: float) -> None:
+            each.is_early = False
             self._look(key)
 
+        def late(_dt: float) -> None:
+            each.is_late = True
+            self._look(key)
+
+        each.clocks = Clock.schedule_once(early_no_more, CHOSEN_WITHIN), Clock.schedule_once(late, ANSWERS_WITHIN)
+        self._look(key)
+
     def _changed(self, event: Changed) -> None:
-        if event.topic is Topic.EXECUTIONS:
-            for key in self._followed:
+        if event.topic in (Topic.EXECUTIONS, Topic.HOLDS):
+            for key in list(self._followed):
                 self._look(key)
 
     def _look(self, key: int) -> None:
-        self._shell.background.run(lambda: self._read(key), lambda found: self._take(key, found), lambda _problem: None,
-                                   key=("started", key))
+        if self._current(key) is not None:
+            self._shell.background.run(lambda: self._read(key), lambda found: self._take(key, found), lambda _problem: None,
+                                       key=(self, key))
+
+    def _current(self, key: int) -> Followed | None:
+        """None as soon as what was said can't be read any more."""
+        each = self._followed.get(key)
+        if each is not None and each.said and each.said not in self._shell.snackbars.texts:
+            self._forget(key)
+            return None
+        return each
 
     def _take(self, key: int, found: Execution | None) -> None:
-        if found is not None and found.robot_id is None and found.wait is Wait.ROBOT and found.state.is_open and key in self._is_early:
+        each, words = self._current(key), outcome(found) if found is not None else None
+        if each is None:
             return
-        if found is not None and (words := outcome(found)):
-            self._say(key, words, found.state is State.WAITING)
-        elif found is None or not found.state.is_open:
-            self._forget(key)
-            self._shell.snackbars.end(("started", key))
+        if found is None or (words is None and (found.cancel_code is not None or not found.state.is_open)):
+            self._end(key)
+            return
+        is_unsent = found.state in (State.WAITING, State.SUBMITTING)
+        is_retried = is_unsent and found.wait is Wait.RETRY
+        if is_unsent and each.is_early and found.robot_id is None and found.wait is Wait.ROBOT:
+            return
+        if each.said and each.is_late and (words is None or is_retried):
+            return                                            # that it is not answered has been said, and each try says no more
+        if words is not None:
+            each.is_late = is_retried
+            self._say(key, each, words)
+        elif each.is_late:
+            self._say(key, each, unanswered(found))
+        elif each.said:                                       # what kept it back is over
+            self.follow(found)
 
-    def _say(self, key: int, words: Words, waits: bool = False) -> None:
-        """That it ``waits`` is no more true when a person releases it while that is read."""
+    def _say(self, key: int, each: Followed, words: Words) -> None:
         text, icon, seconds = words
-        if key not in self._followed or self._said.get(key) == text:
-            return
+        if text != each.said:
+            each.said, each.is_early = text, False
+            self._stop(each)
+            self._shell.snackbars.show(text, icon=icon, seconds=seconds, about=about_start(key))
+
+    def _end(self, key: int) -> None:
+        """Whatever was said of it does not hold any more."""
         self._forget(key)
-        self._shell.snackbars.show(text, icon=icon, seconds=seconds, about=("started", key))
-        if waits:
-            self._said[key] = text
-            self._followed[key] = (Clock.schedule_once(lambda _dt: self._forget(key), seconds),)
+        self._shell.snackbars.end(about_start(key))
 
     def _forget(self, key: int) -> None:
-        self._is_early.discard(key)
-        self._said.pop(key, None)
-        for event in self._followed.pop(key, ()):
-            event.cancel()
+        if (each := self._followed.pop(key, None)) is not None:
+            self._stop(each)
+            if not self._followed:
+                self._unsubscribe()
+
+    @staticmethod
+    def _stop(each: Followed) -> None:
+        for clock in each.clocks:
+            clock.cancel()

@@ -13,7 +13,7 @@ from kivy.metrics import dp, sp
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.shell import Shell
-from app.screens.common.started import StartReports
+from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeTall, HomeWide
 from app.screens.home.commands import HomeCommands
@@ -44,7 +44,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.fleet = FleetViewModel(services, shell, self.select_robot)
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()
-        self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
+        self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self._chosen: int | None = None
         self._asked_for: tuple[int, int] | None = None        # robot and mission whose parameters are shown
         self._wanted: tuple[MissionParameter, ...] = ()       # the parameters that it has

@@ -15,7 +15,7 @@ from app.i18n import _
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.holding import about_hold
 from app.screens.common.shell import Shell
-from app.screens.common.started import StartReports
+from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ScreenBase
 from app.screens.scheduler import hold_view, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
@@ -58,7 +58,7 @@ class SchedulerViewModel(OnTimeline):
         super().__init__()
         self._services, self._shell = services, shell
         self._refresher = Refresher(shell, self._reading, self._take)
-        self._started = StartReports(shell, lambda execution_id: services.history.get(execution_id))
+        self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
                                        done=self._refresher.request)
         self.group_starts = GroupStarts(services.operator, services.catalogue, shell, self._refresher.request, self._started.follow)

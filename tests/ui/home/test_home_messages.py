@@ -1,12 +1,61 @@
-"""How long it holds what Home says of Reset errors: on a real service and a simulated robot."""
+"""How long it holds what Home says of a start, and of Reset errors: on real services and simulated robots."""
 from __future__ import annotations
 
 import pytest
 
 from app.screens.home.cards import RobotHead
-from tests.ui.home.operator import press
+from app.widgets.buttons import CommandButton
+from tests.ui.home.operator import choose, press
 
 
+def say_held(home, ui) -> None:
+    """Start a mission that a hold keeps from being sent."""
+    home.site.container.holds.hold("shift meeting")
+    choose(ui, "Home")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
+    press(ui, "Queue, held")
+    ui.wait(lambda: are_said(home, "Home is not sent to Aino yet. Held back: shift meeting"))
+
+
+def say_silent(home, ui) -> None:
+    """Start a mission on a robot that does not answer."""
+    home.aino.control({"reboot_seconds": 3600})
+    choose(ui, "Home")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Send when Aino answers"))
+    press(ui, "Send when Aino answers")
+    ui.wait(lambda: are_said(home, "Home waits for an answer of Aino, until "))
+
+
+def are_said(home, words: str) -> list[str]:
+    """Messages that begin so."""
+    return [text for text in home.shell.snackbars.texts if text.startswith(words)]
+
+
+def test_a_start_that_the_robot_has_got_is_said_to_be_sent(home, ui):
+    say_silent(home, ui)
+    home.aino.control({"reboot_seconds": 0})
+    ui.wait(lambda: home.shell.snackbars.texts == ["Home is sent to Aino"])
+
+
+def test_a_start_is_not_said_to_be_held_when_the_hold_ends_behind_another_screen(home, ui):
+    say_held(home, ui)
+    home.shell.go("scheduler")
+    assert are_said(home, "Home is not sent to Aino yet. ")
+    home.shell.snackbars.undo("Count is deleted", "Undo", lambda: None, stays=True)      # below it the time of the other one stands still
+    home.site.container.holds.release()
+    ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. "))
+
+
+def test_a_start_is_not_said_to_be_held_when_the_hold_ends_and_its_robot_does_not_answer(home, ui):
+    say_held(home, ui)
+    home.shell.snackbars.undo("Count is deleted", "Undo", lambda: None, stays=True)
+    home.aino.control({"reboot_seconds": 3600})
+    ui.wait(lambda: home.root_vm.card.old)
+    home.site.container.holds.release()
+    ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. Held back"))
+
+
+# ---------------------------------------------------------------------- reset errors
 @pytest.fixture
 def failed(home, ui):
     """A robot whose error stands, whatever is reset."""
