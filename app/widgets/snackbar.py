@@ -20,21 +20,21 @@ SETTLES = .5             # s after one has come in the place of another, in whic
 @dataclass
 class Message:
     """A text that is shown for ``seconds``, or until it is closed by hand (None); ``on_action`` runs when the button is pressed, ``on_end``
-    if it wasn't. What was said before ``about`` the same is over: it may not hold any more."""
+    if it wasn't. What was said before ``about`` any of the same is over: it may not hold any more."""
     text: str
     icon: str = ""
     action: str = ""
     on_action: Callable[[], object] | None = None
     on_end: Callable[[], object] | None = None
     seconds: float | None = SECONDS
-    about: Hashable | None = None
+    about: frozenset[Hashable] = frozenset()
 
     def repeats(self, other: "Message") -> bool:
         return not self.action and not other.action and self.text == other.text
 
     def ends(self, earlier: "Message") -> bool:
         """A button that can be pressed stays."""
-        return self.repeats(earlier) or (not earlier.action and self.about is not None and self.about == earlier.about)
+        return self.repeats(earlier) or (not earlier.action and bool(self.about & earlier.about))
 
 
 class Snackbar(OnlySeen, Passive, MDSnackbar):
@@ -113,7 +113,7 @@ class Snackbars:
 
     def show(self, text: str, *, icon: str = "", seconds: float = SECONDS, about: Hashable | None = None) -> None:
         """Show a message, in the place of what was said before ``about`` the same."""
-        self.post(Message(text, icon=icon, seconds=seconds, about=about))
+        self.post(Message(text, icon=icon, seconds=seconds, about=frozenset() if about is None else frozenset([about])))
 
     def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None, *,
              stays: bool = False, about: Hashable | None = None) -> None:
@@ -143,7 +143,7 @@ class Snackbars:
 
     def end(self, about: Hashable) -> None:
         """What was said about that does not hold any more."""
-        self._close_all([said for said in self._pile if said.message.about == about])
+        self._close_all([said for said in self._pile if about in said.message.about])
 
     def clear(self) -> None:
         """Close all messages as if their time were over."""

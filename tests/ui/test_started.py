@@ -3,17 +3,22 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from app.domain.models import Execution, ReasonCode, State, Wait
+from app.screens.common.cancelled import say_cancelled
+from app.screens.common.group_starts import GroupStarts
 from app.screens.common.overlays import Dialogs
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.threads import Changed, UiBus
 from app.screens.common.view_model import Navigator
+from app.screens.frame.controller import FrameController
 from app.services.live.changes import Topic
 from app.services.live.holds import Hold
+from app.widgets.frame import Frame
 from app.widgets.snackbar import Snackbars
 from tests.support.home_facts import AINO, execution
 
@@ -250,6 +255,23 @@ def test_a_start_of_a_group_that_has_got_a_robot_is_said_to_wait_for_its_answer(
     assert told.startswith("Kits waits for an answer of Aino, until ")
 
 
+def test_what_was_sent_and_is_being_cancelled_is_not_said_to_be_sent(world, ui):
+    world.row = BOUND
+    world.reports.follow(BOUND)
+    asked = replace(SENT, cancel_code=ReasonCode.USER_CANCELLED)
+    say_cancelled(world.shell, None, "Kits", asked, lambda: None)
+    world.becomes(asked)
+    world.becomes(replace(asked, state=State.CANCELLED))
+    assert world.told == ["Kits is being cancelled"]
+
+
+def test_that_it_was_sent_does_not_come_back_below_that_it_is_cancelled(world, ui):
+    world.row = SENT
+    world.reports.follow(SENT)
+    say_cancelled(world.shell, None, "Kits", SENT, lambda: None)
+    assert world.told == ["Kits is being cancelled"]
+
+
 def test_two_starts_with_the_same_words_are_both_followed(world, ui):
     first, second = UNBOUND, replace(UNBOUND, id=8)
     rows = {7: first, 8: second}
@@ -291,3 +313,79 @@ class Rows:
 def test_what_is_released_is_not_read_as_held_until_it_is_tried(row, hold, wait):
     rows = Rows(row, hold)
     assert as_it_is(rows, rows)(7).wait is wait
+
+
+# ---------------------------------------------------------------------- what a person does with it
+class Operator:
+    """Does what it is asked for."""
+    left: Execution = UNBOUND
+
+    def hold_starts(self, ids, _held) -> int:
+        return len(ids)
+
+    def cancel_execution(self, _key) -> Execution:
+        return self.left
+
+
+@pytest.fixture
+def starts(world):
+    return GroupStarts(Operator(), None, world.shell, lambda: None, lambda _execution: None)
+
+
+def test_what_is_released_at_once_is_not_said_to_be_held_after_that(world, starts, ui):
+    starts.hold(UNBOUND, True)
+    assert world.told == ["Kits is held; it is skipped unless it is released in time"]
+    ui.advance(1)
+    starts.hold(UNBOUND, False)
+    assert world.told == ["Kits is released"]
+
+
+def test_what_is_cancelled_at_once_is_not_said_to_be_held_after_that(world, starts, ui):
+    starts.hold(UNBOUND, True)
+    ui.advance(1)
+    starts.cancel(UNBOUND)
+    assert world.told == ["Kits is being cancelled"]
+
+
+def test_what_is_held_while_it_is_said_to_wait_for_a_robot_is_said_to_be_held_alone(world, starts, ui):
+    world.row = UNBOUND
+    world.reports.follow(UNBOUND)
+    ui.advance(1.2)
+    starts.hold(UNBOUND, True)
+    assert world.told == ["Kits is held; it is skipped unless it is released in time"]
+    world.becomes(replace(UNBOUND, wait=Wait.HOLD, held=True))
+    assert world.told == ["Kits is held; it is skipped unless it is released in time"]
+
+
+def test_that_one_is_held_says_nothing_of_another_one(world, starts, ui):
+    starts.hold(UNBOUND, True)
+    starts.hold(replace(UNBOUND, id=8, mission="Count"), False)
+    assert world.told == ["Kits is held; it is skipped unless it is released in time", "Count is released"]
+
+
+@pytest.fixture
+def late(world):
+    """Holds and releases what fell due while the app was off."""
+    return FrameController(SimpleNamespace(operator=Operator()), world.shell, Frame())._hold_starts
+
+
+def test_late_starts_are_not_said_to_be_held_once_one_of_them_is_released(world, late, ui):
+    late([7, 8], True)
+    assert world.told == ["2 starts are held; those that are not released in time are skipped"]
+    ui.advance(1)
+    late([9], False)
+    assert len(world.told) == 1
+    late([8], False)
+    assert world.told == []
+
+
+def test_a_late_start_that_is_released_elsewhere_is_not_said_to_be_held(world, late, starts):
+    late([7, 8], True)
+    starts.hold(UNBOUND, False)
+    assert world.told == ["Kits is released"]
+
+
+def test_a_late_start_that_is_held_is_not_said_to_be_released(world, late, starts):
+    starts.hold(UNBOUND, False)
+    late([7], True)
+    assert world.told == ["1 start is held; it is skipped unless it is released in time"]

@@ -6,7 +6,7 @@ from kivy.core.window import Window
 
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
-from app.widgets.snackbar import Snackbar, Snackbars
+from app.widgets.snackbar import Message, Snackbar, Snackbars
 from app.widgets.text import Ico, Txt
 
 
@@ -84,6 +84,24 @@ def test_the_same_words_about_something_else_end_what_was_said_about_that(ui, ba
     assert bars.texts == ["Veikko is held"]
     bars.end(2)
     assert bars.texts == []
+
+
+def test_what_is_said_of_many_is_over_when_it_is_of_one_of_them(ui, bars):
+    bars.post(Message("Both are held", about=frozenset([1, 2])))
+    bars.show("Sampo is held", about=3)
+    bars.end(3)
+    assert bars.texts == ["Both are held"]
+    bars.show("Veikko is released", about=2)
+    assert bars.texts == ["Veikko is released"]
+    bars.post(Message("Both are held", about=frozenset([1, 2])))
+    bars.end(1)
+    assert bars.texts == []
+
+
+def test_what_is_about_nothing_ends_nothing(ui, bars):
+    bars.show("Saved")
+    bars.show("Copied")
+    assert bars.texts == ["Saved", "Copied"]
 
 
 def test_only_the_newest_is_shown_so_that_nothing_under_the_top_bar_is_covered(ui, bars):

@@ -13,6 +13,7 @@ from app.screens.common.holding import HAND, hold_at, until_words
 from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.shell import Shell
+from app.screens.common.started import about_start
 from app.services.catalogue.catalogue import Catalogue
 from app.services.live.holds import Hold
 from app.services.robots.commands import Operator
@@ -71,7 +72,7 @@ class GroupStarts:
     def prioritise(self, row: Execution) -> None:
         def chosen(priority: int) -> None:
             said = _("{mission}: priority {priority}").format(mission=row.mission, priority=word(priority))
-            self._do(row, lambda: self._operator.prioritise(row.id, priority), self._saying(said, "chevron-double-up"))
+            self._do(row, lambda: self._operator.prioritise(row.id, priority), self._saying(row, said, "chevron-double-up"))
         self._shell.dialogs.choose(_("Priority of {mission}").format(mission=row.mission), [Option(each, word(each)) for each in LEVELS],
                                    chosen, selected=level(row.priority))
 
@@ -82,8 +83,8 @@ class GroupStarts:
     def hold(self, row: Execution, held: bool) -> None:
         """Keep it back, or let it go."""
         words = _("{mission} is held; it is skipped unless it is released in time") if held else _("{mission} is released")
-        said = self._saying(words.format(mission=row.mission), HAND if held else "play")
-        gone = self._saying(_("{mission} was on its way already").format(mission=row.mission), "information-outline")
+        said = self._saying(row, words.format(mission=row.mission), HAND if held else "play")
+        gone = self._saying(row, _("{mission} was on its way already").format(mission=row.mission), "information-outline")
         self._do(row, lambda: self._operator.hold_starts([row.id], held), lambda number: (said if number else gone)(number))
 
     def start_on_another(self, row: Execution, robots: Sequence[Option]) -> None:
@@ -97,8 +98,8 @@ class GroupStarts:
                 lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow), danger=True)
         self._shell.dialogs.choose(_("Start on another robot"), robots, agreed)
 
-    def _saying(self, text: str, icon: str) -> Callable[[object], None]:
-        return lambda _done: self._shell.snackbars.show(text, icon=icon)
+    def _saying(self, row: Execution, text: str, icon: str) -> Callable[[object], None]:
+        return lambda _done: self._shell.snackbars.show(text, icon=icon, about=about_start(row.id))
 
     def _do(self, row: Execution, work: Callable[[], T], done: Callable[[T], object]) -> None:
         if row.id in self._busy:

@@ -17,6 +17,7 @@ from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of
 from app.screens.common.shell import Shell
+from app.screens.common.started import about_start
 from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
 from app.screens.frame.facts import FrameFacts, FrameServices, read
@@ -25,6 +26,7 @@ from app.screens.frame.view import BannerView, BarView, banner, open_issues, pic
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.frame import Frame
+from app.widgets.snackbar import Message
 
 NAVIGATION = (("home", "home-variant-outline", "home-variant"), ("scheduler", "calendar-clock-outline", "calendar-clock"),
               ("logs", "text-box-outline", "text-box"), ("settings", "cog-outline", "cog"))
@@ -241,14 +243,19 @@ class FrameController:
 
     def _hold_starts(self, ids: Sequence[int], held: bool) -> None:
         """These alone; what is held too long is skipped, as in every hold."""
+        snackbars, about = self._shell.snackbars, [about_start(execution_id) for execution_id in ids]
+
         def done(number: int) -> None:
             gone = len(ids) - number
-            if held:
+            if not held:
+                for each in about:
+                    snackbars.end(each)
+            else:
                 kept = ngettext("{n} start is held; it is skipped unless it is released in time",
                                 "{n} starts are held; those that are not released in time are skipped", number)
                 late = ngettext("{n} start was on its way already", "{n} starts were on their way already", gone)
                 said = late.format(n=gone) if gone else kept.format(n=number)
-                self._shell.snackbars.show(said, icon=HAND if not gone else "information-outline")
+                snackbars.post(Message(said, HAND if not gone else "information-outline", about=frozenset(about)))
         self._work(lambda: self._services.operator.hold_starts(ids, held), done)
 
     def _show_alarms(self, _frame: Frame) -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from app.screens.home.cards import RobotHead
 from app.widgets.buttons import CommandButton
-from tests.ui.home.operator import choose, press
+from tests.ui.home.operator import choose, press, rows
 
 
 def say_held(home, ui) -> None:
@@ -29,6 +29,15 @@ def say_silent(home, ui) -> None:
 def are_said(home, words: str) -> list[str]:
     """Messages that begin so."""
     return [text for text in home.shell.snackbars.texts if text.startswith(words)]
+
+
+def test_a_start_that_is_cancelled_is_not_said_to_wait_for_an_answer(home, ui):
+    say_silent(home, ui)
+    execution, = home.site.container.history.open()
+    ui.wait(lambda: rows(ui))
+    home.root_vm.cancel(("execution", execution.id))
+    ui.wait(lambda: are_said(home, "Home is cancelled"))
+    assert home.shell.snackbars.texts == ["Home is cancelled"]
 
 
 def test_a_start_that_the_robot_has_got_is_said_to_be_sent(home, ui):
