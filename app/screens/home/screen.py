@@ -251,11 +251,12 @@ class HomeViewModel(HomeCommands, ViewModel):
         if robot is None or run.off or run.mission_id is None:
             return
         token, mission_id, target = str(uuid.uuid4()), run.mission_id, self._target
+        is_held = self.facts.hold(robot.id, self._services.clock.now()) is not None
+        is_silent = target.group_id is None and self.card.old and not is_held      # now: another robot may be shown when it is on disk
 
         def submit() -> None:
-            self._act("run", lambda: start(self._services.operator, target, robot.id, mission_id, parameters, token), lambda execution: (
-                self._started.follow(execution, is_silent=execution.robot_id is not None and self.card.old
-                                     and self.facts.hold(robot.id, self._services.clock.now()) is None)))
+            self._act("run", lambda: start(self._services.operator, target, robot.id, mission_id, parameters, token),
+                      lambda execution: self._started.follow(execution, is_silent))
 
         if run.low_battery:
             self._shell.dialogs.confirm(_("Run {mission} anyway?").format(mission=run.mission), run.low_battery, _("Run"), submit)

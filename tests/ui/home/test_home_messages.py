@@ -4,7 +4,7 @@ from __future__ import annotations
 import pytest
 
 from app.screens.home.cards import RobotHead
-from app.widgets.buttons import CommandButton
+from app.widgets.buttons import ChoiceChip, CommandButton
 from tests.ui.home.operator import choose, press, rows
 
 
@@ -62,6 +62,26 @@ def test_a_start_is_not_said_to_be_held_when_the_hold_ends_and_its_robot_does_no
     ui.wait(lambda: home.root_vm.card.old)
     home.site.container.holds.release()
     ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. Held back"))
+
+
+@pytest.mark.parametrize("is_silent", [True, False])
+def test_whether_a_robot_answers_is_asked_of_the_one_that_was_shown_when_it_was_pressed(home, ui, monkeypatch, is_silent):
+    followed: list[tuple[str, bool]] = []
+    silent = home.site.fleet.robots[0 if is_silent else 1]
+    silent.control({"reboot_seconds": 3600})
+    ids = {robot.name: robot.id for robot in home.root_vm.facts.robots}
+    home.root_vm.select_robot(ids[silent.name])
+    ui.wait(lambda: home.root_vm.card.old)
+    home.root_vm.select_robot(ids["Aino"])
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Home") and home.root_vm.busy == [])
+    choose(ui, "Home")
+    ui.wait(lambda: home.root_vm._is_known or home.root_vm.card.old)
+    monkeypatch.setattr(home.root_vm._started, "follow", lambda execution, silent=False: followed.append((execution.robot, silent)))
+    home.root_vm.run_now()
+    home.root_vm.select_robot(ids["Veikko"])                  # in the same frame
+    assert home.root_vm.card.old is not is_silent
+    ui.wait(lambda: followed)
+    assert followed == [("Aino", is_silent)]
 
 
 # ---------------------------------------------------------------------- reset errors
