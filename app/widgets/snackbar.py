@@ -37,6 +37,10 @@ class Message:
         return self.repeats(earlier) or (not earlier.action and bool(self.about & earlier.about))
 
 
+def _only(about: Hashable | None) -> frozenset[Hashable]:
+    return frozenset() if about is None else frozenset([about])
+
+
 class Snackbar(OnlySeen, Passive, MDSnackbar):
     """One message on screen; only its button and its cross take touches. When it is shown, and for how long, is up to ``Snackbars``."""
     text = StringProperty()
@@ -113,13 +117,14 @@ class Snackbars:
 
     def show(self, text: str, *, icon: str = "", seconds: float = SECONDS, about: Hashable | None = None) -> None:
         """Show a message, in the place of what was said before ``about`` the same."""
-        self.post(Message(text, icon=icon, seconds=seconds, about=frozenset() if about is None else frozenset([about])))
+        self.post(Message(text, icon=icon, seconds=seconds, about=_only(about)))
 
     def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None, *,
              stays: bool = False, about: Hashable | None = None) -> None:
         """Show that something was removed, for 8 s with a button ``word`` that calls ``undo``; ``ended`` runs if it wasn't pressed. It may
         stay until it is closed."""
-        self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=None if stays else UNDO_SECONDS, about=about))
+        self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=None if stays else UNDO_SECONDS,
+                          about=_only(about)))
 
     def post(self, message: Message) -> None:
         """The same words without a button are not said twice: they are the newest now, for as long as if they came first."""
