@@ -11,6 +11,7 @@ from kivy.uix.stacklayout import StackLayout
 from app.widgets.buttons import ChoiceChip
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, PickField, StepField
+from app.widgets.places import OnMap  # noqa: F401  (kv's Factory learns it)
 from app.widgets.tr import tr
 
 FINE = 50                # of so many numbers a step goes to the next one, of more to every fifth
@@ -91,31 +92,44 @@ class ListRow(PickField):
         dialog.open()
 
 
+class PositionRow(BoxLayout):
+    """A position of the robot, chosen in the list or on its ``map``."""
+    label = StringProperty()
+    problem = StringProperty()
+    options = ListProperty()             # [(key, name), …]
+    chosen = ObjectProperty(None, allownone=True)
+    map = ObjectProperty(None, allownone=True)
+
+
+CHOICES = {"choice": ChoiceRow, "list": ListRow, "position": PositionRow}
+
+
 class ParameterFields(BoxLayout):
-    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, steps, decimal, choice, list), ``default``,
-    ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to); ``problems`` is one sentence by name where something can't
-    be used. ``values()`` is what was entered, and so is what ``on_entered(values)`` tells each time one of them is changed; ``complete``:
-    nothing is empty."""
+    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, steps, decimal, choice, list, position),
+    ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to); ``problems`` is one sentence by name where
+    something can't be used; ``map`` has positions. ``values()`` is what was entered, and so is what ``on_entered(values)`` tells each time
+    one of them is changed; ``complete``: nothing is empty."""
     fields = ListProperty()
+    map = ObjectProperty(None, allownone=True)
     problems = ObjectProperty({})
     complete = BooleanProperty(True)
 
     __events__ = ("on_entered",)
 
     def __init__(self, **kwargs):
-        self._views: dict[str, FormField | StepField | ChoiceRow | ListRow] = {}
+        self._views: dict[str, FormField | StepField | ChoiceRow | ListRow | PositionRow] = {}
         super().__init__(**kwargs)
         self.fbind("fields", self._build)
         self.fbind("problems", self._show_problems)
+        self.fbind("map", self._show_map)
         self._build()
 
     def _build(self, *_):
         self.clear_widgets()
         self._views = {}
         for field in self.fields:
-            if field.kind in ("choice", "list"):
-                kind = ListRow if field.kind == "list" else ChoiceRow
-                view = kind(label=field.label, options=field.choices, chosen=field.default)
+            if field.kind in CHOICES:
+                view = CHOICES[field.kind](label=field.label, options=field.choices, chosen=field.default)
             elif field.kind == "steps":
                 low, high = field.limits
                 view = StepField(label=field.label, help=field.help, minimum=low, maximum=high, step=1 if high - low <= FINE else 5,
@@ -123,10 +137,16 @@ class ParameterFields(BoxLayout):
             else:
                 view = FormField(label=field.label, kind=field.kind, help=field.help,
                                  text="" if field.default is None else str(field.default))
-            view.fbind("chosen" if isinstance(view, ChoiceRow | ListRow) else "text", self._entered)
+            view.fbind("chosen" if field.kind in CHOICES else "text", self._entered)
             self._views[field.name] = view
             self.add_widget(view)
+        self._show_map()
         self._look_for_empty()
+
+    def _show_map(self, *_):
+        for view in self._views.values():
+            if isinstance(view, PositionRow):
+                view.map = self.map
 
     def on_entered(self, values):
         """One of them was changed."""
@@ -140,7 +160,7 @@ class ParameterFields(BoxLayout):
 
     def values(self) -> Mapping[str, Any]:
         """Name -> what was entered, as text where it was typed and as the choice's own value where it was chosen."""
-        return {name: view.chosen if isinstance(view, ChoiceRow | ListRow) else view.text for name, view in self._views.items()}
+        return {name: view.chosen if hasattr(view, "chosen") else view.text for name, view in self._views.items()}
 
     def _show_problems(self, *_):
         for name, view in self._views.items():

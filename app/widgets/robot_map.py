@@ -3,11 +3,26 @@ from itertools import pairwise
 from math import cos, hypot, pi, radians, sin
 
 from kivy.graphics import Color, Mesh, Rectangle, RoundedRectangle, SmoothLine, StencilPop, StencilPush, StencilUnUse, StencilUse
+from kivy.graphics.texture import Texture
 from kivy.metrics import dp, sp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 
 from app.widgets.chart import Chart
 from app.widgets.tokens import tk
+
+
+def ground(picture):
+    """Texture of a map that has a ``size`` and a ``shade`` of one byte per pixel: white, as opaque as there are walls."""
+    texture = Texture.create(size=picture.size, colorfmt="rgba")
+
+    def fill(texture):
+        pixels = bytearray(b"\xff" * (4 * len(picture.shade)))           # 1.4 MB of a usual map, not kept
+        pixels[3::4] = picture.shade
+        texture.blit_buffer(bytes(pixels), colorfmt="rgba", bufferfmt="ubyte")
+
+    fill(texture)
+    texture.add_reload_observer(fill)        # a tablet may lose its graphics while it sleeps
+    return texture
 
 
 class RobotMap(Chart):
@@ -81,7 +96,7 @@ class RobotMap(Chart):
         corner = None
         if self.name and (width := self.width_of(self.name)) < self.width - dp(24):
             corner = self.x + dp(8), self.top - dp(8) - sp(20), self.x + dp(20) + width, self.top - dp(8)
-            if any(_touch(corner, other) for other in taken):
+            if any(touch_each_other(corner, other) for other in taken):
                 corner = corner[0], self.y + dp(8), corner[2], self.y + dp(8) + sp(20)
             taken.append(corner)
         for place in self.places:
@@ -91,7 +106,7 @@ class RobotMap(Chart):
                 continue
             px = min(max(px, self.x + half + dp(6)), self.right - half - dp(6))
             plate = px - half - dp(3), py - high, px + half + dp(3), py + high
-            if not any(_touch(plate, other) for other in taken):
+            if not any(touch_each_other(plate, other) for other in taken):
                 taken.append(plate)
                 self._plate(plate, place.name, tk.ink2)
         if corner is not None:
@@ -185,6 +200,6 @@ class WholeMap(RobotMap):
         self.text(label, right - reach / 2, low + dp(8) + sp(9), tk.ink, 14, .5)
 
 
-def _touch(a, b):
+def touch_each_other(a, b):
     """Whether two areas (left, bottom, right, top) overlap."""
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

@@ -32,6 +32,7 @@ from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
 from app.services.live.holds import Hold
 from app.services.live.tablet import IS_COPY
+from app.widgets.places import PlaceDialog, Spot
 from app.widgets.snackbar import Snackbars
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
@@ -40,6 +41,8 @@ from tests.support import standing
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 PARAMETERS = (MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
               MissionParameter("count", "Pallets", "Integer", 2, 1, 8))
+PLACES = sample.FACTS.map.places
+POSITION = (MissionParameter("place", "Position", sets="position", choices=tuple((place.name, place.name) for place in PLACES)),)
 SILENCE = sample.without_veikko().snapshots[2].problem
 FAILED_RUN = next(run for run in sample.FINISHED if run.state is State.FAILED)
 ALARMS = (
@@ -177,6 +180,19 @@ def idle(studio: Any) -> None:
 def parameters(studio: Any) -> Any:
     dialog = RunDialog(PARAMETERS, vm=home(studio, sample.FACTS).vm)
     return studio.dialogs.open(dialog)
+
+
+@picture("home-position", sizes=EVERY_SIZE)
+def position(studio: Any) -> Any:
+    """What says that one is to be chosen, and where."""
+    return studio.dialogs.open(RunDialog(POSITION, vm=home(studio, sample.FACTS).vm))
+
+
+@picture("home-position-map", sizes=EVERY_SIZE)
+def position_on_map(studio: Any) -> Any:
+    home(studio, sample.FACTS)
+    spots = [Spot(place.name, place.x, place.y, place.name) for place in PLACES]
+    return studio.dialogs.open(PlaceDialog(sample.FACTS.map, title="Position", places=spots, chosen=PLACES[2].name))
 
 
 @picture("home-no-map", sizes=(*BOTH, SMALL))

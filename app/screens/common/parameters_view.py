@@ -24,8 +24,8 @@ _DURATION = re.compile(r"(?:(\d{1,3}):)?([0-5]?\d):([0-5]?\d)(?:[.,](\d*))?", re
 
 @dataclass(frozen=True)
 class ParameterField:
-    """A field of the widget ParameterFields. ``kind``: text, int, steps (an int between ``limits``), decimal, choice, or list of many;
-    ``choices`` are (value, word)."""
+    """A field of the widget ParameterFields. ``kind``: text, int, steps (an int between ``limits``), decimal, choice, list (of many) or
+    position; ``choices`` are (value, word)."""
     name: str
     label: str
     kind: str
@@ -84,7 +84,9 @@ def _kind(parameter: MissionParameter) -> str:
 
 def _field(parameter: MissionParameter) -> str:
     kind = _kind(parameter)
-    if kind == "choice" and (parameter.is_position or len(parameter.choices) > CHIPS):
+    if kind == "choice" and parameter.is_position:
+        return "position"
+    if kind == "choice" and len(parameter.choices) > CHIPS:
         return "list"
     if _limits(parameter) is not None:
         return "steps"

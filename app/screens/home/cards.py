@@ -5,7 +5,6 @@ from typing import Any
 
 from kivy.clock import Clock
 from kivy.event import EventDispatcher
-from kivy.graphics.texture import Texture
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.behaviors import ButtonBehavior
@@ -21,7 +20,7 @@ from app.widgets import flow
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard, Tile
 from app.widgets.pages import LowPage
-from app.widgets.robot_map import RobotMap
+from app.widgets.robot_map import RobotMap, ground
 from app.widgets.rows import DoneRow, PlanRow
 from app.widgets.surfaces import Surface, Tap, TonedSurface, TonedTap
 from app.widgets.text import line_width
@@ -196,20 +195,6 @@ class RobotPlace(Part):
         """The texture of the map, made only when it is another picture."""
         if picture is not self._picture:
             self._picture, self.texture = picture, ground(picture)
-
-
-def ground(picture: MapPicture) -> Texture:
-    """White, as opaque as there are walls."""
-    texture = Texture.create(size=picture.size, colorfmt="rgba")
-
-    def fill(texture: Texture) -> None:
-        pixels = bytearray(b"\xff" * (4 * len(picture.shade)))           # 1.4 MB of a usual map, not kept
-        pixels[3::4] = picture.shade
-        texture.blit_buffer(bytes(pixels), colorfmt="rgba", bufferfmt="ubyte")
-
-    fill(texture)
-    texture.add_reload_observer(fill)        # a tablet may lose its graphics while it sleeps
-    return texture
 
 
 class Slot(Part):

@@ -7,10 +7,11 @@ from typing import Any
 from kivy.clock import Clock
 from kivy.properties import ListProperty, ObjectProperty
 
-from app.screens.home.cards import NO_STATE, HomeState, ground
+from app.screens.home.cards import NO_STATE, HomeState
 from app.screens.home.map import Marker
 from app.widgets import load_kv
 from app.widgets.dialogs import Dialog
+from app.widgets.robot_map import ground
 
 
 class MapDialog(Dialog):

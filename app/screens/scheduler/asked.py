@@ -26,6 +26,7 @@ class AsksRobot(EventDispatcher):
     saving = BooleanProperty(False)
     parameters = ListProperty()          # fields of the chosen mission
     problems = ObjectProperty({})        # by name of the parameter
+    map = ObjectProperty(None, allownone=True)           # that the robot is on, where the mission asks for a position
     _services: SchedulerServices
     _shell: Shell
     _facts: SchedulerFacts
@@ -65,7 +66,7 @@ class AsksRobot(EventDispatcher):
             return
         self._asked_of = wanted
         robot_id, mission = wanted[0], self._facts.mission(wanted[1])
-        self._is_asking = False
+        self._is_asking, self.map = False, None
         self._take_parameters(_parameters_of(self._draft))
         if robot_id is None or mission is None:
             return
@@ -103,7 +104,22 @@ class AsksRobot(EventDispatcher):
             self._take_parameters(tuple(replace(p, default=kept[p.name]) if p.name in kept else p for p in found)
                                   or _parameters_of(self._draft))
             self._forecast_soon()                             # it may not have the mission at all
+            if any(parameter.is_position for parameter in found):
+                self._learn_map(asked)
         self._parameters_are_known(found or ())
+
+    def _learn_map(self, asked: Asked) -> None:
+        """What is known of it at once; else the robot is asked, once."""
+        robot_id, maps = asked[0] or 0, self._services.maps
+        status = self._services.snapshots.get(robot_id).status
+        map_id = status.map_id if status is not None else None
+        if not map_id:
+            return
+        self.map = maps.known(robot_id, map_id)
+        if self.map is None and maps.is_due(robot_id, map_id):
+            self._shell.background.run(
+                lambda: maps.learn(robot_id, map_id), lambda found: setattr(self, "map", found) if asked == self._asked_of else None,
+                lambda _problem: None, key=("scheduler", "map"), apart="maps")
 
     def _parameters_are_known(self, found: tuple[MissionParameter, ...]) -> None:
         """Or will not be soon. Save, where that has waited for it; but nobody has seen fields that appear just now."""

@@ -125,6 +125,7 @@ class FormCard(SectionCard):
     saving = BooleanProperty(False)
     parameters = ListProperty()
     problems = ObjectProperty({})
+    map = ObjectProperty(None, allownone=True)       # on which positions can be chosen
 
     def __init__(self, **kwargs: Any) -> None:
         self._wrong_field = ""

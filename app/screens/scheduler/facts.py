@@ -24,6 +24,7 @@ from app.services.planning.plan import LONGEST_RUN, MOMENT, Conflict, Plan, Plan
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
+from app.services.robots.maps import RobotMaps
 from app.services.robots.missions import RobotMissions
 from app.services.suggestions.suggestions import Suggestions
 
@@ -45,6 +46,7 @@ class SchedulerServices:
     forecasts: Forecasts
     history: History
     holds: Holds
+    maps: RobotMaps
     operator: Operator
     pausing: Pausing
     plan: Plan

@@ -7,6 +7,7 @@ from app.screens.home.run_dialog import RunDialog
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
+from app.widgets.places import PlacesMap
 from app.widgets.rows import RobotChip
 from tests.ui.home.operator import choose, press, rows, run, visible_rows
 from tests.ui.whole_app import GUIDS, api
@@ -144,3 +145,21 @@ def test_what_is_blocked_is_never_below_the_fold(home, ui):
     assert "Home" not in [mission for mission, _origin in visible_rows(ui)]
     ui.tap(ui.find(BlockedLine))
     assert visible_rows(ui)[-1][1].startswith("Run now · Held back: Audit; waits until ")
+
+
+def test_a_position_is_chosen_on_the_map_of_the_robot(home, ui):
+    home.site.add_missions("Go to position")
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Go to position") and home.root_vm.map.picture is not None)
+    choose(ui, "Go to position")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Enter values and run"))
+    press(ui, "Enter values and run")
+    dialog = ui.find(RunDialog)
+    press(ui, "On the map")
+    ui.advance(.3)
+    chart = ui.find(PlacesMap)
+    press_spot = next(spot for spot in chart.places if spot.name == "Press")
+    ui.tap_at(*chart.to_window(*chart._point(press_spot.x, press_spot.y)))
+    press(ui, "Choose Press")
+    ui.tap(ui.find(CommandButton, dialog, text="Run on Aino"))
+    ui.wait(lambda: home.site.container.history.open())
+    assert list(home.site.container.history.open()[0].parameters.values()) == [press_spot.key]

@@ -7,17 +7,19 @@ from datetime import date, datetime, time
 
 import pytest
 
-from app.domain.models import Between, Overlap
-from app.domain.robot import MissionParameter
+from app.domain.models import Between, Overlap, RobotSnapshot
+from app.domain.robot import MissionParameter, Pose, RobotStatus
 from app.screens.scheduler.cards import FormCard, FormWarning, StartChip
 from app.screens.scheduler.form_view import Steps
 from app.screens.scheduler.step_dialog import StepDialog
 from app.services.live.changes import Topic
+from app.services.robots.map_picture import MapPicture, Place
 from app.widgets import load_kv
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, RepeatButton, SearchField, StepField
 from app.widgets.pages import LowColumn
+from app.widgets.places import OnMap, PlacesMap
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support import month
@@ -215,6 +217,25 @@ def test_a_position_is_chosen_by_name_and_nothing_is_planned_without_one(screen,
     ui.tap(field(ui, "Goal"))
     ui.tap(ui.find(OptionRow, text="Press"))
     assert field(ui, "Goal").value == "Press"
+    save(screen, ui)
+    assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"goal": "g-2"}
+
+
+def test_a_position_is_chosen_on_the_map_where_the_robot_has_one(screen, container, ui, monkeypatch):
+    goal = MissionParameter("goal", "Goal", "Reference", choices=(("g-1", "Dock 3"), ("g-2", "Press")), sets="position")
+    hall = MapPicture("Hall", bytes(200), (20, 10), Pose(0, 0, 0), (40.0, 20.0), (Place("Press", .5, .5),))
+    asked: list[str] = []
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (goal,))
+    monkeypatch.setattr(container.snapshots, "get", lambda robot_id: RobotSnapshot(robot_id, status=RobotStatus(map_id="m-1")))
+    monkeypatch.setattr(container.maps, "learn", lambda _robot_id, map_id: asked.append(map_id) or hall)
+    choose(screen, ui, "Mission", "Bring pallet to dock")
+    ui.wait(lambda: ui.find_all(OnMap))
+    ui.tap(ui.find(OnMap))
+    ui.advance(.3)
+    chart = ui.find(PlacesMap)
+    ui.tap_at(*chart.to_window(*chart._point(.5, .5)))
+    ui.tap(ui.find(CommandButton, text="Choose Press"))
+    assert (field(ui, "Goal").value, asked) == ("Press", ["m-1"])
     save(screen, ui)
     assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"goal": "g-2"}
 

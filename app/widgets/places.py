@@ -1,0 +1,146 @@
+"""Positions chosen on the map that a robot is on."""
+from collections import Counter
+from math import hypot
+from typing import NamedTuple
+
+from kivy.metrics import dp, sp
+from kivy.properties import AliasProperty, ListProperty, ObjectProperty, StringProperty
+
+from app.widgets import load_kv
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import Dialog
+from app.widgets.robot_map import WholeMap, ground, touch_each_other
+from app.widgets.tokens import tk
+
+
+class Spot(NamedTuple):
+    """A position on the map, in fractions of it."""
+    key: object
+    x: float
+    y: float
+    name: str
+
+
+class PlacesMap(WholeMap):
+    """Of the ``places``, each a Spot, the one nearest to a finger is ``chosen``, wherever the finger goes."""
+    chosen = ObjectProperty(None, allownone=True)
+    watch = (*WholeMap.watch, "chosen")
+
+    def on_touch_down(self, touch):
+        if not self.collide_point(*touch.pos) or touch.is_mouse_scrolling:
+            return super().on_touch_down(touch)
+        touch.grab(self)
+        self._choose_at(*touch.pos)
+        return True
+
+    def on_touch_move(self, touch):
+        if touch.grab_current is self:
+            self._choose_at(*touch.pos)
+        return super().on_touch_move(touch)
+
+    def on_touch_up(self, touch):
+        if touch.grab_current is self:
+            touch.ungrab(self)
+        return super().on_touch_up(touch)
+
+    def _choose_at(self, x, y):
+        def away(place):
+            px, py = self._point(place.x, place.y)
+            return hypot(px - x, py - y)
+
+        nearest = min(self.places, key=away, default=None)
+        if nearest is not None and away(nearest) <= tk.h_touch:
+            self.chosen = nearest.key
+
+    def _names(self):
+        if self.metres > 0:
+            self._scale()
+        plates, chosen = self.plates(), None
+        for place in self.places:
+            if place.key == self.chosen:
+                chosen = place
+                continue
+            self._spot(place, dp(6), tk.accent)
+            if place.key in plates:
+                self._plate(plates[place.key], place.name, tk.ink)
+        if chosen is not None:               # above all others
+            self._spot(chosen, dp(22), tk.accent, alpha=.25)
+            self._spot(chosen, dp(11), tk.accent)
+            self._spot(chosen, dp(4), tk.map_floor)
+            self._plate(plates[chosen.key], chosen.name, tk.ink, ring=True)
+
+    def _spot(self, place, reach, colour, alpha=1.):
+        x, y = self._point(place.x, place.y)
+        self.box(x - reach, y - reach, 2 * reach, 2 * reach, colour, reach, alpha=alpha)
+
+    def plates(self):
+        """Where names are written, (left, bottom, right, top) by key: beside their positions, over no other. One without room is left out;
+        the chosen one has its own in any case."""
+        found = {}
+        spots = {place.key: self._around(*self._point(place.x, place.y), dp(11) if place.key == self.chosen else dp(6))
+                 for place in self.places}
+        for place in sorted(self.places, key=lambda place: place.key != self.chosen):
+            offered = [plate for plate in self._beside(place) if self._is_inside(plate)]
+            free = [plate for plate in offered if not any(touch_each_other(plate, other) for other in (*found.values(), *spots.values()))]
+            if free or (offered and place.key == self.chosen):
+                found[place.key] = (free or offered)[0]
+        return found
+
+    def _is_inside(self, plate):
+        return self.x <= plate[0] and plate[2] <= self.right and self.y <= plate[1] and plate[3] <= self.top
+
+    def _beside(self, place):
+        """Under it, above it, to the right or to the left; at the map's edge moved inwards."""
+        x, y = self._point(place.x, place.y)
+        wide, high, gap = self.width_of(place.name) + dp(8), sp(20), dp(13)
+        left = max(self.x, min(x - wide / 2, self.right - wide))
+        for corner in ((left, y - gap - high), (left, y + gap), (x + gap, y - high / 2), (x - gap - wide, y - high / 2)):
+            yield *corner, corner[0] + wide, corner[1] + high
+
+
+class PlaceDialog(Dialog):
+    """As large as the window: of the ``places`` of the map's ``picture`` one is ``chosen``, and fires ``on_choose(key)`` when that is
+    confirmed."""
+    picture = ObjectProperty(None)
+    texture = ObjectProperty(None)
+    places = ListProperty()
+    chosen = ObjectProperty(None, allownone=True)
+    name = StringProperty()              # of the chosen one
+
+    __events__ = ("on_choose",)
+
+    def __init__(self, picture, **kwargs):
+        load_kv("widgets/places")
+        super().__init__(picture=picture, texture=ground(picture), **kwargs)
+
+    def on_choose(self, key):
+        """A position was chosen; the dialog is closing."""
+
+    def name_of(self, places, chosen):
+        return next((place.name for place in places if place.key == chosen), "")
+
+    def confirm(self):
+        self.dispatch("on_choose", self.chosen)
+        self.dismiss()
+
+
+class OnMap(CommandButton):
+    """Opens the ``map`` to choose one of the ``options`` [(key, name), …] there; seen where it has one of them. A name that several have
+    says nothing."""
+    label = StringProperty()
+    map = ObjectProperty(None, allownone=True)       # picture with name, aspect, extent and places
+    options = ListProperty()
+    chosen = ObjectProperty(None, allownone=True)
+
+    def _get_places(self):
+        shown = self.map.places if self.map is not None else ()
+        there, offered = Counter(place.name for place in shown), Counter(name for _key, name in self.options)
+        keys = {name: key for key, name in self.options if there[name] == offered[name] == 1}
+        return [Spot(keys[place.name], place.x, place.y, place.name) for place in shown if place.name in keys]
+
+    places = AliasProperty(_get_places, bind=("map", "options"))
+
+    def on_release(self):
+        dialog = PlaceDialog(self.map, title=self.label, places=self.places, chosen=self.chosen)
+        dialog.bind(on_choose=lambda _dialog, key: setattr(self, "chosen", key))
+        dialog.open()

@@ -1,0 +1,103 @@
+"""A position is chosen on the map: what a finger takes there, what is written, and where only the list is offered."""
+from __future__ import annotations
+
+from itertools import combinations
+
+import pytest
+from kivy.metrics import dp
+from kivy.tests.common import UnitTestTouch
+
+from app.domain.robot import MissionParameter, Pose
+from app.screens.common.parameters_view import fields_of
+from app.services.robots.map_picture import MapPicture, Place
+from app.widgets import load_kv
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.flow import ListRow, ParameterFields
+from app.widgets.places import OnMap, PlaceDialog, PlacesMap, Spot
+from app.widgets.robot_map import touch_each_other
+from app.widgets.tokens import tk
+
+GOAL = MissionParameter("goal", "Goal", "Reference", choices=(("g-1", "Dock 3"), ("g-2", "Press"), ("g-3", "Gate"), ("g-4", "Gate")),
+                        sets="position")
+PLACES = (Place("Dock 3", .2, .5), Place("Press", .7, .5), Place("Gate", .5, .9), Place("Elsewhere", .5, .1))
+ENTER = 13
+
+
+def picture(places: tuple[Place, ...] = PLACES) -> MapPicture:
+    return MapPicture("Hall", bytes(20 * 10), (20, 10), Pose(0, 0, 0), (40.0, 20.0), places)
+
+
+@pytest.fixture
+def fields(ui):
+    load_kv("widgets/flow")
+    return ui.show(ParameterFields(fields=fields_of([GOAL]), map=picture()), (600, 100))
+
+
+def open_map(ui) -> PlacesMap:
+    ui.tap(ui.find(CommandButton, text="On the map"))
+    ui.advance(.3)
+    return ui.find(PlacesMap)
+
+
+def point(chart: PlacesMap, x: float, y: float, right: float = 0) -> tuple[float, float]:
+    """Of the window; ``right`` of a fraction of the map, px."""
+    at = chart.to_window(*chart._point(x, y))
+    return at[0] + right, at[1]
+
+
+def test_a_tap_near_a_position_marks_it_and_it_is_chosen_when_that_is_confirmed(ui, fields):
+    chart = open_map(ui)
+    assert (chart.chosen, ui.find(CommandButton, ui.find(PlaceDialog), style="filled").disabled) == (None, True)
+    ui.tap_at(*point(chart, .2, .5, dp(20)))
+    assert chart.chosen == "g-1"
+    assert fields.values() == {"goal": None}
+    ui.tap(ui.find(CommandButton, text="Choose Dock 3"))
+    assert (fields.values(), ui.find(ListRow).value, ui.find_all(PlaceDialog)) == ({"goal": "g-1"}, "Dock 3", [])
+    assert open_map(ui).chosen == "g-1"
+
+
+def test_the_nearest_wins_a_finger_may_slide_and_free_ground_is_no_position(ui, fields):
+    fields.map = picture((Place("Dock 3", .5, .5), Place("Press", .52, .5)))
+    chart = open_map(ui)
+    between = (point(chart, .52, .5)[0] - point(chart, .5, .5)[0]) / 2
+    assert between < tk.h_touch / 2
+    ui.tap_at(*point(chart, .1, .1))
+    assert chart.chosen is None
+    finger = UnitTestTouch(*point(chart, .5, .5, between - 2))
+    finger.touch_down()
+    assert chart.chosen == "g-1"
+    finger.touch_move(*point(chart, .5, .5, between + 2))
+    finger.touch_up()
+    assert chart.chosen == "g-2"
+
+
+def test_what_is_cancelled_chooses_nothing(ui, fields):
+    chart = open_map(ui)
+    ui.tap_at(*point(chart, .7, .5))
+    ui.tap(ui.find(CommandButton, text="Cancel"))
+    assert (fields.values(), ui.find_all(PlaceDialog)) == ({"goal": None}, [])
+
+
+def test_only_positions_that_can_be_told_apart_are_on_the_map(ui, fields):
+    """Those of one name, and names that are no positions to choose, are left to the list."""
+    assert [(place.key, place.name) for place in open_map(ui).places] == [("g-1", "Dock 3"), ("g-2", "Press")]
+
+
+@pytest.mark.parametrize("known", [None, picture(()), picture(PLACES[2:])])
+def test_without_a_map_that_has_them_there_is_only_the_list(ui, fields, known):
+    fields.map = known
+    ui.advance(.1)
+    assert not ui.find_all(OnMap)
+    ui.tap(ui.find(ListRow))
+    assert ui.find_all(ChoiceDialog)
+
+
+def test_names_do_not_lie_over_each_other_and_the_chosen_one_is_always_written(ui):
+    crowd = [(n, .5 + n % 6 * .012, .5 + n // 6 * .012, f"Position {n}") for n in range(30)]
+    chart = ui.show(PlacesMap(aspect=.5, places=[Spot(*spot) for spot in crowd], chosen=17))
+    plates = chart.plates()
+    assert 17 in plates
+    assert 4 < len(plates) < 30
+    assert not any(touch_each_other(a, b) for a, b in combinations(plates.values(), 2))
+    assert all(chart.x <= left and right <= chart.right for left, _low, right, _top in plates.values())
