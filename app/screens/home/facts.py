@@ -10,6 +10,7 @@ from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState
+from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.holding import hold_at, hold_of_run
 from app.services.catalogue.catalogue import Catalogue
 from app.services.history.robot_states import RobotStates
@@ -65,6 +66,7 @@ class HomeFacts:
     names: Mapping[str, str] = field(default_factory=dict)                   # of missions by guid, as the selected robot calls them
     alarms: int = 0                                     # that are open, shelved ones among them
     holds: tuple[Hold, ...] = ()                        # of all robots or of one
+    given: Given = NOTHING_KNOWN                        # what is known of the values that missions get
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     map: MapPicture | None = None                       # that the selected robot is on
     cancelling: frozenset[int] = frozenset()            # queue ids that the operator has just asked to be gone
@@ -158,8 +160,14 @@ class HomeFacts:
         return since + paused
 
     def name_of(self, item: QueueItem) -> str:
-        """The mission of an item, as the people here call it, else as the robot does."""
+        """The mission of an item, as the people here call it, else as the robot does; of ours with what it was given."""
+        if ours := self.execution_of(item):
+            return self.name_of_run(ours)
         return self._known_name(item) or item.mission_id or "–"
+
+    def name_of_run(self, execution: Execution) -> str:
+        """Its mission, with what that was given."""
+        return self.given.beside(execution.mission, execution.mission_guid, execution.parameters)
 
     def needs_name(self, item: QueueItem) -> bool:
         """Whether only the robot knows what it is called."""

@@ -1,9 +1,10 @@
-"""What Home asks the robots for, because only they know it: names of missions that nobody entered here, and maps."""
+"""What Home asks the robots for, because only they know it: names of missions that nobody entered here, names of positions, and maps."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
 
+from app.screens.common.given import GivenNames
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeFacts, HomeServices
 
@@ -14,11 +15,15 @@ class Learning:
     def __init__(self, services: HomeServices, shell: Shell, learnt: Callable[[], object]) -> None:
         self._services, self._shell, self._learnt = services, shell, learnt
         self._is_learning_map = False
+        self.given = GivenNames(services.robot_missions, services.clock, shell, learnt)
 
     def look(self, facts: HomeFacts) -> None:
         """What these facts lack."""
         self._learn_names(facts)
         self._learn_map(facts)
+        self.given.look(facts.robots, (
+            *((run.robot_id, run.mission_guid, run.parameters) for run in (*facts.open, *facts.finished)),
+            *((run.robot.id, run.mission.guid, run.schedule.parameters) for run in facts.planned)))
 
     def _learn_names(self, facts: HomeFacts) -> None:
         """Others run missions that nobody entered here; the robot knows their names."""

@@ -127,7 +127,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._seen_running = {running.id: self._seen_running.get(running.id) or self._services.clock.now()} if running else {}
         self._cancelling &= {item.id for item in self.facts.snapshot.queue}
         self.facts = replace(self.facts, seen_running=self._seen_running, cancelling=frozenset(self._cancelling),
-                             clearing=frozenset(self._clearing))
+                             clearing=frozenset(self._clearing), given=self._learning.given.known)
 
     def _show(self) -> None:
         now = self._services.clock.now()

@@ -11,6 +11,7 @@ from app.domain.models import Execution, Group, Robot, Settings, State, Wait
 from app.domain.reasons import waiting_sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.group_starts import has_no_robot
 from app.screens.common.options import Option
 from app.screens.common.priorities import word
@@ -44,14 +45,16 @@ def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
     return sorted(found, key=lambda row: (-row.priority, row.planned_at, row.id))
 
 
-def waiting_starts(rows: Sequence[Execution], settings: Settings) -> list[WaitingStart]:
-    return [replace(_start(row, waits_for(row, settings), settings), can_give=row.group_id is not None and not row.held) for row in rows]
+def waiting_starts(rows: Sequence[Execution], settings: Settings, given: Given = NOTHING_KNOWN) -> list[WaitingStart]:
+    return [replace(_start(row, waits_for(row, settings), settings, given), can_give=row.group_id is not None and not row.held)
+            for row in rows]
 
 
-def _start(row: Execution, note: str, settings: Settings) -> WaitingStart:
+def _start(row: Execution, note: str, settings: Settings, given: Given) -> WaitingStart:
     since = formats.clock_time(max(row.created_at, row.planned_at), settings.timezone)
     origin = _("any of {group} · {source} · since {time}").format(group=row.robot_group, source=trigger_words(row), time=since)
-    return WaitingStart(row.id, row.mission, origin, note, word(row.priority), row.priority >= HIGH, cancelling=row.cancel_code is not None)
+    return WaitingStart(row.id, given.beside(row.mission, row.mission_guid, row.parameters), origin, note,
+                        word(row.priority), row.priority >= HIGH, cancelling=row.cancel_code is not None)
 
 
 def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution, WaitingStart]]:
@@ -64,10 +67,10 @@ def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution
         snapshot = facts.snapshots.get(row.robot_id)
         if snapshot is not None and (since := choice.stuck_since(row, snapshot)) is not None:
             words = choice.stuck(row.robot, since, facts.settings.timezone, _)
-            stuck.append((row, replace(_start(row, words, facts.settings), is_stuck=True, has_robot=True)))
+            stuck.append((row, replace(_start(row, words, facts.settings, facts.given), is_stuck=True, has_robot=True)))
         elif _is_being_sent(row) and now - max(row.created_at, row.planned_at) >= ON_THE_WAY:
             words = _("Being sent to {robot}").format(robot=row.robot)
-            sent.append((row, replace(_start(row, words, facts.settings), can_give=False, has_robot=True)))
+            sent.append((row, replace(_start(row, words, facts.settings, facts.given), can_give=False, has_robot=True)))
     return stuck + sent
 
 

@@ -71,7 +71,7 @@ class WaitingModel(WaitingState):
 
     def show(self) -> None:
         waiting = [row for row in self._waiting.values() if row.id not in self._given]
-        self.all_rows = [*self._given.values(), *waiting_starts(waiting, self._facts.settings)]
+        self.all_rows = [*self._given.values(), *waiting_starts(waiting, self._facts.settings, self._facts.given)]
         self.rows = self.all_rows[:SHOWN]
         self.title, self.more = waiting_title([*self._waiting.values()]), more_words(len(self.all_rows))
 

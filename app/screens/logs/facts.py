@@ -20,6 +20,7 @@ from app.services.history.kpi import Kpis
 from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
 from app.services.history.shift_report import ShiftReports
+from app.services.robots.missions import RobotMissions
 
 PAGE = 100
 
@@ -34,6 +35,7 @@ class LogsServices:
     kpis: Kpis
     ledger: Ledger
     log_files: LogExport
+    robot_missions: RobotMissions
     robot_states: RobotStates
     settings: Callable[[], Settings]
     shift_reports: ShiftReports

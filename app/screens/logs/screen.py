@@ -11,6 +11,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 
 from app.domain.models import Execution, Trigger
 from app.i18n import _, ngettext
+from app.screens.common.given import GivenNames
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
 from app.screens.logs import cards, kpi_view, more_view, of_groups, report_page, robot_states, view  # noqa: F401  (kv's Factory learns the cards)
@@ -77,6 +78,7 @@ class LogsViewModel(ViewModel):
         self._more = MoreFigures()
         self._states: StatesFacts | None = None
         self._row_cache = view.RowCache()
+        self._given = GivenNames(services.robot_missions, services.clock, shell, self._show_rows)
         self._next_page: Job | None = None
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
         self._figures_refresher = Refresher(shell, self._start_reading_figures, self._take_figures)
@@ -177,7 +179,8 @@ class LogsViewModel(ViewModel):
     def _show_rows(self) -> None:
         facts, now = self._facts, self._services.clock.now()
         self.rows = self._row_cache.rows(facts.rows, now, facts.zone, facts.usual_s, self.opened_run, self.portrait, facts.expected,
-                                         facts.elsewhere)
+                                         facts.elsewhere, self._given.known)
+        self._given.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))
 
     def _show_figures(self) -> None:
         if self._figures is not None:

@@ -13,6 +13,7 @@ from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCo
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _, ngettext, translator
 from app.screens.common import execution_appearance, formats
+from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.options import Option
 from app.screens.logs import of_groups
 from app.screens.logs.of_groups import OfGroup
@@ -185,15 +186,16 @@ class RunRow:
 
 
 def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened: bool, narrow: bool = False,
-        expected: DurationEstimate | None = None, elsewhere: Elsewhere | None = None) -> RunRow:
+        expected: DurationEstimate | None = None, elsewhere: Elsewhere | None = None, given: Given = NOTHING_KNOWN) -> RunRow:
     """``expected``: how long a run that has not ended will take, as far as that is known; ``elsewhere``: that it was started on another
-    robot, or instead of one there."""
+    robot, or instead of one there; ``given``: what is known of the values that missions get."""
     icon, tone = execution_appearance.LOOKS[execution.state]
     return RunRow(
-        execution.id, icon, tone, execution_appearance.word(execution.state), execution.mission, reason_line(execution, zone, usual),
+        execution.id, icon, tone, execution_appearance.word(execution.state),
+        given.beside(execution.mission, execution.mission_guid, execution.parameters), reason_line(execution, zone, usual),
         of_groups.whose(execution), execution_appearance.trigger_word(execution.trigger),
         when(execution.planned_at.astimezone(zone), now.astimezone(zone)), formats.duration(execution.duration_s), opened, narrow,
-        story(execution, zone, usual, expected, elsewhere) if opened else (), message(execution) if opened else "")
+        story(execution, zone, usual, expected, elsewhere) if opened else (), message(execution, given) if opened else "")
 
 
 class RowCache:
@@ -204,9 +206,10 @@ class RowCache:
         self._rows: dict[int, tuple[Execution, object, RunRow]] = {}     # by run: as it was, what else its row depends on
 
     def rows(self, executions: Sequence[Execution], now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened_run: int | None,
-             narrow: bool, expected: Mapping[int, DurationEstimate], elsewhere: Mapping[int, Elsewhere]) -> list[RunRow]:
+             narrow: bool, expected: Mapping[int, DurationEstimate], elsewhere: Mapping[int, Elsewhere],
+             given: Given = NOTHING_KNOWN) -> list[RunRow]:
         """``row`` of each; ``opened_run`` is the id of the one that shows its story, ``expected`` goes by the id of what has not ended."""
-        context = now.astimezone(zone).date(), zone, narrow, translator.language
+        context = now.astimezone(zone).date(), zone, narrow, translator.language, given
         known = self._rows if context == self._context else {}
         self._context, self._rows = context, {}
         for execution in executions:
@@ -216,7 +219,7 @@ class RowCache:
             if before is not None and details == before[1] and (execution is before[0] or execution == before[0]):
                 self._rows[execution.id] = execution, details, before[2]
             else:
-                line = row(execution, now, zone, usual, execution.id == opened_run, narrow, *further)
+                line = row(execution, now, zone, usual, execution.id == opened_run, narrow, *further, given)
                 self._rows[execution.id] = execution, details, line
         return [line for _execution, _details, line in self._rows.values()]
 
@@ -360,8 +363,12 @@ def _end_note(execution: Execution, usual: UsualSeconds) -> str:
     return _("after {duration}").format(duration=formats.duration(execution.duration_s))
 
 
-def message(execution: Execution) -> str:
-    """The robot's message, and the number of its queue item."""
+def message(execution: Execution, given: Given = NOTHING_KNOWN) -> str:
+    """What it was given; below that the robot's message, and the number of its queue item."""
+    return "\n".join(filter(None, (given.line(execution.mission_guid, execution.parameters), _robot_message(execution))))
+
+
+def _robot_message(execution: Execution) -> str:
     text = execution.reason.details.get("message") if execution.reason and execution.reason.code is ReasonCode.ROBOT_ABORTED else None
     item = execution.queue_id
     if text and item is not None:

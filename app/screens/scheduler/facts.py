@@ -1,7 +1,7 @@
 """What the Scheduler uses of the app, and what it shows at one moment: read on a background thread, from the database only."""
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
@@ -11,6 +11,7 @@ from app.domain import names
 from app.domain.clock import Clock
 from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings
 from app.screens.common import formats
+from app.screens.common.given import NOTHING_KNOWN, Given, Start
 from app.screens.common.holding import hold_for, hold_of_run
 from app.screens.common.robot_appearance import is_silent
 from app.services.catalogue.catalogue import Catalogue
@@ -104,6 +105,7 @@ class SchedulerFacts:
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # of the missions that a robot has, by its id and their guid
     typed: frozenset[tuple[int, str]] = frozenset()                  # of these, those known from Settings only
     silent: Mapping[int, Connection] = field(default_factory=dict)   # how robots that give no answer, or none to trust, are connected
+    given: Given = NOTHING_KNOWN                                     # what is known of the values that missions get
     skips: frozenset[tuple[int, datetime]] = frozenset()             # starts to come that are skipped: schedule and instant
 
     @property
@@ -154,6 +156,22 @@ class SchedulerFacts:
             return ""
         target, mission = self.target(schedule), self.mission(schedule.mission_id)
         return names.given_to_schedule(schedule.name, mission.name, target.name) if target and mission else schedule.name
+
+    def given_to(self) -> Iterator[Start]:
+        """What missions are given, or were, by which robot."""
+        yield from ((run.robot_id, run.mission_guid, run.parameters) for run in self.past)
+        for schedule in self.schedules:
+            if (mission := self.mission(schedule.mission_id)) is not None:
+                robots = (member.id for member in self.members(schedule.group_id) if member.enabled)
+                yield schedule.robot_id or next(robots, None), mission.guid, schedule.parameters
+
+    def run(self, execution: Execution) -> str:
+        """Its mission, with what that was given."""
+        return self.given.beside(execution.mission, execution.mission_guid, execution.parameters)
+
+    def start(self, run: PlannedRun) -> str:
+        """The mission of a start to come, with what that will be given."""
+        return self.given.beside(run.mission.name, run.mission.guid, run.schedule.parameters)
 
     def called(self, schedule: Schedule) -> str:
         """What a message calls it."""

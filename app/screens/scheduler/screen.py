@@ -3,6 +3,7 @@ make texts and bars of them."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from kivy.clock import Clock
@@ -12,6 +13,7 @@ from kivy.uix.widget import Widget
 
 from app.domain.models import Schedule
 from app.i18n import _
+from app.screens.common.given import GivenNames
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.holding import about_hold
 from app.screens.common.shell import Shell
@@ -65,6 +67,7 @@ class SchedulerViewModel(OnTimeline):
         self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.take_again)
         self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
+        self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
         self._facts = SchedulerFacts()
         self._window = Window()                               # what the timeline shows
         self._wanted: int | None = None                       # a schedule to open as soon as it is known
@@ -118,9 +121,10 @@ class SchedulerViewModel(OnTimeline):
 
     def _reading(self) -> Callable[[], Reading]:
         services, window, narrow = self._services, self._window if self.mode == "hours" else None, self.narrow
+        given = self._given.known
 
         def work() -> Reading:
-            facts, now = read(services, window), services.clock.now()
+            facts, now = replace(read(services, window), given=given), services.clock.now()
             return window, facts, view.days(facts, now) if window is None else timeline.timeline(facts, now, window, narrow)
 
         return work
@@ -128,6 +132,7 @@ class SchedulerViewModel(OnTimeline):
     def _take(self, reading: Reading) -> None:
         window, facts, shown = reading
         self._facts = facts
+        self._given.look(facts.robots, facts.given_to())
         self.has_robots = bool(facts.robots)
         self.held = any(hold.covers(None, self._services.clock.now()) for hold in facts.holds)
         self.form.take(facts)

@@ -286,7 +286,7 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
     state = "held" if held else "about" if run.is_approximate else "planned"
     is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
     return Bar(("schedule", run.schedule.id, run.at), start, start + (run.usual_s or ASSUMED_S) / 3600,
-               _("Held: {mission}").format(mission=run.mission.name) if held else foreseen.label(run, run.mission.name), state,
+               _("Held: {mission}").format(mission=facts.start(run)) if held else foreseen.label(run, facts.start(run)), state,
                late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None,
                typed=run.usual_s is not None and run.typed, movable=run.begins == run.at,
                short=foreseen.ABOUT if state == "about" else "")
@@ -294,14 +294,15 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
 
 def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:
     begins, ends = span_of(facts, execution, now)
-    state, label, start = BARS[execution.state], execution.mission if execution.state.is_open else "", read.at(begins)
+    name = facts.run(execution)
+    state, label, start = BARS[execution.state], name if execution.state.is_open else "", read.at(begins)
     key, waits = (execution.robot_id or 0, execution.mission_guid), state == "planned"
     typed = waits and key in facts.typed
     assumed = waits and not typed and key not in facts.usual_s
     if facts.is_skipped(execution, now):
-        label = _("Skipped: {mission}").format(mission=execution.mission)
+        label = _("Skipped: {mission}").format(mission=name)
     if execution.state is State.WAITING and facts.hold(execution.robot_id, execution.group_id, now) is not None:
-        state, label = "held", _("Held: {mission}").format(mission=execution.mission)
+        state, label = "held", _("Held: {mission}").format(mission=name)
     return Bar(("execution", execution.id), start, max(read.at(ends), start + SHORTEST), label, state, typed=typed, assumed=assumed)
 
 

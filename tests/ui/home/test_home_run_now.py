@@ -7,8 +7,9 @@ from app.screens.home.run_dialog import RunDialog
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
+from app.widgets.flow import PositionRow
 from app.widgets.places import PlacesMap
-from app.widgets.rows import RobotChip
+from app.widgets.rows import LogRow, RobotChip
 from tests.ui.home.operator import choose, press, rows, run, visible_rows
 from tests.ui.whole_app import GUIDS, api
 
@@ -163,3 +164,17 @@ def test_a_position_is_chosen_on_the_map_of_the_robot(home, ui):
     ui.tap(ui.find(CommandButton, dialog, text="Run on Aino"))
     ui.wait(lambda: home.site.container.history.open())
     assert list(home.site.container.history.open()[0].parameters.values()) == [press_spot.key]
+
+
+def test_the_opened_run_tells_where_it_went_by_name(home, ui):
+    home.site.add_missions("Go to position")
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Go to position"))
+    choose(ui, "Go to position")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Enter values and run"))
+    press(ui, "Enter values and run")
+    ui.find(PositionRow).chosen = next(guid for guid, name in ui.find(PositionRow).options if name == "Press")
+    ui.tap(ui.find(CommandButton, ui.find(RunDialog), text="Run on Aino"))
+    ui.wait(lambda: any(mission == "Go to position · Press" for mission, _origin in rows(ui)))
+    execution, = home.site.container.history.open()
+    home.shell.go("logs", execution_id=execution.id)
+    ui.wait(lambda: any(row.opened and row.message.startswith("Position: Press\n") for row in ui.find_all(LogRow)))

@@ -9,6 +9,7 @@ import pytest
 from app.domain.models import Connection, Group, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem, QueueState
 from app.screens.common.execution_appearance import word
+from app.screens.common.given import Given
 from app.screens.home.lists import (
     NOT_BLOCKED,
     Blocked,
@@ -40,6 +41,17 @@ from tests.support.home_facts import (
 
 
 # ---------------------------------------------------------------------- the queue
+def test_what_missions_are_given_stands_beside_their_names():
+    here = {"goal": "a1c4e008-5d0f-11ef-93c1-0001297b6e20"}
+    run = replace(FACTS.planned[0], schedule=replace(FACTS.planned[0].schedule, parameters=here))
+    rows = [replace(row, parameters=here) for row in (RUNNING, QUEUED, HELD)]
+    facts = replace(FACTS, open=tuple(rows), planned=(run,), finished=(replace(FACTS.finished[0], parameters=here),),
+                    given=Given(names={here["goal"]: "Dock 3"}))
+    named = (*queue_entries(facts, NOW), *planned_starts(facts, NOW), *finished_runs(facts, NOW))
+    assert [row.mission.partition(" · ")[2] for row in named] == ["Dock 3", "Dock 3", "", "Dock 3", "Dock 3", "Dock 3"]
+    assert present(facts, NOW).card.mission.name == f"{RUNNING.mission} · Dock 3"
+
+
 def test_the_queue_names_the_source_of_every_item():
     rows = queue_entries(FACTS, NOW)
     assert [(row.mission, row.origin) for row in rows] == [

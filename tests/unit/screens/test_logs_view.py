@@ -7,7 +7,9 @@ import pytest
 
 from app.database.executions import Elsewhere
 from app.domain.models import DurationEstimate, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
+from app.domain.robot import MissionParameter
 from app.i18n import translator
+from app.screens.common.given import Given
 from app.screens.logs import kpi_view, view
 from app.screens.logs.facts import execution_filter, period_with
 from app.screens.logs.figures import Earlier, Figures
@@ -30,7 +32,20 @@ SKIPPED = replace(DONE, state=State.SKIPPED, attempts=0, queue_id=None, submitte
                       ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": "2026-11-20T11:45:00+00:00"}))
 
 
+GOAL = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
+TO_DOCK = Given({"g": (MissionParameter("goal", "Position", choices=((GOAL, "Dock 3"),), sets="position"),)})
+
+
 # ---------------------------------------------------------------------- rows
+def test_a_run_says_what_it_was_given():
+    run = replace(DONE, parameters={"goal": GOAL})
+    row = view.row(run, NOW, ZONE, USUAL, opened=True, given=TO_DOCK)
+    assert (row.mission, row.message) == ("Deliver kits · Dock 3", "Position: Dock 3\nQueue item 14026 of the robot")
+    cache = view.RowCache()
+    assert [cache.rows([run], NOW, ZONE, USUAL, None, False, {}, {}, given)[0].mission for given in (Given(), TO_DOCK)] == [
+        "Deliver kits", "Deliver kits · Dock 3"]
+
+
 def test_a_completed_run_says_when_and_how_long_and_only_what_was_out_of_the_ordinary():
     row = view.row(DONE, NOW, ZONE, USUAL, opened=False)
     assert (row.outcome, row.tone, row.mission, row.robot, row.trigger) == (

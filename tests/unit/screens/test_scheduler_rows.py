@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.models import Reason, ReasonCode, State
 from app.screens.common import execution_appearance
+from app.screens.common.given import Given
 from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.timeline import ASSUMED_S, timeline
 from app.services.live.holds import Hold
@@ -35,6 +36,19 @@ def test_a_start_says_when_it_ends_and_what_it_needs():
     assert [(row.time, row.until, row.condition) for row in rows] == [
         ("15:00", "ends ~15:07", "skipped: held until 15:18"), ("15:28", "–", ""), ("15:38", "last at 18:38", "4 starts")]
     assert next(row for row in view.days(facts(planned=runs), NOW) if row.time == "15:00").condition == condition
+
+
+def test_what_missions_are_given_stands_beside_their_names():
+    goal = {"goal": "a1c4e008-5d0f-11ef-93c1-0001297b6e20"}
+    own, started = replace(HOURLY, parameters=goal), execution(State.COMPLETED, 300, parameters=goal)
+    given = facts(schedules=(own,), planned=(planned(22, schedule=own),), past=(started,), given=Given(names={goal["goal"]: "Dock 3"}))
+    rows = (*view.schedule_rows(given, NOW), *(row for row in view.days(given, NOW) if not row.heading),
+            *view.schedule_rows(given, NOW, listing=view.Listing(query="dock 3")))
+    assert [row.mission for row in rows] == 3 * ["Deliver kits · Dock 3"]
+    cards = bar_card.start_card(given, given.planned[0]), bar_card.run_card(given, started, NOW)
+    assert [card.title for card in cards] == 2 * ["Deliver kits · Dock 3"]
+    assert "Deliver kits · Dock 3" in [bar.label for lane in timeline(given, NOW).lanes for bar in lane.bars]
+    assert {(robot, values["goal"]) for robot, _guid, values in given.given_to()} == {(1, goal["goal"])}
 
 
 def test_schedules_are_listed_by_words_robot_and_name():

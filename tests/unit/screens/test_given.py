@@ -1,0 +1,77 @@
+"""What a mission was given, in words: never an identifier, and asked for at a robot that is switched on, seldom."""
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+from app.domain.models import Robot
+from app.domain.robot import MissionParameter
+from app.screens.common.given import ASK_AGAIN_AFTER, Given, GivenNames
+
+DOCK, NOWHERE, MISSION = "a1c4e008-5d0f-11ef-93c1-0001297b6e20", "b2c4e008-5d0f-11ef-93c1-0001297b6e20", "m-1"
+ASKED = (MissionParameter("goal", "Position", choices=((DOCK, "Dock 3"),), sets="position"), MissionParameter("gap", "Distance", unit="m"))
+KNOWN = Given({MISSION: ASKED}, {DOCK: "Dock 3"})
+AINO, OFF = Robot("Aino", "http://aino", "user", id=1), Robot("Veikko", "http://veikko", "user", id=2, enabled=False)
+
+
+def test_values_have_their_label_and_a_position_its_name():
+    assert KNOWN.line(MISSION, {"goal": DOCK, "gap": 1.5}) == "Position: Dock 3 · Distance: 1.5 m"
+    assert KNOWN.beside("Go to position", MISSION, {"goal": DOCK, "gap": 1.5}) == "Go to position · Dock 3 · 1.5 m"
+
+
+def test_the_name_of_a_position_is_known_for_any_mission_and_without_one_nothing_is_added():
+    assert KNOWN.line("m-2", {"goal": DOCK}) == "goal: Dock 3"
+    assert (KNOWN.line(MISSION, {}), KNOWN.beside("Home", "m-2", {})) == ("", "Home")
+
+
+def test_an_identifier_is_never_shown():
+    assert KNOWN.line(MISSION, {"goal": NOWHERE}) == "Position: –"
+    assert KNOWN.beside("Go to position", MISSION, {"goal": NOWHERE}) == "Go to position"
+
+
+def test_other_values_are_said_as_people_write_them():
+    values = {"time": "00:05:00.000000", "count": 3, "loud": True, "note": "x" * 60}
+    assert Given().line(MISSION, values) == f"time: 00:05:00 · count: 3 · loud: Yes · note: {'x' * 60}"
+    assert Given().beside("Wait", MISSION, values) == f"Wait · 00:05:00 · 3 · Yes · {'x' * 32}…"
+
+
+class Asking:
+    """A robot whose answers come at once, or never."""
+
+    def __init__(self, answers: bool = True) -> None:
+        self.asked: list[tuple[int, str]] = []
+        self.now, self.learnt, self._answers = 0.0, 0, answers
+        shell = SimpleNamespace(background=self)
+        self.names = GivenNames(self, SimpleNamespace(monotonic=lambda: self.now), shell, self.count)
+
+    def count(self) -> None:
+        self.learnt += 1
+
+    def parameters(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
+        self.asked.append((robot_id, guid))
+        if not self._answers:
+            raise OSError
+        return ASKED
+
+    def run(self, work, done, failed, apart) -> None:
+        try:
+            done(work())
+        except OSError as problem:
+            failed(problem)
+
+
+def test_a_robot_is_asked_once_for_what_is_shown():
+    asking = Asking()
+    starts = [*2 * [(1, MISSION, {"goal": DOCK})], (2, MISSION, {"goal": NOWHERE}), (None, MISSION, {"goal": NOWHERE}),
+              (1, "m-2", {"count": 3}), (1, "m-3", {})]
+    for _n in range(2):
+        asking.names.look([AINO, OFF], starts)
+    assert (asking.asked, asking.learnt) == ([(1, MISSION)], 1)
+    assert asking.names.known.line(MISSION, {"goal": DOCK}) == "Position: Dock 3"
+
+
+def test_one_that_has_not_told_is_asked_again_but_seldom():
+    asking = Asking(answers=False)
+    for now in (0, 1, ASK_AGAIN_AFTER - 1, ASK_AGAIN_AFTER):
+        asking.now = now
+        asking.names.look([AINO], [(1, MISSION, {"goal": DOCK})])
+    assert (len(asking.asked), asking.learnt) == (2, 0)
