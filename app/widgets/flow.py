@@ -3,7 +3,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.scrollview import ScrollView
 from kivy.uix.stacklayout import StackLayout
@@ -108,11 +108,12 @@ class ParameterFields(BoxLayout):
     """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, steps, decimal, choice, list, position),
     ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to); ``problems`` is one sentence by name where
     something can't be used; ``map`` has positions. ``values()`` is what was entered, and so is what ``on_entered(values)`` tells each time
-    one of them is changed; ``complete``: nothing is empty."""
+    one of them is changed; ``missing`` says what is to be entered first, empty once
+    nothing is."""
     fields = ListProperty()
     map = ObjectProperty(None, allownone=True)
     problems = ObjectProperty({})
-    complete = BooleanProperty(True)
+    missing = StringProperty()
 
     __events__ = ("on_entered",)
 
@@ -156,7 +157,10 @@ class ParameterFields(BoxLayout):
         self.dispatch("on_entered", self.values())
 
     def _look_for_empty(self):
-        self.complete = all(value is not None and str(value).strip() for value in self.values().values())
+        values = self.values()
+        empty = next((field for field in self.fields if not str("" if values[field.name] is None else values[field.name]).strip()), None)
+        self.missing = "" if empty is None else (
+            tr._("Choose {field} first") if empty.kind in CHOICES else tr._("Enter {field} first")).format(field=empty.label)
 
     def values(self) -> Mapping[str, Any]:
         """Name -> what was entered, as text where it was typed and as the choice's own value where it was chosen."""

@@ -25,7 +25,7 @@ from app.services.suggestions.find import Kind as ChangeKind
 from app.services.suggestions.suggestions import Advice
 from app.services.suggestions.words import Change, Suggestion
 from app.widgets.timeline import LONG
-from tests.screenshots.home import show_issues
+from tests.screenshots.home import POSITION, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
 from tests.support import month
@@ -204,12 +204,24 @@ def more(studio: Any) -> Any:
 def parameters(studio: Any) -> Any:
     stand = planning(studio)
     places = (("K1", "Kitting 1"), ("K2", "Kitting 2"))
-    stand.vm.form._robot_answered((MissionParameter("place", "Pick-up place", choices=places, default="K1"),
-                                   MissionParameter("count", "Pallets", "integer", 2, 1, 8),
-                                   MissionParameter("goal", "Goal", choices=(("g", "Dock 3"),), sets="position"),
-                                   MissionParameter("charge", "Charge", "integer", 50, 0, 100, unit="%")))
+    stand.vm.form._robot_answered(stand.vm.form._asked_of, (
+        MissionParameter("place", "Pick-up place", choices=places, default="K1"), MissionParameter("count", "Pallets", "integer", 2, 1, 8),
+        MissionParameter("goal", "Goal", choices=(("g", "Dock 3"),), sets="position"),
+        MissionParameter("charge", "Charge", "integer", 50, 0, 100, unit="%")))
     stand.settle()
     stand.vm.form.save({"place": "K1", "count": "2", "charge": "50"})
+    return stand.settle()
+
+
+@picture("scheduler-position", sizes=EVERY_SIZE)
+def position(studio: Any) -> Any:
+    """Beside the list of days, where its field is below the fold."""
+    stand = Stand(studio, "scheduler")
+    stand.vm.choose_mode("days")
+    stand.vm.form.set(mission_id=stand.mission("Deliver kits to line 2"), day=date(2026, 11, 23), at=time(6, 30))
+    stand.settle()
+    stand.vm.form._robot_answered(stand.vm.form._asked_of, POSITION)
+    stand.vm.form.map = sample.FACTS.map
     return stand.settle()
 
 

@@ -13,6 +13,7 @@ from app.services.robots.map_picture import MapPicture, Place
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
+from app.widgets.fields import FormField
 from app.widgets.flow import ListRow, ParameterFields
 from app.widgets.places import OnMap, PlaceDialog, PlacesMap, Spot
 from app.widgets.robot_map import touch_each_other
@@ -91,6 +92,16 @@ def test_without_a_map_that_has_them_there_is_only_the_list(ui, fields, known):
     assert not ui.find_all(OnMap)
     ui.tap(ui.find(ListRow))
     assert ui.find_all(ChoiceDialog)
+
+
+def test_what_is_missing_is_said_of_the_first_empty_field(ui, fields):
+    text = MissionParameter("note", "Note", "String")
+    fields.fields = fields_of([GOAL, text])
+    assert fields.missing == "Choose Goal first"
+    ui.find(ListRow).chosen = "g-2"
+    assert fields.missing == "Enter Note first"
+    ui.find(FormField).text = " x"
+    assert fields.missing == ""
 
 
 def test_names_do_not_lie_over_each_other_and_the_chosen_one_is_always_written(ui):

@@ -70,8 +70,10 @@ class GivenNames:
         """Ask these robots, as far as they are switched on, for what these starts lack."""
         on = {robot.id for robot in robots if robot.enabled}
         for robot_id, guid, values in starts:
+            if robot_id is None or robot_id not in on or not self.known.lacks(values):
+                continue
             now = self._clock.monotonic()
-            if robot_id is None or robot_id not in on or not self.known.lacks(values) or now < self._ask_at.get((robot_id, guid), now):
+            if now < self._ask_at.get((robot_id, guid), now):
                 continue
             self._ask_at[robot_id, guid] = now + ASK_AGAIN_AFTER
             self._shell.background.run(partial(self._missions.parameters, robot_id, guid), partial(self._take, guid),

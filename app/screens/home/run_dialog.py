@@ -4,7 +4,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
+from kivy.properties import ListProperty, ObjectProperty, StringProperty
 
 from app.domain.robot import MissionParameter
 from app.screens.common.parameters_view import Problems, fields_of, values_of
@@ -14,11 +14,12 @@ from app.widgets.dialogs import FormDialog
 
 
 class RunDialog(FormDialog):
-    """``on_run(values)``, values by the parameters' names. Its button says what Home's own would, and is off while a field is empty."""
+    """``on_run(values)``, values by the parameters' names. Its button says what Home's own would; while a field is empty it is off and says
+    which."""
     vm = ObjectProperty(NO_STATE, rebind=True)
     fields = ListProperty()
     problems = ObjectProperty({})            # by name of the parameter
-    complete = BooleanProperty(False)
+    missing = StringProperty()
 
     __events__ = ("on_run",)
 

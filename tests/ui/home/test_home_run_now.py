@@ -91,7 +91,7 @@ def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
     field = ui.find(FormField, dialog)
     assert field.label == "Time"
     field.text = ""
-    assert ui.find(CommandButton, dialog, text="Run on Aino").disabled
+    assert ui.find(CommandButton, dialog, text="Enter Time first").disabled
     field.text = "00:00:05.000000"
     ui.tap(ui.find(CommandButton, dialog, text="Run on Aino"))
     ui.wait(lambda: home.site.container.history.open())

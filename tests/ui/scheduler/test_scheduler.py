@@ -211,12 +211,14 @@ def test_a_position_is_chosen_by_name_and_nothing_is_planned_without_one(screen,
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (goal,))
     choose(screen, ui, "Mission", "Bring pallet to dock")
     before = len(schedules(container))
+    assert ("Choose Goal first" in ui.texts(), save_button(ui).style) == (True, "outlined")
     ui.tap(save_button(ui))
     settle(screen, ui)
     assert (field(ui, "Goal").problem, len(schedules(container))) == ("Choose one", before)
     ui.tap(field(ui, "Goal"))
     ui.tap(ui.find(OptionRow, text="Press"))
     assert field(ui, "Goal").value == "Press"
+    assert ("Choose Goal first" in ui.texts(), save_button(ui).style) == (False, "filled")
     save(screen, ui)
     assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"goal": "g-2"}
 
