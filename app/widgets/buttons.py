@@ -119,7 +119,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
         gap = 0 if not self.icon or not self.text else dp(4) if self.stacked else dp(8)
         beside = 0 if self.stacked else side + gap
         edge = dp(4) if self.stacked else dp(8)
-        word.max_width = max(dp(24), self.width - 2 * edge - (dp(32) if side and not self.stacked else 0)) if self.width > dp(100) else 0
+        word.max_width = max(dp(24), self.width - 2 * edge - (dp(32) if side and not self.stacked else 0)) if not self.fit else 0
         wide, high = (max(side, word.width), side + gap + word.height) if self.stacked else (beside + word.width, max(side, word.height))
         self.natural_width, self.natural_height = wide + dp(32), high + dp(16)
         if self.fit:

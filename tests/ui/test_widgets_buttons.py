@@ -13,6 +13,7 @@ from app.widgets.buttons import ButtonIcon, ChoiceChip, CommandButton, IconButto
 from app.widgets.chart import WorkingRing
 from app.widgets.text import Txt
 from app.widgets.tokens import tk
+from tests.ui import checks
 
 
 def fired(widget, event: str) -> list[tuple]:
@@ -102,6 +103,25 @@ def test_a_long_word_wraps_inside_its_button(ui):
     button.width = 400
     ui.advance()
     assert label.height < 30
+
+
+@pytest.mark.parametrize("scale", [1, 1.3])
+def test_words_wrap_in_a_button_that_is_no_wider_than_a_thumb(ui, scale):
+    Metrics.fontscale = scale
+    try:
+        button = ui.show(CommandButton(text="Kuittaa virheet", icon="restore-alert", stacked=True), (96, 104))
+        ui.advance()
+        assert checks.problems(button) == []
+    finally:
+        Metrics.fontscale = 1
+
+
+def test_a_button_that_fits_its_text_never_wraps_it(ui):
+    button = ui.show(CommandButton(text="Hold", icon="hand-back-right-outline", fit=True), (0, 48))
+    button.text = "Held · Release everything"
+    ui.advance()
+    assert ui.find(Txt, text=button.text).lines == 1
+    assert checks.problems(button) == []
 
 
 def test_a_button_without_an_icon_has_no_label_for_one_and_gets_it_with_the_icon(ui):
