@@ -58,3 +58,12 @@ class LowPage(CalmScroll):
 
 class LowColumn(LowPage, ScrollPage):
     """A ScrollPage that can be inside a LowPage."""
+
+
+def turn_to(widget) -> None:
+    """Scroll the pages around ``widget`` that scroll until all of it is seen, the inner ones first."""
+    page = widget.parent
+    while page is not None and page is not page.parent:          # the window is its own parent
+        if isinstance(page, LowPage) and not page.is_still:
+            page.scroll_to(widget, padding=0, animate=False)
+        page = page.parent

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import pytest
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
 from kivy.tests.common import UnitTestTouch
@@ -66,6 +67,11 @@ def visible_area(widget: Widget, above: tuple[Widget, ...]) -> tuple[float, floa
             vx, vy, vright, vtop = area(view)
             x, y, right, top = max(x, vx), max(y, vy), min(right, vright), min(top, vtop)
     return (x, y, right, top) if right - x > SLACK and top - y > SLACK else None
+
+
+def is_seen(widget: Widget) -> bool:
+    """All of it, without scrolling."""
+    return visible_area(widget, parents(widget)) == pytest.approx(area(widget), abs=1)
 
 
 def problems(root: Widget) -> list[str]:

@@ -125,16 +125,15 @@ class RunsList(LongList):
         if not self._is_pending or all(row.key != self.opened_run for row in self.data):
             return
         self._is_pending = False
-        view = next((view for view in self.views if view.key == self.opened_run), None)
+        view = self._view_of_opened()
         if view is None or view.to_window(0, view.y)[1] < self.to_window(0, self.y)[1] - 1:
             self.show(self.opened_run)
         self._turn_page_soon()
 
     def _turn_page(self, _dt: float) -> None:
         """In a low window the list itself may be below the fold."""
-        view = next((view for view in self.views if view.key == self.opened_run), None)
-        page = self.parent
-        while page is not None and page is not page.parent and not isinstance(page, pages.LowPage):
-            page = page.parent
-        if view is not None and isinstance(page, pages.LowPage) and page.do_scroll_y:
-            page.scroll_to(view, padding=0, animate=False)
+        if (view := self._view_of_opened()) is not None:
+            pages.turn_to(view)
+
+    def _view_of_opened(self) -> Widget | None:
+        return next((view for view in self.views if view.key == self.opened_run), None)
