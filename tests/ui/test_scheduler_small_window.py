@@ -2,15 +2,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import date, time
 
 import pytest
 from kivy.core.window import Window
-from kivy.metrics import Metrics
 from kivy.uix.scrollview import ScrollView
 
-from app.i18n import _, translator
-from app.screens.scheduler.cards import FormCard, SchedulesCard, UpcomingCard
+from app.i18n import _
+from app.screens.scheduler.cards import FormCard, SchedulesCard, StartChip, UpcomingCard
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment, Segments
 from app.widgets.fields import PickField
@@ -21,15 +21,16 @@ from app.widgets.text import BodyStrong
 from tests.screenshots.planning import Stand
 from tests.ui import checks
 from tests.ui.planner import KITS
-from tests.ui.test_small_window import Rig
+from tests.ui.small import reach, window
 
 PARTS = {"hours": UpcomingCard, "days": UpcomingCard, "form": FormCard, "schedules": SchedulesCard}
 EVERY_KIND = ({"kind": Kind.ONCE}, {"kind": Kind.DAILY}, {"kind": Kind.WEEKLY}, {"kind": Kind.EVERY, "every": 4},
               {"kind": Kind.MONTHLY, "by_weekday": True, "nth": 1, "month_weekday": "MO"})
-
-
+FAILED = "Aino: Failed to reach its goal"
 WINDOWS = [*(((1024, 600), scale, language, "") for scale in (1.0, 1.3) for language in ("en", "fi")), ((800, 800), 1.3, "en", ""),
-           *(((600, 800), 1.3, language, alarm) for language in ("en", "fi") for alarm in ("", "Aino: Failed to reach its goal"))]
+           *(((600, 800), 1.3, language, alarm) for language in ("en", "fi") for alarm in ("", FAILED))]
+LOW = [*(((600, 480), scale, language, alarm) for scale, language in ((1.0, "en"), (1.3, "fi")) for alarm in ("", FAILED)),
+       ((800, 480), 1.0, "fi", ""), ((800, 480), 1.3, "fi", FAILED), ((720, 1600), 1.3, "fi", "")]
 USUAL = [((1280, 800), scale, language, "") for scale in (1.0, 1.3) for language in ("en", "fi")]
 
 
@@ -40,19 +41,13 @@ def name_of_window(way: tuple[tuple[int, int], float, str, str]) -> str:
 @pytest.fixture(params=WINDOWS, ids=name_of_window)
 def small(ui, request) -> Iterator[Stand]:
     """The Scheduler in its frame, in a small window."""
-    before = Window.size
-    Window.size, Metrics.fontscale, language, alarm = request.param
-    translator.use(language)
-    rig = Rig(ui)
-    stand = Stand(rig, "scheduler")
-    ui.find(Frame).alarm = alarm
-    stand.vm.form.set(mission_id=stand.mission(KITS), day=date(2026, 11, 23), at=time(6, 30), minimum_battery_percent=40.0)
-    stand.settle()
-    yield stand
-    rig.close()
-    translator.use("en")
-    Metrics.fontscale = 1.0
-    Window.size = before
+    *way, alarm = request.param
+    with window(ui, *way) as rig:
+        stand = Stand(rig, "scheduler")
+        ui.find(Frame).alarm = alarm
+        stand.vm.form.set(mission_id=stand.mission(KITS), day=date(2026, 11, 23), at=time(6, 30), minimum_battery_percent=40.0)
+        stand.settle()
+        yield stand
 
 
 def test_each_part_is_a_page_that_is_whole(ui, small):
@@ -76,7 +71,7 @@ def test_mission_robot_day_and_time_and_the_way_to_save_are_seen_at_once(ui, sma
         first = [field for field in ui.find_all(PickField) if field.label in (_("Mission"), _("Robot"), view.day_label, view.time_label)]
         assert len(first) == 4
         for widget in (*first, ui.find(CommandButton, text=view.save), *(one for one in ui.find_all(Segment) if one.key == values["kind"])):
-            assert checks.visible_area(widget, checks.parents(widget)) == pytest.approx(checks.area(widget), abs=1), checks.name_of(widget)
+            assert checks.is_seen(widget), checks.name_of(widget)
         assert "\n".join(checks.problems(small.screen)) == ""
 
 
@@ -119,5 +114,48 @@ def test_what_saves_and_what_skips_a_start_is_seen_while_a_schedule_is_edited(ui
     small.settle()
     for word in (small.vm.form.view.save, _("Skip a start")):
         button = ui.find(CommandButton, text=word)
-        assert checks.visible_area(button, checks.parents(button)) == pytest.approx(checks.area(button), abs=1)
+        assert checks.is_seen(button)
     assert "\n".join(checks.problems(small.screen)) == ""
+
+
+@pytest.mark.parametrize("edited", [False, True], ids=["new", "edited"])
+@pytest.mark.parametrize("small", LOW, ids=name_of_window, indirect=True)
+def test_each_field_the_next_starts_and_the_way_to_save_can_be_reached(ui, small, edited):
+    """And nothing lies over anything else, wherever the page is scrolled to."""
+    if edited:
+        small.vm.edit(small.schedule(KITS).id)
+    small.vm.choose_part("form")
+    small.settle()
+    form = ui.find(FormCard)
+    wanted = *ui.find_all(PickField, form), *ui.find_all(Segments, form), *ui.find_all(StartChip, form), *ui.find_all(CommandButton, form)
+    assert {PickField, Segments, StartChip, CommandButton} <= {type(widget) for widget in wanted}
+    assert form.ids.save in wanted
+    for widget in wanted:
+        reach(ui, widget)
+        assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
+@pytest.mark.parametrize("small", LOW[:1], ids=name_of_window, indirect=True)
+def test_a_field_with_a_problem_comes_in_sight_where_the_page_scrolls(ui, small):
+    small.vm.choose_part("form")
+    small.settle()
+    form = ui.find(FormCard)
+    reach(ui, form.ids.save)
+    field = ui.find(PickField, label=_("Mission"))
+    assert not checks.is_seen(field)
+    form.view = replace(form.view, wrong_field="mission", why="Choose a mission")
+    ui.advance(.2)
+    assert checks.is_seen(ui.find(text="Choose a mission", root=form.ids.fields))
+
+
+@pytest.mark.parametrize("held", [False, True], ids=["", "held"])
+@pytest.mark.parametrize(("scale", "language", "gloves"), [(1.0, "en", False), (1.0, "en", True), (1.3, "en", False), (1.3, "fi", False)])
+def test_a_tall_narrow_window_has_room_for_every_word(ui, scale, language, gloves, held):
+    """720×1600, held or not: what the plan is called goes before what is pressed does."""
+    with window(ui, (720, 1600), scale, language, gloves=gloves) as rig:
+        stand = Stand(rig, "scheduler")
+        stand.settle()
+        stand.vm.held = held
+        ui.advance(.2)
+        assert "\n".join(checks.problems(stand.screen)) == ""
+        assert (_("Upcoming") in ui.texts()) == (scale == 1.0 or not held)

@@ -18,7 +18,7 @@ from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadg
 from app.widgets.fields import SearchField
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
-from app.widgets.pages import LowPage
+from app.widgets.pages import LowPage, turn_to
 from app.widgets.surfaces import Tap
 
 
@@ -122,6 +122,7 @@ class FormCard(SectionCard):
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)
     stacked = BooleanProperty(False)     # the preview below the fields
+    low = BooleanProperty(False)         # where these would have no room, each is as high as it needs, and the page scrolls
     saving = BooleanProperty(False)
     parameters = ListProperty()
     problems = ObjectProperty({})
@@ -140,8 +141,8 @@ class FormCard(SectionCard):
 
     def _bring_in_sight(self, _dt: float) -> None:
         said = next((widget for widget in self.ids.fields.walk(restrict=True) if getattr(widget, "faulty", False) and widget.height), None)
-        if said is not None and self.ids.fields.content_height > self.ids.fields.height:
-            self.ids.fields.scroll_to(said, animate=False)
+        if said is not None:
+            turn_to(said)
 
 
 class StartChip(StatusBadge):
