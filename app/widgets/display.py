@@ -5,6 +5,7 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
+from app.widgets import pages  # noqa: F401  (registers kivy classes)
 from app.widgets.surfaces import OnlySeen, Passive, Surface, Tap, Toned, TonedSurface
 from app.widgets.text import Ico, line_width
 
@@ -67,7 +68,8 @@ class KpiCard(Tap):
 
 
 class EmptyState(BoxLayout):
-    """Says what is missing, with a button that leads on: ``on_release``. Without ``action`` there is no button."""
+    """Says what is missing, with a button that leads on: ``on_release``. Without ``action`` there is no button. Where it finds no room it
+    scrolls."""
     icon = StringProperty()
     title = StringProperty()
     text = StringProperty()

@@ -1,29 +1,24 @@
 """Home in small windows, with an alarm and a question of a robot that talks too much: nothing overlaps, and what matters is reached."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from datetime import timedelta
 from itertools import pairwise, product
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pytest
 from kivy.core.window import Window
-from kivy.metrics import Metrics
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
 from kivy.uix.scrollview import ScrollView
-from kivy.uix.widget import Widget
 
 from app.domain.models import Alarm, Connection, Group, Priority
 from app.domain.problems import in_words
 from app.domain.robot import RobotProblem, UserPrompt
-from app.i18n import _, translator
+from app.i18n import _
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.facts import OpenIssues
 from app.screens.home.cards import (
-    Answers,
     HomeColumn,
     HomeTall,
     MissionTile,
@@ -33,10 +28,10 @@ from app.screens.home.cards import (
     RobotCard,
     RobotControls,
 )
+from app.screens.home.facts import HomeFacts
 from app.screens.home.fleet_page import Counts
 from app.screens.home.screen import HomeScreen
 from app.services.live.holds import Hold
-from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.display import ValueTile
 from app.widgets.frame import AlarmBanner, Frame
@@ -44,12 +39,12 @@ from app.widgets.number_pad import PadKey
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import RobotChip
 from app.widgets.text import Title
-from app.widgets.tokens import tk
 from tests.screenshots.fleet import fleet
-from tests.screenshots.home import ALARMS, ERROR, QUESTION, SILENT, home, stopped
+from tests.screenshots.home import ERROR, SILENT, home
 from tests.screenshots.planning import Stand
 from tests.support import home_facts as sample
 from tests.ui import checks
+from tests.ui.small import Rig, reach, window
 
 WAYS = (*product(((800, 480), (600, 480)), ("plain", "gloves", "large")),
         ((1024, 600), "gloves"), ((1024, 600), "large"), ((600, 1024), "large"), ((1280, 800), "plain"))
@@ -61,63 +56,19 @@ ASKING = replace(sample.ASKING, user_prompt=UserPrompt("p1", "Is the aisle betwe
     f"Door {n} with a rather long name for a door of a plant, on the {side} side" for n, side in enumerate(("left", "right", "far")))))
 
 
-class Rig:
-    """What tests/screenshots/home.py asks of a studio."""
-
-    def __init__(self, ui) -> None:
-        self.dialogs, self._ui, self.driver = None, ui, ui
-        self.after: list[Callable[[], object]] = []
-
-    def afterwards(self, close: Callable[[], object]) -> None:
-        self.after.append(close)
-
-    def directory(self) -> Path:
-        made = TemporaryDirectory(prefix="amr-pictures-")
-        self.after.append(made.cleanup)
-        return Path(made.name)
-
-    def close(self) -> None:
-        """The last one first."""
-        while self.after:
-            self.after.pop()()
-
-    def show(self, widget: Widget) -> None:
-        self._ui.show(widget)
-
-
 @pytest.fixture(params=[pytest.param(way, id="{0[0]}x{0[1]}-{1}".format(*way)) for way in WAYS])
 def small(ui, request) -> Iterator[Rig]:
     """A window of one of these sizes, some with gloves, some with large texts."""
     size, mode = request.param
-    before = Window.size
-    Window.size = size
-    Metrics.fontscale = 1.3 if mode == "large" else 1.0
-    tk.use("light", gloves=mode == "gloves")
-    translator.use("fi" if mode == "large" else "en")          # Finnish words are the longer ones
-    rig = Rig(ui)
-    yield rig
-    rig.close()
-    Metrics.fontscale = 1.0
-    Window.size = before
+    scale, language = (1.3, "fi") if mode == "large" else (1.0, "en")          # Finnish words are the longer ones
+    with window(ui, size, scale, language, gloves=mode == "gloves") as rig:
+        yield rig
 
 
 def loud_home(ui, rig: Rig, status=ASKING) -> HomeScreen:
     screen = home(rig, sample.with_aino(status), issues=ALARM)
     ui.advance(.5)
     return screen
-
-
-def reach(ui, widget: Widget) -> None:
-    """Scroll what is around ``widget``; all of it must then be seen, in the window's part for screens."""
-    for view in checks.parents(widget):
-        if isinstance(view, ScrollView) and view.do_scroll_y:
-            view.scroll_to(widget, padding=0, animate=False)
-            ui.advance()
-    whole, seen = checks.area(widget), checks.visible_area(widget, checks.parents(widget))
-    left, bottom, right, top = checks.area(ui.find(Frame).ids.body)
-    assert seen == pytest.approx(whole, abs=2), f"{checks.name_of(widget)} can't be reached"
-    assert left - 2 <= whole[0] <= whole[2] <= right + 2
-    assert bottom - 2 <= whole[1] <= whole[3] <= top + 2
 
 
 def test_nothing_overlaps(ui, small):
@@ -140,6 +91,26 @@ def test_the_state_and_all_controls_can_be_reached(ui, small):
     reach(ui, ui.find(CommandButton, text=view.run.text))
 
 
+@pytest.mark.parametrize(("scale", "language", "gloves"), [(1.0, "fi", False), (1.0, "fi", True), (1.3, "en", False), (1.3, "fi", False)])
+@pytest.mark.parametrize("size", [(700, 500), (720, 1600), (1024, 640)], ids="{0[0]}x{0[1]}".format)
+def test_every_word_has_room_in_the_windows_between(ui, size, scale, language, gloves):
+    with window(ui, size, scale, language, gloves=gloves) as rig:
+        home(rig, sample.FACTS)
+        ui.advance(.5)
+        assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
+@pytest.mark.parametrize("size", [(800, 480), (600, 480)], ids="{0[0]}x{0[1]}".format)
+@pytest.mark.parametrize(("scale", "language"), [(1.0, "en"), (1.3, "fi")])
+def test_the_way_to_a_first_robot_can_be_reached_below_a_banner(ui, size, scale, language):
+    with window(ui, size, scale, language) as rig:
+        home(rig, HomeFacts(settings=sample.FACTS.settings), issues=ALARM)
+        ui.advance(.5)
+        assert "\n".join(checks.problems(ui.find(Frame))) == ""
+        for text in (_("Add your first robot"), _("Add robot")):
+            reach(ui, next(label for label in ui.find_all(Label) if label.text == text))
+
+
 @pytest.mark.parametrize("small", [pytest.param(((1024, 600), "large"), id="1024x600-large")], indirect=True)
 @pytest.mark.parametrize("issues", [None, OpenIssues([ALARM.alarms[1]])])
 def test_the_controls_are_seen_at_once(ui, small, issues):
@@ -147,7 +118,7 @@ def test_the_controls_are_seen_at_once(ui, small, issues):
     ui.advance(.5)
     for word in (screen.vm.controls.pause, _("Reset errors"), _("Clear queue")):
         button = ui.find(CommandButton, text=word)
-        assert checks.visible_area(button, checks.parents(button)) == pytest.approx(checks.area(button), abs=1)
+        assert checks.is_seen(button)
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
@@ -158,7 +129,7 @@ def test_each_of_three_robots_is_seen_whole(ui, small):
     chips = ui.find_all(RobotChip)
     assert len(chips) == 3
     for chip in chips:
-        assert checks.visible_area(chip, checks.parents(chip)) == pytest.approx(checks.area(chip), abs=1)
+        assert checks.is_seen(chip)
 
 
 @pytest.mark.parametrize("small", [pytest.param(((1024, 600), "large"), id="1024x600-large")], indirect=True)
@@ -179,7 +150,7 @@ def test_of_a_robot_that_somebody_has_to_go_to_all_that_is_needed_is_seen_at_onc
     ui.advance(.5)
     told = ui.find(MissionTile), ui.find(ValueTile, icon=screen.vm.card.battery.icon), ui.find(PlaceMap), ui.find(RobotControls)
     for part in told:
-        assert checks.visible_area(part, checks.parents(part)) == pytest.approx(checks.area(part), abs=1), part
+        assert checks.is_seen(part), part
     assert ui.find(PlaceMap).height >= 150
     assert ui.find(MissionTile).height < 110              # what room there is, is the map's
     bands = sorted(checks.area(part)[1::2] for part in told)
@@ -204,7 +175,7 @@ def test_the_map_of_a_robot_on_which_nothing_runs_is_beside_its_battery_below_a_
     place, battery = ui.find(PlaceMap), ui.find(ValueTile, icon=screen.vm.card.battery.icon)
     (left, low, _right, high), (_left, bottom, right, top) = checks.area(place), checks.area(battery)
     assert (left >= right, bottom < high, low < top) == (True, True, True)
-    assert checks.visible_area(place, checks.parents(place)) == pytest.approx(checks.area(place), abs=1)
+    assert checks.is_seen(place)
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
@@ -250,49 +221,12 @@ def test_a_question_and_each_answer_can_be_reached(ui, small):
     reach(ui, next(label for label in ui.find_all(Label) if label.text == view.prompt.question))
 
 
-def is_seen(widget: Widget) -> bool:
-    """All of it, without scrolling."""
-    seen = checks.visible_area(widget, checks.parents(widget))
-    return seen is not None and seen == pytest.approx(checks.area(widget), abs=1)
-
-
-@pytest.fixture(params=["small", "small-large-text", "small-gloves", "large-text", "gloves"])
-def usual(ui, request) -> Iterator[Rig]:
-    """A usual window, with texts and banner as long as most are."""
-    before, mode = Window.size, request.param
-    Window.size = (1024, 600) if "small" in mode else (1280, 800)
-    Metrics.fontscale = 1.3 if "large" in mode else 1.0
-    tk.use("light", gloves="gloves" in mode)
-    rig = Rig(ui)
-    yield rig
-    rig.close()
-    Metrics.fontscale = 1.0
-    tk.use("light")
-    Window.size = before
-
-
-@pytest.mark.parametrize("minutes", [1, 20])
-def test_the_answers_are_seen_without_scrolling(ui, usual, minutes):
-    """Also when nobody has acknowledged that it asks."""
-    home(usual, sample.with_aino(sample.ASKING), issues=OpenIssues([replace(QUESTION, raised_at=sample.ago(minutes=minutes))]))
-    ui.advance(.5)
-    assert ui.find(AlarmBanner).urgent == (minutes > 5)
-    answers = ui.find_all(PromptOption)
-    assert [answer.text for answer in answers if is_seen(answer)] == list(sample.ASKING.user_prompt.options)
-
-
-def test_what_to_do_at_an_emergency_stop_is_seen_without_scrolling(ui, usual):
-    screen = home(usual, stopped(), issues=OpenIssues(ALARMS))
-    ui.advance(.5)
-    assert is_seen(next(label for label in ui.find_all(Label) if label.text == screen.vm.card.mission.name))
-
-
 def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):
     dialog = PinDialog(title="Settings", text="Enter the PIN of this tablet")
     dialog.open()
     ui.advance(.5)
     for key in ui.find_all(PadKey):
-        assert checks.visible_area(key, checks.parents(key)) == pytest.approx(checks.area(key), abs=1)
+        assert checks.is_seen(key)
     assert "\n".join(checks.problems(dialog)) == ""
     dialog.dismiss()
     ui.advance(.5)
@@ -300,10 +234,8 @@ def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):
 
 @pytest.mark.parametrize("size", [(800, 480), (600, 480)])
 def test_a_drag_over_a_list_that_fits_scrolls_the_page(ui, size):
-    before = Window.size
-    Window.size = size
-    try:
-        home(Rig(ui), replace(sample.with_aino(sample.READY, ()), open=()), issues=ALARM)
+    with window(ui, size) as rig:
+        home(rig, replace(sample.with_aino(sample.READY, ()), open=()), issues=ALARM)
         ui.advance(.5)
         words = ui.find(text=ui.find(HomeScreen).vm.queue_empty, root=ui.find(QueueCard))
         reach(ui, words)
@@ -311,8 +243,6 @@ def test_a_drag_over_a_list_that_fits_scrolls_the_page(ui, size):
         at = page.scroll_y
         ui.drag(words, 0, 150 if at > .5 else -150)
         assert page.scroll_y != pytest.approx(at)
-    finally:
-        Window.size = before
 
 
 def test_a_tap_on_the_text_of_the_banner_leads_to_the_list(ui):
@@ -322,39 +252,6 @@ def test_a_tap_on_the_text_of_the_banner_leads_to_the_list(ui):
     frame.bind(on_list_alarms=lambda *_args: asked.append("list"))
     ui.tap_text("Aino is stopped")
     assert asked == ["list"]
-
-
-# ---------------------------------------------------------------------- answers
-def rows_of_answers(ui, width: float, *options: str) -> list[list[str]]:
-    """By the row they are in."""
-    load_kv("home/cards")
-    answers = ui.show(Answers(options=list(options), spacing=8), (width, 400))
-    rows: dict[float, list[str]] = {}
-    for button in reversed(answers.children):
-        rows.setdefault(button.top, []).append(button.text)
-    return list(rows.values())
-
-
-@pytest.mark.parametrize(("width", "options", "rows"), [
-    (360, ("Yes", "No", "Skip this stop"), [["Yes", "No", "Skip this stop"]]),
-    (360, ("Door 1, left", "Door 1, right", "Door 2, left", "Door 2, right"),
-     [["Door 1, left", "Door 1, right"], ["Door 2, left", "Door 2, right"]]),
-    (360, ("Yes", "A long answer for which one line is too short"), [["Yes"], ["A long answer for which one line is too short"]]),
-    (360, ("Yes", "Yes"), [["Yes", "Yes"]]),
-])
-def test_answers_share_a_row_where_they_fit(ui, width, options, rows):
-    assert rows_of_answers(ui, width, *options) == rows
-
-
-def test_an_answer_is_sent_once(ui):
-    load_kv("home/cards")
-    answers = ui.show(Answers(options=["Yes", "No"], spacing=8), (360, 100))
-    sent = []
-    answers.bind(on_answer=lambda _answers, option: sent.append(option))
-    ui.tap(ui.find(PromptOption, text="No"))
-    answers.busy = True
-    ui.tap(ui.find(PromptOption, text="Yes"))
-    assert sent == ["No"]
 
 
 # ---------------------------------------------------------------------- fingers
@@ -385,7 +282,7 @@ def test_drags_lead_from_whatever_is_under_the_finger_to_the_run_button(ui, smal
     left, bottom, right, top = checks.area(ui.find(Frame).ids.body)
     x, y = (left + right) / 2 if Window.width < Window.height else right - 100, (bottom + top) / 2
     for _n in range(30):
-        if checks.visible_area(button, checks.parents(button)) == pytest.approx(checks.area(button), abs=2):
+        if checks.is_seen(button):
             return
         swipe(ui, x, y, 80)
     pytest.fail("the Run button is not reached")
