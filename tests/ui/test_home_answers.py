@@ -8,7 +8,8 @@ import pytest
 from kivy.uix.label import Label
 
 from app.screens.frame.facts import OpenIssues
-from app.screens.home.cards import Answers, PromptOption
+from app.screens.home.cards import Answers, HomeState, PromptOption, PromptPanel
+from app.screens.home.view import PromptView
 from app.widgets import load_kv
 from app.widgets.frame import AlarmBanner
 from tests.screenshots.home import ALARMS, QUESTION, home, stopped
@@ -65,6 +66,22 @@ def test_the_answers_are_seen_without_scrolling(ui, usual, minutes):
     assert ui.find(AlarmBanner).urgent == (minutes > 5)
     answers = ui.find_all(PromptOption)
     assert [answer.text for answer in answers if checks.is_seen(answer)] == list(sample.ASKING.user_prompt.options)
+
+
+@pytest.mark.parametrize(("scale", "minutes"), [(1.0, 1), (1.0, 20), (1.3, 1)])
+def test_the_answers_are_seen_without_scrolling_in_a_very_low_window(ui, scale, minutes):
+    with window(ui, (800, 480), scale) as rig:
+        home(rig, sample.with_aino(sample.ASKING), issues=OpenIssues([replace(QUESTION, raised_at=sample.ago(minutes=minutes))]))
+        ui.advance(.5)
+        answers = ui.find_all(PromptOption)
+        assert [answer.text for answer in answers if checks.is_seen(answer)] == list(sample.ASKING.user_prompt.options)
+
+
+def test_a_question_stands_at_the_top_of_a_panel_that_is_higher_than_it_needs(ui):
+    load_kv("home/cards")
+    panel = ui.show(PromptPanel(vm=HomeState(prompt=PromptView("p1", "Is the aisle free?", ("Yes", "No")))), (400, 400))
+    ui.advance()
+    assert panel.top - ui.find(text="Is the aisle free?").top < 24
 
 
 def test_what_to_do_at_an_emergency_stop_is_seen_without_scrolling(ui, usual):

@@ -17,6 +17,7 @@ from app.domain.problems import in_words
 from app.domain.robot import RobotProblem, UserPrompt
 from app.i18n import _
 from app.screens.common.pin_dialog import PinDialog
+from app.screens.common.robot_groups import Group as State
 from app.screens.frame.facts import OpenIssues
 from app.screens.home.cards import (
     HomeColumn,
@@ -29,16 +30,18 @@ from app.screens.home.cards import (
     RobotControls,
 )
 from app.screens.home.facts import HomeFacts
-from app.screens.home.fleet_page import Counts
+from app.screens.home.fleet import Count
+from app.screens.home.fleet_page import CountChip, Counts
 from app.screens.home.screen import HomeScreen
 from app.services.live.holds import Hold
+from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.display import ValueTile
 from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.number_pad import PadKey
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import RobotChip
-from app.widgets.text import Title
+from app.widgets.text import Title, Value
 from tests.screenshots.fleet import fleet
 from tests.screenshots.home import ERROR, SILENT, home
 from tests.screenshots.planning import Stand
@@ -202,6 +205,43 @@ def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small, issues):
     head, tiles = ui.find(Counts), ui.find(PanelGrid)
     assert head.to_window(0, head.top)[1] <= ui.find(Frame).ids.body.to_window(0, ui.find(Frame).ids.body.top)[1] + 1
     assert tiles.height >= 40
+
+
+@pytest.mark.parametrize("small", [pytest.param(((600, 480), "plain"), id="600x480")], indirect=True)
+def test_counts_that_have_no_room_in_their_row_are_dragged_into_sight(ui, small):
+    fleet(small, 12)
+    ui.advance(.5)
+    chips = sorted(ui.find_all(CountChip), key=lambda chip: chip.x)
+    assert not checks.is_seen(chips[-1])
+    for _n in range(2):
+        ui.drag(ui.find(Counts).parent, -300, 0)
+    assert checks.is_seen(chips[-1])
+
+
+def test_a_row_of_counts_is_as_wide_as_those_that_are_left(ui):
+    load_kv("home/fleet")
+    counts = ui.show(Counts(), (600, 64))
+    counts.data = [Count(State.STOPPED, "1 stopped", "alert", "fault"), Count(State.READY, "11 ready", "check")]
+    ui.advance()
+    counts.data = counts.data[1:]
+    ui.advance()
+    assert counts.row_width == ui.find(CountChip).width
+
+
+@pytest.mark.parametrize("small", [pytest.param(((1024, 600), "plain"), id="1024x600")], indirect=True)
+def test_how_full_the_battery_is_and_when_the_mission_is_done_is_seen_at_once(ui, small):
+    card = home(small, sample.FACTS).vm.card
+    ui.advance(.5)
+    for text in (card.battery.text, card.beside.value):
+        assert checks.is_seen(ui.find(Value, text=text, root=ui.find(RobotCard)))
+
+
+@pytest.mark.parametrize("small", [pytest.param(((800, 480), "plain"), id="800x480")], indirect=True)
+def test_the_controls_are_seen_at_once_below_a_banner_in_a_very_low_window(ui, small):
+    screen = home(small, sample.FACTS, issues=OpenIssues([ALARM.alarms[1]]))
+    ui.advance(.5)
+    for word in (screen.vm.controls.pause, _("Reset errors"), _("Clear queue")):
+        assert checks.is_seen(ui.find(CommandButton, text=word))
 
 
 def test_the_words_of_a_robot_without_a_map_can_be_reached(ui, small):

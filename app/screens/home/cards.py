@@ -109,7 +109,8 @@ class RobotControls(Part):
 
 
 class MissionTile(OfHome, TonedSurface):
-    """What runs, or what is wrong and what to do; ``spare`` px higher than ``needed``."""
+    """What runs, or what has ``failed`` and what to do; ``spare`` px higher than ``needed``."""
+    failed = BooleanProperty(False)
     needed = NumericProperty(0)
     spare = NumericProperty(0)
 
@@ -238,13 +239,18 @@ class BelowTiles(Slot):
 
 
 class RobotCard(Card):
-    """The selected robot, a narrow card. ``needed`` is the height at which nothing in it scrolls, ``above`` of what is above the map,
-    ``seen`` of what is beside the controls. Where a card that ``fills`` what room there is leaves the map none, the map of a robot that is
-    ``sought``, as nothing runs on it of which the end is known, it has failed or does not answer, takes the place of its address. Where it
-    is ``tight``, what a person has to do ``first``, to answer or what the fault asks for, comes before the state, a word for it."""
-    needed = NumericProperty(0)
-    above = NumericProperty(0)
-    seen = NumericProperty(0)
+    """The selected robot, a narrow card; it scrolls where it is lower than ``needed``.
+
+    A card that ``fills`` what room there is may have none left for the map, which is below what is ``above`` it. Of a robot that is
+    ``sought`` the map then takes the place of the address beside the battery. It is sought if nothing runs on it of which the end is known,
+    if it has failed, or if it does not answer.
+
+    Where a card is too ``tight`` for both its state and what a person has to do ``first``, an answer or what a fault asks for, the state
+    comes after that.
+    """
+    needed = NumericProperty(0)          # height at which nothing in it scrolls
+    above = NumericProperty(0)           # height of what is above the map
+    seen = NumericProperty(0)            # height of what is above the controls, which don't scroll
     fills = BooleanProperty(False)
     sought = BooleanProperty(False)      # rather than its address, and it is known where it is or was
     first = NumericProperty(0)           # height of what a person has to do
@@ -263,8 +269,12 @@ class RobotCard(Card):
 
 
 class RobotCardWide(Card):
-    """The same, a wide card, never lower than ``needed``. In a ``low`` window, where the page ends within it, come first the controls,
-    before them what a fault asks for if it is ``brief``, and what it ``asks`` before its battery."""
+    """The same, a wide card, never lower than ``needed``.
+
+    In a ``low`` window the page ends within it. What is pressed then comes before what is only read: the controls before the mission, and
+    what the robot ``asks`` before its battery. A fault of which it is said in ``brief`` what to do comes before even the controls, and the
+    state after them.
+    """
     needed = NumericProperty(0)
     low = BooleanProperty(False)
     asks = BooleanProperty(False)
