@@ -19,8 +19,9 @@ from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.settings.missions import MissionDialog
-from app.screens.settings.missions_view import offer_options, offers, robot_removal_question
+from app.screens.settings.missions_view import offer_options, offers
 from app.screens.settings.page import PageContext
+from app.screens.settings.removals import robot_question
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.screen import SettingsScreen
 from app.screens.settings.view import certificate_question, connection_found, done, failed_test, new_robot_question
@@ -272,7 +273,7 @@ def robot_dialog_new_robot(context: PageContext):
 @dialog("robot-dialog-delete")
 def robot_dialog_delete(context: PageContext):
     robot = context.facts.robots[0]
-    return ConfirmDialog(title=_("Delete {robot}?").format(robot=robot.name), text=robot_removal_question(context.facts, robot),
+    return ConfirmDialog(title=_("Delete {robot}?").format(robot=robot.name), text=robot_question(context.facts, robot),
                          confirm=_("Delete robot"), decline=_("Cancel"), danger=True)
 
 

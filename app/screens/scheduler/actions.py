@@ -62,11 +62,11 @@ class ScheduleActions:
             schedule, _("{name} is resumed").format(name=self._name(schedule)), "play-circle-outline"))
 
     def delete(self, schedule: Schedule) -> None:
-        """At once, with some seconds to undo it."""
+        """At once; it can be undone until the message is closed by hand."""
         text = _("{name} is deleted").format(name=self._name(schedule))        # while it is known what it does where
 
         def deleted(removed: Removed) -> None:
-            self._shell.offer_undo(text, lambda: self._services.catalogue.restore(removed), self._done)
+            self._shell.offer_undo(text, lambda: self._services.catalogue.restore(removed), self._done, stays=True)
 
         self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
 

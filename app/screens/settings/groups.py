@@ -12,6 +12,7 @@ from app.domain.models import Group, HandOver, InvalidInput
 from app.i18n import _
 from app.screens.common.problems import sentence_of
 from app.screens.settings import groups_view as view
+from app.screens.settings import removals
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
@@ -74,9 +75,9 @@ class GroupsPart:
         """Ask first: its schedules go with it. Undo brings it all back."""
         context = self._context
         context.run(lambda: context.services.catalogue.waiting_for(group.id), lambda waiting: context.shell.dialogs.confirm(
-            _("Delete {group}?").format(group=group.name), view.removal_question(context.facts, group, waiting), _("Delete group"),
+            _("Delete {group}?").format(group=group.name), removals.group_question(context.facts, group, waiting), _("Delete group"),
             lambda: context.remove(lambda: context.services.catalogue.remove_group(group.id),
-                                   view.removal_sentence(context.facts, group), stays=True), danger=True))
+                                   removals.group_sentence(context.facts, group)), danger=True))
 
 
 class GroupForm(EventDispatcher):

@@ -7,12 +7,10 @@ from typing import ClassVar
 
 from app.domain.models import Group, HandOver, Place, Robot
 from app.i18n import _, ngettext
-from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
 from app.services.catalogue.validation import FEWEST_TO_KEEP_FREE
 
-MOST_NAMED = 6               # schedules that a question names
 MOST_COLUMNS = 8             # robots that fit beside the names of the missions
 
 HAS, LACKS, UNKNOWN = "check", "close-thick", "help"         # icons of a cell of the table
@@ -115,34 +113,6 @@ def keep_free_meaning(keep_free: int, members: int) -> str:
 
 def most_kept_free(members: int) -> int:
     return members - 1 if members >= FEWEST_TO_KEEP_FREE else 0
-
-
-def removal_question(facts: SettingsFacts, group: Group, waiting: int = 0) -> str:
-    """Which schedules go with it, by name, how many starts that wait, and what stays."""
-    missions = {mission.id: mission.name for mission in facts.missions}
-    names = [formats.schedule_name(schedule.name, missions.get(schedule.mission_id, ""), group.name)
-             for schedule in facts.schedules if schedule.group_id == group.id]
-    stays = _("Its robots stay, and what runs goes on.")
-    if waiting:
-        goes = ngettext("A start that waits for one of its robots is cancelled.",
-                        "{n} starts that wait for one of its robots are cancelled.", waiting).format(n=waiting)
-        stays = f"{goes}\n{stays}"
-    if not names:
-        return stays
-    shown = names[:MOST_NAMED]
-    if more := len(names) - len(shown):
-        shown.append(ngettext("and {n} more", "and {n} more", more).format(n=more))
-    lead = ngettext("This schedule goes with it:", "These {n} schedules go with it:", len(names)).format(n=len(names))
-    return "\n".join([lead, *shown, "", stays])
-
-
-def removal_sentence(facts: SettingsFacts, group: Group) -> str:
-    """For the snackbar with Undo."""
-    schedules = sum(schedule.group_id == group.id for schedule in facts.schedules)
-    if not schedules:
-        return _("{group} deleted").format(group=group.name)
-    return ngettext("{group} and its schedule deleted", "{group} and its {n} schedules deleted", schedules).format(
-        group=group.name, n=schedules)
 
 
 # ---------------------------------------------------------------------- which robot of a group has which mission

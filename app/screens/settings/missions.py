@@ -13,6 +13,7 @@ from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
+from app.screens.settings import removals
 from app.screens.settings.groups_view import place_views, proposal_views
 from app.screens.settings.missions_view import (
     Offer,
@@ -20,7 +21,6 @@ from app.screens.settings.missions_view import (
     mission_views,
     offer_options,
     offers,
-    removal_sentence,
     typed_minutes,
 )
 from app.screens.settings.page import PageContext, SettingsPage
@@ -133,9 +133,16 @@ class MissionsPage(SettingsPage):
         self.context.shell.dialogs.open(MissionDialog(self.context))
 
     def _remove(self, mission: Mission) -> None:
-        """With the schedules that use it; Undo brings them back."""
-        self.context.remove(lambda: self.context.services.catalogue.remove_mission(mission.id),
-                            removal_sentence(self.context.facts, mission))
+        """Ask first where more goes than the mission. Undo brings it all back."""
+        context, question = self.context, removals.mission_question(self.context.facts, mission)
+
+        def remove() -> None:
+            context.remove(lambda: context.services.catalogue.remove_mission(mission.id),
+                           removals.mission_sentence(context.facts, mission))
+        if question:
+            context.shell.dialogs.confirm(_("Delete {mission}?").format(mission=mission.name), question, _("Delete"), remove, danger=True)
+        else:
+            remove()
 
     # ------------------------------------------------------------------ from a robot
     def fetch(self) -> None:

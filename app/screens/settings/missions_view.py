@@ -82,40 +82,6 @@ def missing_sentence(facts: SettingsFacts, mission: Mission) -> str:
     return _("No robot has it") if facts.is_nowhere(mission) else ""
 
 
-def removal_sentence(facts: SettingsFacts, mission: Mission) -> str:
-    """What was deleted, for the snackbar with Undo: schedules and idle rules are deleted with their mission."""
-    schedules = len(facts.schedules_of(mission))
-    if not schedules:
-        return _("{mission} deleted").format(mission=mission.name)
-    return ngettext("{mission} and its schedule deleted", "{mission} and its {n} schedules deleted", schedules).format(
-        mission=mission.name, n=schedules)
-
-
-def robot_removal_question(facts: SettingsFacts, robot: Robot) -> str:
-    """What goes with it, and what stays."""
-    schedules = sum(schedule.robot_id == robot.id for schedule in facts.schedules)
-    own = sum(mission.robot_id == robot.id for mission in facts.missions)
-    parts = []
-    if schedules:
-        parts.append(ngettext("{n} schedule", "{n} schedules", schedules).format(n=schedules))
-    if robot.idle is not None:
-        parts.append(_("its idle automation"))
-    if own:
-        parts.append(ngettext("{n} mission that only this robot has", "{n} missions that only this robot has", own).format(n=own))
-    stays = _("Its runs stay in the history. On the robot itself nothing changes.")
-    if not parts:
-        return stays
-    return _("This goes with it: {what}.").format(what=", ".join(parts)) + "\n" + stays
-
-
-def robot_removal_sentence(facts: SettingsFacts, robot: Robot) -> str:
-    schedules = sum(1 for schedule in facts.schedules if schedule.robot_id == robot.id)
-    if not schedules:
-        return _("{robot} deleted").format(robot=robot.name)
-    return ngettext("{robot} and its schedule deleted", "{robot} and its {n} schedules deleted", schedules).format(
-        robot=robot.name, n=schedules)
-
-
 # ---------------------------------------------------------------------- fetched from a robot
 @dataclass(frozen=True)
 class Offer:

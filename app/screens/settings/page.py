@@ -84,11 +84,11 @@ class PageContext:
         """Change settings, at once."""
         self.change(lambda: self.services.catalogue.change_settings(**changes), failed)
 
-    def remove(self, work: Callable[[], Removed], text: str, *, stays: bool = False) -> None:
-        """Delete something at once, say so with ``text``, and offer to undo it, for some seconds or as long as it ``stays``."""
+    def remove(self, work: Callable[[], Removed], text: str) -> None:
+        """Delete something at once, say so with ``text``, and offer to undo it until that is closed by hand."""
         def removed(what: Removed) -> None:
             self.refresh()
-            self.shell.offer_undo(text, lambda: self.services.catalogue.restore(what), self.refresh, stays=stays)
+            self.shell.offer_undo(text, lambda: self.services.catalogue.restore(what), self.refresh, stays=True)
         self.run(work, removed)
 
     def say(self, text: str, icon: str = "check") -> None:

@@ -9,11 +9,11 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, Optio
 
 from app.domain.models import Robot
 from app.i18n import _
+from app.screens.settings import removals
 from app.screens.settings.check_up import CheckUp
 from app.screens.settings.check_up_view import standing
 from app.screens.settings.groups import GroupsPart
 from app.screens.settings.groups_view import group_panels
-from app.screens.settings.missions_view import robot_removal_question, robot_removal_sentence
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.view import NoticeView, asking_robot, connection_found, failed_test, robot_panels
@@ -170,9 +170,9 @@ class RobotsPage(SettingsPage):
     def _remove(self, robot: Robot) -> None:
         """Ask first: more than the robot goes. Undo brings it all back."""
         self.context.shell.dialogs.confirm(
-            _("Delete {robot}?").format(robot=robot.name), robot_removal_question(self.context.facts, robot), _("Delete robot"),
+            _("Delete {robot}?").format(robot=robot.name), removals.robot_question(self.context.facts, robot), _("Delete robot"),
             lambda: self.context.remove(lambda: self.context.services.catalogue.remove_robot(robot.id),
-                                        robot_removal_sentence(self.context.facts, robot), stays=True), danger=True)
+                                        removals.robot_sentence(self.context.facts, robot)), danger=True)
 
 
 def _connection(robot: Robot) -> tuple[str | None, ...]:

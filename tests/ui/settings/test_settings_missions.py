@@ -8,7 +8,7 @@ from app.domain.models import Mission, Schedule
 from app.screens.settings.missions import MissionDialog, MissionRow
 from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.display import Notice
 from app.widgets.fields import PickBox, SearchField
 from app.widgets.rows import OptionRow, SectionRow
@@ -178,6 +178,38 @@ def test_favourites_come_first_and_a_deleted_mission_comes_back(site, app, ui):
     ui.wait(lambda: says(ui, "Home deleted"))
     undo(ui)
     ui.wait(lambda: {(mission.name, mission.favourite) for mission in missions(site)} == {("Home", True), ("Deliver", False)})
+
+
+def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app, ui):
+    aino, _veikko = site.add_robots()
+    deliver, home = site.add_missions("Deliver", "Home")
+    catalogue = site.container.catalogue
+    catalogue.save_schedule(Schedule("Morning", aino.id, deliver.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY"))
+    catalogue.save_idle_rule(aino.id, deliver.id)
+    go(ui, "missions")
+    ui.wait(lambda: [row.name for row in page(app).vm.rows] == ["Deliver", "Home"])
+    bin_ = ui.find(IconButton, ui.find(MissionRow, name="Deliver"), icon="delete-outline")
+    place = bin_.to_window(*bin_.center)
+    ui.tap_at(*place)
+    question = ui.find(ConfirmDialog)
+    assert question.title == "Delete Deliver?"
+    assert question.text.splitlines() == ["This schedule goes with it:", "Morning", "", "This goes with it: idle automation on Aino."]
+    press(ui, "Cancel", question)
+    ui.wait(lambda: app.shell.background.idle)
+    assert len(missions(site)) == 2
+    ui.tap_at(*place)
+    press(ui, "Delete", ui.find(ConfirmDialog))
+    ui.wait(lambda: [mission.name for mission in missions(site)] == ["Home"])
+    ui.wait(lambda: len(ui.find_all(MissionRow)) == 1)
+    ui.tap_at(*place)                                         # nothing slides under the finger
+    ui.wait(lambda: app.shell.background.idle)
+    assert missions(site) == [home]
+    ui.skip(3600)                                             # the message stays until it is closed
+    assert says(ui, "Deliver deleted, and with it: 1 schedule, idle automation on Aino")
+    undo(ui)
+    ui.wait(lambda: len(missions(site)) == 2)
+    assert [schedule.name for schedule in catalogue.schedules()] == ["Morning"]
+    assert catalogue.robot(aino.id).idle.mission_id == deliver.id
 
 
 def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):

@@ -322,7 +322,8 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
     press(ui, "Delete robot", ui.find(RobotDialog))
     question = ui.find(ConfirmDialog)
-    assert (question.title, question.text.splitlines()[0]) == ("Delete Aino?", "This goes with it: 1 schedule, its idle automation.")
+    assert question.title == "Delete Aino?"
+    assert question.text.splitlines()[:4] == ["This schedule goes with it:", "Morning", "", "This goes with it: its idle automation."]
     press(ui, "Cancel", question)
     ui.wait(lambda: app.shell.background.idle)
     assert len(robots(site)) == 2
@@ -331,9 +332,9 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     press(ui, "Delete robot", ui.find(ConfirmDialog))
     ui.wait(lambda: len(robots(site)) == 1)
     assert schedules(site) == []
-    ui.wait(lambda: says(ui, "Aino and its schedule deleted"))
+    ui.wait(lambda: says(ui, "Aino deleted, and with it: 1 schedule, its idle automation"))
     ui.skip(3600)                                             # it stays until it is closed
-    assert says(ui, "Aino and its schedule deleted")
+    assert says(ui, "Aino deleted, and with it: 1 schedule, its idle automation")
     undo(ui)
     ui.wait(lambda: len(robots(site)) == 2)
     assert [schedule.name for schedule in schedules(site)] == ["Morning"]

@@ -209,13 +209,6 @@ def test_an_unused_mission_that_no_robot_has_is_reported():
     assert missions_view.missing_sentence(facts(names={1: {"guid-deliver": ""}}), CHARGE) == ""      # Sisu may have it
 
 
-def test_deleting_says_what_goes_with_it():
-    assert missions_view.removal_sentence(facts(), DELIVER) == "Deliver kits and its schedule deleted"
-    assert missions_view.removal_sentence(facts(), CHARGE) == "Charge deleted"
-    assert missions_view.robot_removal_sentence(facts(schedules=(MORNING, replace(MORNING, id=21))), AINO) == \
-        "Aino and its 2 schedules deleted"
-
-
 # ---------------------------------------------------------------------- taking over from a robot
 def test_a_name_of_the_robot_that_is_cut_is_told():
     short, long = missions_view.offer_options(offers(("A", "guid-1"), ("L" * 81, "guid-2")))
