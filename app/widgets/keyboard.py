@@ -11,7 +11,7 @@ from kivy.uix.behaviors import FocusBehavior
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.scrollview import ScrollView
 
-from app.widgets import load_kv
+from app.widgets import finger, load_kv
 from app.widgets.dialogs import Dialog
 from app.widgets.dock import dock
 from app.widgets.fields import FieldBase
@@ -54,7 +54,8 @@ class BoardRow(BoxLayout):
 
 class DockedKeyboard(Surface):
     """At the bottom of the window while a field has the focus and ``wanted()`` is true. The field stays visible: dialogs get by with the
-    room above, pages scroll, and the screen moves up. It goes when a real keyboard types, until a finger touches a field."""
+    room above, pages scroll, and the screen moves up: not under a finger, which would come down in one field and press another. It goes
+    when a real keyboard types, until a finger touches a field."""
     page = StringProperty()
 
     def __init__(self, wanted, **kwargs):
@@ -93,6 +94,9 @@ class DockedKeyboard(Surface):
             self._follow()
 
     def _place(self, *_):
+        if finger.is_down():
+            self._follow()
+            return
         field = dock.field
         if field is None or self._is_real or not self._wanted():
             self._hide()
@@ -140,6 +144,9 @@ class DockedKeyboard(Surface):
 
     def _scroll_to_field(self, _dt) -> None:
         """With its label and help where these fit."""
+        if finger.is_down():
+            self._reveal()
+            return
         field = dock.field
         if field is None:
             return

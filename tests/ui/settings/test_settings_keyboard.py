@@ -80,6 +80,22 @@ def test_from_field_to_field_of_the_robot_dialog_it_stays(app, ui):
     assert [dialog.ids[f"{name}_field"].text for name in names] == ["n", "a", "u", "p"]
 
 
+def test_a_field_stays_under_the_finger_that_brings_it_back(app, ui):
+    dialog = robot_dialog(ui)
+    address = ui.find(FieldInput, dialog.ids.address_field)
+    ui.tap(address)
+    keyboard(ui)
+    ui.key(97, "a")                                           # a real keyboard types
+    ui.wait(lambda: not ui.find_all(DockedKeyboard))
+    ui.advance(.3)
+    lift, place = ui.press(address), dialog.y
+    ui.advance(.2)
+    assert dialog.y == place
+    lift(.1)
+    assert dock.field is address
+    ui.wait(lambda: ui.find_all(DockedKeyboard))
+
+
 # ---------------------------------------------------------------------- gone again
 def test_escape_closes_it_and_then_the_dialog_of_its_field(app, ui):
     dialog = robot_dialog(ui)
