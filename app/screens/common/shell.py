@@ -14,8 +14,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from app.domain.models import InvalidInput
+from app.domain.models import InvalidInput, Robot
 from app.i18n import _
+from app.mir.errors import RobotError
 from app.screens.common.problems import sentence_of
 
 if TYPE_CHECKING:
@@ -74,6 +75,13 @@ class Shell:
         """One sentence about what went wrong, long enough to be read. ``asked``: for what, where somebody may have gone on meanwhile."""
         said = sentence_of(problem)
         self.snackbars.show(f"{asked}: {said}" if asked else said, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
+
+    def say_not_done(self, problem: BaseException, robot: Robot, asked: str) -> None:
+        """What a robot was ``asked`` and has not done, by its name: by then somebody may look at another one."""
+        if isinstance(problem, RobotError) and "{address}" in problem.msgid:
+            self.say_problem(problem.at(robot.name), asked)
+        else:                                # of the disk, say, or of a host name: it names no robot
+            self.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
 
     def offer_undo(self, text: str, undo: Callable[[], object], undone: Callable[[], object], *, stays: bool = False) -> None:
         """Say with ``text`` what was done, and offer to undo it, for some seconds or as long as it ``stays``. Where ``undo()``, in the

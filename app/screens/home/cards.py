@@ -13,6 +13,7 @@ from kivy.uix.gridlayout import GridLayout
 from kivy.uix.widget import Widget
 
 from app.screens.home.fleet_model import FleetState
+from app.screens.home.presses import DOUBLE_TAP
 from app.screens.home.view import HomeView
 from app.screens.home.waiting_model import NO_WAITING
 from app.services.robots.map_picture import MapPicture
@@ -132,7 +133,9 @@ class PromptOption(CommandButton):
 
 class Answers(GridLayout):
     """``options`` in one row where they fit, else in columns as wide as the longest, and at worst below each other. A tap fires
-    ``on_answer(option)``, unless it is ``busy``: an answer is being sent."""
+    ``on_answer(option)``, unless it is ``busy``: an answer is being sent. A finger that was on the way when ``about`` changed meant the
+    question before."""
+    about = StringProperty()                 # the question
     options = ListProperty()
     busy = BooleanProperty(False)
 
@@ -140,7 +143,9 @@ class Answers(GridLayout):
 
     def __init__(self, **kwargs: Any) -> None:
         self._arrange = Clock.create_trigger(self._choose_columns, -1)
+        self._last, self._rests_until = "", 0.0
         super().__init__(cols=1, **kwargs)
+        self.fbind("about", self._asked_anew)
         self.fbind("options", self._build)
         self.fbind("busy", self._mark)
         self.fbind("width", self._arrange)
@@ -153,10 +158,20 @@ class Answers(GridLayout):
         self.clear_widgets()
         for option in self.options:
             button = PromptOption(text=option)
-            button.bind(on_release=lambda _button, option=option: self.dispatch("on_answer", option))
+            button.bind(on_release=lambda _button, option=option, about=self.about: self._press(option, about))
             self.add_widget(button)
         self._mark()
         self._arrange()
+
+    def _asked_anew(self, *_: Any) -> None:
+        if self._last:
+            self._rests_until = Clock.get_time() + DOUBLE_TAP
+        self._last = self.about
+        self._build()
+
+    def _press(self, option: str, about: str) -> None:
+        if about == self.about and Clock.get_time() >= self._rests_until:
+            self.dispatch("on_answer", option)
 
     def _mark(self, *_: Any) -> None:
         for button in self.children:

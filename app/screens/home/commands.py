@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from app.domain.models import Robot
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected, RobotError
+from app.screens.common import questions
 from app.screens.common.cancelled import say_cancelled
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Refresher
@@ -127,7 +128,13 @@ class HomeCommands(HomeState):
         if robot is not None and prompt.guid and not self._presses.is_same(OfRobot("answer", robot.id)):
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
             self._act(OfRobot("answer", robot.id), lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
-                      self._saying(said, "comment-check-outline"), self._refused(robot, _("Answer")))
+                      self._saying(said, "comment-check-outline"), lambda problem: self._not_answered(problem, robot, prompt.guid))
+
+    def _not_answered(self, problem: BaseException, robot: Robot, guid: str) -> None:
+        if over := questions.over(robot, guid, self._services.snapshots, problem):
+            self._say(over, "information-outline", seconds=PROBLEM_SECONDS)
+        else:
+            self._refused(robot, _("Answer"))(problem)
 
     # ------------------------------------------------------------------ inside
     def _act(self, key: Hashable, work: Callable[[], T], done: Callable[[T], object] | None = None,
@@ -152,13 +159,8 @@ class HomeCommands(HomeState):
         return lambda _outcome: self._say(text, icon, about)
 
     def _refused(self, robot: Robot, asked: str) -> Callable[[BaseException], object]:
-        """To be called with what went wrong. Names robot and command: by then somebody may look at another one."""
-        def say(problem: BaseException) -> None:
-            if isinstance(problem, RobotError) and "{address}" in problem.msgid:
-                self._shell.say_problem(problem.at(robot.name), asked)
-            else:                                             # of the disk, say, or of a host name: it names no robot
-                self._shell.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
-        return say
+        """To be called with what went wrong."""
+        return lambda problem: self._shell.say_not_done(problem, robot, asked)
 
     def _say(self, text: str, icon: str, about: Hashable | None = None, seconds: float = SECONDS) -> None:
         self._shell.snackbars.show(text, icon=icon, about=about, seconds=seconds)

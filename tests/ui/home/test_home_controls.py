@@ -1,4 +1,4 @@
-"""Pause, Resume, Reset errors, Clear queue, cancelling, and the answer to a question: on real services and a simulated robot."""
+"""Pause, Resume, Reset errors, Clear queue and cancelling: on real services and a simulated robot."""
 from __future__ import annotations
 
 from contextlib import contextmanager
@@ -9,9 +9,8 @@ from app.domain.models import InvalidInput, ReasonCode, State
 from app.mir.errors import Unreachable
 from app.screens.home.cards import RobotHead
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
-from app.widgets.frame import AlarmBanner
-from app.widgets.rows import OptionRow, QueueRow, RobotChip
+from app.widgets.dialogs import ConfirmDialog
+from app.widgets.rows import QueueRow, RobotChip
 from tests.ui.home.operator import choose, is_shown_running, loud, pend, press, rows, run
 from tests.ui.whole_app import GUIDS, api
 
@@ -314,23 +313,3 @@ def test_pause_can_be_pressed_although_the_robot_is_known_to_be_gone(home, ui):
     press(ui, "Pause")
     ui.wait(lambda: any(text.startswith("Pause: Aino ") for text in home.shell.snackbars.texts), seconds=20)
     assert "pause" not in home.root_vm.busy
-
-
-def test_a_question_of_the_robot_is_answered_from_the_tablet(home, ui):
-    home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 60}})
-    ui.wait(lambda: "Is the load secured?" in ui.texts())
-    press(ui, "Yes")
-    ui.wait(lambda: "Is the load secured?" not in ui.texts())
-    assert any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts)
-
-
-def test_a_question_is_an_alarm_that_is_answered_where_it_is_shown(home, ui):
-    home.shell.go("scheduler")
-    home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 600}})
-    ui.wait(lambda: ui.find_all(AlarmBanner, text="Aino asks: Is the load secured?"))
-    assert "answers: Yes / No" in ui.find(AlarmBanner).note
-    press(ui, "Answer")
-    assert ui.find(ChoiceDialog).title == "Aino asks: Is the load secured?"
-    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Yes"))
-    ui.wait(lambda: any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts))
-    ui.wait(lambda: all(alarm.cleared_at for alarm in home.site.container.alarms.open() if alarm.code == "question"))

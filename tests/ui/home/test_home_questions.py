@@ -1,0 +1,83 @@
+"""Questions of a robot, on its card, in the banner and in a dialog: on real services and a simulated robot."""
+from __future__ import annotations
+
+from app.screens.common import questions
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.frame import AlarmBanner
+from app.widgets.rows import OptionRow
+from tests.ui.home.operator import press
+
+
+def ask(home, question: str) -> None:
+    home.aino.control({"user_prompt": {"question": question, "options": ["Yes", "No"], "timeout": 600}})
+
+
+def answer_sent(home) -> bool:
+    return any("Answer sent" in text for text in home.shell.snackbars.texts)
+
+
+def test_a_question_of_the_robot_is_answered_from_the_tablet(home, ui):
+    home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 60}})
+    ui.wait(lambda: "Is the load secured?" in ui.texts())
+    press(ui, "Yes")
+    ui.wait(lambda: "Is the load secured?" not in ui.texts())
+    assert any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts)
+
+
+def test_a_question_is_an_alarm_that_is_answered_where_it_is_shown(home, ui):
+    home.shell.go("scheduler")
+    home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 600}})
+    ui.wait(lambda: ui.find_all(AlarmBanner, text="Aino asks: Is the load secured?"))
+    assert "answers: Yes / No" in ui.find(AlarmBanner).note
+    press(ui, "Answer")
+    assert ui.find(ChoiceDialog).title == "Aino asks: Is the load secured?"
+    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Yes"))
+    ui.wait(lambda: any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts))
+    ui.wait(lambda: all(alarm.cleared_at for alarm in home.site.container.alarms.open() if alarm.code == "question"))
+
+
+def test_a_finger_on_its_way_to_one_question_answers_no_other_one(home, ui):
+    ask(home, "Is the aisle free?")
+    ui.wait(lambda: "Is the aisle free?" in ui.texts())
+    lift = ui.press(ui.find(CommandButton, text="No"))
+    ask(home, "Release pallet 7?")
+    ui.wait(lambda: "Release pallet 7?" in ui.texts())
+    lift(.05)
+    ui.tap(ui.find(CommandButton, text="No"))                 # at once, as if the question before still stood there
+    ui.wait(lambda: home.shell.background.idle)
+    assert not answer_sent(home)
+    ui.advance(1)
+    press(ui, "No")
+    ui.wait(lambda: answer_sent(home))
+
+
+def test_an_answer_that_comes_too_late_is_told_by_the_name_of_the_robot(home, ui, monkeypatch):
+    ask(home, "Is the aisle free?")
+    ui.wait(lambda: "Is the aisle free?" in ui.texts())
+    answer = home.site.container.operator.answer_prompt
+
+    def late(robot_id: int, guid: str, option: str) -> None:
+        home.aino.control({"user_prompt": None})              # somebody answers at the robot meanwhile
+        answer(robot_id, guid, option)
+
+    monkeypatch.setattr(home.site.container.operator, "answer_prompt", late)
+    press(ui, "Yes")
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == ["Aino: The question has been answered, or is gone"]
+
+
+def test_a_dialog_ends_when_the_robot_asks_something_else(home, ui):
+    ask(home, "Is the aisle free?")
+    ui.wait(lambda: "Is the aisle free?" in ui.texts())
+    services, robot = home.site.container, home.root_vm.facts.robot
+    questions.ask(home.shell, services.snapshots, services.operator, robot)
+    ui.advance(.3)
+    assert ui.find(ChoiceDialog).title == "Aino asks: Is the aisle free?"
+    ask(home, "Release pallet 7?")
+    ui.wait(lambda: not ui.find_all(ChoiceDialog))
+    assert home.shell.snackbars.texts == ["Aino asks something else now"]
+    questions.ask(home.shell, services.snapshots, services.operator, robot)
+    ui.advance(.3)
+    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="No"))
+    ui.wait(lambda: answer_sent(home))
