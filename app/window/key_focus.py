@@ -1,4 +1,6 @@
 """The window by keys alone: Tab and the arrows go from target to target, Enter or the space bar presses the one in the ring."""
+import math
+
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.graphics import Color, SmoothLine
@@ -18,6 +20,7 @@ from app.widgets.tokens import tk
 
 TAB, ENTER, KEYPAD_ENTER, ESCAPE, SPACE = 9, 13, 271, 27, 32
 PRESSES = (ENTER, KEYPAD_ENTER, SPACE)
+LAST_OF_LATIN = 256                      # from there on keys have numbers that are no characters
 ARROWS = {273: (0, 1), 274: (0, -1), 275: (1, 0), 276: (-1, 0)}          # key: direction
 
 
@@ -51,6 +54,20 @@ def _around(target) -> tuple[float, float, float, float]:
         left, bottom = max(left, low + edge), max(bottom, base + edge)
         right, top = min(right, low + card.width - edge), min(top, base + card.height - edge)
     return left, bottom, right - left, top - bottom
+
+
+def _far(target, other, right, up) -> float:
+    """How far the other one is in that direction, from edge to edge: twice as far for what it is to the side. Of those that are equally far
+    the one whose middle is best in line; infinite: it is not in that direction."""
+    (x, y), (left, bottom) = target.to_window(*target.pos), other.to_window(*other.pos)
+    spans = [((x, x + target.width), (left, left + other.width)), ((y, y + target.height), (bottom, bottom + other.height))]
+    (own, its), (own_side, its_side) = spans if right else spans[::-1]
+    middles = (sum(its) - sum(own)) / 2 * (right + up)
+    if middles <= 1:
+        return math.inf
+    ahead = max(its[0] - own[1], own[0] - its[1])
+    aside = max(0, its_side[0] - own_side[1], own_side[0] - its_side[1])
+    return (ahead if ahead >= 0 else middles) + 2 * aside + abs(sum(its_side) - sum(own_side)) / 20
 
 
 class KeyFocus:
@@ -135,7 +152,20 @@ class KeyFocus:
         elif key == ESCAPE and self.target is not None:
             self.forget()
         else:
+            return key < LAST_OF_LATIN and not {"ctrl", "alt", "meta"}.intersection(modifiers) and self._type(
+                chr(key), ("shift" in modifiers) != ("capslock" in modifiers))
+        return True
+
+    def _type(self, text, is_upper) -> bool:
+        """What is typed in a dialog goes into its first field, also where no field has the focus. The text itself comes after the key, but
+        only where kivy had been asked for texts before."""
+        targets = self.targets() if text.isprintable() and text != " " else []
+        field = next((target for target in targets if isinstance(target, FieldInput) and isinstance(parents(target)[-1], Overlay)), None)
+        if field is None:
             return False
+        before, field.focus = field.text, True
+        if not is_upper or text.isalpha():   # of the others it is not known what is above them
+            Clock.schedule_once(lambda _dt: field.insert_text(text.upper() if is_upper else text) if field.text == before else None, 0)
         return True
 
     def _touched(self, *_args):
@@ -161,15 +191,9 @@ class KeyFocus:
         if self.target not in targets:
             self._step(1)
             return
-        x, y = self.target.to_window(*self.target.center)
-        near = []
-        for target in targets:
-            left, top = target.to_window(*target.center)
-            ahead, aside = (left - x, top - y) if right else (top - y, left - x)
-            if ahead * (right + up) > 1:
-                near.append((abs(ahead) + 3 * abs(aside), len(near), target))
-        found = min(near)[2] if near else None
-        if not (up and self._turn_list(-up, found, x)) and found is not None:
+        far = [_far(self.target, target, right, up) for target in targets]
+        found = targets[far.index(min(far))] if min(far) < math.inf else None
+        if not (up and self._turn_list(-up, found, self.target.to_window(*self.target.center)[0])) and found is not None:
             self._go(found)
 
     def _turn_list(self, by: int, following, x: float) -> bool:

@@ -15,8 +15,9 @@ from app.screens.common.options import Option
 from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.display import SectionCard
+from app.widgets.dock import dock
 from app.widgets.fields import FieldInput, FormField
 from app.widgets.lists import ScrollPage
 from app.widgets.long_list import LongList
@@ -257,6 +258,70 @@ def test_arrows_go_to_the_nearest_on_that_side(ui, keys):
         ui.key(key)
         seen.append(keys.target.text)
     assert seen == ["a", "c", "d", "b", "a", "a"]
+
+
+def at(word: str, x: float, y: float, width: float) -> CommandButton:
+    return CommandButton(text=word, pos=(x, y), size_hint=(None, None), size=(width, 48))
+
+
+def test_the_nearest_below_has_the_ring_before_one_further_down_that_is_better_in_line(ui, keys):
+    """The bell, a banner's wide button, and More below it; a wide field, two beside each other, and a chip below the right one."""
+    page = FloatLayout()
+    for button in (at("Bell", 500, 344, 48), at("Answer", 380, 272, 160), at("More", 490, 200, 70),
+                   at("Mission", 40, 136, 230), at("Robot", 280, 136, 280), at("Monthly", 520, 72, 60)):
+        page.add_widget(button)
+    ui.show(page, (600, 400))
+    keys._go(ui.find(CommandButton, text="Bell"))
+    seen = []
+    for _press in range(4):
+        ui.key(DOWN)
+        seen.append(keys.target.text)
+    assert seen == ["Answer", "More", "Robot", "Monthly"]
+    ui.key(UP)
+    ui.key(LEFT)
+    assert keys.target.text == "Mission"
+
+
+def test_a_little_to_the_side_is_near(ui, keys):
+    page = FloatLayout()
+    for button in (at("One", 0, 200, 100), at("Beside", 110, 140, 100), at("Below", 0, 20, 100)):
+        page.add_widget(button)
+    ui.show(page, (300, 300))
+    ui.key(TAB)
+    ui.key(DOWN)
+    assert keys.target.text == "Beside"
+
+
+@pytest.mark.parametrize("comes_as_text", [True, False])          # kivy says a text only where a field had the focus before
+def test_what_is_typed_in_a_dialog_goes_into_its_first_field(ui, keys, comes_as_text):
+    ui.show(page_of("One"), (300, 300))
+    dialog = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(9)], hint="Search", nothing="Nothing found")
+    dialog.open()
+    ui.advance(.5)
+    ui.key_down(ord("o"), "o", ("shift",))
+    if comes_as_text:
+        Window.dispatch("on_textinput", "O")
+    ui.advance(.1)
+    Window.dispatch("on_textinput", "p")
+    ui.advance(.1)
+    assert dialog.query == "Op"
+    ui.key(ESCAPE)
+    ui.key(ESCAPE)
+    assert not dialog.is_open
+    ui.advance(.5)
+
+
+@pytest.mark.parametrize(("key", "text", "modifiers"), [(ord("c"), "c", ("ctrl",)), (SPACE, " ", ()), (282, chr(282), ())])
+def test_other_keys_are_not_typed(ui, keys, key, text, modifiers):
+    ui.show(page_of("One"), (300, 300))
+    dialog = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(9)], hint="Search", nothing="Nothing found")
+    dialog.open()
+    ui.advance(.5)
+    ui.key_down(key, text, modifiers)
+    ui.advance(.1)
+    assert (dock.field, dialog.query) == (None, "")
+    dialog.dismiss()
+    ui.advance(.5)
 
 
 def test_a_disabled_or_hidden_button_is_passed_over(ui, keys):
