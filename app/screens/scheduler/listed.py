@@ -33,7 +33,7 @@ class ScheduleList(EventDispatcher):
     def __init__(self, shell: Shell, now: Callable[[], datetime]) -> None:
         super().__init__()
         self._shell, self._now = shell, now
-        self._facts = SchedulerFacts()
+        self._facts: SchedulerFacts | None = None
         self._editing: int | None = None
         self._quiet = Clock.create_trigger(lambda _dt: self._show_again(), QUIET_S)
         self.fbind("listing", lambda *_args: self.renew())
@@ -49,7 +49,8 @@ class ScheduleList(EventDispatcher):
         self._show_again()
 
     def _show_again(self) -> None:
-        self.show(self._facts, self._editing)
+        if self._facts is not None:
+            self.show(self._facts, self._editing)
 
     def show(self, facts: SchedulerFacts, editing: int | None) -> None:
         self._facts, self._editing = facts, editing
@@ -69,6 +70,8 @@ class ScheduleList(EventDispatcher):
             self.set(query="")
 
     def choose_robot(self) -> None:
+        if self._facts is None:
+            return
         self._shell.dialogs.choose(_("Schedules of"), view.robot_options(self._facts), lambda target: self.set(target=target or None),
                                    selected=self.listing.target or 0)
 

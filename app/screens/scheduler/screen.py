@@ -68,7 +68,7 @@ class SchedulerViewModel(OnTimeline):
         self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
-        self._facts = SchedulerFacts()
+        self._facts, self._is_read = SchedulerFacts(), False
         self._window = Window()                               # what the timeline shows
         self._wanted: int | None = None                       # a schedule to open as soon as it is known
         self.form.fbind("view", lambda *_args: self._show_schedules())
@@ -131,7 +131,7 @@ class SchedulerViewModel(OnTimeline):
 
     def _take(self, reading: Reading) -> None:
         window, facts, shown = reading
-        self._facts = facts
+        self._facts, self._is_read = facts, True
         self._given.look(facts.robots, facts.given_to())
         self.has_robots = bool(facts.robots)
         self.held = any(hold.covers(None, self._services.clock.now()) for hold in facts.holds)
@@ -154,7 +154,8 @@ class SchedulerViewModel(OnTimeline):
             self._show_schedules()
 
     def _show_schedules(self) -> None:
-        self.listed.show(self._facts, self.form.editing)
+        if self._is_read:                    # until then nobody knows whether there are any
+            self.listed.show(self._facts, self.form.editing)
 
     @property
     def shown_plan(self) -> tuple[str, Window]:
