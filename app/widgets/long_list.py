@@ -111,10 +111,17 @@ class LongList(LowPage):
         top = self._content.height - (1 - self.scroll_y) * max(0, self._content.height - self.height)      # what the upper edge shows
         return view.parent.top <= top + 1 and view.parent.y >= top - self.height - 1
 
-    def reveal(self, view) -> None:
-        """Scroll until all of that row can be seen."""
-        if not self._is_whole(view):
-            self.show(view.key)
+    def reveal(self, key) -> None:
+        """Scroll no further than until all of that row can be seen."""
+        if key not in self._places:
+            return
+        self._calculate()
+        n, above = self._places[key], (1 - self.scroll_y) * max(0., self._content.height - self.height)
+        least = self._tops[n] + self._height_of(key) - self.height            # what the upper edge shows then
+        if self._tops[n] < above - 1:
+            self.show(key)
+        elif least > above + 1:
+            self.show(self._keys[min(n, bisect_left(self._tops, least - 1))])
 
     def key_beside(self, key, by: int):
         """Of the row that is ``by`` rows below (above: < 0) that of ``key``; None beyond the ends."""
@@ -197,13 +204,7 @@ class LongList(LowPage):
             self._width = self.width
             self._heights.clear()
             self._is_calculated = False
-        if not self._is_calculated:
-            known, guess, spacing = self._heights, self.row_height, self.spacing
-            self._tops = list(accumulate((known.get(key, guess) + spacing for key in self._keys), initial=0.))
-            self._moving = True              # kivy adjusts scroll_y to the new height: that is no scrolling by the user
-            self._content.height = max(0, self._tops[-1] - (spacing if self._keys else 0))
-            self._moving = False
-            self._is_calculated = True
+        self._calculate()
         above = self._hold_place()
         first = max(0, bisect_right(self._tops, above) - 1)
         last = min(len(self._keys), bisect_left(self._tops, above + self.height))
@@ -211,6 +212,15 @@ class LongList(LowPage):
         self._say_empty()
         if self._keys and last >= len(self._keys) and self._content.height > self.height:
             self.dispatch("on_end")
+
+    def _calculate(self):
+        if not self._is_calculated:
+            known, guess, spacing = self._heights, self.row_height, self.spacing
+            self._tops = list(accumulate((known.get(key, guess) + spacing for key in self._keys), initial=0.))
+            self._moving = True              # kivy adjusts scroll_y to the new height: that is no scrolling by the user
+            self._content.height = max(0, self._tops[-1] - (spacing if self._keys else 0))
+            self._moving = False
+            self._is_calculated = True
 
     def _hold_place(self) -> float:
         """Keep the anchor row in place; returns the px of content above the upper edge."""

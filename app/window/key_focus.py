@@ -203,7 +203,7 @@ class KeyFocus:
         key = rows.key_beside(row.key, by) if rows is not None and row is not None else None
         if key is None or (following is not None and (_list_of(following) is rows)):
             return False
-        rows.show(key)
+        rows.reveal(key)
         Clock.schedule_once(lambda _dt: self._go_to_row(rows, key, x), 0)
         return True
 
@@ -232,7 +232,7 @@ class KeyFocus:
         self.target = target
         for view in parents(target)[1:]:
             if isinstance(view, LongList):
-                view.reveal(_row_of(target))
+                view.reveal(_row_of(target).key)
             elif isinstance(view, ScrollView) and any(inside.height > view.height or inside.width > view.width for inside in view.children):
                 view.scroll_to(target, padding=dp(24), animate=False)
         if isinstance(target, FieldInput):

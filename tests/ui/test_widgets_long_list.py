@@ -229,3 +229,17 @@ def test_the_text_of_an_empty_list_ends_where_rows_do(ui):
     rows = ui.show(LongList(viewclass="LogRow", empty_text="Nothing is waiting " * 9), (300, 400))
     ui.advance(.5)
     assert ui.find(Txt).right <= rows.right - 12
+
+
+def test_a_row_comes_in_sight_by_the_least_scrolling_and_the_edge_is_that_of_a_row(ui):
+    rows = ui.show(LongList(viewclass="OptionRow", data=[Option(n, f"Option {n}", "star") for n in range(40)]), (400, 300))
+    whole = [row.key for row in rows.whole_rows]
+    rows.reveal(whole[-1] + 1)
+    ui.advance(.5)
+    assert [row.key for row in rows.whole_rows] == [key + 1 for key in whole]
+    rows.reveal(whole[1])
+    ui.advance(.5)
+    assert [row.key for row in rows.whole_rows] == [key + 1 for key in whole]       # it is in sight
+    rows.reveal(whole[0])
+    ui.advance(.5)
+    assert [row.key for row in rows.whole_rows] == whole

@@ -89,6 +89,7 @@ class SchedulesCard(SectionCard):
 
     def __init__(self, **kwargs: Any) -> None:
         self._edited: object = None
+        self._tapped: object = None          # the row whose tap is being answered
         self._reveal = Clock.create_trigger(self._bring_in_sight, .05)       # when the rows are there
         super().__init__(**kwargs)
 
@@ -99,8 +100,14 @@ class SchedulesCard(SectionCard):
             self._reveal()
 
     def _bring_in_sight(self, _dt: float) -> None:
-        if self._edited not in [row.key for row in self.ids.schedule_rows.whole_rows]:
-            self.ids.schedule_rows.show(self._edited)
+        """A row that was tapped stays under the finger, also where only a part of it is seen."""
+        rows, tapped, self._tapped = self.ids.schedule_rows, self._tapped, None
+        if self._edited != tapped or tapped not in [row.key for row in rows.views]:
+            rows.reveal(self._edited)
+
+    def row_action(self, key: int, action: str, *values: object) -> None:
+        self._tapped = key
+        self.vm.row_action(key, action, *values)
 
     def on_touch_down(self, touch: MotionEvent) -> bool | None:
         if self.collide_point(*touch.pos):

@@ -252,21 +252,6 @@ def test_the_schedules_are_searched_sorted_and_narrowed_to_a_robot(screen, conta
     assert len(listed(ui)) == 3                               # without the field nothing is searched for
 
 
-def test_the_row_of_what_is_edited_comes_in_sight(screen, container, ui):
-    rows = ui.find(LongList, ui.find(SchedulesCard))
-    last = screen.plan.listed.rows[-1].key
-    assert last not in [row.key for row in rows.whole_rows]
-    screen.plan.edit(last)
-    settle(screen, ui)
-    ui.advance(.3)
-    assert last in [row.key for row in rows.whole_rows]
-    before = [row.key for row in rows.whole_rows]
-    screen.plan.edit(before[-1])
-    settle(screen, ui)
-    ui.advance(.3)
-    assert [row.key for row in rows.whole_rows] == before     # nothing moves where it is in sight already
-
-
 def test_a_row_is_72_dp_high_and_a_list_of_few_has_no_tools(screen, container, ui):
     assert {line.height for line in ui.find_all(ScheduleLine)} == {72}
     for schedule in schedules(container)[:4]:
