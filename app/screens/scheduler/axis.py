@@ -119,7 +119,8 @@ def held_until(hold: Hold | None, facts: SchedulerFacts, now: datetime) -> str:
 
 
 def ticks(zone: ZoneInfo, read: Range, now: float, step: int, seen: float) -> Iterable[Tick]:
-    """A tick every ``step`` local hours, strong at midnight, and one where the clock is changed, be it by half an hour."""
+    """A tick every ``step`` local hours, strong at midnight, and with the year where one begins; one where the clock is changed, be it by
+    half an hour."""
     begins = int(read.low * QUARTERS) - 1
     before = read.instant(begins / QUARTERS).astimezone(zone).utcoffset()
     for hour in (n / QUARTERS for n in range(begins + 1, int(read.high * QUARTERS) + 1)):
@@ -130,6 +131,6 @@ def ticks(zone: ZoneInfo, read: Range, now: float, step: int, seen: float) -> It
         elif local.minute:
             continue
         elif local.hour == 0:
-            yield Tick(hour, formats.wall_day(local.date()), True)
+            yield Tick(hour, formats.wall_day(local.date(), year=(local.month, local.day) == (1, 1)), True)
         elif step < 24 and local.hour % step == 0:
             yield Tick(hour, "" if abs(hour - now) < seen * NEAR_NOW else formats.wall_time(local), False)

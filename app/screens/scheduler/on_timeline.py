@@ -141,8 +141,11 @@ class OnTimeline(ViewModel):
 
     # ------------------------------------------------------------------ fingers
     def day_text(self, hour: float) -> str:
-        """The day of an hour of the timeline."""
-        return formats.wall_day(self._instant(hour).astimezone(self._facts.zone)) if self.timeline.origin is not None else ""
+        """The day of an hour of the timeline, with the year of another one."""
+        if self.timeline.origin is None:
+            return ""
+        day, today = (instant.astimezone(self._facts.zone).date() for instant in (self._instant(hour), self._services.clock.now()))
+        return formats.wall_day(day, year=day.year != today.year)
 
     def time_text(self, hour: float) -> str:
         """When that is, in hours from the timeline's origin."""

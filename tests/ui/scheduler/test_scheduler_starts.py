@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import datetime, time, timedelta
+from datetime import UTC, datetime, time, timedelta
 from zoneinfo import ZoneInfo
 
 from app.domain.models import Schedule
@@ -193,6 +193,8 @@ def test_the_timeline_names_the_day_that_it_shows(screen, ui):
     assert vm.timeline.origin + timedelta(hours=timeline.first) > month.NOW + timedelta(hours=24)
     day = (vm.timeline.origin + timedelta(hours=timeline.first)).astimezone(ZoneInfo(month.ZONE))
     assert timeline.day_text(timeline.first) == f"{day:%a} {day.day} Nov" != "Fri 20 Nov"
+    next_year = datetime(2027, 3, 16, 12, tzinfo=UTC)
+    assert timeline.day_text((next_year - vm.timeline.origin) / timedelta(hours=1)) == "Tue 16 Mar 2027"
 
 
 def test_a_one_time_schedule_that_is_over_is_last_greyed_and_has_no_switch(screen, container, ui):

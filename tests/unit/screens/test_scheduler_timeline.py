@@ -25,6 +25,11 @@ def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
     assert (1.0, "", False) in shown.ticks or (1.0, "14:00", False) in shown.ticks
 
 
+def test_a_year_that_begins_is_named():
+    shown = timeline(facts(), NOW, Window(datetime(2026, 12, 31, 6, tzinfo=UTC), 48))
+    assert [label for _hour, label, strong in shown.ticks if strong and "Jan" in label][:2] == ["Fri 1 Jan 2027", "Mon 4 Jan"]
+
+
 def test_where_starts_were_left_out_the_timeline_and_the_list_say_so():
     cut = facts(planned=tuple(planned(minutes) for minutes in range(10)), more={7: NOW + timedelta(minutes=10)})
     lane = timeline(cut, NOW).lanes[0]
