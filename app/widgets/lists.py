@@ -28,28 +28,34 @@ from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.dock import dock
 
-STILL = 1.0              # s after a row has disappeared
+STILL = 1.0              # s after rows have moved
+AT_WORK = 3.0            # s after a row was used, in which its list changes because of that
 WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}               # by kivy's names, which say where the page goes
 SPARE = 4                # views that a list keeps for rows to come
 PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
 
 
 class Standing:
-    """Where the rows of a list stood when one of them disappeared: what has slid under a finger since is not meant by it. While somebody
-    types, rows come and go because of that."""
+    """Where the rows of a list stood when one of them disappeared, or whatever changed while somebody works in it: what has slid under a
+    finger since is not meant by it. While somebody types, rows come and go because of that."""
 
     def __init__(self):
-        self._ends = 0.
+        self._ends = self._at_work_until = 0.
         self._places = {}
+
+    def used(self) -> None:
+        """A row was pressed."""
+        self._at_work_until = Clock.get_time() + AT_WORK
 
     def note(self, before, after, rows) -> None:
         """The keys of a list are about to change; ``rows`` are those that exist."""
-        gone = set(before) - set(after)
-        if not after:
-            self._ends = 0.                  # nothing is left that could slide
-        elif dock.field is None and len(gone) == 1 and set(after) <= set(before):
+        before, after, now = list(before), list(after), Clock.get_time()
+        is_at_work = now < self._at_work_until and before != after
+        if not set(after) & set(before):
+            self._ends = 0.                  # another list, or nothing: there is none that could have slid
+        elif dock.field is None and (is_at_work or (len(set(before) - set(after)) == 1 and set(after) <= set(before))):
             self._places = {row.key: row.to_window(*row.pos) for row in rows}
-            self._ends = Clock.get_time() + STILL
+            self._ends = now + STILL
 
     def has_left(self, row) -> bool:
         """Whether that row stands elsewhere than a moment ago."""
@@ -77,6 +83,8 @@ class Row:
         return super().on_touch_down(touch)
 
     def act(self, action: str, *values) -> None:
+        if self.standing is not None:
+            self.standing.used()
         if self.host is not None:
             self.host.dispatch("on_action", self.key, action, *values)
 

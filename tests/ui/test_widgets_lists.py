@@ -69,6 +69,24 @@ def test_what_slides_under_the_finger_after_a_row_has_gone_is_not_pressed(ui, ki
     assert happened == [(2, "cancel"), (1, "cancel"), (3, "cancel")]
 
 
+@pytest.mark.parametrize("after", [(1, 4, 3), (3,), (4, 1, 3), (3, 2, 1)])
+@pytest.mark.parametrize("kind", [ScrollRows, LongList])
+def test_what_slides_under_the_finger_that_has_pressed_is_not_pressed_whatever_else_comes_or_goes(ui, kind, after):
+    rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
+    happened = actions_of(rows)
+    cross = ui.find(IconButton, root=ui.find(QueueRow, key=2 if after[-1] == 3 else 1))
+    place = cross.to_window(*cross.center)
+    ui.tap_at(*place)
+    rows.data = queue(*after)
+    ui.advance(.3)
+    first = list(happened)
+    ui.tap_at(*place)
+    assert (happened, len(first)) == (first, 1)
+    ui.advance(1)
+    ui.tap(ui.find(IconButton, root=ui.find(QueueRow, key=3)))
+    assert happened[1:] == [(3, "cancel")]
+
+
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
 def test_a_notch_of_the_wheel_is_never_taken_back(ui, kind):
     rows = ui.show(kind(viewclass="QueueRow", data=queue(*range(30))), (400, 300))

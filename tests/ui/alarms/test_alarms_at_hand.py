@@ -232,3 +232,25 @@ def test_a_hand_that_rests_on_the_screen_keeps_no_alarm_away(app, alarms, ui):
     alarms.raise_("clock_stepped", "clock", seconds=40)
     ui.wait(lambda: ui.find_all(AlarmBanner))
     lift()
+
+
+def test_what_stands_where_a_hold_was_released_is_not_pressed_by_the_second_tap(container, app, alarms, ui):
+    """Whatever else comes with that: starts that are late by now are told."""
+    for number in range(3):
+        alarms.raise_("emergency_stop", f"robot:{70 + number}", robot=f"Robot {number}")
+        alarms.acknowledge(alarms.open()[-1].id)
+    container.holds.hold("cleaning", None)
+    alarms.raise_("app_was_off", "app")
+    ui.wait(lambda: ui.find(TopBar).bell_count == "5")
+    open_list(ui)
+    wait_for_rows(ui, 5)
+    release = ui.find(CommandButton, ui.find(AlarmsDialog), text="Release")
+    place = release.to_window(release.x + 20, release.center_y)        # where other rows have Acknowledge
+    ui.tap_at(*place)
+    alarms.raise_("executions_missed", "plan", count=4)
+    ui.wait(lambda: container.holds.active() is None and any("missed" in row.text for row in ui.find(AlarmsDialog).rows))
+    ui.advance(.1)
+    before = {alarm.id: alarm.acknowledged_at for alarm in alarms.open()}
+    ui.tap_at(*place)
+    ui.wait(lambda: app.shell.background.idle)
+    assert {alarm.id: alarm.acknowledged_at for alarm in alarms.open()} == before
