@@ -35,6 +35,11 @@ URGENCY = {group: number for number, group in enumerate(Group)}
 NEEDS_HELP = frozenset((Group.STOPPED, Group.ASKS, Group.SILENT, Group.LOOK, Group.PAUSED))
 
 
+def help_rank(group: Group) -> int:
+    """To sort by: what needs help first, most urgent first; all others are alike."""
+    return URGENCY[group] if group in NEEDS_HELP else len(Group)
+
+
 @dataclass(frozen=True)
 class GroupLook:
     """``word`` is short enough for the smallest tile; normal groups are neutral."""

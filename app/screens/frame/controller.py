@@ -7,15 +7,13 @@ from typing import Any, TypeVar
 from kivy.clock import Clock
 
 from app.domain.models import Execution, Robot, RobotSnapshot
-from app.domain.problems import clipped
 from app.i18n import _, ngettext, translator
-from app.screens.common import formats
+from app.screens.common import formats, questions
 from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
 from app.screens.common.holding import HAND, about_hold
-from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old
-from app.screens.common.robot_groups import Group, group_of
+from app.screens.common.robot_groups import Group, group_of, help_rank
 from app.screens.common.shell import Shell
 from app.screens.common.started import about_start
 from app.screens.common.view_model import Changed, Refresher
@@ -30,7 +28,6 @@ from app.widgets.snackbar import Message
 
 NAVIGATION = (("home", "home-variant-outline", "home-variant"), ("scheduler", "calendar-clock-outline", "calendar-clock"),
               ("logs", "text-box-outline", "text-box"), ("settings", "cog-outline", "cog"))
-LONGEST_QUESTION = 240                   # characters in the title of a dialog
 SECOND_TAP = 1.0                         # s within which it is the same press
 T = TypeVar("T")
 
@@ -155,10 +152,10 @@ class FrameController:
             self._shell.go("settings", section="robots", add=True)
             return
         selected = facts.robot.id if facts.robot else None
-        now, holds = self._services.clock.now(), facts.issues.holds
-        options = [robot_option(robot, self._services.snapshots.get(robot.id), facts.settings, now, holds)
-                   for robot in facts.robots.values()]
-        self._shell.dialogs.choose(picker_title(self._groups()), options, self._select_robot, selected=selected)
+        now, holds, groups = self._services.clock.now(), facts.issues.holds, self._groups()
+        ranked = sorted(zip(facts.robots.values(), groups, strict=True), key=lambda pair: help_rank(pair[1]))
+        options = [robot_option(robot, self._services.snapshots.get(robot.id), facts.settings, now, holds) for robot, _group in ranked]
+        self._shell.dialogs.choose(picker_title(groups), options, self._select_robot, selected=selected)
 
     def _select_robot(self, robot_id: int) -> None:
         """For all screens; on Home it is shown, even when it is selected already."""
@@ -222,20 +219,8 @@ class FrameController:
 
     def _answer(self, robot_id: int) -> None:
         """Ask the robot's question here."""
-        services, snackbars = self._services, self._shell.snackbars
-        status, robot = services.snapshots.get(robot_id).status, self._facts.robots.get(robot_id)
-        prompt = status.user_prompt if status is not None else None
-        if prompt is None or robot is None:
-            snackbars.show(_("The question has been answered, or is gone"), icon="information-outline")
-            return
-
-        def answer(option: str) -> None:
-            said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
-            self._work(lambda: services.operator.answer_prompt(robot_id, prompt.guid, option),
-                       lambda _none: snackbars.show(said, icon="comment-check-outline"))
-        self._shell.dialogs.choose(
-            _("{robot} asks: {question}").format(robot=robot.name, question=clipped(prompt.question, LONGEST_QUESTION)),
-            [Option(option, option, "comment-outline") for option in dict.fromkeys(prompt.options)], answer)
+        if robot := self._facts.robots.get(robot_id):
+            questions.ask(self._shell, self._services.snapshots, self._services.operator, robot)
 
     def _show_run(self, execution: Execution | None) -> None:
         """In Logs; all runs when the history has no longer this one."""

@@ -231,6 +231,8 @@ def test_the_bar_and_its_list_say_how_many_need_help(container, robots, ui):
         ui.find(TopBar).dispatch("on_pick_robot")
         ui.advance(.3)
         assert "Robot · 1 needs help" in ui.texts()
+        names = [robot.name for robot in robots]
+        assert [option.text for option in ui.find(ChoiceDialog).options] == [names[1], names[0], *names[2:]]
 
 
 def test_what_waits_for_a_robot_is_told_above_all_of_them(container, ui, robots):
