@@ -55,47 +55,46 @@ class PlacesMap(WholeMap):
     def _names(self):
         if self.metres > 0:
             self._scale()
-        plates, chosen = self.plates(), None
-        for place in self.places:
-            if place.key == self.chosen:
-                chosen = place
-                continue
-            self._spot(place, dp(6), tk.accent)
+        plates = self.plates()
+        for place in sorted(self.places, key=lambda place: place.key == self.chosen):       # the chosen one above all others
+            is_chosen = place.key == self.chosen
+            if is_chosen:
+                self._spot(place, dp(22), tk.accent, alpha=.25)
+            self._spot(place, dp(11) if is_chosen else dp(6), tk.accent)
+            if is_chosen:
+                self._spot(place, dp(4), tk.map_floor)
             if place.key in plates:
-                self._plate(plates[place.key], place.name, tk.ink)
-        if chosen is not None:               # above all others
-            self._spot(chosen, dp(22), tk.accent, alpha=.25)
-            self._spot(chosen, dp(11), tk.accent)
-            self._spot(chosen, dp(4), tk.map_floor)
-            self._plate(plates[chosen.key], chosen.name, tk.ink, ring=True)
+                self._plate(plates[place.key], place.name, tk.ink, ring=is_chosen)
 
     def _spot(self, place, reach, colour, alpha=1.):
         x, y = self._point(place.x, place.y)
         self.box(x - reach, y - reach, 2 * reach, 2 * reach, colour, reach, alpha=alpha)
 
     def plates(self):
-        """Where names are written, (left, bottom, right, top) by key: beside their positions, over no other. One without room is left out;
-        the chosen one has its own in any case."""
+        """Where names are written, (left, bottom, right, top) by key: beside their positions, over no other. One without room is left out,
+        as are those where the chosen one needs it; none moves when another position is chosen."""
         found = {}
-        spots = {place.key: self._around(*self._point(place.x, place.y), dp(11) if place.key == self.chosen else dp(6))
-                 for place in self.places}
-        for place in sorted(self.places, key=lambda place: place.key != self.chosen):
-            offered = [plate for plate in self._beside(place) if self._is_inside(plate)]
-            free = [plate for plate in offered if not any(touch_each_other(plate, other) for other in (*found.values(), *spots.values()))]
-            if free or (offered and place.key == self.chosen):
-                found[place.key] = (free or offered)[0]
+        taken = [self._around(*self._point(place.x, place.y), dp(6)) for place in self.places]
+        taken += [self._scale_area()] if self.metres > 0 else []
+        for place in self.places:
+            free = next((plate for plate in self._beside(place)
+                         if not any(touch_each_other(plate, other) for other in (*taken, *found.values()))), None)
+            if free is not None:
+                found[place.key] = free
+        for place in self.places:
+            if place.key == self.chosen and place.key not in found and (plate := next(iter(self._beside(place)), None)):
+                found = {key: other for key, other in found.items() if not touch_each_other(other, plate)} | {place.key: plate}
         return found
 
-    def _is_inside(self, plate):
-        return self.x <= plate[0] and plate[2] <= self.right and self.y <= plate[1] and plate[3] <= self.top
-
     def _beside(self, place):
-        """Under it, above it, to the right or to the left; at the map's edge moved inwards."""
+        """On the map under it, above it, to the right or to the left; at the map's edge moved inwards."""
         x, y = self._point(place.x, place.y)
         wide, high, gap = self.width_of(place.name) + dp(8), sp(20), dp(13)
         left = max(self.x, min(x - wide / 2, self.right - wide))
         for corner in ((left, y - gap - high), (left, y + gap), (x + gap, y - high / 2), (x - gap - wide, y - high / 2)):
-            yield *corner, corner[0] + wide, corner[1] + high
+            plate = *corner, corner[0] + wide, corner[1] + high
+            if self.x <= plate[0] and plate[2] <= self.right and self.y <= plate[1] and plate[3] <= self.top:
+                yield plate
 
 
 class PlaceDialog(Dialog):

@@ -191,13 +191,19 @@ class WholeMap(RobotMap):
 
     def _scale(self):
         """A round number of metres, about a tenth of the map."""
-        length = next(step for step in (.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, self.metres) if 12 * step >= self.metres)
-        wide, right, low = self._wide * length / self.metres, self.right - dp(16), self.y + dp(16)
-        label = f"{length:g} m"
-        reach = max(wide, self.width_of(label))
-        self.box(right - reach - dp(8), low - dp(8), reach + dp(16), sp(20) + dp(20), tk.map_floor, dp(4))
-        self.box(right - wide, low, wide, dp(4), tk.ink)
-        self.text(label, right - reach / 2, low + dp(8) + sp(9), tk.ink, 14, .5)
+        length = self._scale_length()
+        wide, (left, low, right, top) = self._wide * length / self.metres, self._scale_area()
+        self.box(left, low, right - left, top - low, tk.map_floor, dp(4))
+        self.box(right - dp(8) - wide, low + dp(8), wide, dp(4), tk.ink)
+        self.text(f"{length:g} m", (left + right) / 2, low + dp(16) + sp(9), tk.ink, 14, .5)
+
+    def _scale_length(self):
+        return next(step for step in (.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, self.metres) if 12 * step >= self.metres)
+
+    def _scale_area(self):
+        length, right, low = self._scale_length(), self.right - dp(8), self.y + dp(8)
+        reach = max(self._wide * length / self.metres, self.width_of(f"{length:g} m"))
+        return right - reach - dp(16), low, right, low + sp(20) + dp(20)
 
 
 def touch_each_other(a, b):

@@ -4,6 +4,7 @@ from __future__ import annotations
 from itertools import combinations
 
 import pytest
+from kivy.core.window import Window
 from kivy.metrics import dp
 from kivy.tests.common import UnitTestTouch
 
@@ -112,3 +113,15 @@ def test_names_do_not_lie_over_each_other_and_the_chosen_one_is_always_written(u
     assert 4 < len(plates) < 30
     assert not any(touch_each_other(a, b) for a, b in combinations(plates.values(), 2))
     assert all(chart.x <= left and right <= chart.right for left, _low, right, _top in plates.values())
+    chart.chosen = 18
+    after = chart.plates()
+    assert 18 in after
+    assert all(plates[key] == plate for key, plate in after.items() if key in plates)          # none moves under the finger
+
+
+def test_no_name_lies_over_the_scale_and_one_that_is_too_long_is_left_to_the_button(ui):
+    spots = [Spot("corner", .98, .08, "Compactor"), Spot("long", .3, .3, 99 * "long ")]
+    chart = ui.show(PlacesMap(aspect=Window.height / Window.width, metres=40, places=spots, chosen="long"))
+    plates = chart.plates()
+    assert list(plates) == ["corner"]
+    assert not touch_each_other(plates["corner"], chart._scale_area())
