@@ -82,7 +82,8 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenI
     issues = standing.issues_of(facts) if issues is None else issues
     services: Any = SimpleNamespace(**{
         "maps": SimpleNamespace(is_due=lambda _robot_id, _map_id: False), "operator": None, "catalogue": None,
-        "history": None, "holds": None, "robot_missions": SimpleNamespace(learn_names=bool), "clock": SimpleNamespace(now=lambda: sample.NOW),
+        "history": None, "holds": None,
+        "robot_missions": SimpleNamespace(learn_names=bool), "clock": SimpleNamespace(now=lambda: sample.NOW),
         "snapshots": SimpleNamespace(get=lambda robot_id: facts.snapshots.get(robot_id) or RobotSnapshot(robot_id))} | (more or {}))
     shell: Any = SimpleNamespace(background=background, dialogs=studio.dialogs, navigator=Navigator(None, {}), bus=UiBus())
     frame = Factory.Frame()
