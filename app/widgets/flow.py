@@ -108,12 +108,13 @@ class ParameterFields(BoxLayout):
     """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, steps, decimal, choice, list, position),
     ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to); ``problems`` is one sentence by name where
     something can't be used; ``map`` has positions. ``values()`` is what was entered, and so is what ``on_entered(values)`` tells each time
-    one of them is changed; ``missing`` says what is to be entered first, empty once
-    nothing is."""
+    one of them is changed; ``missing`` says what is to be entered first, in words that kv gives, and is empty once nothing is."""
     fields = ListProperty()
     map = ObjectProperty(None, allownone=True)
     problems = ObjectProperty({})
     missing = StringProperty()
+    choose_first = StringProperty("{field}")
+    enter_first = StringProperty("{field}")
 
     __events__ = ("on_entered",)
 
@@ -123,6 +124,8 @@ class ParameterFields(BoxLayout):
         self.fbind("fields", self._build)
         self.fbind("problems", self._show_problems)
         self.fbind("map", self._show_map)
+        for name in ("choose_first", "enter_first"):
+            self.fbind(name, self._look_for_empty)
         self._build()
 
     def _build(self, *_):
@@ -156,11 +159,10 @@ class ParameterFields(BoxLayout):
         self._look_for_empty()
         self.dispatch("on_entered", self.values())
 
-    def _look_for_empty(self):
+    def _look_for_empty(self, *_):
         values = self.values()
         empty = next((field for field in self.fields if not str("" if values[field.name] is None else values[field.name]).strip()), None)
-        self.missing = "" if empty is None else (
-            tr._("Choose {field} first") if empty.kind in CHOICES else tr._("Enter {field} first")).format(field=empty.label)
+        self.missing = "" if empty is None else (self.choose_first if empty.kind in CHOICES else self.enter_first).format(field=empty.label)
 
     def values(self) -> Mapping[str, Any]:
         """Name -> what was entered, as text where it was typed and as the choice's own value where it was chosen."""
