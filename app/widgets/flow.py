@@ -11,7 +11,7 @@ from kivy.uix.stacklayout import StackLayout
 from app.widgets.buttons import ChoiceChip
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, PickField, StepField
-from app.widgets.places import OnMap  # noqa: F401  (kv's Factory learns it)
+from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
 from app.widgets.tr import tr
 
 FINE = 50                # of so many numbers a step goes to the next one, of more to every fifth
@@ -129,6 +129,8 @@ class ParameterFields(BoxLayout):
         self._build()
 
     def _build(self, *_):
+        """Who types in one of them goes on in the one that takes its place."""
+        typing = next((name for name, view in self._views.items() if getattr(view, "focus", False)), None)
         self.clear_widgets()
         self._views = {}
         for field in self.fields:
@@ -146,6 +148,8 @@ class ParameterFields(BoxLayout):
             self.add_widget(view)
         self._show_map()
         self._look_for_empty()
+        if hasattr(self._views.get(typing), "focus"):
+            self._views[typing].focus = True
 
     def _show_map(self, *_):
         for view in self._views.values():
@@ -176,9 +180,9 @@ class ParameterFields(BoxLayout):
 
 
 def _bring_in_sight(view):
-    """Scroll the page that it is on."""
+    """Scroll the pages that it is on, the inner ones first."""
     page = view.parent
-    while page is not None and page.parent is not page and not isinstance(page, ScrollView):
+    while page is not None and page.parent is not page:          # the window is its own parent
+        if isinstance(page, ScrollView) and page.children and page.children[0].height > page.height:
+            page.scroll_to(view, animate=False)
         page = page.parent
-    if isinstance(page, ScrollView):
-        page.scroll_to(view, animate=False)

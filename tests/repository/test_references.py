@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -29,3 +30,12 @@ def test_nothing_refers_to_pages_outside_the_repository() -> None:
     found = [f"{path.relative_to(ROOT)}:{number}: {line.strip()}" for path in sources() if path != Path(__file__)
              for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1) if ELSEWHERE.search(line)]
     assert found == []
+
+
+def test_a_rule_of_kv_means_one_class() -> None:
+    """Kv knows classes by their bare names: of two it would lay one out as the other."""
+    named = set(re.findall(r"^<-?(\w+)", "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "kv").rglob("*.kv")), re.MULTILINE))
+    classes = Counter(name for path in (ROOT / "app").rglob("*.py") for name in re.findall(r"^class (\w+)", path.read_text(encoding="utf-8"),
+                                                                                            re.MULTILINE))
+    assert len(named) > 100
+    assert [name for name in sorted(named) if classes[name] > 1] == []

@@ -32,7 +32,7 @@ from app.screens.home.screen import HomeScreen
 from app.screens.rescue import Damage, RescuePage
 from app.services.live.holds import Hold
 from app.services.live.tablet import IS_COPY
-from app.widgets.places import PlaceDialog, Spot
+from app.widgets.positions import PositionDialog, Spot
 from app.widgets.snackbar import Snackbars
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import home_facts as sample
@@ -193,7 +193,7 @@ def position(studio: Any) -> Any:
 def position_on_map(studio: Any) -> Any:
     home(studio, sample.FACTS)
     spots = [Spot(place.name, place.x, place.y, place.name) for place in PLACES]
-    return studio.dialogs.open(PlaceDialog(sample.FACTS.map, title="Position", places=spots, chosen=PLACES[2].name))
+    return studio.dialogs.open(PositionDialog(sample.FACTS.map, title="Position", places=spots, chosen=PLACES[2].name))
 
 
 @picture("home-no-map", sizes=(*BOTH, SMALL))

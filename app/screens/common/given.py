@@ -49,6 +49,8 @@ class Given:
         if known := next((label for key, label in parameter.choices if key == value and type(key) is type(value)),
                           self.names.get(str(value))):
             return known
+        if value is None:
+            return ""
         if isinstance(value, bool):
             return _("Yes") if value else _("No")
         text = formats.plain(value) if isinstance(value, float) else str(value).removesuffix(".000000")      # of a duration

@@ -12,7 +12,8 @@ from app.screens.common.threads import Changed
 from app.services.live.snapshots import Snapshots
 from app.services.robots.commands import Operator
 
-LONGEST_QUESTION = 240                   # characters in the title of a dialog
+LONGEST_QUESTION = 240                   # characters, so that the answers are in sight
+
 
 def asked(snapshots: Snapshots, robot_id: int) -> UserPrompt | None:
     """What the robot was last seen to ask."""

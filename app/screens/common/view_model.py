@@ -158,6 +158,13 @@ class Refresher(Generic[T]):
         if self._job is None:
             self._job = self._shell.background.run(self._work(), self._done, self._not_done)
 
+    def read_anew(self) -> None:
+        """Something was just stored: a reading under way may have been begun before, and is dropped."""
+        if self._job is not None:
+            self._job.cancel()
+            self._job = None
+        self.request()
+
     def start(self) -> Callable[[], None]:
         """From now on it reads when it is asked to; returns ``stop``."""
         self._is_started = True

@@ -13,6 +13,7 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.holding import state_and_hold, until_words
 from app.screens.common.problems import words_of
+from app.screens.common.questions import LONGEST_QUESTION
 from app.screens.common.robot_appearance import (
     NO_BATTERY,
     STOPPED,
@@ -48,8 +49,6 @@ from app.screens.home.waiting import kept_for
 from app.services.dispatch import idle
 from app.services.dispatch.freedom import is_charging
 from app.services.live.holds import Hold
-
-LONGEST_QUESTION = 240                   # characters of a robot's question, so that the answers are in sight
 
 
 @dataclass(frozen=True)

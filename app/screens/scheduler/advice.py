@@ -147,8 +147,11 @@ class AdviceModel(AdviceState):
 
     def saved(self, schedule: Schedule) -> bool:
         """A schedule was saved in the form: if it is the suggested change (returned), that is noted and said, and both can be undone."""
-        taken, self._in_form = self._in_form, None
-        if taken is None or not _is_change(schedule, taken[1]):
+        taken = self._in_form
+        if taken is None or taken[0].schedule.id != schedule.id:
+            return False
+        self._in_form = None
+        if not _is_change(schedule, taken[1]):
             return False
         (one, change), text = taken, _("{name}: the suggestion is taken").format(name=self._facts().called(schedule))
 

@@ -43,19 +43,34 @@ class AsksRobot(EventDispatcher):
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:
         raise NotImplementedError
 
+    def show(self) -> None:
+        raise NotImplementedError
+
     def _forecast_soon(self) -> None:
         raise NotImplementedError
 
     def enter(self, values: Mapping[str, Any]) -> None:
         """Somebody has changed one of the parameters' fields: all of them, as they are shown."""
-        self._draft, self._submitted = replace(self._draft, entered=dict(values)), None
+        self._draft = replace(self._draft, entered=dict(values))
+        self._is_changed()
+        self.show()
+
+    def _is_changed(self) -> None:
+        """By hand: Save was pressed for something else."""
+        self._submitted = None
+        self._forget_waiting()
+
+    def _forget_waiting(self) -> None:
+        self._wait_no_longer.cancel()
+        if self._saves_when_known:
+            self._saves_when_known = self.saving = False
 
     def _save_when_known(self) -> None:
         self.saving = self._saves_when_known = True
         self._wait_no_longer()
 
     def _wait_no_more(self) -> None:
-        """What waits to be saved is saved now: in a moment it isn't in the form any more."""
+        """What waits to be saved is saved now, if it can be: in a moment it isn't in the form any more."""
         if self._saves_when_known:
             self._parameters_are_known(())
 
@@ -132,7 +147,7 @@ class AsksRobot(EventDispatcher):
             self.problems = problems_of(found)
             self._shell.snackbars.show(_("The mission asks for values: enter them, then save"), icon="form-textbox")
         else:
-            self.save({field.name: field.default for field in self.parameters})
+            self.save({**{field.name: field.default for field in self.parameters}, **self._draft.entered})
 
     def _take_parameters(self, found: tuple[MissionParameter, ...]) -> None:
         self._asked = found

@@ -106,7 +106,7 @@ class SchedulesCard(SectionCard):
             rows.reveal(self._edited)
 
     def row_action(self, key: int, action: str, *values: object) -> None:
-        self._tapped = key
+        self._tapped = key if action == "edit" else None
         self.vm.row_action(key, action, *values)
 
     def on_touch_down(self, touch: MotionEvent) -> bool | None:

@@ -1,7 +1,7 @@
 """The Scheduler's form: keeps the draft, asks for its forecast while it is edited, saves it. Its texts are made by form_view.py."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, time
 from typing import Any
@@ -30,8 +30,8 @@ MOST_ASIDE = 5                           # drafts that are kept
 
 class FormModel(AsksRobot):
     """``view`` is what is shown; ``saved(schedule, is_left)`` is called when one has been stored, ``is_left`` unless somebody has begun
-    another one meanwhile, and returns whether it says so itself; ``skip(schedule, start)`` to leave out a start, ``again(schedule, start)``
-    to start it after all."""
+    another one meanwhile or changed this one, and returns whether it says so itself; ``skip(schedule, start)`` to leave out a start,
+    ``again(schedule, start)`` to start it after all."""
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)        # the less common fields are shown
     aside = ListProperty()               # drafts with what was entered and not saved, the last one last
@@ -69,9 +69,9 @@ class FormModel(AsksRobot):
     def take(self, facts: SchedulerFacts) -> None:
         """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered."""
         first = self._facts.robots == () and facts.robots != ()
-        another = self._facts.settings.selected_robot_id != facts.settings.selected_robot_id and not self.is_in_use
+        another = self._facts.settings.selected_robot_id != facts.settings.selected_robot_id
         self._facts = facts
-        if (first or another) and self._draft.is_new and self._draft.mission_id is None:
+        if (first or another) and not self.is_in_use:
             self._draft = self._empty = self._fresh()
         self._draft = self._brought_up_to_date(self._draft)
         self.forecast()
@@ -100,8 +100,14 @@ class FormModel(AsksRobot):
         is_known = draft == self._offered or draft.entry is self._submitted or draft.is_stored(self._facts.name(draft.base))
         return self.is_in_use and not is_known
 
-    def _put_aside(self, draft: Draft) -> None:
-        self._keep_aside([*self.aside, draft])
+    def _put_aside(self, *drafts: Draft) -> None:
+        """What is there of an entry already is newer."""
+        there = {each.entry for each in self.aside}
+        self._keep_aside([*self.aside, *(draft for draft in drafts if draft.entry not in there)])
+
+    def take_aside(self, drafts: Sequence[Draft]) -> None:
+        """Of a form that was built before."""
+        self._put_aside(*drafts)
 
     def _keep_aside(self, drafts: list[Draft]) -> None:
         """The last of them. What was said of the others holds no longer."""
@@ -122,8 +128,9 @@ class FormModel(AsksRobot):
 
     def bring_back(self, entry: object) -> None:
         """Of what was put aside; what is in the form now takes its place there."""
-        for draft in [each for each in self.aside if each.entry is entry]:
-            self._shell.go("scheduler", draft=draft)
+        draft = next((each for each in self.aside if each.entry is entry), None)
+        if draft is not None:
+            self._shell.go("scheduler", back=draft)
 
     def deleted(self, schedule: Schedule) -> None:
         """What was entered for it can still be brought back, by hand: perhaps the deletion is undone."""
@@ -137,6 +144,7 @@ class FormModel(AsksRobot):
         self._show_draft(None)
 
     def _show_draft(self, draft: Draft | None) -> None:
+        self._forget_waiting()
         self._draft = self._brought_up_to_date(draft) if draft is not None else self._fresh()
         self._empty = self._draft if draft is None else None
         if draft is not None:
@@ -155,12 +163,15 @@ class FormModel(AsksRobot):
         self.begin(Draft.of(schedule).copy())
 
     def begin_at(self, robot_id: int, at: datetime) -> None:
-        """A new schedule of that robot at that time (local); what was entered for another new one stays."""
+        """A new schedule of that robot at that instant; what was entered for another new one stays, unless that is being saved."""
+        self._wait_no_more()
         untouched = self._draft in (self._empty, self._offered)
-        draft, show = (self._draft, self._show_draft) if self._draft.is_new else (self._fresh(), self.begin)
-        offered = replace(draft.with_day(at.date()).aimed_at(robot_id), at=at.time())
+        goes_on = self._draft.is_new and not self.saving
+        draft, show = (self._draft, self._show_draft) if goes_on else (self._fresh(), self.begin)
+        local = at.astimezone(ZoneInfo(draft.timezone)).replace(tzinfo=None)
+        offered = replace(draft.with_day(local.date()).aimed_at(robot_id), at=local.time())
         show(offered)
-        self._offered = offered if untouched or show != self._show_draft else None
+        self._offered = offered if untouched or not goes_on else None
 
     def set(self, **values: Any) -> None:
         """Change fields of the draft."""
@@ -171,7 +182,8 @@ class FormModel(AsksRobot):
         preview = Preview(problem=self._refused) if self._refused else self._preview
         view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
         view = replace(view, closable=not self._draft.is_new or self._is_entered)
-        if self._draft.dragged == self._draft.times and not self._draft.is_stored(self._facts.name(self._draft.base)):
+        is_moved = self._draft.base is not None and self._draft.dragged == self._draft.times
+        if is_moved and not self._draft.is_stored(self._facts.name(self._draft.base)):
             text = _("Not saved yet. Until then it starts as before.") if self._draft.kind is Kind.ONCE else \
                 _("Not saved yet. Saving moves all its starts like this one.")
             view = replace(view, skip_why=text) if view.has_skip else \
@@ -260,6 +272,7 @@ class FormModel(AsksRobot):
         """``parameters``: what was entered in their fields, by name."""
         if self.saving or self.view.save_off:
             return
+        self.problems = {}
         if self._is_asking:
             self._save_when_known()
             return
@@ -272,7 +285,6 @@ class FormModel(AsksRobot):
                 name, problem = next(iter(problems.by_name.items()))
                 self._shell.snackbars.show(_("{field}: {problem}").format(field=labels[name], problem=problem), icon="alert-circle-outline")
                 return
-        self.problems = {}
         draft, schedule = self._draft, self._draft.schedule()
         self.saving, self._submitted = True, draft.entry
         self._shell.background.run(lambda: self._services.catalogue.save_schedule(schedule), lambda saved: self._is_saved(draft, saved),
@@ -283,6 +295,7 @@ class FormModel(AsksRobot):
         is_same, is_left = self._draft.entry is draft.entry, self._draft.entry is self._submitted
         self.saving, self._submitted = False, None
         new, name = draft.is_new, self._facts.called(schedule)
+        self._facts = replace(self._facts, schedules=(*(each for each in self._facts.schedules if each.id != schedule.id), schedule))
         self._keep_aside([replace(each, base=schedule, lost=None) if each.entry is draft.entry else each for each in self.aside])
         if is_left:
             self.clear()
@@ -294,9 +307,9 @@ class FormModel(AsksRobot):
                                        icon="calendar-check")
 
     def _not_saved(self, draft: Draft, problem: BaseException) -> None:
+        is_same, is_left = self._draft.entry is draft.entry, self._draft.entry is self._submitted
         self.saving, self._submitted = False, None
-        is_same = self._draft.entry is draft.entry
-        if isinstance(problem, InvalidInput) and is_same:
+        if isinstance(problem, InvalidInput) and is_left:
             self._refused = problem
             self.show()
             return
@@ -316,8 +329,8 @@ class FormModel(AsksRobot):
 
     def _change(self, draft: Draft) -> None:
         if draft != self._draft:
-            self._draft = draft if draft.mission_id == self._draft.mission_id else replace(draft, entered={})
-            self._submitted = None
+            self._draft = draft if draft.mission_id == self._draft.mission_id else replace(draft, parameters={}, entered={})
+            self._is_changed()
             self._changed()
 
     def _changed(self) -> None:
@@ -357,7 +370,7 @@ class FormModel(AsksRobot):
             return Preview(Forecast(), problem)
 
     def _take_preview(self, draft: Draft, preview: Preview) -> None:
-        if draft == self._draft:
+        if replace(draft, entered=self._draft.entered) == self._draft:
             self._preview = preview
             self.show()
 

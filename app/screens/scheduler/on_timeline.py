@@ -154,7 +154,7 @@ class OnTimeline(ViewModel):
     def begin_at(self, robot_id: int, hour: float) -> None:
         """A new schedule in the form."""
         if self._is_ahead(hour):
-            self.form.begin_at(robot_id, self._instant(hour).astimezone(self._facts.zone).replace(tzinfo=None))
+            self.form.begin_at(robot_id, self._instant(hour))
 
     def move_start(self, key: tuple[Any, ...], hour: float) -> None:
         """A planned start was dragged: the form opens with its new time, and what else was entered. It counts when it is saved."""

@@ -77,16 +77,16 @@ class SchedulerViewModel(OnTimeline):
 
     # ------------------------------------------------------------------ reading
     def opened(self, schedule_id: int | None = None, mission_id: int | None = None, draft: Draft | None = None,
-               plan: tuple[str, Window] | None = None, aside: Sequence[Draft] = ()) -> None:
+               plan: tuple[str, Window] | None = None, aside: Sequence[Draft] = (), back: Draft | None = None) -> None:
         """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission; ``draft`` was in it, others
-        were put ``aside``; ``plan`` is the ``shown_plan`` to come back to."""
+        were put ``aside``, and ``back`` is one of them; ``plan`` is the ``shown_plan`` to come back to."""
         self._wanted = schedule_id
-        self.form.aside = [*self.form.aside, *aside]
+        self.form.take_aside(aside)
         if plan is not None:
             self.mode, self._window = plan
             self.follows = self._window.left is None
-        if draft is not None:
-            self.form.begin(draft)
+        for each in filter(None, (draft, back)):
+            self.form.begin(each)
         if mission_id is not None:
             self.form.begin()
             self.form.set(mission_id=mission_id)
@@ -182,7 +182,7 @@ class SchedulerViewModel(OnTimeline):
         is_said: bool = self.advice.saved(schedule)
         if is_left:
             self.part = "plan"
-        self._refresher.request()
+        self._refresher.read_anew()
         return is_said
 
     def choose_mode(self, mode: str) -> None:

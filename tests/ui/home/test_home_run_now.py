@@ -8,7 +8,7 @@ from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
 from app.widgets.flow import PositionRow
-from app.widgets.places import PlacesMap
+from app.widgets.positions import PositionsMap
 from app.widgets.rows import LogRow, RobotChip
 from tests.ui.home.operator import choose, press, rows, run, visible_rows
 from tests.ui.whole_app import GUIDS, api
@@ -157,7 +157,7 @@ def test_a_position_is_chosen_on_the_map_of_the_robot(home, ui):
     dialog = ui.find(RunDialog)
     press(ui, "On the map")
     ui.advance(.3)
-    chart = ui.find(PlacesMap)
+    chart = ui.find(PositionsMap)
     press_spot = next(spot for spot in chart.places if spot.name == "Press")
     ui.tap_at(*chart.to_window(*chart._point(press_spot.x, press_spot.y)))
     press(ui, "Choose Press")

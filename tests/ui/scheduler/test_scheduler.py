@@ -19,7 +19,7 @@ from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, RepeatButton, SearchField, StepField
 from app.widgets.pages import LowColumn
-from app.widgets.places import OnMap, PlacesMap
+from app.widgets.positions import OnMap, PositionsMap
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support import month
@@ -234,7 +234,7 @@ def test_a_position_is_chosen_on_the_map_where_the_robot_has_one(screen, contain
     ui.wait(lambda: ui.find_all(OnMap))
     ui.tap(ui.find(OnMap))
     ui.advance(.3)
-    chart = ui.find(PlacesMap)
+    chart = ui.find(PositionsMap)
     ui.tap_at(*chart.to_window(*chart._point(.5, .5)))
     ui.tap(ui.find(CommandButton, text="Choose Press"))
     assert (field(ui, "Goal").value, asked) == ("Press", ["m-1"])

@@ -303,3 +303,152 @@ def test_entries_of_a_schedule_that_somebody_else_deletes_make_it_anew(screen, c
     assert (screen.plan.form.draft.is_new, screen.plan.form.draft.name) == (True, "Count")
     save(screen, ui)
     assert len(schedules(container)) == before
+
+
+# ---------------------------------------------------------------------- a change of mind at the wrong moment
+def hang(container, monkeypatch) -> threading.Event:
+    """The robot answers nothing about missions until this is set."""
+    answers = threading.Event()
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
+    return answers
+
+
+def press_save(screen, container, ui) -> None:
+    """For a new schedule, while the robot is asked what the mission asks for."""
+    form = screen.plan.form
+    form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
+    ui.wait(lambda: not form.view.save_off)
+    form.save()
+    assert form.saving
+
+
+def test_what_is_changed_while_save_waits_is_not_saved_before_it_is_pressed_again(screen, container, ui, monkeypatch):
+    answers, before = hang(container, monkeypatch), len(schedules(container))
+    press_save(screen, container, ui)
+    screen.plan.form.set(priority=3)
+    assert not screen.plan.form.saving
+    ui.advance(4)
+    answers.set()
+    settle(screen, ui)
+    assert len(schedules(container)) == before
+    save(screen, ui)
+    assert len(schedules(container)) == before + 1
+
+
+def test_what_waits_to_be_saved_is_saved_before_a_finger_begins_another_one(screen, container, ui, monkeypatch):
+    answers, before = hang(container, monkeypatch), len(schedules(container))
+    press_save(screen, container, ui)
+    screen.plan.begin_at(named(container, KITS, "Aino").robot_id, 8.)
+    answers.set()
+    settle(screen, ui)
+    assert len(schedules(container)) == before + 1
+    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id, screen.plan.form.aside) == (True, None, [])
+
+
+def test_what_was_typed_counts_also_where_the_robot_does_not_answer(screen, container, ui, monkeypatch):
+    answers = hang(container, monkeypatch)
+    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
+    settle(screen, ui)
+    screen.plan.edit(schedule.id)
+    ui.wait(lambda: not screen.plan.form.view.save_off)
+    ui.find(ParameterFields).children[0].text = "9"
+    ui.advance(.2)
+    screen.plan.form.save(ui.find(ParameterFields).values())
+    ui.advance(4)
+    answers.set()
+    settle(screen, ui)
+    assert stored(container, schedule).parameters == {"count": 9}
+
+
+def test_what_was_changed_after_save_is_kept_when_that_fails(screen, container, ui, slow, monkeypatch):
+    choose(screen, ui, "Mission", KITS)
+
+    def fail(_schedule):
+        slow.wait(30)
+        raise InvalidInput("name", "Choose another name")
+
+    monkeypatch.setattr(container.catalogue, "save_schedule", fail)
+    ui.tap(save_button(ui))
+    screen.plan.form.set(priority=3)
+    screen.plan.edit(stock(container).id)
+    slow.set()
+    settle(screen, ui)
+    assert [draft.priority for draft in screen.plan.form.aside] == [3]
+    ui.tap(bring_back(ui))
+    settle(screen, ui)
+    assert screen.plan.form.draft.priority == 3
+
+
+def test_a_refusal_is_not_held_against_what_was_changed_since(screen, container, ui, slow, monkeypatch):
+    choose(screen, ui, "Mission", KITS)
+
+    def refuse(_schedule):
+        slow.wait(30)
+        raise InvalidInput("name", "Choose another name")
+
+    monkeypatch.setattr(container.catalogue, "save_schedule", refuse)
+    ui.tap(save_button(ui))
+    screen.plan.form.set(name="good")
+    slow.set()
+    settle(screen, ui)
+    assert (screen.plan.form.view.why, screen.plan.form.view.save_off, screen.plan.form.draft.name) == ("", False, "good")
+
+
+def test_a_reading_that_was_begun_before_it_was_saved_makes_no_second_one(screen, container, ui):
+    old = screen.plan._facts
+    choose(screen, ui, "Mission", KITS)
+    before = len(schedules(container))
+    screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    entry = screen.plan.form.draft
+    save(screen, ui)
+    added = max(schedules(container), key=lambda schedule: schedule.id)
+    screen.plan.form.begin(replace(entry, base=added, priority=4))
+    assert not screen.plan.form.draft.is_new
+    assert old.schedule(added.id) is None
+    settle(screen, ui)
+    save(screen, ui)
+    assert len(schedules(container)) == before + 1
+
+
+def test_a_forecast_counts_while_a_parameter_is_typed(screen, container, ui, monkeypatch):
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
+    choose(screen, ui, "Mission", "Bring pallet to dock")
+    settle(screen, ui)
+    go, foresee = threading.Event(), container.forecasts.of
+    monkeypatch.setattr(container.forecasts, "of", lambda *given: go.wait(30) and foresee(*given))
+    screen.plan.form.set(priority=3)
+    ui.advance(.3)
+    typed_in = ui.find(ParameterFields).children[0]
+    typed_in.text = "37"
+    go.set()
+    settle(screen, ui)
+    assert screen.plan.form.view.starts
+    assert not screen.plan.form.view.save_off
+
+
+def test_a_new_one_without_a_mission_survives_larger_controls(screen, container, ui):
+    old = screen.plan
+    old.form.set(name="Count", priority=3)
+    container.catalogue.change_settings(gloves=True)
+    ui.wait(lambda: screen.shell.navigator.screen("scheduler").vm is not old)
+    screen.plan = larger = screen.shell.navigator.screen("scheduler").vm
+    settle(screen, ui)
+    try:
+        assert (larger.form.draft.name, larger.form.draft.priority) == ("Count", 3)
+    finally:
+        container.catalogue.change_settings(gloves=False)
+        ui.wait(lambda: screen.shell.navigator.screen("scheduler").vm is not larger)
+        screen.plan = screen.shell.navigator.screen("scheduler").vm
+
+
+def test_parameters_of_another_mission_are_not_stored(screen, container, ui, monkeypatch):
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: ())
+    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
+    settle(screen, ui)
+    screen.plan.edit(schedule.id)
+    settle(screen, ui)
+    choose(screen, ui, "Mission", KITS)
+    settle(screen, ui)
+    save(screen, ui)
+    assert stored(container, schedule).parameters == {}

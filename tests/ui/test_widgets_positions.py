@@ -16,7 +16,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField
 from app.widgets.flow import ListRow, ParameterFields
-from app.widgets.places import OnMap, PlaceDialog, PlacesMap, Spot
+from app.widgets.positions import OnMap, PositionDialog, PositionsMap, Spot
 from app.widgets.robot_map import touch_each_other
 from app.widgets.tokens import tk
 
@@ -36,13 +36,13 @@ def fields(ui):
     return ui.show(ParameterFields(fields=fields_of([GOAL]), map=picture()), (600, 100))
 
 
-def open_map(ui) -> PlacesMap:
+def open_map(ui) -> PositionsMap:
     ui.tap(ui.find(CommandButton, text="On the map"))
     ui.advance(.3)
-    return ui.find(PlacesMap)
+    return ui.find(PositionsMap)
 
 
-def point(chart: PlacesMap, x: float, y: float, right: float = 0) -> tuple[float, float]:
+def point(chart: PositionsMap, x: float, y: float, right: float = 0) -> tuple[float, float]:
     """Of the window; ``right`` of a fraction of the map, px."""
     at = chart.to_window(*chart._point(x, y))
     return at[0] + right, at[1]
@@ -50,12 +50,12 @@ def point(chart: PlacesMap, x: float, y: float, right: float = 0) -> tuple[float
 
 def test_a_tap_near_a_position_marks_it_and_it_is_chosen_when_that_is_confirmed(ui, fields):
     chart = open_map(ui)
-    assert (chart.chosen, ui.find(CommandButton, ui.find(PlaceDialog), style="filled").disabled) == (None, True)
+    assert (chart.chosen, ui.find(CommandButton, ui.find(PositionDialog), style="filled").disabled) == (None, True)
     ui.tap_at(*point(chart, .2, .5, dp(20)))
     assert chart.chosen == "g-1"
     assert fields.values() == {"goal": None}
     ui.tap(ui.find(CommandButton, text="Choose Dock 3"))
-    assert (fields.values(), ui.find(ListRow).value, ui.find_all(PlaceDialog)) == ({"goal": "g-1"}, "Dock 3", [])
+    assert (fields.values(), ui.find(ListRow).value, ui.find_all(PositionDialog)) == ({"goal": "g-1"}, "Dock 3", [])
     assert open_map(ui).chosen == "g-1"
 
 
@@ -78,7 +78,7 @@ def test_what_is_cancelled_chooses_nothing(ui, fields):
     chart = open_map(ui)
     ui.tap_at(*point(chart, .7, .5))
     ui.tap(ui.find(CommandButton, text="Cancel"))
-    assert (fields.values(), ui.find_all(PlaceDialog)) == ({"goal": None}, [])
+    assert (fields.values(), ui.find_all(PositionDialog)) == ({"goal": None}, [])
 
 
 def test_only_positions_that_can_be_told_apart_are_on_the_map(ui, fields):
@@ -107,7 +107,7 @@ def test_what_is_missing_is_said_of_the_first_empty_field(ui, fields):
 
 def test_names_do_not_lie_over_each_other_and_the_chosen_one_is_always_written(ui):
     crowd = [(n, .5 + n % 6 * .012, .5 + n // 6 * .012, f"Position {n}") for n in range(30)]
-    chart = ui.show(PlacesMap(aspect=.5, places=[Spot(*spot) for spot in crowd], chosen=17))
+    chart = ui.show(PositionsMap(aspect=.5, places=[Spot(*spot) for spot in crowd], chosen=17))
     plates = chart.plates()
     assert 17 in plates
     assert 4 < len(plates) < 30
@@ -121,7 +121,7 @@ def test_names_do_not_lie_over_each_other_and_the_chosen_one_is_always_written(u
 
 def test_no_name_lies_over_the_scale_and_one_that_is_too_long_is_left_to_the_button(ui):
     spots = [Spot("corner", .98, .08, "Compactor"), Spot("long", .3, .3, 99 * "long ")]
-    chart = ui.show(PlacesMap(aspect=Window.height / Window.width, metres=40, places=spots, chosen="long"))
+    chart = ui.show(PositionsMap(aspect=Window.height / Window.width, metres=40, places=spots, chosen="long"))
     plates = chart.plates()
     assert list(plates) == ["corner"]
     assert not touch_each_other(plates["corner"], chart._scale_area())

@@ -21,7 +21,7 @@ class Spot(NamedTuple):
     name: str
 
 
-class PlacesMap(WholeMap):
+class PositionsMap(WholeMap):
     """Of the ``places``, each a Spot, the one nearest to a finger is ``chosen``, wherever the finger goes."""
     chosen = ObjectProperty(None, allownone=True)
     watch = (*WholeMap.watch, "chosen")
@@ -97,7 +97,7 @@ class PlacesMap(WholeMap):
                 yield plate
 
 
-class PlaceDialog(Dialog):
+class PositionDialog(Dialog):
     """As large as the window: of the ``places`` of the map's ``picture`` one is ``chosen``, and fires ``on_choose(key)`` when that is
     confirmed."""
     picture = ObjectProperty(None)
@@ -109,7 +109,7 @@ class PlaceDialog(Dialog):
     __events__ = ("on_choose",)
 
     def __init__(self, picture, **kwargs):
-        load_kv("widgets/places")
+        load_kv("widgets/positions")
         super().__init__(picture=picture, texture=ground(picture), **kwargs)
 
     def on_choose(self, key):
@@ -140,6 +140,6 @@ class OnMap(CommandButton):
     places = AliasProperty(_get_places, bind=("map", "options"))
 
     def on_release(self):
-        dialog = PlaceDialog(self.map, title=self.label, places=self.places, chosen=self.chosen)
+        dialog = PositionDialog(self.map, title=self.label, places=self.places, chosen=self.chosen)
         dialog.bind(on_choose=lambda _dialog, key: setattr(self, "chosen", key))
         dialog.open()
