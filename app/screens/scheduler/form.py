@@ -122,9 +122,15 @@ class FormModel(AsksRobot):
             self.bring_back(self.aside[0].entry)
             return
         options = [form_view.aside_option(self._facts, draft) for draft in reversed(self.aside)]
-        self._shell.dialogs.choose(
+        choice = self._shell.dialogs.choose(
             _("Bring back"), [*options, Option(None, _("Throw all of them away"), "delete-outline")],
             lambda entry: self._keep_aside([]) if entry is None else self.bring_back(entry))
+
+        def close(*_args: object) -> None:
+            choice.dismiss()
+
+        self.fbind("aside", close)                            # the message above the dialog brings back, too
+        choice.fbind("on_dismiss", lambda _choice: self.funbind("aside", close))
 
     def bring_back(self, entry: object) -> None:
         """Of what was put aside; what is in the form now takes its place there."""

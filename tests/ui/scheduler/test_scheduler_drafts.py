@@ -219,6 +219,18 @@ def test_of_several_each_can_be_chosen_or_all_thrown_away(screen, container, ui)
     assert said(screen) == []
 
 
+def test_the_list_of_them_closes_when_its_message_brings_one_back(screen, container, ui):
+    for name in (KITS, "Night stock count", "Collect empties"):
+        screen.plan.edit(next(schedule.id for schedule in schedules(container) if schedule.name.startswith(name)))
+        screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    ui.tap(bring_back(ui))
+    assert ui.find_all(ChoiceDialog)
+    screen.plan.form.bring_back(screen.plan.form.aside[0].entry)
+    settle(screen, ui)
+    assert not ui.find_all(ChoiceDialog)
+
+
 def test_five_are_kept(screen, container, ui):
     for schedule in schedules(container)[:7]:
         screen.plan.edit(schedule.id)
