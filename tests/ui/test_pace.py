@@ -130,12 +130,3 @@ def test_kivys_loop_does_as_it_is_told():
     """In a process of its own, where time is real. Slower than this is only a slow machine."""
     told = subprocess.run([sys.executable, "-c", LOOP], cwd=ROOT, check=True, capture_output=True, text=True, timeout=90).stdout
     assert float(told.splitlines()[-1]) <= 1.5 * AT_REST < IN_USE
-
-
-def test_it_begins_at_the_pace_of_use(monkeypatch):
-    from kivy.config import Config
-    set_to: dict[str, str] = {}
-    monkeypatch.setattr(Config, "set", lambda _section, name, value: set_to.__setitem__(name, value))
-    monkeypatch.setattr(Config, "remove_option", lambda *_args: None)
-    window.configure(kiosk=False)
-    assert set_to["maxfps"] == str(IN_USE)
