@@ -97,7 +97,8 @@ class FormModel(AsksRobot):
     def _is_entered(self) -> bool:
         """Whether there is something in the form that is neither stored nor being stored."""
         draft = self._draft
-        is_known = draft == self._offered or draft.entry is self._submitted or draft.is_stored(self._facts.name(draft.base))
+        name = self._facts.name(draft.base) if self._facts.robots else draft.name          # before the first reading nobody knows
+        is_known = draft == self._offered or draft.entry is self._submitted or draft.is_stored(name)
         return self.is_in_use and not is_known
 
     def _put_aside(self, *drafts: Draft) -> None:

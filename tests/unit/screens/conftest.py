@@ -1,12 +1,21 @@
 """Words are compared in the source's language, whatever the test before has left."""
 from __future__ import annotations
 
+import gc
+
 import pytest
 
 from app.i18n import SOURCE_LANGUAGE, translator
 
 
+@pytest.fixture(autouse=True, scope="module")
+def no_widgets() -> None:
+    """Those of an app that has ended would follow a switch of the language."""
+    gc.unfreeze()
+    gc.collect()
+
+
 @pytest.fixture(autouse=True)
-def source_language() -> None:
+def source_language(no_widgets: None) -> None:
     if translator.language != SOURCE_LANGUAGE:
         translator.use(SOURCE_LANGUAGE)
