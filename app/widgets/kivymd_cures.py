@@ -234,6 +234,9 @@ def values_in_kv() -> None:
     def call_fn(args, _instance, _value):
         element, key, expression, rule, names = args
         rule.count += 1
-        setattr(element, key, eval(expression, names))       # noqa: S307  (as kivy does; kv is our own)
+        try:
+            setattr(element, key, eval(expression, names))   # noqa: S307  (as kivy does; kv is our own)
+        except ReferenceError:
+            pass                                             # its root has gone, and it follows: nobody sees it any more
 
     builder.call_fn = call_fn

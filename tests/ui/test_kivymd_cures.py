@@ -422,6 +422,20 @@ Widget:
     assert box.found == (value,)
 
 
+def test_a_part_whose_root_has_gone_follows_nothing(ui):
+    """Somebody may still hold it when the language is switched."""
+    root = Builder.load_string("""
+BoxLayout:
+    Label:
+        text: str(self.width) + str(root.opacity)
+""")
+    part, = root.children
+    root.clear_widgets()
+    del root
+    gc.collect()
+    part.width = 77                                           # no ReferenceError
+
+
 def test_values_of_expressions_are_still_written_out():
     assert "trace('Lang: call_fn => value=%r' % (e_value, ))" in source(KIVY / "lang" / "builder.py", "\ndef call_fn", "\n\n\n")
 
