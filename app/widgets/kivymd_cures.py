@@ -237,6 +237,6 @@ def values_in_kv() -> None:
         try:
             setattr(element, key, eval(expression, names))   # noqa: S307  (as kivy does; kv is our own)
         except ReferenceError:
-            pass                                             # its root has gone, and it follows: nobody sees it any more
+            return                                           # its root has gone, and nobody sees it any more
 
     builder.call_fn = call_fn
