@@ -5,8 +5,8 @@ from collections.abc import Callable
 
 from app.domain.models import Execution
 from app.i18n import _
+from app.screens.common.holding import about_start
 from app.screens.common.shell import Shell
-from app.screens.common.started import about_start
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.undo import may_wait_again
 

@@ -22,6 +22,7 @@ from app.i18n import SOURCE_LANGUAGE, _, translator
 
 NOTHING = "–"
 DAY = 86400.0
+LONGEST_QUESTION = 240       # characters of a robot's question, so that the answers are in sight
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,10 @@ from app.domain import choice
 from app.domain.models import Execution, Group, Mission, Robot, Settings, State, Wait
 from app.i18n import _
 from app.screens.common.cancelled import say_cancelled
-from app.screens.common.holding import HAND, hold_at, until_words
+from app.screens.common.holding import HAND, about_start, hold_at, until_words
 from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.shell import Shell
-from app.screens.common.started import about_start
 from app.services.catalogue.catalogue import Catalogue
 from app.services.live.holds import Hold
 from app.services.robots.commands import Operator

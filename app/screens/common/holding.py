@@ -81,3 +81,8 @@ def held_word(hold: Hold | None, at: datetime, window_minutes: int | None, setti
 
 def _is_too_late(hold: Hold, at: datetime, window_minutes: int | None, settings: Settings) -> bool:
     return hold.until is not None and rules.closes_at(at, window_minutes, settings) <= hold.until
+
+
+def about_start(execution_id: int) -> Hashable:
+    """What a message is about that says what is done with that start, or what becomes of it: until the next one does."""
+    return "start", execution_id

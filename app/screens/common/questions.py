@@ -6,13 +6,12 @@ from app.domain.problems import clipped
 from app.domain.robot import UserPrompt
 from app.i18n import _
 from app.mir.errors import Rejected
+from app.screens.common.formats import LONGEST_QUESTION
 from app.screens.common.options import Option
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.threads import Changed
 from app.services.live.snapshots import Snapshots
 from app.services.robots.commands import Operator
-
-LONGEST_QUESTION = 240                   # characters, so that the answers are in sight
 
 
 def asked(snapshots: Snapshots, robot_id: int) -> UserPrompt | None:

@@ -1,7 +1,7 @@
 """What became of a mission that a person has just started: said when it is known, and no longer than it holds."""
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from kivy.clock import Clock, ClockEvent
@@ -11,7 +11,7 @@ from app.domain.models import Execution, State, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.holding import HAND
+from app.screens.common.holding import HAND, about_start
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Changed
 from app.services.history.runs import History
@@ -23,11 +23,6 @@ ANSWERS_WITHIN = 5.0                     # s, after which it is said that a robo
 CHOSEN_WITHIN = 1.0                      # s, after which it is said that a start of a group has no robot yet
 
 Words = tuple[str, str, float]           # text, icon, and for how many seconds it is shown
-
-
-def about_start(execution_id: int) -> Hashable:
-    """What a message is about that says what is done with that start, or what becomes of it: until the next one does."""
-    return "start", execution_id
 
 
 def outcome(execution: Execution) -> Words | None:

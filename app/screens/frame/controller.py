@@ -11,11 +11,10 @@ from app.i18n import _, ngettext, translator
 from app.screens.common import formats, questions
 from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
-from app.screens.common.holding import HAND, about_hold
+from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of, help_rank
 from app.screens.common.shell import Shell
-from app.screens.common.started import about_start
 from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
 from app.screens.frame.facts import FrameFacts, FrameServices, read

@@ -11,9 +11,9 @@ from app.domain.problems import in_words
 from app.domain.robot import QueueItem, RobotState, RobotStatus, UserPrompt
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.formats import LONGEST_QUESTION
 from app.screens.common.holding import state_and_hold, until_words
 from app.screens.common.problems import words_of
-from app.screens.common.questions import LONGEST_QUESTION
 from app.screens.common.robot_appearance import (
     NO_BATTERY,
     STOPPED,
