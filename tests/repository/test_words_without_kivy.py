@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-MODULES = ("home.facts", "home.view", "scheduler.facts", "scheduler.view", "logs.view", "settings.view", "common.alarms_view", "common.holding",
-           "frame.view")
+MODULES = ("home.facts", "home.view", "scheduler.facts", "scheduler.view", "logs.view", "settings.view", "common.alarms_view",
+           "common.holding", "frame.view")
 
 
 def test_views_and_facts_import_no_kivy() -> None:
