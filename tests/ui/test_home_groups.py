@@ -176,12 +176,11 @@ def pick(ui, word: str) -> None:
 def test_the_priority_of_what_waits_is_changed_by_a_tap_on_it(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
-    ui.wait(lambda: ui.find_all(WaitingRow))
+    ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.snackbars.texts)           # what is said of its start is said
     ui.tap(ui.find(ChoiceChip, ui.find(WaitingRow), text="High"))
     pick(ui, "Critical")
-    ui.wait(lambda: ui.find(WaitingRow).priority == "Critical")
+    ui.wait(lambda: ui.find(WaitingRow).priority == "Critical" and "Deliver: priority Critical" in home.shell.snackbars.texts)
     assert home.site.container.history.open()[0].priority == 2
-    assert "Deliver: priority Critical" in home.shell.snackbars.texts
 
 
 def test_what_was_cancelled_while_it_waited_waits_again_when_that_is_undone(home, hall, ui):
