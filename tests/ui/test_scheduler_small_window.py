@@ -7,16 +7,18 @@ from datetime import date, time
 
 import pytest
 from kivy.core.window import Window
+from kivy.metrics import dp
 from kivy.uix.scrollview import ScrollView
 
 from app.i18n import _
-from app.screens.scheduler.cards import FormCard, SchedulesCard, StartChip, UpcomingCard
+from app.screens.scheduler.cards import FormCard, HoursPart, SchedulesCard, StartChip, TimeControls, UpcomingCard
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton, Segment, Segments
 from app.widgets.fields import PickField
 from app.widgets.frame import Frame
+from app.widgets.display import LegendItems
 from app.widgets.long_list import LongList
-from app.widgets.plan_rows import DayLine
+from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.text import BodyStrong
 from tests.screenshots.planning import Stand
 from tests.ui import checks
@@ -31,18 +33,21 @@ WINDOWS = [*(((1024, 600), scale, language, "") for scale in (1.0, 1.3) for lang
            *(((600, 800), 1.3, language, alarm) for language in ("en", "fi") for alarm in ("", FAILED))]
 LOW = [*(((600, 480), scale, language, alarm) for scale, language in ((1.0, "en"), (1.3, "fi")) for alarm in ("", FAILED)),
        ((800, 480), 1.0, "fi", ""), ((800, 480), 1.3, "fi", FAILED), ((720, 1600), 1.3, "fi", "")]
+LEAST = [((600, 480), 1.0, "en", ""), ((600, 480), 1.0, "en", FAILED), ((600, 480), 1.3, "fi", FAILED, "gloves"), ((800, 480), 1.0, "en", FAILED, "gloves"),
+         ((800, 480), 1.3, "fi", FAILED, "gloves")]
 USUAL = [((1280, 800), scale, language, "") for scale in (1.0, 1.3) for language in ("en", "fi")]
 
 
-def name_of_window(way: tuple[tuple[int, int], float, str, str]) -> str:
-    return f"{way[0][0]}×{way[0][1]}-{way[1]}-{way[2]}{'-alarm' if way[3] else ''}"
+def name_of_window(way: tuple) -> str:
+    (width, height), scale, language, alarm, *gloves = way
+    return "-".join((f"{width}×{height}", str(scale), language, *(["alarm"] if alarm else []), *gloves))
 
 
 @pytest.fixture(params=WINDOWS, ids=name_of_window)
 def small(ui, request) -> Iterator[Stand]:
     """The Scheduler in its frame, in a small window."""
-    *way, alarm = request.param
-    with window(ui, *way) as rig:
+    *way, alarm = request.param[:4]
+    with window(ui, *way, gloves="gloves" in request.param) as rig:
         stand = Stand(rig, "scheduler")
         ui.find(Frame).alarm = alarm
         stand.vm.form.set(mission_id=stand.mission(KITS), day=date(2026, 11, 23), at=time(6, 30), minimum_battery_percent=40.0)
@@ -133,6 +138,30 @@ def test_each_field_the_next_starts_and_the_way_to_save_can_be_reached(ui, small
     for widget in wanted:
         reach(ui, widget)
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
+@pytest.mark.parametrize("searched", [False, True], ids=["", "searched"])
+@pytest.mark.parametrize("small", LEAST, ids=name_of_window, indirect=True)
+def test_whole_lanes_and_rows_of_each_part_can_be_reached(ui, small, searched):
+    """The page scrolls where they would have no room, and nothing lies over anything else."""
+    small.vm.listed.searching = searched
+    for part, kind in (("hours", TimeControls), ("days", DayLine), ("schedules", ScheduleLine)):
+        small.vm.choose_part(part)
+        small.settle()
+        first = ui.find_all(kind)[0]
+        assert "\n".join(checks.problems(ui.find(Frame))) == ""
+        assert checks.is_seen(ui.find(Segments, small.screen))
+        reach(ui, first)
+        if part == "hours":
+            reach(ui, ui.find(LegendItems))
+            lanes = ui.find(HoursPart)
+            left, low, right, high = checks.area(lanes)
+            assert lanes.height >= dp(28) + 2 * dp(44)
+            assert min(high, checks.visible_area(lanes, checks.parents(lanes))[3]) - low >= dp(44)
+        assert "\n".join(checks.problems(ui.find(Frame))) == ""
+        small.screen.ids.page.scroll_y = 0
+        small.vm.choose_part("form")
+        assert small.screen.ids.page.scroll_y == 1
 
 
 @pytest.mark.parametrize("small", LOW[:1], ids=name_of_window, indirect=True)

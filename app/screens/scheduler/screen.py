@@ -311,9 +311,10 @@ class SchedulerScreen(ScreenBase):
             self._arrange(self.ids.column, "upcoming", *(("lower",) if in_hours or self.room else ()))
 
     def _arrange(self, box: BoxLayout, *names: str) -> None:
-        """Exactly these parts, in that order."""
+        """Exactly these parts, in that order; what comes is shown from its top."""
         wanted = [self._parts[name] for name in names]
         if box.children[::-1] != wanted:
+            self._page.scroll_y = 1
             box.clear_widgets()
             for part in wanted:
                 box.add_widget(part)
