@@ -8,14 +8,14 @@ import pytest
 from kivy.uix.label import Label
 
 from app.screens.frame.facts import OpenIssues
-from app.screens.home.cards import Answers, HomeState, PromptOption, PromptPanel
+from app.screens.home.cards import Answers, HomeState, PromptOption, PromptPanel, RobotStrip
 from app.screens.home.view import PromptView
 from app.widgets import load_kv
-from app.widgets.frame import AlarmBanner
+from app.widgets.frame import AlarmBanner, Frame
 from tests.screenshots.home import ALARMS, QUESTION, home, stopped
 from tests.support import home_facts as sample
 from tests.ui import checks
-from tests.ui.small import Rig, window
+from tests.ui.small import Rig, reach, window
 
 
 def rows_of_answers(ui, width: float, *options: str) -> list[list[str]]:
@@ -68,13 +68,45 @@ def test_the_answers_are_seen_without_scrolling(ui, usual, minutes):
     assert [answer.text for answer in answers if checks.is_seen(answer)] == list(sample.ASKING.user_prompt.options)
 
 
-@pytest.mark.parametrize(("scale", "minutes"), [(1.0, 1), (1.0, 20), (1.3, 1)])
-def test_the_answers_are_seen_without_scrolling_in_a_very_low_window(ui, scale, minutes):
-    with window(ui, (800, 480), scale) as rig:
-        home(rig, sample.with_aino(sample.ASKING), issues=OpenIssues([replace(QUESTION, raised_at=sample.ago(minutes=minutes))]))
+@pytest.mark.parametrize("robots", [3, 24])
+@pytest.mark.parametrize(("size", "scale", "gloves", "minutes"), [
+    ((800, 480), 1.0, False, 1), ((800, 480), 1.0, False, 20), ((800, 480), 1.3, False, 1), ((800, 480), 1.0, True, 1),
+    ((600, 480), 1.0, False, 1), ((600, 480), 1.3, False, 1), ((600, 480), 1.0, True, 1), ((1024, 600), 1.0, False, 1),
+    ((1024, 600), 1.3, True, 1)])
+def test_the_answers_are_seen_without_scrolling_in_a_very_low_window(ui, size, scale, gloves, minutes, robots):
+    facts = sample.with_aino(sample.ASKING)
+    others = tuple(replace(sample.VEIKKO, id=100 + n, name=f"Robot {n}") for n in range(robots - len(facts.robots)))
+    with window(ui, size, scale, "fi" if scale > 1 else "en", gloves=gloves) as rig:
+        screen = home(rig, replace(facts, robots=facts.robots + others),
+                      issues=OpenIssues([replace(QUESTION, raised_at=sample.ago(minutes=minutes))]))
+        screen.vm.fleet.leave()
         ui.advance(.5)
+        assert "\n".join(checks.problems(ui.find(Frame))) == ""
         answers = ui.find_all(PromptOption)
         assert [answer.text for answer in answers if checks.is_seen(answer)] == list(sample.ASKING.user_prompt.options)
+        reach(ui, ui.find(RobotStrip))
+
+
+@pytest.mark.parametrize("size", [(600, 480), (800, 480)], ids="{0[0]}x{0[1]}".format)
+def test_a_finger_on_its_way_to_another_robot_answers_no_question_that_takes_its_place(ui, size):
+    with window(ui, size) as rig:
+        screen = home(rig, sample.FACTS)
+        ui.advance(1)
+        sent = []
+        screen.vm.answer = sent.append
+        x, y = ui.find(RobotStrip).to_window(*ui.find(RobotStrip).center)
+        screen.vm.take(sample.with_aino(sample.ASKING))
+        ui.advance(.1)
+        answer = ui.find_all(PromptOption)[0]
+        assert checks.area(answer)[1] < y + 60
+        ui.tap(answer)
+        assert sent == []
+        ui.advance(1)
+        ui.tap(answer)
+        assert sent == [answer.text]
+        screen.vm.take(sample.FACTS)
+        ui.advance(.1)
+        assert ui.find(RobotStrip).to_window(*ui.find(RobotStrip).center) == pytest.approx((x, y))
 
 
 def test_a_question_stands_at_the_top_of_a_panel_that_is_higher_than_it_needs(ui):

@@ -5,6 +5,7 @@ from typing import Any
 
 from kivy.clock import Clock
 from kivy.event import EventDispatcher
+from kivy.input import MotionEvent
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.behaviors import ButtonBehavior
@@ -20,6 +21,7 @@ from app.services.robots.map_picture import MapPicture
 from app.widgets import flow
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard, Tile
+from app.widgets.frame import SETTLES
 from app.widgets.pages import LowPage
 from app.widgets.robot_map import RobotMap, ground
 from app.widgets.rows import DoneRow, PlanRow
@@ -76,11 +78,40 @@ class HomeWide(Part):
     """Landscape."""
 
 
-class HomeTall(OfHome, LowPage):
-    """Portrait, and windows too small for three columns: one column of bands, at least as high as the window has room for."""
+class Bands(OfHome, LowPage):
+    """Robots' strip, robot, and what else there is, below each other.
+
+    In a low window the answers of a robot that asks are seen at once: its card comes before the strip. That moves what is under a finger;
+    a tap within the next moment was meant for what was there before."""
+    low = BooleanProperty(False)
+    asks_first = BooleanProperty(False)
+
+    def __init__(self, **kwargs: Any) -> None:
+        self._rests_until = 0.0
+        super().__init__(**kwargs)
+
+    def on_kv_post(self, _base_widget: Any) -> None:
+        self.fbind("asks_first", self._asked)
+        self._arrange()
+
+    def _asked(self, *_: Any) -> None:
+        self._rests_until = Clock.get_time() + SETTLES
+        self._arrange()
+
+    def _arrange(self) -> None:
+        bands, strip = self.ids.bands, self.ids.strip
+        bands.remove_widget(strip)
+        bands.add_widget(strip, index=len(bands.children) - self.asks_first)
+
+    def on_touch_down(self, touch: MotionEvent) -> Any:
+        return Clock.get_time() < self._rests_until or super().on_touch_down(touch)
 
 
-class HomeColumn(OfHome, LowPage):
+class HomeTall(Bands):
+    """Portrait, and windows too small for three columns: at least as high as the window has room for."""
+
+
+class HomeColumn(Bands):
     """A narrow window: one card below the other."""
 
 
@@ -269,6 +300,7 @@ class RobotCard(Card):
     fills = BooleanProperty(False)
     sought = BooleanProperty(False)      # rather than its address, and it is known where it is or was
     first = NumericProperty(0)           # height of what a person has to do
+    asks_first = BooleanProperty(False)  # in a page that is too low for both
     tight = BooleanProperty(False)
     has_map_beside = BooleanProperty(False)
 
