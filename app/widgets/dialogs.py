@@ -153,6 +153,7 @@ class Dialog(Overlay):
     """
     squeezed = BooleanProperty(False)
     head_height = NumericProperty(0)         # px, of the title
+    foot_height = NumericProperty(0)         # px, of the buttons
     room = NumericProperty(0)                # px of the window above the keyboard
     tucked = NumericProperty(0)              # px under it
     title = StringProperty()
@@ -164,6 +165,9 @@ class Dialog(Overlay):
         super().__init__(**kwargs)
         for name in ("room", "tucked"):
             self.fbind(name, self._place)
+
+    def on_parent(self, _dialog, window):
+        dock.dialogs = [other for other in dock.dialogs if other is not self] + ([self] if window else [])
 
     def corner(self):
         x, _y = super().corner()

@@ -6,15 +6,17 @@ from dataclasses import dataclass
 from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.core.window import Window
-from kivy.properties import BooleanProperty, NumericProperty, StringProperty
+from kivy.metrics import sp
+from kivy.properties import BooleanProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.uix.snackbar import MDSnackbar
 
 from app.widgets.surfaces import OnlySeen, Passive
+from app.widgets.text import line_width
 
 SECONDS = 4.
 UNDO_SECONDS = 8.
-SETTLES = .5             # s after one has come in the place of another, in which a finger was on its way to that one's button
+SETTLES = .5             # s after one has come in the place of another, or over what is pressed, in which a finger was on its way to that
 
 
 @dataclass
@@ -47,12 +49,17 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
     icon = StringProperty()
     action_text = StringProperty()
     closable = BooleanProperty(False)
+    words = NumericProperty(0)           # px, of the text on one line
+    around = NumericProperty(0)          # px, beside it
 
     __events__ = ("on_action", "on_close")
 
     def add_widget(self, *args, **kwargs):
         """KivyMD has its text on one line that runs through the button, and makes room for that 0.2 s later."""
         super(MDSnackbar, self).add_widget(*args, **kwargs)
+
+    def on_text(self, *_):
+        self.words = line_width(self.text, "Roboto", sp(16))
 
     def on_action(self):
         """The button was pressed."""
@@ -62,14 +69,19 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
 
 
 class SnackbarStack(BoxLayout):
-    """Holds the snackbar, on top of everything: in the top bar over the screen's name and the time, where nobody presses anything. Of those
-    ``below`` it an edge is seen."""
+    """Holds the snackbar, on top of everything: in the top bar over the screen's name and the time, where nobody presses anything, or
+    ``inside`` a dialog that reaches up there, between its head and its buttons. A text with no room there is over the whole bar (``wide``)
+    rather than over the page. Of those ``below`` it an edge is seen."""
     below = NumericProperty(0)
+    bar = ObjectProperty(None, allownone=True, rebind=True)
+    dialog = ObjectProperty(None, allownone=True, rebind=True)
+    inside = BooleanProperty(False)
+    wide = BooleanProperty(False)
     settles_at = 0.
 
     @property
     def has_just_moved(self) -> bool:
-        """Whether one has just come in the place of another: what a finger does there is not meant for it."""
+        """Whether one has just come in the place of something else: what a finger does there is not meant for it."""
         return Clock.get_time() < self.settles_at
 
     def on_touch_down(self, touch):
@@ -158,7 +170,7 @@ class Snackbars:
         """``instead``: in the place of another one."""
         said, stack = self._pile[-1], self._place()
         stack.add_widget(said.bar)
-        stack.settles_at = Clock.get_time() + SETTLES if instead else 0.
+        stack.settles_at = Clock.get_time() + SETTLES if instead or stack.wide else 0.
         said.begin(instead)
 
     def _place(self) -> SnackbarStack:

@@ -1,14 +1,24 @@
 """A message lies where nobody presses anything, whatever the screen and the window."""
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 from kivy.core.window import Window
 from kivy.uix.widget import Widget
 
-from app.widgets.snackbar import SnackbarStack
+from app.screens.common.options import Option
+from app.screens.common.overlays import Dialogs
+from app.widgets.frame import Frame
+from app.widgets.snackbar import Snackbars, SnackbarStack
+from app.widgets.surfaces import Surface
 from app.window.key_focus import KeyFocus, parents
+from tests.screenshots.planning import Stand
 from tests.ui import checks
+from tests.ui.small import window
 from tests.ui.whole_app import shown
+
+LONG = "Veikko · Reset errors: the robot doesn't answer: is it switched on and on this network?"
 
 
 def below(stack: SnackbarStack) -> list[Widget]:
@@ -20,6 +30,46 @@ def below(stack: SnackbarStack) -> list[Widget]:
         if stack not in parents(target) and seen and seen[0] < right and left < seen[2] and seen[1] < top and bottom < seen[3]:
             found.append(target)
     return found
+
+
+@pytest.mark.parametrize(("size", "percent"), [((1280, 800), 130), *product(((1024, 600), (600, 480)), (100, 130)), ((800, 480), 100)])
+def test_a_long_message_covers_nothing_of_the_page(ui, size, percent):
+    with window(ui, size, percent / 100) as rig:
+        Stand(rig, "logs")
+        bars = Snackbars()
+        bars.undo(LONG, "Undo", lambda: None)
+        ui.advance(.5)
+        stack = ui.find(SnackbarStack)
+        page = ui.find(Frame).ids.body
+        assert checks.area(stack)[1] >= checks.area(page)[3]
+        assert checks.problems(stack) == []
+        bars.clear()
+
+
+@pytest.mark.parametrize(("size", "scale"), [((1280, 800), 1.0), ((1024, 600), 1.3), ((800, 480), 1.0), ((600, 480), 1.3)])
+@pytest.mark.parametrize("is_first", [True, False], ids=["message first", "dialog first"])
+@pytest.mark.parametrize("text", ["Test started", LONG], ids=["short", "long"])
+def test_a_message_lies_between_the_head_of_a_dialog_and_its_buttons(ui, size, scale, text, is_first):
+    with window(ui, size, scale):
+        bars, dialogs = Snackbars(), Dialogs(animate=False)
+        ui.show(Surface())
+        if is_first:
+            bars.show(text)
+            ui.advance(.3)
+        dialog = dialogs.choose_many("Missions of Aino", [Option(n, f"Mission {n}") for n in range(30)], "Add chosen", lambda _keys: None)
+        ui.advance(.3)
+        if not is_first:
+            bars.show(text)
+            ui.advance(.3)
+        stack = ui.find(SnackbarStack)
+        _left, bottom, _right, top = checks.area(stack)
+        assert top <= checks.area(dialog.ids.dialog_title)[1]
+        assert bottom >= checks.area(dialog.ids.button_container)[3] - dialog.ids.button_container.padding[1]
+        assert checks.problems(stack) == []
+        dialogs.close_all()
+        ui.advance(.3)
+        assert Window.height - checks.area(stack)[3] < 8
+        bars.clear()
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (800, 1280), (1024, 600)])
