@@ -114,7 +114,7 @@ class LogRow(RecycledRow, TonedTap):
     opened = BooleanProperty(False)
     steps = ListProperty()
     message = StringProperty()
-    narrow = BooleanProperty(False)      # portrait: robot and trigger are below the reason
+    narrow = BooleanProperty(False)      # robot and trigger are below the reason
 
     def on_release(self):
         self.act("open")

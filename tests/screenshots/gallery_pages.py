@@ -255,7 +255,7 @@ PAGES = """
                     note: "120, newest first"
                 LongList:
                     viewclass: "LogRow"
-                    data: samples.runs(root.height > root.width)
+                    data: samples.runs()
 
 <GalleryCharts@GalleryFrame>:
     current: "logs"

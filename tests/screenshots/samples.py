@@ -51,9 +51,9 @@ STEPS = (
 )
 
 
-def runs(narrow: bool) -> list[RunRow]:
+def runs() -> list[RunRow]:
     """The second is opened."""
-    rows = [RunRow(n, *run, opened=False, narrow=narrow) for n, run in enumerate([
+    rows = [RunRow(n, *run, opened=False) for n, run in enumerate([
         ("skip-next-circle", "attention", "Skipped", "Move coils to press", "Battery 12 % stayed under 30 % until 14:30", "Sisu",
          "Schedule", "14:15", "–"),
         ("check-circle-outline", "done", "Completed", "Collect empties", "Longer than usual", "Veikko", "Schedule", "14:12",

@@ -39,8 +39,9 @@ from app.widgets.buttons import CommandButton
 from app.widgets.display import ValueTile
 from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.number_pad import PadKey
+from app.widgets.pages import LowPage
 from app.widgets.panel_grid import PanelGrid
-from app.widgets.rows import RobotChip
+from app.widgets.rows import LogRow, RobotChip
 from app.widgets.text import Title, Value
 from tests.screenshots.fleet import fleet
 from tests.screenshots.home import ERROR, SILENT, home
@@ -180,6 +181,17 @@ def test_the_map_of_a_robot_on_which_nothing_runs_is_beside_its_battery_below_a_
     assert (left >= right, bottom < high, low < top) == (True, True, True)
     assert checks.is_seen(place)
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
+@pytest.mark.parametrize("size", [(600, 480), (800, 480), (800, 1280), (1024, 600)], ids="{0[0]}x{0[1]}".format)
+def test_the_words_of_a_run_have_room_beside_its_time(ui, size):
+    with window(ui, size, 1.3, "fi") as rig:
+        stand = Stand(rig, "logs")
+        row = ui.find_all(LogRow)[0]
+        next(page for page in checks.parents(row) if isinstance(page, LowPage)).scroll_y = 0
+        ui.advance(.5)
+        assert row.ids.log_lines.width > row.width / 3
+        assert "\n".join(checks.problems(stand.screen)) == ""
 
 
 def test_what_a_robot_says_stands_there_once(ui):

@@ -83,7 +83,6 @@ class LogsViewModel(ViewModel):
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
         self._figures_refresher = Refresher(shell, self._start_reading_figures, self._take_figures)
         self._search_soon = Clock.create_trigger(lambda _dt: self.set_filters(text=self.query), SEARCH_DELAY_S)
-        self.fbind("portrait", lambda *_args: self._show_rows())
 
     # ------------------------------------------------------------------ reading
     def opened(self, execution_id: int | None = None, anew: bool = False, seen: tuple[str, Filters] | None = None) -> None:
@@ -178,7 +177,7 @@ class LogsViewModel(ViewModel):
 
     def _show_rows(self) -> None:
         facts, now = self._facts, self._services.clock.now()
-        self.rows = self._row_cache.rows(facts.rows, now, facts.zone, facts.usual_s, self.opened_run, self.portrait, facts.expected,
+        self.rows = self._row_cache.rows(facts.rows, now, facts.zone, facts.usual_s, self.opened_run, facts.expected,
                                          facts.elsewhere, self._given.known)
         self._given.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))
 

@@ -168,7 +168,7 @@ class StepView:
 
 @dataclass(frozen=True)
 class RunRow:
-    """A run in the list; only an opened one has ``steps`` and ``message``. ``narrow``: robot and trigger go under the reason."""
+    """A run in the list; only an opened one has ``steps`` and ``message``."""
     key: int
     icon: str
     tone: str
@@ -180,12 +180,11 @@ class RunRow:
     when: str
     took: str
     opened: bool
-    narrow: bool
     steps: tuple[StepView, ...] = ()
     message: str = ""
 
 
-def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened: bool, narrow: bool = False,
+def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened: bool,
         expected: DurationEstimate | None = None, elsewhere: Elsewhere | None = None, given: Given = NOTHING_KNOWN) -> RunRow:
     """``expected``: how long a run that has not ended will take, as far as that is known; ``elsewhere``: that it was started on another
     robot, or instead of one there; ``given``: what is known of the values that missions get."""
@@ -194,7 +193,7 @@ def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds
         execution.id, icon, tone, execution_appearance.word(execution.state),
         given.beside(execution.mission, execution.mission_guid, execution.parameters), reason_line(execution, zone, usual),
         of_groups.whose(execution), execution_appearance.trigger_word(execution.trigger),
-        when(execution.planned_at.astimezone(zone), now.astimezone(zone)), formats.duration(execution.duration_s), opened, narrow,
+        when(execution.planned_at.astimezone(zone), now.astimezone(zone)), formats.duration(execution.duration_s), opened,
         story(execution, zone, usual, expected, elsewhere) if opened else (), message(execution, given) if opened else "")
 
 
@@ -206,10 +205,10 @@ class RowCache:
         self._rows: dict[int, tuple[Execution, object, RunRow]] = {}     # by run: as it was, what else its row depends on
 
     def rows(self, executions: Sequence[Execution], now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened_run: int | None,
-             narrow: bool, expected: Mapping[int, DurationEstimate], elsewhere: Mapping[int, Elsewhere],
+             expected: Mapping[int, DurationEstimate], elsewhere: Mapping[int, Elsewhere],
              given: Given = NOTHING_KNOWN) -> list[RunRow]:
         """``row`` of each; ``opened_run`` is the id of the one that shows its story, ``expected`` goes by the id of what has not ended."""
-        context = now.astimezone(zone).date(), zone, narrow, translator.language, given
+        context = now.astimezone(zone).date(), zone, translator.language, given
         known = self._rows if context == self._context else {}
         self._context, self._rows = context, {}
         for execution in executions:
@@ -219,7 +218,7 @@ class RowCache:
             if before is not None and details == before[1] and (execution is before[0] or execution == before[0]):
                 self._rows[execution.id] = execution, details, before[2]
             else:
-                line = row(execution, now, zone, usual, execution.id == opened_run, narrow, *further, given)
+                line = row(execution, now, zone, usual, execution.id == opened_run, *further, given)
                 self._rows[execution.id] = execution, details, line
         return [line for _execution, _details, line in self._rows.values()]
 

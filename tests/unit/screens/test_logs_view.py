@@ -42,7 +42,7 @@ def test_a_run_says_what_it_was_given():
     row = view.row(run, NOW, ZONE, USUAL, opened=True, given=TO_DOCK)
     assert (row.mission, row.message) == ("Deliver kits · Dock 3", "Position: Dock 3\nQueue item 14026 of the robot")
     cache = view.RowCache()
-    assert [cache.rows([run], NOW, ZONE, USUAL, None, False, {}, {}, given)[0].mission for given in (Given(), TO_DOCK)] == [
+    assert [cache.rows([run], NOW, ZONE, USUAL, None, {}, {}, given)[0].mission for given in (Given(), TO_DOCK)] == [
         "Deliver kits", "Deliver kits · Dock 3"]
 
 
@@ -89,10 +89,10 @@ def test_only_what_has_changed_is_built_again(monkeypatch):
     monkeypatch.setattr(view, "row", lambda execution, *args: (made.append(execution.id), row(execution, *args))[1])
     runs = [replace(DONE, id=n) for n in range(5)]
 
-    def rows(runs, now=NOW, usual=USUAL, opened=None, narrow=False):
+    def rows(runs, now=NOW, usual=USUAL, opened=None):
         made.clear()
-        found = cache.rows(runs, now, ZONE, usual, opened, narrow, {}, {})
-        assert found == [row(run, now, ZONE, usual, run.id == opened, narrow) for run in runs]
+        found = cache.rows(runs, now, ZONE, usual, opened, {}, {})
+        assert found == [row(run, now, ZONE, usual, run.id == opened) for run in runs]
         return list(made)
 
     assert rows(runs) == [0, 1, 2, 3, 4]
@@ -103,7 +103,6 @@ def test_only_what_has_changed_is_built_again(monkeypatch):
     assert rows(runs[1:]) == [3]
     assert rows(runs[1:], usual={}) == [1, 2, 3, 4]
     assert rows(runs[1:], NOW + timedelta(days=1), {}) == [1, 2, 3, 4]
-    assert rows(runs[1:], NOW + timedelta(days=1), {}, narrow=True) == [1, 2, 3, 4]
 
 
 @pytest.fixture
@@ -117,7 +116,7 @@ def test_rows_are_built_again_in_another_language(finnish):
     cache = view.RowCache()
 
     def outcomes():
-        return [row.outcome for row in cache.rows([DONE], NOW, ZONE, USUAL, None, False, {}, {})]
+        return [row.outcome for row in cache.rows([DONE], NOW, ZONE, USUAL, None, {}, {})]
 
     assert outcomes() == ["Completed"]
     finnish()
