@@ -55,7 +55,7 @@ class Draft:
     kind: Kind = Kind.ONCE
     more_hours: tuple[int, ...] = ()         # daily, weekly, monthly: also at the same minute of these hours
     weekdays: tuple[str, ...] = WEEKDAYS     # of weekly and every
-    every: int = 1
+    every: int | None = 1                    # None: no number is typed yet
     unit: Unit = Unit.HOURS
     all_day: bool = False                    # every: round the clock instead of between two times
     until_time: time = time(18, 0)           # every: the second of the two times
@@ -273,7 +273,7 @@ class Draft:
 
     def _interval(self) -> str:
         most = MOST_HOURS if self.unit is Unit.HOURS else MOST_MINUTES
-        if not 1 <= self.every <= most:
+        if self.every is None or not 1 <= self.every <= most:
             raise InvalidInput("every", "A number from 1 to {most}", most=most)
         interval = f";INTERVAL={self.every}" if self.every > 1 else ""
         return f"FREQ={'HOURLY' if self.unit is Unit.HOURS else 'MINUTELY'}{interval}"

@@ -3,36 +3,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from datetime import datetime, time
+from datetime import datetime
 from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
+from kivy.properties import BooleanProperty, ListProperty
 
 from app.domain.models import InvalidInput, Overlap, Schedule
 from app.i18n import _
 from app.screens.common.options import Option
 from app.screens.common.parameters_view import Problems, values_of
 from app.screens.common.shell import Shell
-from app.screens.scheduler import form_view, of_groups
-from app.screens.scheduler.asked import AsksRobot
-from app.screens.scheduler.draft import Draft, Kind, Unit
+from app.screens.scheduler import form_view
+from app.screens.scheduler.draft import Draft, Kind
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
-from app.screens.scheduler.form_view import FormView, Preview
+from app.screens.scheduler.form_fields import FormFields
+from app.screens.scheduler.form_view import Preview
 from app.screens.scheduler.form_warnings import WarningRow
-from app.screens.scheduler.step_dialog import StepDialog
 from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
 MOST_ASIDE = 5                           # drafts that are kept
 
 
-class FormModel(AsksRobot):
-    """``view`` is what is shown; ``saved(schedule, is_left)`` is called when one has been stored, ``is_left`` unless somebody has begun
+class FormModel(FormFields):
+    """``saved(schedule, is_left)`` is called when one has been stored, ``is_left`` unless somebody has begun
     another one meanwhile or changed this one, and returns whether it says so itself; ``skip(schedule, start)`` to leave out a start,
     ``again(schedule, start)`` to start it after all."""
-    view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)        # the less common fields are shown
     aside = ListProperty()               # drafts with what was entered and not saved, the last one last
 
@@ -47,6 +45,7 @@ class FormModel(AsksRobot):
         self._refused: InvalidInput | None = None             # by the last attempt to save this draft
         self._forecast_later = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
+        self.entry = self._draft.entry
         self._submitted: object = None                        # the entry that is being written as it is in the form
         self._empty: Draft | None = self._draft               # as it was begun; None: something was put into it
         self._offered: Draft | None = None                    # as a finger on free time has begun it
@@ -123,15 +122,9 @@ class FormModel(AsksRobot):
             self.bring_back(self.aside[0].entry)
             return
         options = [form_view.aside_option(self._facts, draft) for draft in reversed(self.aside)]
-        choice = self._shell.dialogs.choose(
+        self._ask(self._shell.dialogs.choose(
             _("Bring back"), [*options, Option(None, _("Throw all of them away"), "delete-outline")],
-            lambda entry: self._keep_aside([]) if entry is None else self.bring_back(entry))
-
-        def close(*_args: object) -> None:
-            choice.dismiss()
-
-        self.fbind("aside", close)                            # the message above the dialog brings back, too
-        choice.fbind("on_dismiss", lambda _choice: self.funbind("aside", close))
+            lambda entry: self._keep_aside([]) if entry is None else self.bring_back(entry)), about="aside")
 
     def bring_back(self, entry: object) -> None:
         """Of what was put aside; what is in the form now takes its place there."""
@@ -154,6 +147,7 @@ class FormModel(AsksRobot):
         self._forget_waiting()
         self._draft = self._brought_up_to_date(draft) if draft is not None else self._fresh()
         self._empty = self._draft if draft is None else None
+        self.entry = self._draft.entry
         if draft is not None:
             self.dispatch("on_draft")
         self.more = _uses_more(self._draft)
@@ -180,10 +174,6 @@ class FormModel(AsksRobot):
         show(offered)
         self._offered = offered if untouched or not goes_on else None
 
-    def set(self, **values: Any) -> None:
-        """Change fields of the draft."""
-        self._change(replace(self._draft, **values))
-
     def show(self) -> None:
         """Build the texts again: time has passed, or the language was switched."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
@@ -197,82 +187,6 @@ class FormModel(AsksRobot):
                 replace(view, warnings=(WarningRow(text, quiet=True), *view.warnings))
         self.view = view
         self.more = self.more or view.wrong_field in form_view.UNDER_MORE
-
-    # ------------------------------------------------------------------ its fields
-    def choose_mission(self) -> None:
-        if not form_view.mission_options(self._facts, self._draft.target):
-            self._shell.dialogs.confirm(_("No missions yet"), _("Missions are made on the robot; in Settings they are fetched from it."),
-                                        _("Open Settings"), lambda: self._shell.go("settings", section="missions"))
-            return
-        self.choose("mission_id")
-
-    def pick_day(self) -> None:
-        today = self._local_now().date()
-        self._shell.dialogs.pick_date(self.view.day_label, self._draft.day, lambda day: self._change(self._draft.with_day(day)),
-                                      today=today, first=min(today, self._draft.day))
-
-    def take_free(self) -> None:
-        """The offered time, at which no other run of the robot is in the way."""
-        if self._preview.forecast is not None and (free := self._preview.forecast.free_at) is not None:
-            self.set(at=free.time())
-
-    def choose_skip(self) -> None:
-        """Of the starts that are shown: one to be skipped, or one that is skipped, to be started after all."""
-        schedule, forecast = self._draft.base, self._preview.forecast
-        if schedule is None or forecast is None:
-            return
-        title = _("Skip or take back which start of {name}?") if forecast.skipped else _("Skip which start of {name}?")
-        self._shell.dialogs.choose(
-            title.format(name=self._facts.called(schedule)), form_view.skip_options(forecast, self._draft, self._services.clock.now()),
-            lambda at: self._again(schedule, at) if at in forecast.skipped else self._skip(schedule, at))
-
-    def pick_time(self) -> None:
-        self._shell.dialogs.pick_time(self.view.time_label, self._draft.at, lambda at: self.set(at=at))
-
-    def pick_until(self) -> None:
-        self._shell.dialogs.pick_time(_("Until"), self._draft.until_time, lambda at: self.set(until_time=at))
-
-    def pick_last_day(self) -> None:
-        self._shell.dialogs.pick_date(_("Last day"), self._draft.last_day or self._draft.day, lambda day: self.set(last_day=day),
-                                      today=self._local_now().date(), first=self._draft.day)
-
-    def choose_kind(self, kind: str) -> None:
-        """"Interval" begins with an end that is after its beginning."""
-        draft = self._draft
-        later = {}
-        if kind == Kind.EVERY and draft.until_time <= draft.at:
-            later["until_time"] = time(min(draft.at.hour + 8, 23), 59 if draft.at.hour >= 16 else draft.at.minute)
-        self.set(kind=Kind(kind), **later)
-
-    def toggle_day(self, day: str) -> None:
-        days = self._draft.weekdays
-        self.set(weekdays=tuple(d for d in days if d != day) if day in days else (*days, day))
-
-    def choose_unit(self, unit: str) -> None:
-        self.set(unit=Unit(unit))
-
-    def choose_also(self) -> None:
-        self._shell.dialogs.choose_many(_("Also at"), form_view.also_options(self._draft), _("Set"),
-                                        lambda hours: self.set(more_hours=tuple(hours)), selected=self._draft.more_hours)
-
-    def step_to(self, field: str) -> None:
-        """Ask for the number of a field of the draft."""
-        self._shell.dialogs.open(StepDialog(form_view.steps(self._facts, self._draft, field), getattr(self._draft, field),
-                                            lambda chosen: self.set(**{field: chosen})))
-
-    def choose(self, field: str) -> None:
-        """Pick the value of a field of the draft."""
-        draft, facts = self._draft, self._facts
-        selected = getattr(draft, field)
-        title, options = {
-            "mission_id": (_("Mission"), form_view.mission_options(facts, draft.target)),
-            "target": (_("Robot"), of_groups.target_options(facts)),
-            "nth": (_("Which one of the month"), form_view.nth_options()),
-            "month_weekday": (_("Weekday"), form_view.weekday_options()),
-            "overlap": (_("When the previous run is still open"), form_view.overlap_options(draft)),
-        }[field]
-        self._shell.dialogs.choose(title, options, lambda key: self._change(
-            self._draft.aimed_at(key) if field == "target" else replace(self._draft, **{field: key})), selected=selected)
 
     # ------------------------------------------------------------------ saving
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:

@@ -82,7 +82,7 @@ class FormView:
     kind: str = Kind.ONCE
     kinds: tuple[tuple[str, str], ...] = ()
     day_chips: tuple[Option, ...] = ()
-    every: int = 1
+    every: int | None = 1
     most_every: int = MOST_HOURS
     unit: str = Unit.HOURS
     all_day: bool = False

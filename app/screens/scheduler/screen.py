@@ -34,6 +34,7 @@ from app.screens.scheduler.view import DayRow
 from app.services.files.plan_export import PlanExport
 from app.services.live.changes import Topic
 from app.widgets import load_kv
+from app.widgets.dock import dock
 
 REFRESH_SECONDS = 60.0       # after which the plan is read again although nothing has been published
 EXPORT_SECONDS = 12.0        # that the path of an export stays on screen
@@ -274,7 +275,7 @@ class SchedulerScreen(ScreenBase):
         self.fbind("room", self._choose_parts)
         self.fbind("paged", self._turn_pages)
         self.fbind("portrait", self.vm.setter("narrow"))
-        self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form))
+        self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form), entry=self._type_no_more)
         self._choose_parts()
 
     def place(self) -> dict[str, Any]:
@@ -288,6 +289,10 @@ class SchedulerScreen(ScreenBase):
             self.vm.part = "form"
         elif self._page.do_scroll_y and self._parts["lower"].parent is not None:
             self._page.scroll_to(self.ids.form, padding=0, animate=False)
+
+    def _type_no_more(self, *_: Any) -> None:
+        """In a draft that has left the form: keys are not for the one that has come."""
+        dock.leave(self._parts["form"])
 
     def _turn_pages(self, *_: Any) -> None:
         """The banner of an alarm, or a smaller window, takes no form away that somebody fills in."""

@@ -1,0 +1,41 @@
+"""A question about one draft does not change another that has taken its place in the form."""
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from app.widgets.dialogs import Overlay
+from app.widgets.snackbar import Snackbar
+from tests.ui.planner import KITS, choose, field, named, schedules, settle
+
+
+def is_asked(ui) -> bool:
+    return any(dialog.is_open for dialog in ui.find_all(Overlay))
+
+
+@pytest.mark.parametrize("label", ["Mission", "Robot", "First day", "Battery ≥"])
+def test_it_closes_when_the_message_above_it_brings_another_draft_back(screen, container, ui, label):
+    choose(screen, ui, "Mission", KITS)
+    screen.plan.form.set(priority=3)
+    screen.plan.edit(named(container, "Night stock count", "Aino").id)
+    settle(screen, ui)
+    ui.tap(field(ui, label))
+    assert is_asked(ui)
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
+    settle(screen, ui)
+    assert (is_asked(ui), screen.plan.form.draft.priority) == (False, 3)
+
+
+def test_it_closes_when_what_save_has_waited_for_is_saved(screen, container, ui, monkeypatch):
+    answers = threading.Event()
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
+    form, before = screen.plan.form, len(schedules(container))
+    form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
+    ui.wait(lambda: not form.view.save_off)
+    form.save()
+    ui.tap(field(ui, "Time"))
+    assert is_asked(ui)
+    answers.set()
+    settle(screen, ui)
+    assert (len(schedules(container)), is_asked(ui), form.is_in_use) == (before + 1, False, False)

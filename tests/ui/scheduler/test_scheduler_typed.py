@@ -1,0 +1,92 @@
+"""What is typed in the form counts as it is typed, whatever happens before its field is left."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from kivy.core.window import Window
+
+from app.screens.scheduler.cards import FormCard
+from app.widgets.fields import FormField, StepField
+from tests.ui.planner import KITS, choose, kind, named, reveal, save_button, schedules, settle
+
+
+def type_name(screen, ui, text: str) -> FormField:
+    screen.plan.form.more = True
+    settle(screen, ui)
+    field = ui.find(FormField, label="Name")
+    reveal(ui, field)
+    ui.type(field, text)
+    return field
+
+
+def type_every(ui, text: str) -> StepField:
+    field = ui.find(StepField, ui.find(FormCard))
+    field.text = ""
+    ui.type(field, text)
+    return field
+
+
+@pytest.fixture
+def twice(screen, container, ui):
+    """Two schedules that start every hour."""
+    one = container.catalogue.save_schedule(replace(named(container, "Night stock count", "Aino"), name="One", recurrence="FREQ=HOURLY"))
+    two = container.catalogue.save_schedule(replace(one, id=0, name="Two"))
+    settle(screen, ui)
+    return one, two
+
+
+def test_it_stays_while_the_plan_is_read_and_foreseen_anew(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    field = type_name(screen, ui, "Typed")
+    container.catalogue.save_schedule(replace(named(container, "Night stock count", "Aino"), priority=2))
+    screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    assert (field.text, field.focus) == ("Typed", True)
+
+
+def test_it_is_put_aside_with_the_draft_for_which_it_was_typed(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    type_name(screen, ui, "Typed")
+    screen.plan.edit(named(container, "Collect empties", "Veikko").id)
+    for key in " later":
+        Window.dispatch("on_textinput", key)                  # they are nobody's now
+    settle(screen, ui)
+    assert ([draft.name for draft in screen.plan.form.aside], screen.plan.form.draft.name) == (["Typed"], "")
+
+
+def test_so_is_a_number(screen, ui, twice):
+    one, two = twice
+    screen.plan.edit(one.id)
+    settle(screen, ui)
+    field = type_every(ui, "7")
+    screen.plan.edit(two.id)
+    settle(screen, ui)
+    field.focus = False
+    settle(screen, ui)
+    assert ([draft.every for draft in screen.plan.form.aside], screen.plan.form.draft.every, field.text) == ([7], 1, "1")
+
+
+@pytest.mark.parametrize("typed", ["", "99"])
+def test_a_number_that_cant_be_is_not_saved_as_the_one_before(screen, ui, twice, typed):
+    screen.plan.edit(twice[0].id)
+    settle(screen, ui)
+    field = type_every(ui, typed)
+    settle(screen, ui)
+    assert (field.text, field.problem, save_button(ui).disabled) == (typed, "A number from 1 to 24", True)
+    field.text = "5"
+    settle(screen, ui)
+    assert (field.problem, save_button(ui).disabled) == ("", False)
+
+
+def test_it_is_saved_by_a_tap_on_save(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    before = {schedule.id for schedule in schedules(container)}
+    kind(screen, ui, "Interval")
+    type_every(ui, "7")
+    type_name(screen, ui, "Typed")
+    ui.tap(save_button(ui))
+    settle(screen, ui)
+    [added] = [schedule for schedule in schedules(container) if schedule.id not in before]
+    assert (added.name, "INTERVAL=7" in added.recurrence) == ("Typed", True)
+    assert not screen.plan.form.is_in_use
