@@ -9,6 +9,7 @@ from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty
 
+from app.domain.models import InvalidInput
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.parameters_view import fields_of, problems_of
@@ -38,6 +39,7 @@ class AsksRobot(EventDispatcher):
         self._asked: tuple[MissionParameter, ...] = ()        # what the mission asks for
         self._asked_of: Asked | None = None                   # None: what is in the form has just been put there
         self._is_asking = self._saves_when_known = False
+        self._refused: InvalidInput | None = None             # by the last attempt to save this draft
         self._wait_no_longer = Clock.create_trigger(lambda _dt: self._parameters_are_known(()), ROBOT_ANSWERS_WITHIN)
 
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:
@@ -57,7 +59,7 @@ class AsksRobot(EventDispatcher):
 
     def _is_changed(self) -> None:
         """By hand: Save was pressed for something else."""
-        self._submitted = None
+        self._submitted = self._refused = None
         self._forget_waiting()
 
     def _forget_waiting(self) -> None:

@@ -14,6 +14,7 @@ from app.screens.common import formats
 from app.screens.common.given import NOTHING_KNOWN, Given, Start
 from app.screens.common.holding import hold_for, hold_of_run
 from app.screens.common.robot_appearance import is_silent
+from app.screens.scheduler.draft import Draft
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
@@ -126,7 +127,7 @@ class SchedulerFacts:
     def group(self, group_id: int | None) -> Group | None:
         return next((group for group in self.groups if group.id == group_id), None)
 
-    def target(self, schedule: Schedule) -> Robot | Group | None:
+    def target(self, schedule: Schedule | Draft) -> Robot | Group | None:
         """Whom it names: a robot or a group."""
         return self.robot(schedule.robot_id) if schedule.group_id is None else self.group(schedule.group_id)
 
@@ -156,6 +157,12 @@ class SchedulerFacts:
             return ""
         target, mission = self.target(schedule), self.mission(schedule.mission_id)
         return names.given_to_schedule(schedule.name, mission.name, target.name) if target and mission else schedule.name
+
+    @property
+    def names_of_all(self) -> list[tuple[int, str]]:
+        """Of what a schedule can name, and of the schedules."""
+        named: tuple[Robot | Group | Mission | Schedule, ...] = (*self.robots, *self.groups, *self.missions, *self.schedules)
+        return [(each.id, each.name) for each in named]
 
     def given_to(self) -> Iterator[Start]:
         """What missions are given, or were, by which robot."""

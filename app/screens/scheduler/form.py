@@ -42,7 +42,6 @@ class FormModel(FormFields):
         self._services, self._shell, self._saved, self._skip, self._again = services, shell, saved, skip, again
         self._facts = SchedulerFacts()
         self._preview = Preview()
-        self._refused: InvalidInput | None = None             # by the last attempt to save this draft
         self._forecast_later = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
         self.entry = self._draft.entry
@@ -66,12 +65,16 @@ class FormModel(FormFields):
         return self._draft != self._empty
 
     def take(self, facts: SchedulerFacts) -> None:
-        """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered."""
-        first = self._facts.robots == () and facts.robots != ()
-        another = self._facts.settings.selected_robot_id != facts.settings.selected_robot_id
+        """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered. Where nothing was, a
+        schedule that is deleted meanwhile leaves it."""
+        base, is_stored = self._draft.base, self._is_stored
+        if facts.names_of_all != self._facts.names_of_all:
+            self._refused = None                              # it may be possible now
         self._facts = facts
-        if (first or another) and not self.is_in_use:
-            self._draft = self._empty = self._fresh()
+        if not self.is_in_use:
+            self._draft = self._empty = replace(self._fresh(), entry=self._draft.entry)
+        elif is_stored and base is not None and facts.schedule(base.id) is None:
+            self.clear()
         self._draft = self._brought_up_to_date(self._draft)
         self.forecast()
 
@@ -95,10 +98,14 @@ class FormModel(FormFields):
     @property
     def _is_entered(self) -> bool:
         """Whether there is something in the form that is neither stored nor being stored."""
-        draft = self._draft
-        name = self._facts.name(draft.base) if self._facts.robots else draft.name          # before the first reading nobody knows
-        is_known = draft == self._offered or draft.entry is self._submitted or draft.is_stored(name)
+        is_known = self._draft == self._offered or self._draft.entry is self._submitted or self._is_stored
         return self.is_in_use and not is_known
+
+    @property
+    def _is_stored(self) -> bool:
+        """Whether it is a schedule with nothing changed; before the first reading nobody knows which name was given to it."""
+        draft = self._draft
+        return draft.is_stored(self._facts.name(draft.base) if self._facts.robots else draft.name)
 
     def _put_aside(self, *drafts: Draft) -> None:
         """What is there of an entry already is newer."""
@@ -180,7 +187,7 @@ class FormModel(FormFields):
         view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
         view = replace(view, closable=not self._draft.is_new or self._is_entered)
         is_moved = self._draft.base is not None and self._draft.dragged == self._draft.times
-        if is_moved and not self._draft.is_stored(self._facts.name(self._draft.base)):
+        if is_moved and not self._is_stored:
             text = _("Not saved yet. Until then it starts as before.") if self._draft.kind is Kind.ONCE else \
                 _("Not saved yet. Saving moves all its starts like this one.")
             view = replace(view, skip_why=text) if view.has_skip else \

@@ -149,10 +149,10 @@ def aside_option(facts: SchedulerFacts, draft: Draft) -> Option:
 def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime) -> FormView:
     """``preview`` is that of this draft, or empty."""
     mission = facts.mission(draft.mission_id)
-    target = facts.robot(draft.robot_id) if draft.group_id is None else facts.group(draft.group_id)
+    target = facts.target(draft)
     field_name, problem = _problem(facts, draft, preview, now)
     forecast = None if problem else preview.forecast
-    waits = draft.mission_id is None or draft.target is None       # not begun rather than wrong
+    waits = mission is None or target is None                      # not begun rather than wrong
     minimum = rules.minimum_battery(_schedule_so_far(draft), mission, facts.settings)
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
     skipped = forecast.skipped if forecast else ()
@@ -202,6 +202,10 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
         schedule = draft.schedule()
     except InvalidInput as problem:
         return problem.field, sentence_of(problem)
+    if facts.mission(draft.mission_id) is None:              # deleted meanwhile, as what follows
+        return "mission", _("Choose a mission")
+    if facts.target(draft) is None:
+        return "robot", _("Choose a robot")
     status = facts.calendar.day_status(draft.day)
     if draft.kind is Kind.ONCE and draft.respect_working_days and not status.is_working:
         if status.name:

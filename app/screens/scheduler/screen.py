@@ -71,7 +71,7 @@ class SchedulerViewModel(OnTimeline):
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
         self._facts, self._is_read = SchedulerFacts(), False
         self._window = Window()                               # what the timeline shows
-        self._wanted: int | None = None                       # a schedule to open as soon as it is known
+        self._wanted: int | None = None                       # a schedule to open as soon as they are read
         self.form.fbind("view", lambda *_args: self._show_schedules())
         self.fbind("narrow", self._refresher.request)
         self.fbind("touched", self._touch_changed)
@@ -137,8 +137,8 @@ class SchedulerViewModel(OnTimeline):
         self.has_robots = bool(facts.robots)
         self.held = any(hold.covers(None, self._services.clock.now()) for hold in facts.holds)
         self.form.take(facts)
-        if (schedule := facts.schedule(self._wanted)) is not None:
-            self._wanted = None
+        wanted, self._wanted = self._wanted, None             # if it is not there now, nobody waits for it
+        if (schedule := facts.schedule(wanted)) is not None:
             self.form.edit(schedule)
         if isinstance(shown, TimelineView):
             if not self.touched and window == self._window:      # else it was moved on meanwhile

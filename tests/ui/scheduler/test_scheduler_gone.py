@@ -1,0 +1,142 @@
+"""What the form is about is deleted, or comes back, while somebody looks at it or fills it in."""
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from datetime import timedelta
+from zoneinfo import ZoneInfo
+
+import pytest
+
+from app.domain.models import Group, InvalidInput
+from app.domain.robot import MissionParameter
+from app.widgets.flow import ParameterFields
+from tests.ui.planner import KITS, choose, field, named, save, save_button, schedules, settle
+
+
+def stock(container):
+    return named(container, "Night stock count", "Aino")
+
+
+def said(app) -> list[str]:
+    return app.shell.snackbars.texts
+
+
+# ---------------------------------------------------------------------- what it names
+@pytest.mark.parametrize("what", ["Mission", "Robot"])
+def test_what_is_deleted_is_to_be_chosen_anew_and_is_there_again_when_that_is_undone(screen, container, ui, what):
+    catalogue = container.catalogue
+    choose(screen, ui, "Mission", KITS)
+    screen.plan.form.set(priority=3)
+    draft, chosen = screen.plan.form.draft, field(ui, what).value
+    removed = catalogue.remove_mission(draft.mission_id) if what == "Mission" else catalogue.remove_robot(draft.robot_id)
+    settle(screen, ui)
+    word = f"Choose a {what.lower()}"
+    assert (field(ui, what).value, screen.plan.form.view.why, save_button(ui).disabled) == (word, word, True)
+    catalogue.restore(removed)
+    settle(screen, ui)
+    assert (field(ui, what).value, save_button(ui).disabled) == (chosen, False)
+    save(screen, ui)
+
+
+def test_so_is_a_group(screen, container, ui):
+    group = container.catalogue.save_group(Group("Hall", tuple(robot.id for robot in container.catalogue.robots())))
+    settle(screen, ui)
+    choose(screen, ui, "Mission", KITS)
+    choose(screen, ui, "Robot", "Any of Hall")
+    container.catalogue.remove_group(group.id)
+    settle(screen, ui)
+    assert (screen.plan.form.view.why, save_button(ui).disabled) == ("Choose a robot", True)
+
+
+# ---------------------------------------------------------------------- the schedule itself
+@pytest.mark.parametrize("with_its", ["", "mission", "robot"])
+def test_a_schedule_that_was_only_looked_at_leaves_the_form_when_it_is_deleted_elsewhere(screen, container, ui, with_its):
+    schedule, catalogue = stock(container), container.catalogue
+    screen.plan.edit(schedule.id)
+    settle(screen, ui)
+    if with_its == "":
+        catalogue.remove_schedule(schedule.id)
+    elif with_its == "mission":
+        catalogue.remove_mission(schedule.mission_id)
+    else:
+        catalogue.remove_robot(schedule.robot_id)
+    settle(screen, ui)
+    assert not screen.plan.form.is_in_use
+    screen.plan.edit(schedules(container)[0].id)
+    settle(screen, ui)
+    assert (said(screen), screen.plan.form.aside) == ([], [])
+
+
+def test_one_that_was_to_be_shown_and_is_not_there_is_not_shown_later(screen, container, ui):
+    removed = container.catalogue.remove_schedule(stock(container).id)
+    settle(screen, ui)
+    screen.shell.go("scheduler", schedule_id=removed.schedules[0].id)
+    settle(screen, ui)
+    choose(screen, ui, "Mission", KITS)
+    container.catalogue.restore(removed)
+    settle(screen, ui)
+    assert screen.plan.form.draft.is_new
+
+
+# ---------------------------------------------------------------------- a refusal whose reason has gone
+def test_a_schedule_that_is_deleted_while_it_is_being_saved_can_be_made_anew(screen, container, ui, monkeypatch):
+    go, write, schedule = threading.Event(), container.catalogue.save_schedule, stock(container)
+    screen.plan.edit(schedule.id)
+    screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    monkeypatch.setattr(container.catalogue, "save_schedule", lambda changed: go.wait(30) and write(changed))
+    ui.tap(save_button(ui))
+    container.catalogue.remove_schedule(schedule.id)
+    go.set()
+    settle(screen, ui)
+    assert screen.plan.form.draft.is_new
+    save(screen, ui)
+    assert [each.priority for each in schedules(container) if each.name == schedule.name] == [3]
+
+
+def test_a_name_can_be_taken_once_it_is_free(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    screen.plan.form.set(name=stock(container).name)
+    settle(screen, ui)
+    save(screen, ui)
+    assert save_button(ui).disabled
+    container.pausing.pause(stock(container).id, container.clock.now() + timedelta(days=5))
+    settle(screen, ui)
+    assert save_button(ui).disabled
+    container.catalogue.save_schedule(replace(stock(container), name="Inventory"))
+    settle(screen, ui)
+    save(screen, ui)
+    assert screen.plan.form.draft.name == ""
+
+
+def test_what_was_refused_can_be_saved_with_another_parameter(screen, container, ui, monkeypatch):
+    pallets = MissionParameter("count", "Pallets", "integer", 2)
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (pallets,))
+    choose(screen, ui, "Mission", KITS)
+
+    def refuse(_schedule):
+        raise InvalidInput("parameters", "Choose another value")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(container.catalogue, "save_schedule", refuse)
+        save(screen, ui)
+    assert save_button(ui).disabled
+    ui.find(ParameterFields).children[0].text = "9"
+    settle(screen, ui)
+    save(screen, ui)
+    assert [schedule.parameters for schedule in schedules(container) if schedule.parameters] == [{"count": 9}]
+
+
+# ---------------------------------------------------------------------- nothing was entered
+def test_an_untouched_form_follows_what_it_proposes(screen, container, ui):
+    form = screen.plan.form
+    container.catalogue.remove_robot(form.draft.robot_id)
+    container.catalogue.change_settings(timezone="Asia/Tokyo")
+    container.clock.step(3 * 3600)
+    screen.plan._refresher.request()
+    settle(screen, ui)
+    local = container.clock.now().astimezone(ZoneInfo("Asia/Tokyo")).replace(tzinfo=None)
+    assert (container.catalogue.robot(form.draft.robot_id).enabled, form.draft.timezone) == (True, "Asia/Tokyo")
+    assert form.draft.start > local
+    assert not form.is_in_use
