@@ -11,6 +11,7 @@ from kivy.uix.scrollview import ScrollView
 
 from app.container import Container
 from app.domain.models import Schedule
+from app.domain.robot import MissionParameter
 from app.screens.scheduler.cards import FormCard
 from app.screens.scheduler.facts import HOURS
 from app.screens.scheduler.view import Listing
@@ -26,6 +27,7 @@ from tests.ui.driver import Driver
 from tests.ui.whole_app import shown
 
 KITS, WASTE = "Deliver kits to line 2", "Waste to compactor"
+PALLETS = MissionParameter("count", "Pallets", "integer", 2, 1, 80)
 
 
 @contextmanager
@@ -160,3 +162,59 @@ def take(app, ui, word: str) -> None:
     """A command of an open card."""
     ui.tap(ui.find(MenuRow, text=word))
     settle(app, ui)
+
+
+# ---------------------------------------------------------------------- drafts of the form
+def said(app) -> list[str]:
+    return app.shell.snackbars.texts
+
+
+def bring_back(ui) -> IconButton:
+    return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
+
+
+def stock(container) -> Schedule:
+    return named(container, "Night stock count", "Aino")
+
+
+def stored(container, schedule: Schedule) -> Schedule:
+    return container.repositories.schedules.get(container.db.read(), schedule.id)
+
+
+def other(app, container, ui) -> None:
+    """Open a schedule to look at it."""
+    app.plan.edit(named(container, KITS, "Aino").id)
+    settle(app, ui)
+
+
+def put_aside(app, container, ui, **values) -> None:
+    """Entries for the stock count, behind another schedule."""
+    app.plan.edit(stock(container).id)
+    app.plan.form.set(**(values or {"priority": 3}))
+    other(app, container, ui)
+    assert len(app.plan.form.aside) == 1
+
+
+def press_save(app, container, ui) -> None:
+    """For a new schedule, while the robot is asked what the mission asks for."""
+    form = app.plan.form
+    form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
+    ui.wait(lambda: not form.view.save_off)
+    form.save()
+    assert form.saving
+
+
+@contextmanager
+def larger_controls(app, container, ui) -> Iterator[None]:
+    """The screen is built anew."""
+    def switch(on: bool) -> None:
+        old = app.plan
+        container.catalogue.change_settings(gloves=on)
+        ui.wait(lambda: app.shell.navigator.screen("scheduler").vm is not old)
+        app.plan = app.shell.navigator.screen("scheduler").vm
+
+    switch(True)
+    try:
+        yield
+    finally:
+        switch(False)

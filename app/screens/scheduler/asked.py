@@ -57,6 +57,11 @@ class AsksRobot(EventDispatcher):
         self._is_changed()
         self.show()
 
+    def retranslated(self) -> None:
+        """The language may have been switched."""
+        self._take_parameters(self._asked)
+        self.show()
+
     def _is_changed(self) -> None:
         """By hand: Save was pressed for something else."""
         self._submitted = self._refused = None

@@ -25,6 +25,8 @@ from app.services.catalogue.preview import Forecast
 
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
 MOST_ASIDE = 5                           # drafts that are kept
+# what the next form goes on with
+KEPT = ("_facts", "_draft", "_empty", "_offered", "_submitted", "saving", "aside", "more", "entry")
 
 
 class FormModel(FormFields):
@@ -48,6 +50,7 @@ class FormModel(FormFields):
         self._submitted: object = None                        # the entry that is being written as it is in the form
         self._empty: Draft | None = self._draft               # as it was begun; None: something was put into it
         self._offered: Draft | None = None                    # as a finger on free time has begun it
+        self._successor: FormModel | None = None              # that goes on with all of it
 
     # ------------------------------------------------------------------ what is edited
     @property
@@ -107,14 +110,28 @@ class FormModel(FormFields):
         draft = self._draft
         return draft.is_stored(self._facts.name(draft.base) if self._facts.robots else draft.name)
 
-    def _put_aside(self, *drafts: Draft) -> None:
-        """What is there of an entry already is newer."""
-        there = {each.entry for each in self.aside}
-        self._keep_aside([*self.aside, *(draft for draft in drafts if draft.entry not in there)])
+    def _put_aside(self, draft: Draft) -> None:
+        """What is there of its entry already is newer."""
+        if all(each.entry is not draft.entry for each in self.aside):
+            self._keep_aside([*self.aside, draft])
 
-    def take_aside(self, drafts: Sequence[Draft]) -> None:
-        """Of a form that was built before."""
-        self._put_aside(*drafts)
+    def put_aside_again(self, thrown: Sequence[Draft]) -> None:
+        """What is there was put aside after them."""
+        self._keep_aside([*thrown, *self.aside])
+
+    def go_on_from(self, before: FormModel) -> None:
+        """The screen was built anew. What is being saved there comes back here; what is asked there is about nothing any more."""
+        for name in KEPT:
+            setattr(self, name, getattr(before, name))
+        before._successor, before.entry, before.aside = self, None, []
+        if self.is_in_use:
+            self.dispatch("on_draft")
+        self._changed()
+
+    @property
+    def _present(self) -> FormModel:
+        """The form that has what is here."""
+        return self if self._successor is None else self._successor._present
 
     def _keep_aside(self, drafts: list[Draft]) -> None:
         """The last of them. What was said of the others holds no longer."""
@@ -131,11 +148,17 @@ class FormModel(FormFields):
         options = [form_view.aside_option(self._facts, draft) for draft in reversed(self.aside)]
         self._ask(self._shell.dialogs.choose(
             _("Bring back"), [*options, Option(None, _("Throw all of them away"), "delete-outline")],
-            lambda entry: self._keep_aside([]) if entry is None else self.bring_back(entry)), about="aside")
+            lambda entry: self._throw_away() if entry is None else self.bring_back(entry)), about="aside")
+
+    def _throw_away(self) -> None:
+        """All that was put aside."""
+        thrown = self.aside
+        self._keep_aside([])
+        self._shell.snackbars.undo(_("What was put aside is thrown away"), _("Undo"), lambda: self._shell.go("scheduler", aside=thrown))
 
     def bring_back(self, entry: object) -> None:
         """Of what was put aside; what is in the form now takes its place there."""
-        draft = next((each for each in self.aside if each.entry is entry), None)
+        draft = next((each for each in self._present.aside if each.entry is entry), None)
         if draft is not None:
             self._shell.go("scheduler", back=draft)
 
@@ -215,8 +238,9 @@ class FormModel(FormFields):
                 return
         draft, schedule = self._draft, self._draft.schedule()
         self.saving, self._submitted = True, draft.entry
-        self._shell.background.run(lambda: self._services.catalogue.save_schedule(schedule), lambda saved: self._is_saved(draft, saved),
-                                   lambda problem: self._not_saved(draft, problem))
+        self._shell.background.run(
+            lambda: self._services.catalogue.save_schedule(schedule), lambda saved: self._present._is_saved(draft, saved),
+            lambda problem: self._present._not_saved(draft, problem))
 
     def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
         """``draft`` was; what has been entered since is not, be it in the form or put aside."""
@@ -237,7 +261,7 @@ class FormModel(FormFields):
     def _not_saved(self, draft: Draft, problem: BaseException) -> None:
         is_same, is_left = self._draft.entry is draft.entry, self._draft.entry is self._submitted
         self.saving, self._submitted = False, None
-        if isinstance(problem, InvalidInput) and is_left:
+        if isinstance(problem, InvalidInput) and is_left and self._draft == draft:         # nor changed by a reading
             self._refused = problem
             self.show()
             return

@@ -21,7 +21,7 @@ from app.widgets.dialogs import Overlay
 class FormFields(AsksRobot):
     """``view`` is what is shown. A question is about the draft in the form, ``entry``, and closes when another one takes its place."""
     view = ObjectProperty(FormView(), rebind=True)
-    entry = ObjectProperty()             # of the draft in the form
+    entry = ObjectProperty(None, allownone=True)         # of the draft in the form
     _preview: Preview
     _skip: Callable[[Schedule, datetime], object]
     _again: Callable[[Schedule, datetime], object]

@@ -77,21 +77,20 @@ class SchedulerViewModel(OnTimeline):
         self.fbind("touched", self._touch_changed)
 
     # ------------------------------------------------------------------ reading
-    def opened(self, schedule_id: int | None = None, mission_id: int | None = None, draft: Draft | None = None,
-               plan: tuple[str, Window] | None = None, aside: Sequence[Draft] = (), back: Draft | None = None) -> None:
-        """``schedule_id`` opens that schedule in the form, ``mission_id`` begins a new one for that mission; ``draft`` was in it, others
-        were put ``aside``, and ``back`` is one of them; ``plan`` is the ``shown_plan`` to come back to."""
+    def opened(self, schedule_id: int | None = None, plan: tuple[str, Window] | None = None, form: FormModel | None = None,
+               aside: Sequence[Draft] = (), back: Draft | None = None) -> None:
+        """``schedule_id`` opens that schedule in the form; ``plan`` is the ``shown_plan`` and ``form`` the one to go on with; drafts that
+        are put ``aside`` again, and one of them that comes ``back`` into the form."""
         self._wanted = schedule_id
-        self.form.take_aside(aside)
+        if form is not None:
+            self.form.go_on_from(form)
+        self.form.put_aside_again(aside)
+        self.form.retranslated()                              # meanwhile, in Settings
         if plan is not None:
             self.mode, self._window = plan
             self.follows = self._window.left is None
-        for each in filter(None, (draft, back)):
-            self.form.begin(each)
-        if mission_id is not None:
-            self.form.begin()
-            self.form.set(mission_id=mission_id)
-            self.part = "form"
+        if back is not None:
+            self.form.begin(back)
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._refresher.start())
         self.keep(self._started.open())
@@ -112,7 +111,7 @@ class SchedulerViewModel(OnTimeline):
 
     def retranslated(self) -> None:
         self._show_schedules()
-        self.form.show()
+        self.form.retranslated()
         self.advice.show()
         self._refresher.request()
 
@@ -275,13 +274,16 @@ class SchedulerScreen(ScreenBase):
         self.fbind("room", self._choose_parts)
         self.fbind("paged", self._turn_pages)
         self.fbind("portrait", self.vm.setter("narrow"))
-        self.vm.form.bind(on_draft=Clock.create_trigger(self._show_form), entry=self._type_no_more)
+        self._show_form_soon = Clock.create_trigger(self._show_form)
+        self.vm.form.bind(on_draft=self._form_is_filled, entry=self._type_no_more)
         self._choose_parts()
 
     def place(self) -> dict[str, Any]:
         """With what somebody was filling in."""
-        form = self.vm.form
-        return {"plan": self.vm.shown_plan, "aside": form.aside, **({"draft": form.draft} if form.is_in_use else {})}
+        return {"plan": self.vm.shown_plan, "form": self.vm.form}
+
+    def _form_is_filled(self, *_: Any) -> None:
+        self._show_form_soon()
 
     def _show_form(self, _dt: float) -> None:
         """It may be out of sight: on another page, or where the page scrolls."""

@@ -1,8 +1,11 @@
 """One app for all tests of a file about the Scheduler."""
 from __future__ import annotations
 
+import threading
+
 import pytest
 
+from app.domain.models import InvalidInput
 from tests.support import month
 from tests.support.stored import Stored
 from tests.ui.planner import opened, show_anew
@@ -36,3 +39,35 @@ def screen(scheduler, container, stored, ui):
     stored.put_back()
     show_anew(scheduler, ui)
     return scheduler
+
+
+@pytest.fixture
+def slow(container, monkeypatch):
+    """Writing waits for this event."""
+    go, write = threading.Event(), container.catalogue.save_schedule
+    monkeypatch.setattr(container.catalogue, "save_schedule", lambda schedule: go.wait(30) and write(schedule))
+    yield go
+    go.set()
+
+
+@pytest.fixture
+def refused(container, monkeypatch):
+    """Writing is refused, once this event is set."""
+    go = threading.Event()
+
+    def refuse(_schedule):
+        go.wait(30)
+        raise InvalidInput("name", "Choose another name")
+
+    monkeypatch.setattr(container.catalogue, "save_schedule", refuse)
+    yield go
+    go.set()
+
+
+@pytest.fixture
+def hanging(container, monkeypatch):
+    """The robot answers nothing about missions until this event is set."""
+    answers = threading.Event()
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
+    yield answers
+    answers.set()

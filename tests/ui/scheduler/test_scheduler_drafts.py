@@ -7,59 +7,31 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import InvalidInput
-from app.domain.robot import MissionParameter
-from app.screens.scheduler.cards import FormCard
-from app.widgets.buttons import IconButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.flow import ParameterFields
 from app.widgets.snackbar import Snackbar
-from tests.ui.planner import KITS, choose, kind, named, save, save_button, schedules, settle
+from tests.ui.planner import (
+    KITS,
+    PALLETS,
+    bring_back,
+    choose,
+    kind,
+    other,
+    press_save,
+    put_aside,
+    said,
+    save,
+    save_button,
+    schedules,
+    settle,
+    stock,
+    stored,
+)
 
 PUT_ASIDE = "{}: what was entered and not saved is put aside"
-PALLETS = MissionParameter("count", "Pallets", "integer", 2, 1, 80)
-
-
-def said(app) -> list[str]:
-    return app.shell.snackbars.texts
-
-
-def bring_back(ui):
-    return ui.find(IconButton, ui.find(FormCard), icon="backup-restore")
-
-
-def stock(container):
-    return named(container, "Night stock count", "Aino")
-
-
-def stored(container, schedule):
-    return container.repositories.schedules.get(container.db.read(), schedule.id)
-
-
-def other(screen, container, ui) -> None:
-    """Open a schedule to look at it."""
-    screen.plan.edit(named(container, KITS, "Aino").id)
-    settle(screen, ui)
-
-
-def put_aside(screen, container, ui, **values):
-    """Entries for the stock count, behind another schedule."""
-    screen.plan.edit(stock(container).id)
-    screen.plan.form.set(**(values or {"priority": 3}))
-    other(screen, container, ui)
-    assert len(screen.plan.form.aside) == 1
 
 
 # ---------------------------------------------------------------------- while it is being saved
-@pytest.fixture
-def slow(container, monkeypatch):
-    """Writing waits for this event."""
-    go, write = threading.Event(), container.catalogue.save_schedule
-    monkeypatch.setattr(container.catalogue, "save_schedule", lambda schedule: go.wait(30) and write(schedule))
-    yield go
-    go.set()
-
-
 def test_what_is_being_saved_is_not_put_aside(screen, container, ui, slow):
     choose(screen, ui, "Mission", KITS)
     before = len(schedules(container))
@@ -91,18 +63,12 @@ def test_what_is_changed_while_it_is_being_saved_belongs_to_what_was_saved(scree
     assert [schedule.priority for schedule in added] == [3]
 
 
-def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, container, ui, slow, monkeypatch):
+def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, container, ui, refused):
     choose(screen, ui, "Mission", KITS)
     entered = screen.plan.form.draft
-
-    def refuse(_schedule):
-        slow.wait(30)
-        raise InvalidInput("name", "Choose another name")
-
-    monkeypatch.setattr(container.catalogue, "save_schedule", refuse)
     ui.tap(save_button(ui))
     screen.plan.edit(stock(container).id)
-    slow.set()
+    refused.set()
     settle(screen, ui)
     assert (screen.plan.form.view.why, screen.plan.form.view.save_off) == ("", False)
     assert screen.plan.form.aside == [entered]
@@ -110,17 +76,12 @@ def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, contai
 
 
 # ---------------------------------------------------------------------- while Save waits for the robot
-def test_save_that_waits_for_the_robot_saves_what_it_was_pressed_for_and_nothing_else(screen, container, ui, monkeypatch):
-    answers = threading.Event()
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
+def test_save_that_waits_for_the_robot_saves_what_it_was_pressed_for_and_nothing_else(screen, container, ui, hanging):
     form, before = screen.plan.form, {schedule.id: schedule for schedule in schedules(container)}
-    form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
-    ui.wait(lambda: not form.view.save_off)
-    form.save()
-    assert form.saving
+    press_save(screen, container, ui)
     screen.plan.edit(stock(container).id)
     form.set(priority=3)                                      # nobody has pressed Save for this
-    answers.set()
+    hanging.set()
     settle(screen, ui)
     after = {schedule.id: schedule for schedule in schedules(container)}
     assert len(after) == len(before) + 1
@@ -215,8 +176,29 @@ def test_of_several_each_can_be_chosen_or_all_thrown_away(screen, container, ui)
     ui.tap(bring_back(ui))
     ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Throw all of them away"))
     settle(screen, ui)
-    assert screen.plan.form.aside == []
-    assert said(screen) == []
+    assert (screen.plan.form.aside, said(screen)) == ([], ["What was put aside is thrown away"])
+
+
+def test_what_was_thrown_away_comes_back_by_undo_behind_what_was_put_aside_since(screen, container, ui):
+    for schedule in schedules(container)[:3]:
+        screen.plan.edit(schedule.id)
+        screen.plan.form.set(priority=3)
+    screen.plan.form.begin()
+    settle(screen, ui)
+    thrown = list(screen.plan.form.aside)
+    ui.tap(bring_back(ui))
+    ui.tap(ui.find(root=ui.find(ChoiceDialog), text="Throw all of them away"))
+    settle(screen, ui)
+    screen.plan.form.set(name="Since")
+    screen.plan.form.begin()
+    screen.shell.go("logs")
+    settle(screen, ui)
+    screen.shell.snackbars.end(("put aside", screen.plan.form.aside[0].entry))
+    settle(screen, ui)
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert screen.shell.navigator.current == "scheduler"
+    assert [draft.name for draft in screen.plan.form.aside] == [*(draft.name for draft in thrown), "Since"]
 
 
 def test_the_list_of_them_closes_when_its_message_brings_one_back(screen, container, ui):
@@ -236,24 +218,6 @@ def test_five_are_kept(screen, container, ui):
         screen.plan.edit(schedule.id)
         screen.plan.form.set(priority=3)
     assert [draft.base.id for draft in screen.plan.form.aside] == [schedule.id for schedule in schedules(container)[1:6]]
-
-
-def test_they_survive_larger_controls(screen, container, ui):
-    put_aside(screen, container, ui)
-    old = screen.plan
-    container.catalogue.change_settings(gloves=True)
-    ui.wait(lambda: screen.shell.navigator.screen("scheduler").vm is not old)
-    screen.plan = screen.shell.navigator.screen("scheduler").vm
-    try:
-        assert [draft.priority for draft in screen.plan.form.aside] == [3]
-        ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))          # the message is of before
-        settle(screen, ui)
-        assert (screen.plan.form.draft.priority, screen.plan.form.aside) == (3, [])
-    finally:
-        larger = screen.plan
-        container.catalogue.change_settings(gloves=False)
-        ui.wait(lambda: screen.shell.navigator.screen("scheduler").vm is not larger)
-        screen.plan = screen.shell.navigator.screen("scheduler").vm
 
 
 # ---------------------------------------------------------------------- the schedule is changed or deleted meanwhile
@@ -315,152 +279,3 @@ def test_entries_of_a_schedule_that_somebody_else_deletes_make_it_anew(screen, c
     assert (screen.plan.form.draft.is_new, screen.plan.form.draft.name) == (True, "Count")
     save(screen, ui)
     assert len(schedules(container)) == before
-
-
-# ---------------------------------------------------------------------- a change of mind at the wrong moment
-def hang(container, monkeypatch) -> threading.Event:
-    """The robot answers nothing about missions until this is set."""
-    answers = threading.Event()
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
-    return answers
-
-
-def press_save(screen, container, ui) -> None:
-    """For a new schedule, while the robot is asked what the mission asks for."""
-    form = screen.plan.form
-    form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
-    ui.wait(lambda: not form.view.save_off)
-    form.save()
-    assert form.saving
-
-
-def test_what_is_changed_while_save_waits_is_not_saved_before_it_is_pressed_again(screen, container, ui, monkeypatch):
-    answers, before = hang(container, monkeypatch), len(schedules(container))
-    press_save(screen, container, ui)
-    screen.plan.form.set(priority=3)
-    assert not screen.plan.form.saving
-    ui.advance(4)
-    answers.set()
-    settle(screen, ui)
-    assert len(schedules(container)) == before
-    save(screen, ui)
-    assert len(schedules(container)) == before + 1
-
-
-def test_what_waits_to_be_saved_is_saved_before_a_finger_begins_another_one(screen, container, ui, monkeypatch):
-    answers, before = hang(container, monkeypatch), len(schedules(container))
-    press_save(screen, container, ui)
-    screen.plan.begin_at(named(container, KITS, "Aino").robot_id, 8.)
-    answers.set()
-    settle(screen, ui)
-    assert len(schedules(container)) == before + 1
-    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id, screen.plan.form.aside) == (True, None, [])
-
-
-def test_what_was_typed_counts_also_where_the_robot_does_not_answer(screen, container, ui, monkeypatch):
-    answers = hang(container, monkeypatch)
-    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
-    settle(screen, ui)
-    screen.plan.edit(schedule.id)
-    ui.wait(lambda: not screen.plan.form.view.save_off)
-    ui.find(ParameterFields).children[0].text = "9"
-    ui.advance(.2)
-    screen.plan.form.save(ui.find(ParameterFields).values())
-    ui.advance(4)
-    answers.set()
-    settle(screen, ui)
-    assert stored(container, schedule).parameters == {"count": 9}
-
-
-def test_what_was_changed_after_save_is_kept_when_that_fails(screen, container, ui, slow, monkeypatch):
-    choose(screen, ui, "Mission", KITS)
-
-    def fail(_schedule):
-        slow.wait(30)
-        raise InvalidInput("name", "Choose another name")
-
-    monkeypatch.setattr(container.catalogue, "save_schedule", fail)
-    ui.tap(save_button(ui))
-    screen.plan.form.set(priority=3)
-    screen.plan.edit(stock(container).id)
-    slow.set()
-    settle(screen, ui)
-    assert [draft.priority for draft in screen.plan.form.aside] == [3]
-    ui.tap(bring_back(ui))
-    settle(screen, ui)
-    assert screen.plan.form.draft.priority == 3
-
-
-def test_a_refusal_is_not_held_against_what_was_changed_since(screen, container, ui, slow, monkeypatch):
-    choose(screen, ui, "Mission", KITS)
-
-    def refuse(_schedule):
-        slow.wait(30)
-        raise InvalidInput("name", "Choose another name")
-
-    monkeypatch.setattr(container.catalogue, "save_schedule", refuse)
-    ui.tap(save_button(ui))
-    screen.plan.form.set(name="good")
-    slow.set()
-    settle(screen, ui)
-    assert (screen.plan.form.view.why, screen.plan.form.view.save_off, screen.plan.form.draft.name) == ("", False, "good")
-
-
-def test_a_reading_that_was_begun_before_it_was_saved_makes_no_second_one(screen, container, ui):
-    old = screen.plan._facts
-    choose(screen, ui, "Mission", KITS)
-    before = len(schedules(container))
-    screen.plan.form.set(priority=3)
-    settle(screen, ui)
-    entry = screen.plan.form.draft
-    save(screen, ui)
-    added = max(schedules(container), key=lambda schedule: schedule.id)
-    screen.plan.form.begin(replace(entry, base=added, priority=4))
-    assert not screen.plan.form.draft.is_new
-    assert old.schedule(added.id) is None
-    settle(screen, ui)
-    save(screen, ui)
-    assert len(schedules(container)) == before + 1
-
-
-def test_a_forecast_counts_while_a_parameter_is_typed(screen, container, ui, monkeypatch):
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
-    choose(screen, ui, "Mission", "Bring pallet to dock")
-    settle(screen, ui)
-    go, foresee = threading.Event(), container.forecasts.of
-    monkeypatch.setattr(container.forecasts, "of", lambda *given: go.wait(30) and foresee(*given))
-    screen.plan.form.set(priority=3)
-    ui.advance(.3)
-    typed_in = ui.find(ParameterFields).children[0]
-    typed_in.text = "37"
-    go.set()
-    settle(screen, ui)
-    assert screen.plan.form.view.starts
-    assert not screen.plan.form.view.save_off
-
-
-def test_a_new_one_without_a_mission_survives_larger_controls(screen, container, ui):
-    old = screen.plan
-    old.form.set(name="Count", priority=3)
-    container.catalogue.change_settings(gloves=True)
-    ui.wait(lambda: screen.shell.navigator.screen("scheduler").vm is not old)
-    screen.plan = larger = screen.shell.navigator.screen("scheduler").vm
-    settle(screen, ui)
-    try:
-        assert (larger.form.draft.name, larger.form.draft.priority) == ("Count", 3)
-    finally:
-        container.catalogue.change_settings(gloves=False)
-        ui.wait(lambda: screen.shell.navigator.screen("scheduler").vm is not larger)
-        screen.plan = screen.shell.navigator.screen("scheduler").vm
-
-
-def test_parameters_of_another_mission_are_not_stored(screen, container, ui, monkeypatch):
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: ())
-    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
-    settle(screen, ui)
-    screen.plan.edit(schedule.id)
-    settle(screen, ui)
-    choose(screen, ui, "Mission", KITS)
-    settle(screen, ui)
-    save(screen, ui)
-    assert stored(container, schedule).parameters == {}

@@ -1,7 +1,6 @@
 """What the form is about is deleted, or comes back, while somebody looks at it or fills it in."""
 from __future__ import annotations
 
-import threading
 from dataclasses import replace
 from datetime import timedelta
 from zoneinfo import ZoneInfo
@@ -9,17 +8,8 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.domain.models import Group, InvalidInput
-from app.domain.robot import MissionParameter
 from app.widgets.flow import ParameterFields
-from tests.ui.planner import KITS, choose, field, named, save, save_button, schedules, settle
-
-
-def stock(container):
-    return named(container, "Night stock count", "Aino")
-
-
-def said(app) -> list[str]:
-    return app.shell.snackbars.texts
+from tests.ui.planner import KITS, PALLETS, choose, field, said, save, save_button, schedules, settle, stock
 
 
 # ---------------------------------------------------------------------- what it names
@@ -80,15 +70,17 @@ def test_one_that_was_to_be_shown_and_is_not_there_is_not_shown_later(screen, co
 
 
 # ---------------------------------------------------------------------- a refusal whose reason has gone
-def test_a_schedule_that_is_deleted_while_it_is_being_saved_can_be_made_anew(screen, container, ui, monkeypatch):
-    go, write, schedule = threading.Event(), container.catalogue.save_schedule, stock(container)
+@pytest.mark.parametrize("is_read", ["before", "after"])
+def test_a_schedule_that_is_deleted_while_it_is_being_saved_can_be_made_anew(screen, container, ui, slow, is_read):
+    schedule = stock(container)
     screen.plan.edit(schedule.id)
     screen.plan.form.set(priority=3)
     settle(screen, ui)
-    monkeypatch.setattr(container.catalogue, "save_schedule", lambda changed: go.wait(30) and write(changed))
     ui.tap(save_button(ui))
     container.catalogue.remove_schedule(schedule.id)
-    go.set()
+    if is_read == "before":
+        ui.wait(lambda: screen.plan.form.draft.is_new)
+    slow.set()
     settle(screen, ui)
     assert screen.plan.form.draft.is_new
     save(screen, ui)
@@ -111,8 +103,7 @@ def test_a_name_can_be_taken_once_it_is_free(screen, container, ui):
 
 
 def test_what_was_refused_can_be_saved_with_another_parameter(screen, container, ui, monkeypatch):
-    pallets = MissionParameter("count", "Pallets", "integer", 2)
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (pallets,))
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
     choose(screen, ui, "Mission", KITS)
 
     def refuse(_schedule):

@@ -12,7 +12,6 @@ from app.widgets.long_list import LongList
 from app.widgets.plan_rows import DayLine, ScheduleLine
 from app.widgets.timeline import Timeline
 from app.widgets.timeline_painting import AXIS
-from tests.support import month
 from tests.ui import checks
 from tests.ui.planner import KITS, choose, kind, named, save, schedules, settle
 
@@ -77,15 +76,6 @@ def test_a_window_that_becomes_high_has_all_of_it_again(low, screen, ui):
     low.size = 976, 440
     settle(screen, ui)
     assert [bool(ui.find_all(part)) for part in (UpcomingCard, FormCard, SchedulesCard)] == [False, False, True]
-
-
-def test_a_mission_brought_from_elsewhere_is_in_the_form(low, screen, container, ui):
-    settle(screen, ui)
-    mission = next(mission for mission in container.catalogue.missions() if mission.name == month.HABITS[0].mission)
-    low.hidden()
-    low.shown(mission_id=mission.id)
-    settle(screen, ui)
-    assert ui.find(FormCard).view.mission == mission.name
 
 
 @pytest.mark.parametrize("size", [(1232, 552), (1080, 552), (976, 440), (976, 352)],

@@ -1,0 +1,115 @@
+"""The screen is built anew for gloves or larger texts, or shown again in another language, while the form is filled in."""
+from __future__ import annotations
+
+from app.domain.robot import MissionParameter
+from app.i18n import translator
+from app.widgets.dialogs import Overlay
+from app.widgets.flow import ParameterFields
+from app.widgets.snackbar import Snackbar
+from tests.ui.planner import (
+    KITS,
+    bring_back,
+    choose,
+    field,
+    larger_controls,
+    other,
+    press_save,
+    put_aside,
+    said,
+    save_button,
+    schedules,
+    settle,
+)
+
+
+def test_drafts_that_were_put_aside_are_still_there(screen, container, ui):
+    put_aside(screen, container, ui)
+    with larger_controls(screen, container, ui):
+        assert [draft.priority for draft in screen.plan.form.aside] == [3]
+        ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))          # the message is of before
+        settle(screen, ui)
+        assert (screen.plan.form.draft.priority, screen.plan.form.aside) == (3, [])
+
+
+def test_a_new_one_without_a_mission_stays_in_the_form(screen, container, ui):
+    screen.plan.form.set(name="Count", priority=3)
+    with larger_controls(screen, container, ui):
+        settle(screen, ui)
+        assert (screen.plan.form.draft.name, screen.plan.form.draft.priority) == ("Count", 3)
+
+
+def test_what_a_finger_has_begun_is_no_entry_after_it_either(screen, container, ui):
+    screen.plan.begin_at(container.catalogue.robots()[1].id, 8.)
+    with larger_controls(screen, container, ui):
+        other(screen, container, ui)
+        assert (said(screen), screen.plan.form.aside) == ([], [])
+
+
+def test_what_is_being_saved_is_saved_once(screen, container, ui, slow):
+    choose(screen, ui, "Mission", KITS)
+    before = len(schedules(container))
+    ui.tap(save_button(ui))
+    with larger_controls(screen, container, ui):
+        assert screen.plan.form.saving
+        slow.set()
+        settle(screen, ui)
+        assert (len(schedules(container)), screen.plan.form.is_in_use, screen.plan.form.saving) == (before + 1, False, False)
+        assert said(screen) == [f"{KITS} on Aino is planned"]
+
+
+def test_so_is_what_waits_for_the_robot(screen, container, ui, hanging):
+    before = len(schedules(container))
+    press_save(screen, container, ui)
+    with larger_controls(screen, container, ui):
+        hanging.set()
+        settle(screen, ui)
+        assert (len(schedules(container)), screen.plan.form.is_in_use) == (before + 1, False)
+
+
+def test_what_is_refused_says_so_and_stays_in_the_form(screen, container, ui, refused):
+    choose(screen, ui, "Mission", KITS)
+    ui.tap(save_button(ui))
+    with larger_controls(screen, container, ui):
+        refused.set()
+        settle(screen, ui)
+        assert (field(ui, "Mission").value, screen.plan.form.view.why) == (KITS, "Choose another name")
+
+
+def test_a_question_of_the_form_of_before_closes(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    ui.tap(field(ui, "Time"))
+    with larger_controls(screen, container, ui):
+        settle(screen, ui)
+        assert not any(dialog.is_open for dialog in ui.find_all(Overlay))
+
+
+def test_what_was_thrown_away_before_comes_back_by_undo_after(screen, container, ui):
+    put_aside(screen, container, ui)
+    screen.plan.form.set(priority=3)
+    screen.plan.form.begin()
+    settle(screen, ui)
+    ui.tap(bring_back(ui))
+    ui.tap(ui.find(text="Throw all of them away"))
+    settle(screen, ui)
+    with larger_controls(screen, container, ui):
+        assert screen.plan.form.aside == []
+        ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+        settle(screen, ui)
+        assert [draft.priority for draft in screen.plan.form.aside] == [3, 3]
+
+
+def test_words_of_its_parameters_follow_the_language(screen, ui, container, monkeypatch):
+    fast = MissionParameter("fast", "Fast", "boolean", True)
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (fast,))
+    choose(screen, ui, "Mission", KITS)
+    screen.shell.go("logs")
+    settle(screen, ui)
+    translator.use("fi")
+    try:
+        screen.shell.go("scheduler")
+        settle(screen, ui)
+        assert "Kyllä" in ui.texts(ui.find(ParameterFields))
+    finally:
+        translator.use("en")
+        settle(screen, ui)
+    assert "Yes" in ui.texts(ui.find(ParameterFields))

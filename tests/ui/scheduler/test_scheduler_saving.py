@@ -1,0 +1,112 @@
+"""A change of mind at the wrong moment: while Save waits for the robot, or what was pressed for is being written."""
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+from app.widgets.flow import ParameterFields
+from tests.ui.planner import KITS, PALLETS, bring_back, choose, named, press_save, save, save_button, schedules, settle, stock, stored
+
+
+def test_what_is_changed_while_save_waits_is_not_saved_before_it_is_pressed_again(screen, container, ui, hanging):
+    before = len(schedules(container))
+    press_save(screen, container, ui)
+    screen.plan.form.set(priority=3)
+    assert not screen.plan.form.saving
+    ui.advance(4)
+    hanging.set()
+    settle(screen, ui)
+    assert len(schedules(container)) == before
+    save(screen, ui)
+    assert len(schedules(container)) == before + 1
+
+
+def test_what_waits_to_be_saved_is_saved_before_a_finger_begins_another_one(screen, container, ui, hanging):
+    before = len(schedules(container))
+    press_save(screen, container, ui)
+    screen.plan.begin_at(named(container, KITS, "Aino").robot_id, 8.)
+    hanging.set()
+    settle(screen, ui)
+    assert len(schedules(container)) == before + 1
+    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id, screen.plan.form.aside) == (True, None, [])
+
+
+def test_what_was_typed_counts_also_where_the_robot_does_not_answer(screen, container, ui, hanging):
+    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
+    settle(screen, ui)
+    screen.plan.edit(schedule.id)
+    ui.wait(lambda: not screen.plan.form.view.save_off)
+    ui.find(ParameterFields).children[0].text = "9"
+    ui.advance(.2)
+    screen.plan.form.save(ui.find(ParameterFields).values())
+    ui.advance(4)
+    hanging.set()
+    settle(screen, ui)
+    assert stored(container, schedule).parameters == {"count": 9}
+
+
+def test_what_was_changed_after_save_is_kept_when_that_fails(screen, container, ui, refused):
+    choose(screen, ui, "Mission", KITS)
+    ui.tap(save_button(ui))
+    screen.plan.form.set(priority=3)
+    screen.plan.edit(stock(container).id)
+    refused.set()
+    settle(screen, ui)
+    assert [draft.priority for draft in screen.plan.form.aside] == [3]
+    ui.tap(bring_back(ui))
+    settle(screen, ui)
+    assert screen.plan.form.draft.priority == 3
+
+
+def test_a_refusal_is_not_held_against_what_was_changed_since(screen, container, ui, refused):
+    choose(screen, ui, "Mission", KITS)
+    ui.tap(save_button(ui))
+    screen.plan.form.set(name="good")
+    refused.set()
+    settle(screen, ui)
+    assert (screen.plan.form.view.why, screen.plan.form.view.save_off, screen.plan.form.draft.name) == ("", False, "good")
+
+
+def test_a_reading_that_was_begun_before_it_was_saved_makes_no_second_one(screen, container, ui):
+    old = screen.plan._facts
+    choose(screen, ui, "Mission", KITS)
+    before = len(schedules(container))
+    screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    entry = screen.plan.form.draft
+    save(screen, ui)
+    added = max(schedules(container), key=lambda schedule: schedule.id)
+    screen.plan.form.begin(replace(entry, base=added, priority=4))
+    assert not screen.plan.form.draft.is_new
+    assert old.schedule(added.id) is None
+    settle(screen, ui)
+    save(screen, ui)
+    assert len(schedules(container)) == before + 1
+
+
+def test_a_forecast_counts_while_a_parameter_is_typed(screen, container, ui, monkeypatch):
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
+    choose(screen, ui, "Mission", "Bring pallet to dock")
+    settle(screen, ui)
+    go, foresee = threading.Event(), container.forecasts.of
+    monkeypatch.setattr(container.forecasts, "of", lambda *given: go.wait(30) and foresee(*given))
+    screen.plan.form.set(priority=3)
+    ui.advance(.3)
+    typed_in = ui.find(ParameterFields).children[0]
+    typed_in.text = "37"
+    go.set()
+    settle(screen, ui)
+    assert screen.plan.form.view.starts
+    assert not screen.plan.form.view.save_off
+
+
+def test_parameters_of_another_mission_are_not_stored(screen, container, ui, monkeypatch):
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: ())
+    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
+    settle(screen, ui)
+    screen.plan.edit(schedule.id)
+    settle(screen, ui)
+    choose(screen, ui, "Mission", KITS)
+    settle(screen, ui)
+    save(screen, ui)
+    assert stored(container, schedule).parameters == {}
