@@ -19,7 +19,7 @@ from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 
 ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the robot says the mission asks for
 
-Asked = tuple[int | None, int | None]    # robot and mission
+Asked = tuple[int | None, str, Mapping[str, Any]]             # robot, guid of the mission, and what the schedule gives it
 
 
 class AsksRobot(EventDispatcher):
@@ -52,8 +52,9 @@ class AsksRobot(EventDispatcher):
         raise NotImplementedError
 
     def enter(self, values: Mapping[str, Any]) -> None:
-        """Somebody has changed one of the parameters' fields: all of them, as they are shown."""
-        self._draft = replace(self._draft, entered=dict(values))
+        """Somebody has changed one of the parameters' fields: all of them, as they are shown. What is there without that is no entry."""
+        given = {field.name: _written(field.default) for field in fields_of(self._asked)}
+        self._draft = replace(self._draft, entered={name: value for name, value in values.items() if _written(value) != given.get(name)})
         self._is_changed()
         self.show()
 
@@ -82,12 +83,12 @@ class AsksRobot(EventDispatcher):
             self._parameters_are_known(())
 
     def _ask_parameters(self) -> None:
-        """Of the chosen mission, once."""
-        wanted = (self._asked_robot(), self._draft.mission_id)
+        """Of the chosen mission, once as long as the schedule has the same values for it."""
+        robot_id, mission, base = self._asked_robot(), self._facts.mission(self._draft.mission_id), self._draft.base
+        wanted = (robot_id, mission.guid if mission is not None else "", base.parameters if base is not None else {})
         if wanted == self._asked_of:
             return
         self._asked_of = wanted
-        robot_id, mission = wanted[0], self._facts.mission(wanted[1])
         self._is_asking, self.map = False, None
         self._take_parameters(_parameters_of(self._draft))
         if robot_id is None or mission is None:
@@ -166,3 +167,8 @@ def _parameters_of(draft: Draft) -> tuple[MissionParameter, ...]:
     """Those that the schedule has a value for."""
     return tuple(MissionParameter(name, type="integer" if type(value) is int else "", default=value)
                  for name, value in draft.parameters.items())
+
+
+def _written(value: Any) -> str:
+    """As its field shows it."""
+    return "" if value is None else str(value)

@@ -37,10 +37,11 @@ class Unit(StrEnum):
     MINUTES = "minutes"
     HOURS = "hours"
 
-# the fields that say when, which are changed together, and those that say on what
+# the fields that say when, which are changed together, and those that say on what, and what
 TIMES = ("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule", "day", "at", "timezone", "more_hours", "weekdays",
          "until_time", "month_day", "nth", "month_weekday", "origin", "dragged")
 TARGET = ("robot_id", "group_id", "finish_by_minutes")
+TASK = ("mission_id", "parameters")
 
 
 @dataclass(frozen=True)
@@ -236,11 +237,13 @@ class Draft:
             return replace(self, base=None, lost=base)
         before, now = Draft.of(base, name(base)), Draft.of(stored, name(stored))
         draft = self.timed_as(now) if self.times == before.times else self
-        if all(getattr(self, each) == getattr(before, each) for each in TARGET):
-            draft = replace(draft, **{each: getattr(now, each) for each in TARGET})
-        single = {each.name for each in fields(self)} - {*TIMES, *TARGET, "entered", "base", "lost", "entry"}
+        for together in (TARGET, TASK):
+            if all(getattr(self, each) == getattr(before, each) for each in together):
+                draft = replace(draft, **{each: getattr(now, each) for each in together})
+        single = {each.name for each in fields(self)} - {*TIMES, *TARGET, *TASK, "entered", "base", "lost", "entry"}
         changed = {each: getattr(now, each) for each in single if getattr(self, each) == getattr(before, each)}
-        return replace(draft, base=stored, lost=None, **changed)
+        entered = self.entered if draft.mission_id == self.mission_id else {}
+        return replace(draft, base=stored, lost=None, entered=entered, **changed)
 
     # ------------------------------------------------------------------ inside
     def _moved(self, before: datetime, after: datetime) -> Draft:

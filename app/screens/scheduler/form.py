@@ -26,7 +26,7 @@ from app.services.catalogue.preview import Forecast
 AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
 MOST_ASIDE = 5                           # drafts that are kept
 # what the next form goes on with
-KEPT = ("_facts", "_draft", "_empty", "_offered", "_submitted", "saving", "aside", "more", "entry")
+KEPT = ("_facts", "_draft", "_empty", "_offered", "_submitted", "_in_writing", "saving", "aside", "more", "entry")
 
 
 class FormModel(FormFields):
@@ -48,6 +48,7 @@ class FormModel(FormFields):
         self._draft = self._fresh()
         self.entry = self._draft.entry
         self._submitted: object = None                        # the entry that is being written as it is in the form
+        self._in_writing: set[object] = set()                 # entries that are, be they in the form or not
         self._empty: Draft | None = self._draft               # as it was begun; None: something was put into it
         self._offered: Draft | None = None                    # as a finger on free time has begun it
         self._successor: FormModel | None = None              # that goes on with all of it
@@ -79,6 +80,7 @@ class FormModel(FormFields):
         elif is_stored and base is not None and facts.schedule(base.id) is None:
             self.clear()
         self._draft = self._brought_up_to_date(self._draft)
+        self._ask_parameters()
         self.forecast()
 
     def _brought_up_to_date(self, draft: Draft) -> Draft:
@@ -181,6 +183,7 @@ class FormModel(FormFields):
         if draft is not None:
             self.dispatch("on_draft")
         self.more = _uses_more(self._draft)
+        self.saving = self.entry in self._in_writing
         self._preview, self._asked_of, self._submitted = Preview(), None, None
         self._changed()
 
@@ -238,14 +241,14 @@ class FormModel(FormFields):
                 return
         draft, schedule = self._draft, self._draft.schedule()
         self.saving, self._submitted = True, draft.entry
+        self._in_writing.add(draft.entry)
         self._shell.background.run(
             lambda: self._services.catalogue.save_schedule(schedule), lambda saved: self._present._is_saved(draft, saved),
             lambda problem: self._present._not_saved(draft, problem))
 
     def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
         """``draft`` was; what has been entered since is not, be it in the form or put aside."""
-        is_same, is_left = self._draft.entry is draft.entry, self._draft.entry is self._submitted
-        self.saving, self._submitted = False, None
+        is_same, is_left = self._is_written(draft)
         new, name = draft.is_new, self._facts.called(schedule)
         self._facts = replace(self._facts, schedules=(*(each for each in self._facts.schedules if each.id != schedule.id), schedule))
         self._keep_aside([replace(each, base=schedule, lost=None) if each.entry is draft.entry else each for each in self.aside])
@@ -258,9 +261,16 @@ class FormModel(FormFields):
             self._shell.snackbars.show(_("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
                                        icon="calendar-check")
 
+    def _is_written(self, draft: Draft) -> tuple[bool, bool]:
+        """Or not: it is over. Whether the form has an entry of that, and whether it has it as it was."""
+        self._in_writing.discard(draft.entry)
+        is_same, is_left = draft.entry is self.entry, draft.entry is self.entry is self._submitted
+        if is_same:
+            self.saving, self._submitted = False, None
+        return is_same, is_left
+
     def _not_saved(self, draft: Draft, problem: BaseException) -> None:
-        is_same, is_left = self._draft.entry is draft.entry, self._draft.entry is self._submitted
-        self.saving, self._submitted = False, None
+        is_same, is_left = self._is_written(draft)
         if isinstance(problem, InvalidInput) and is_left and self._draft == draft:         # nor changed by a reading
             self._refused = problem
             self.show()

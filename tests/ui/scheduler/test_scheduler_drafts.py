@@ -7,6 +7,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.domain.robot import MissionParameter
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.flow import ParameterFields
 from app.widgets.snackbar import Snackbar
@@ -75,6 +76,25 @@ def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, contai
     assert said(screen) == [f"{KITS}: Choose another name"]
 
 
+def test_another_one_is_saved_while_the_first_is_still_being_written(screen, container, ui, monkeypatch):
+    go, write = threading.Event(), container.catalogue.save_schedule
+    monkeypatch.setattr(container.catalogue, "save_schedule", lambda schedule: (schedule.id or go.wait(30)) and write(schedule))
+    choose(screen, ui, "Mission", KITS)
+    before = len(schedules(container))
+    ui.tap(save_button(ui))
+    screen.plan.edit(stock(container).id)
+    screen.plan.form.set(priority=3)
+    ui.wait(lambda: not screen.plan.form.view.save_off)
+    assert not save_button(ui).busy
+    ui.tap(save_button(ui))
+    ui.wait(lambda: stock(container).priority == 3)
+    assert len(schedules(container)) == before
+    go.set()
+    settle(screen, ui)
+    assert (len(schedules(container)), screen.plan.form.is_in_use, screen.plan.form.aside) == (before + 1, False, [])
+    assert sorted(said(screen)) == [f"{KITS} on Aino is planned", "Night stock count on Aino is changed"]
+
+
 # ---------------------------------------------------------------------- while Save waits for the robot
 def test_save_that_waits_for_the_robot_saves_what_it_was_pressed_for_and_nothing_else(screen, container, ui, hanging):
     form, before = screen.plan.form, {schedule.id: schedule for schedule in schedules(container)}
@@ -137,6 +157,15 @@ def test_parameters_that_were_typed_are_put_aside_and_brought_back(screen, conta
     assert ui.find(ParameterFields).values() == {"count": "37"}
     save(screen, ui)
     assert [schedule.parameters for schedule in schedules(container) if schedule.parameters] == [{"count": 37}]
+
+
+def test_what_was_typed_and_taken_back_is_no_entry(screen, container, ui, monkeypatch):
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
+    screen.plan.edit(container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5})).id)
+    typed(screen, ui, "7")
+    typed(screen, ui, "5")
+    other(screen, container, ui)
+    assert (said(screen), screen.plan.form.aside) == ([], [])
 
 
 def test_parameters_of_another_mission_are_not_filled_in(screen, container, ui, monkeypatch):
@@ -239,6 +268,35 @@ def test_what_was_saved_meanwhile_stays_where_nothing_else_was_entered(screen, c
     after = stored(container, meanwhile)
     assert (after.name, after.priority, after.minimum_battery_percent, after.enabled) == ("Inventory", 3, 55, False)
     assert after.paused_until is not None
+
+
+def test_parameters_that_were_saved_meanwhile_stay_too(screen, container, ui, monkeypatch):
+    both = (PALLETS, MissionParameter("height", "Height", "integer", 1, 1, None))
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: both)
+    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5, "height": 1}))
+    settle(screen, ui)
+    screen.plan.edit(schedule.id)
+    settle(screen, ui)
+    ui.find(ParameterFields).children[0].text = "3"                            # the height
+    container.catalogue.save_schedule(replace(schedule, parameters={"count": 8, "height": 1}))
+    settle(screen, ui)
+    assert ui.find(ParameterFields).values() == {"count": "8", "height": "3"}
+    save(screen, ui)
+    assert stored(container, schedule).parameters == {"count": 8, "height": 3}
+
+
+def test_a_mission_that_was_saved_meanwhile_asks_for_what_it_needs(screen, container, ui, monkeypatch):
+    kits = next(mission for mission in container.catalogue.missions() if mission.name == KITS)
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, guid: (PALLETS,) if guid == kits.guid else ())
+    screen.plan.edit(stock(container).id)
+    screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    meanwhile = container.catalogue.save_schedule(replace(stock(container), mission_id=kits.id, parameters={"count": 8}))
+    settle(screen, ui)
+    assert ui.find(ParameterFields).values() == {"count": "8"}
+    save(screen, ui)
+    after = stored(container, meanwhile)
+    assert (after.mission_id, after.parameters, after.priority) == (kits.id, {"count": 8}, 3)
 
 
 def test_a_robot_that_was_renamed_takes_no_name_from_its_schedules(screen, container, ui):
