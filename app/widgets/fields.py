@@ -3,6 +3,7 @@
 The line that is typed into is KivyMD's text field. Its own hint and helper text are not used: 12 sp, outside its bounds and over other
 widgets, and on one line.
 """
+from kivy.base import EventLoop
 from kivy.clock import Clock
 from kivy.properties import AliasProperty, BooleanProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -14,6 +15,11 @@ from app.widgets.dock import dock
 from app.widgets.surfaces import SeenBox, Tap
 
 KINDS = {"text": ("text", None), "int": ("number", "int"), "decimal": ("number", "float"), "url": ("url", None)}
+
+
+def has_ended(touch) -> bool:
+    """A page that scrolls forwards a short tap only after the finger has left."""
+    return touch not in EventLoop.touches
 
 
 class FieldInput(MDTextField):
@@ -44,6 +50,18 @@ class FieldInput(MDTextField):
     def on_text(self, *_):
         if len(self.text) < self.max_length:
             self.is_cut = False
+
+    def on_touch_down(self, touch):
+        """A finger that rests may be about to scroll: it enters the field when it leaves."""
+        if self.focus or self.disabled or touch.is_mouse_scrolling or not self.collide_point(*touch.pos) or has_ended(touch):
+            return super().on_touch_down(touch)
+        touch.ud[self.uid] = "rests here"
+        return True
+
+    def on_touch_up(self, touch):
+        if touch.grab_current is None and touch.ud.pop(self.uid, None) and self.collide_point(*touch.pos):
+            return super().on_touch_down(touch)          # and is told of the end, too: it has grabbed the touch
+        return super().on_touch_up(touch)
 
     def on_focus(self, _field, focused):
         (dock.entered if focused else dock.left)(self)
@@ -140,7 +158,7 @@ class PickBox(Tap):
 
 
 class RepeatButton(CommandButton):
-    """Fires ``on_step`` when pressed and, while held, ten times a second."""
+    """Fires ``on_step`` when tapped and, while held, ten times a second."""
     __events__ = ("on_step",)
 
     def __init__(self, **kwargs):
@@ -149,21 +167,32 @@ class RepeatButton(CommandButton):
         super().__init__(**kwargs)
 
     def on_step(self):
-        """Pressed, or still held."""
+        """Tapped, or held."""
+
+    @property
+    def keeps_drag(self) -> bool:
+        """Not before it repeats: until then the finger may be about to scroll."""
+        return bool(self._again.is_triggered)
 
     def on_press(self):
-        self.dispatch("on_step")
         self._first()
 
+    def on_release(self):
+        if not self.keeps_drag:
+            self.dispatch("on_step")
+
     def on_touch_up(self, touch):
-        if touch.grab_current is self:
+        is_mine = touch.grab_current is self
+        taken = super().on_touch_up(touch)
+        if is_mine:
             self._first.cancel()
             self._again.cancel()
-        return super().on_touch_up(touch)
+        return taken
 
     def _start_repeating(self, _dt):
         if self.state == "down":
             self._again()
+            self._step(0)
 
     def _step(self, _dt):
         if self.state != "down" or self.disabled:

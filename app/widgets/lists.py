@@ -33,6 +33,7 @@ AT_WORK = 3.0            # s after a row was used, in which its list changes bec
 WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}               # by kivy's names, which say where the page goes
 SPARE = 4                # views that a list keeps for rows to come
 PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
+FAR = 1e6                # px, where nothing is
 
 
 class Standing:
@@ -193,6 +194,9 @@ def shade() -> Texture:
 class CalmScroll(ScrollView):
     """A scroll view that doesn't overshoot, with a thin bar, and a shade at its lower edge while there is ``more_below``.
 
+    A finger that rests presses what is under it. When it drags after all, it scrolls, and has pressed nothing, however long it has rested;
+    unless what it rests on ``keeps_drag``.
+
     ``wheel_way``: where a mouse's wheel is turning it, 1 down, -1 up; 0: a finger, or nothing, has moved it. A list that comes to rest on
     whole rows goes on that way: a notch is less than half a row, so the nearest one would take it back.
     """
@@ -218,6 +222,51 @@ class CalmScroll(ScrollView):
             if row is not None:
                 touch.ud[PRESSED_ROW] = row.key
         return super().on_touch_down(touch)
+
+    def _change_touch_mode(self, *_):
+        """kivy gives a touch that rests to what is under it, for good; here only until it is dragged."""
+        touch = self._touch
+        super()._change_touch_mode()
+        if touch and self._touch is None:
+            touch.ud[self._get_uid("lent")] = True
+            touch.grab(self)
+
+    def on_touch_move(self, touch):
+        if touch.grab_current is self and self._get_uid("lent") in touch.ud:
+            if self._is_wanted_back(touch):
+                self._take_back(touch)
+            return True
+        return super().on_touch_move(touch)
+
+    def on_touch_up(self, touch):
+        if touch.grab_current is self and touch.ud.pop(self._get_uid("lent"), False):
+            touch.ungrab(self)
+            del touch.ud[self._get_uid()]            # no tap: what is under it has been pressed
+            if self._touch is None:
+                self.dispatch("on_scroll_stop", touch)
+            return True
+        return super().on_touch_up(touch)
+
+    def _is_wanted_back(self, touch) -> bool:
+        """Whether it has become a drag that this, or the page around it, follows."""
+        dx, dy = touch.x - touch.ox, touch.y - touch.oy
+        if max(abs(dx), abs(dy)) <= self.scroll_distance or self._touch is not None:
+            return False
+        follows = self.can_follow(dy) or self._around(dy) is not None if abs(dy) > abs(dx) else \
+            self.do_scroll_x and self.viewport_size[0] > self.width + 1
+        return follows and not any(getattr(reference(), "keeps_drag", False) for reference in touch.grab_list)
+
+    def _take_back(self, touch):
+        """It leaves what is under it without having pressed it, and scrolls from here on."""
+        dx, dy = touch.x - touch.ox, touch.y - touch.oy
+        del touch.ud[self._get_uid("lent")]
+        touch.push()
+        touch.apply_transform_2d(lambda x, y: (x + FAR, y + FAR))
+        self._do_touch_up(touch)
+        touch.pop()
+        touch.grab(self)
+        self.on_scroll_start(touch, check_children=False)
+        touch.ud[self._get_uid()].update(mode="scroll", user_stopped=True, dx=abs(dx), dy=abs(dy))
 
     def on_scroll_move(self, touch):
         """Where this has reached its end, the drag goes on with the page around it."""

@@ -25,6 +25,7 @@ class PositionsMap(WholeMap):
     """Of the ``places``, each a Spot, the one nearest to a finger is ``chosen``, wherever the finger goes."""
     chosen = ObjectProperty(None, allownone=True)
     watch = (*WholeMap.watch, "chosen")
+    keeps_drag = True
 
     def on_touch_down(self, touch):
         if not self.collide_point(*touch.pos) or touch.is_mouse_scrolling:

@@ -112,6 +112,11 @@ class Timeline(Chart):
         self.wanted_height = dp(AXIS) + len(self.lanes) * self.lane_height
 
     # ------------------------------------------------------------------ fingers
+    @property
+    def keeps_drag(self) -> bool:
+        """One that goes up or down is for the page around it, unless fingers do something here already."""
+        return self._moved or len(self._fingers) > 1
+
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos) and not touch.is_mouse_scrolling and len(self._fingers) < (1 if self._lifted else 2):
             self._is_long.cancel()

@@ -31,6 +31,7 @@ def bottom(field) -> float:
 def test_the_field_is_lifted_above_it_and_all_is_put_down_again(ui):
     field = ui.show(FormField(label="Name"), (400, 90))
     field.pos_hint, field.y = {}, 40
+    ui.advance()
     keys = DockedKeyboard(lambda: True)
     keys.start()
     try:

@@ -1,0 +1,196 @@
+"""A finger that rests before it drags, as one in a glove does: what it rests on is not pressed, and the page follows it."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from kivy.metrics import dp
+from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
+
+from app.screens.home.lists import QueueEntry, RobotSummary
+from app.screens.scheduler.timeline import Bar, Lane
+from app.widgets.buttons import ChoiceChip, IconButton, Segment, Toggle
+from app.widgets.fields import FieldInput, FormField, RepeatButton, StepField
+from app.widgets.lists import ScrollPage, ScrollRows
+from app.widgets.long_list import LongList
+from app.widgets.pages import LowColumn, LowPage
+from app.widgets.rows import RobotChip
+from app.widgets.timeline import LONG, Timeline
+from tests.ui.drawn import fired, put_down
+
+
+def slow_drag(ui, widget: Widget, dx: float, dy: float, rest: float = .3) -> None:
+    """From the middle of ``widget`` by that many px, after a rest of so many seconds."""
+    x, y = widget.to_window(*widget.center)
+    touch = put_down(x, y)
+    ui.advance(rest)
+    for n in range(1, 11):
+        touch.touch_move(x + dx * n / 10, y + dy * n / 10)
+        ui.advance()
+    ui.advance(.5)
+    touch.touch_up()
+    ui.advance(1)
+
+
+def page_of(ui, *widgets: Widget, kind: type = ScrollPage):
+    """A page 300 px high with those widgets at its top, and 1,200 px below them."""
+    page = kind(do_scroll_x=False)
+    for widget in (*widgets, Widget(size_hint_y=None, height=1200)):
+        page.add_widget(widget)
+    return ui.show(page, (400, 300))
+
+
+def back_to_top(ui, page) -> None:
+    page.scroll_y = 1
+    ui.advance(.2)
+
+
+def pressed(widget) -> list[str]:
+    happened: list[str] = []
+    widget.bind(on_release=lambda *_: happened.append("pressed"))
+    return happened
+
+
+@pytest.mark.parametrize("rest", [.2, .4, 1.5])
+@pytest.mark.parametrize("make", [lambda: Segment(text="one", size_hint_y=None, height=dp(56)), lambda: ChoiceChip(text="one")],
+                         ids=["segment", "chip"])
+@pytest.mark.parametrize("kind", [ScrollPage, LowColumn])
+def test_what_can_be_pressed_is_scrolled_however_long_the_finger_rested(ui, kind, make: Callable[[], Widget], rest):
+    page = page_of(ui, button := make(), kind=kind)
+    happened = pressed(button)
+    slow_drag(ui, button, 0, 120, rest)
+    assert page.scroll_y == pytest.approx(1 - 108 / (page.viewport_size[1] - 300), abs=.02)      # of it the first 12 px are no drag
+    assert (happened, button.state) == ([], "normal")
+    back_to_top(ui, page)
+    ui.tap(button, hold=.4)
+    assert happened == ["pressed"]
+
+
+def test_a_field_is_scrolled_and_not_entered(ui):
+    page = page_of(ui, field := FormField(label="Name"))
+    slow_drag(ui, ui.find(FieldInput), 0, 120)
+    assert page.scroll_y < .95
+    assert not field.focus
+    back_to_top(ui, page)
+    ui.tap(ui.find(FieldInput), hold=.4)
+    assert field.focus
+    slow_drag(ui, ui.find(FieldInput), 0, 120)
+    assert page.scroll_y < .95
+    assert field.focus                                            # a scroll ends no typing
+    back_to_top(ui, page)
+    field.focus = False
+    ui.tap(ui.find(FieldInput))
+    assert field.focus
+
+
+def test_a_switch_stays_as_it_is(ui):
+    page = page_of(ui, toggle := Toggle(size_hint_y=None, height=dp(56)))
+    slow_drag(ui, toggle, 0, 120)
+    assert page.scroll_y < .95
+    assert not toggle.active
+
+
+def test_a_stepper_is_scrolled_before_it_repeats_and_keeps_the_finger_afterwards(ui):
+    page = page_of(ui, field := StepField(value=10, maximum=100))
+    plus = ui.find(RepeatButton, icon="plus")
+    slow_drag(ui, plus, 0, 120)
+    assert page.scroll_y < .95
+    assert field.value == 10
+    back_to_top(ui, page)
+    ui.tap(plus, hold=.3)
+    assert field.value == 11
+    ui.tap(plus)
+    assert field.value == 12
+    slow_drag(ui, plus, 0, 20, rest=.8)
+    assert page.scroll_y == 1
+    assert field.value > 15
+
+
+@pytest.mark.parametrize("kind", [ScrollRows, LongList])
+def test_a_row_is_scrolled(ui, kind):
+    rows = ui.show(kind(viewclass="QueueRow", data=[QueueEntry(n, f"Mission {n}", "Run now") for n in range(30)]), (400, 300))
+    scroll = rows.ids.scroll if kind is ScrollRows else rows
+    happened = fired(rows, "on_action")
+    ui.advance(.5)
+    slow_drag(ui, ui.find_all(IconButton)[0], 0, 120)
+    assert scroll.scroll_y < 1
+    assert happened == []
+    above = (1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height)
+    assert (above + 1) % (72 if kind is ScrollRows else 80) == pytest.approx(1, abs=1)        # it has come to rest on a row
+
+
+def test_a_list_comes_to_rest_on_a_row_after_a_slow_tap(ui):
+    rows = ui.show(ScrollRows(viewclass="QueueRow", data=[QueueEntry(n, f"Mission {n}", "Run now") for n in range(30)]), (400, 300))
+    ui.tap(ui.find_all(IconButton)[0], hold=.4)
+    scroll = rows.ids.scroll
+    scroll.scroll_y = 1 - 100 / (scroll.viewport_size[1] - scroll.height)
+    ui.advance(1)
+    assert ((1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height) + 1) % 72 == pytest.approx(1, abs=1)
+
+
+def test_a_strip_is_turned(ui):
+    robots = [RobotSummary(n, f"Robot {n}", "", "", "neutral", "", "", "neutral", False) for n in range(20)]
+    strip = ui.show(ScrollRows(direction="x", viewclass="RobotChip", spacing=8, data=robots), (600, 64))
+    happened = fired(strip, "on_action")
+    slow_drag(ui, ui.find(RobotChip, key=1), -120, 0)
+    assert strip.ids.scroll.scroll_x > 0
+    assert happened == []
+
+
+def test_a_column_at_its_end_hands_it_on_to_the_page(ui):
+    content = BoxLayout(orientation="vertical", size_hint_y=None, height=600)
+    column = LowColumn(size_hint_y=None, height=300)
+    for n in range(20):
+        column.add_widget(Segment(text=str(n), size_hint_y=None, height=60))
+    content.add_widget(Segment(text="above", size_hint_y=None, height=300))
+    content.add_widget(column)
+    page = LowPage(do_scroll_x=False, scroll_y=0)
+    page.add_widget(content)
+    ui.show(page, (400, 300))
+    page.scroll_y = 0
+    ui.advance(.3)
+    slow_drag(ui, column, 0, -120)
+    assert column.scroll_y == 1
+    assert page.scroll_y > .2
+
+
+def test_where_nothing_scrolls_a_finger_may_slip_on_a_button(ui):
+    page = ScrollPage(do_scroll_x=False)
+    page.add_widget(button := Segment(text="one", size_hint_y=None, height=100))
+    ui.show(page, (400, 300))
+    happened = pressed(button)
+    slow_drag(ui, button, 0, 20)
+    assert happened == ["pressed"]
+
+
+@pytest.fixture
+def chart(ui) -> Timeline:
+    """In a page that scrolls."""
+    bars = (Bar("a", 2, 4, movable=True),)
+    chart = Timeline(lanes=[Lane("Aino", bars=bars, key=1)], hours=24, size_hint_y=None, height=100)
+    page_of(ui, chart, kind=LowColumn)
+    ui.advance(.2)
+    return chart
+
+
+@pytest.mark.parametrize("hour", [3, 12])
+def test_a_timeline_leaves_upright_drags_to_the_page(ui, chart, hour):
+    calls = [fired(chart, name) for name in ("on_bar", "on_free", "on_moved", "on_window")]
+    page = chart.parent.parent
+    x, y = chart.to_window(chart.left_of(hour), chart.y + 30)
+    slow_drag(ui, Widget(pos=(x, y), size=(0, 0)), 3, 120)
+    assert page.scroll_y < .95
+    assert calls == [[], [], [], []]
+    assert not chart._fingers
+    ui.advance(2 * LONG)
+    assert calls == [[], [], [], []]
+
+
+def test_a_bar_that_is_lifted_keeps_the_finger(ui, chart):
+    moved = fired(chart, "on_moved")
+    unit = chart.left_of(1) - chart.left_of(0)
+    x, y = chart.to_window(chart.left_of(3), chart.y + 30)
+    slow_drag(ui, Widget(pos=(x, y), size=(0, 0)), 2 * unit, 40, rest=LONG + .3)
+    assert chart.parent.parent.scroll_y == 1
+    assert moved == [("a", pytest.approx(4, abs=.1))]
