@@ -1,7 +1,7 @@
 """The top bar and the banner, whatever the screen. Reads robots, alarms and holds in the background, ticks once a second."""
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
 from kivy.clock import Clock
@@ -12,6 +12,7 @@ from app.screens.common import formats, questions
 from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
 from app.screens.common.holding import HAND, about_hold, about_start
+from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of, help_rank
 from app.screens.common.shell import Shell
@@ -22,6 +23,7 @@ from app.screens.frame.sounding import Sounding
 from app.screens.frame.view import BannerView, BarView, banner, open_issues, picker_title, robot_option, top_bar, whose_plan
 from app.services.live.changes import Topic
 from app.widgets import finger
+from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import Frame
 from app.widgets.snackbar import Message
 
@@ -63,6 +65,7 @@ class FrameController:
         self._alarms = AlarmList(services, shell, self._do)
         self._sounding = Sounding()
         self._late: LateStartsDialog | None = None
+        self._choice: ChoiceDialog | None = None              # of a robot, while it is open
         self._rests_until = 0.0                               # the banner, after it was pressed
         self._late_seen: frozenset[object] = frozenset()      # executions, as listed, whose list the operator has closed
         self._release: list[Callable[[], object]] = []
@@ -118,6 +121,7 @@ class FrameController:
             here = Here(self._shell.navigator.current, robot.id if robot else None)
             self._banner = banner(issues, facts.robots, facts.settings, now, here)
             show_banner(frame, self._banner)
+            self._show_choice()
         shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, now)), now)
         frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, facts.robots, facts.settings, now)), len(shelved))
         self._alarms.show(issues, facts.robots, facts.settings)
@@ -150,11 +154,30 @@ class FrameController:
         if not facts.robots:
             self._shell.go("settings", section="robots", add=True)
             return
-        selected = facts.robot.id if facts.robot else None
-        now, holds, groups = self._services.clock.now(), facts.issues.holds, self._groups()
+        groups = self._groups()
         ranked = sorted(zip(facts.robots.values(), groups, strict=True), key=lambda pair: help_rank(pair[1]))
-        options = [robot_option(robot, self._services.snapshots.get(robot.id), facts.settings, now, holds) for robot, _group in ranked]
-        self._shell.dialogs.choose(picker_title(groups), options, self._select_robot, selected=selected)
+        self._choice = self._shell.dialogs.choose(picker_title(groups), self._options([robot for robot, _group in ranked]),
+                                                  self._select_robot, selected=facts.robot.id if facts.robot else None)
+        self._choice.bind(on_dismiss=self._choice_closed)
+
+    def _options(self, robots: Iterable[Robot]) -> list[Option]:
+        facts, snapshots, now = self._facts, self._services.snapshots, self._services.clock.now()
+        return [robot_option(robot, snapshots.get(robot.id), facts.settings, now, facts.issues.holds) for robot in robots]
+
+    def _show_choice(self) -> None:
+        """As the robots are now, each where it has been; those that are new come last."""
+        robots, choice = self._facts.robots, self._choice
+        if choice is None:
+            return
+        if not robots:
+            choice.dismiss()
+            return
+        order = dict.fromkeys([*(option.key for option in choice.options if option.key in robots), *robots])
+        choice.title, choice.options = picker_title(self._groups()), self._options(robots[key] for key in order)
+        choice.selected = [self._facts.robot.id] if self._facts.robot else []
+
+    def _choice_closed(self, *_: object) -> None:
+        self._choice = None
 
     def _select_robot(self, robot_id: int) -> None:
         """For all screens; on Home it is shown, even when it is selected already."""

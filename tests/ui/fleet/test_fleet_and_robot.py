@@ -235,6 +235,36 @@ def test_the_bar_and_its_list_say_how_many_need_help(container, robots, ui):
         assert [option.text for option in ui.find(ChoiceDialog).options] == [names[1], names[0], *names[2:]]
 
 
+def test_the_list_of_robots_follows_them_while_it_is_open_and_no_row_moves_under_a_finger(container, robots, ui):
+    with shown(container, ui) as app:
+        settle(app, ui)
+        names = [robot.name for robot in robots]
+        ui.find(TopBar).dispatch("on_pick_robot")
+        ui.advance(.3)
+        dialog = ui.find(ChoiceDialog)
+        assert not any("Error" in option.note or option.tone != "neutral" for option in dialog.options)
+        see(container, robots[1], sample.STOPPED)
+        ui.wait(lambda: dialog.title == "Robot · 1 needs help")
+        stopped = dialog.options[1]
+        assert ([option.text for option in dialog.options], stopped.tone, stopped.icon) == (names, "fault", "alert-octagon")
+        last = ui.find(OptionRow, dialog, key=robots[2].id)
+        lift = ui.press(last)
+        container.catalogue.remove_robot(robots[0].id)
+        ui.wait(lambda: app.shell.background.idle)
+        ui.advance(1.2)
+        assert len(dialog.options) == len(names)
+        lift()
+        ui.wait(lambda: app.shell.background.idle and not dialog.is_open)
+        ui.wait(lambda: ui.find(TopBar).robot == names[2])
+        ui.find(TopBar).dispatch("on_pick_robot")
+        ui.advance(.3)
+        dialog = ui.find(ChoiceDialog)
+        assert [option.text for option in dialog.options] == [names[1], *names[2:]]
+        container.catalogue.remove_robot(robots[1].id)
+        ui.wait(lambda: [option.text for option in dialog.options] == names[2:])
+        assert (dialog.selected, dialog.title) == ([robots[2].id], "Robot")
+
+
 def test_what_waits_for_a_robot_is_told_above_all_of_them(container, ui, robots):
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
     with shown(container, ui) as app:
