@@ -44,6 +44,17 @@ def _row_of(widget):
     return next((around for around in parents(widget) if isinstance(around.parent, Seat)), None)
 
 
+def _middle(target) -> tuple[float, float]:
+    """Of the window, px."""
+    return target.to_window(*target.center)
+
+
+def _away(target, place) -> float:
+    """How far it is from that place of the window, px."""
+    (x, y), (left, bottom) = place, target.to_window(*target.pos)
+    return math.hypot(max(left - x, x - left - target.width, 0), max(bottom - y, y - bottom - target.height, 0))
+
+
 def _around(target) -> tuple[float, float, float, float]:
     """x, y, width, height of the ring: around the target, but in the window, and on no border of a card that it is in."""
     x, y = target.to_window(*target.pos)
@@ -72,28 +83,33 @@ def _far(target, other, right, up) -> float:
 
 class KeyFocus:
     """From ``start`` to ``stop``. Only what is topmost is reached: in a dialog its targets, else those of the screen. A touch ends it.
+    When a dialog or menu closes, the round goes on where it was opened: at what opened it, by keys or a finger, or what stands there now.
 
     What has the ring comes before what a dialog does with Enter; all other keys are the dialog's first. A key that is held presses once.
     """
 
     def __init__(self) -> None:
         self.target = None                   # what has the ring
-        self._left: list = []                # what had it below the dialogs that are open
+        self._left: list = []                # what had it on the page before
+        self._openers: list = []             # (dialog, what had the ring when it was opened or None, where that or the finger was)
+        self._finger = 0., 0.                # where it was last
+        self._begin = None                   # where the round begins, when nothing has the ring
         self._down: set[int] = set()         # keys that are held
         self._shown = None
         self._follow = Clock.create_trigger(self._draw, 0, interval=True)
 
     def start(self) -> None:
         Window.bind(on_key_down=self._key_down, on_key_up=self._key_up, on_keyboard=self._key, on_touch_down=self._touched,
-                    focus=self._forget_held)
+                    focus=self._forget_held, children=self._tops_changed)
 
     def stop(self) -> None:
         Window.unbind(on_key_down=self._key_down, on_key_up=self._key_up, on_keyboard=self._key, on_touch_down=self._touched,
-                      focus=self._forget_held)
+                      focus=self._forget_held, children=self._tops_changed)
         self.forget()
+        self._openers.clear()
 
     def forget(self) -> None:
-        self.target = None
+        self.target = self._begin = None
         self._left.clear()
         self._follow.cancel()
         self._clear()
@@ -150,7 +166,9 @@ class KeyFocus:
         elif key in ARROWS:
             self._turn(*ARROWS[key])
         elif key == ESCAPE and self.target is not None:
+            place = _middle(self.target)
             self.forget()
+            self._begin = place
         else:
             return key < LAST_OF_LATIN and not {"ctrl", "alt", "meta"}.intersection(modifiers) and self._type(
                 chr(key), ("shift" in modifiers) != ("capslock" in modifiers))
@@ -168,13 +186,24 @@ class KeyFocus:
             Clock.schedule_once(lambda _dt: field.insert_text(text.upper() if is_upper else text) if field.text == before else None, 0)
         return True
 
-    def _touched(self, *_args):
+    def _touched(self, _window, touch):
+        self._finger, self._begin = touch.pos, None
         if self.target is not None:
             self.forget()
+
+    def _tops_changed(self, *_args):
+        known = [dialog for dialog, _target, _place in self._openers]
+        new = next((top for top in Window.children if isinstance(top, Overlay) and top not in known), None)
+        if new is not None:
+            self._openers.append((new, self.target, _middle(self.target) if parents(self.target) else self._finger))
+        else:
+            self._come_back()
 
     def _step(self, by) -> None:
         self._come_back()
         reached = self._reached()
+        if self.target is None and self._begin is not None:
+            self.target = self._nearest(self._begin)
         at = reached.index(self.target) if self.target in reached else -1 if by > 0 else len(reached)
         if self._turn_list(by, reached[at + by] if 0 <= at + by < len(reached) else None, 0 if by > 0 else Window.width):
             return
@@ -213,9 +242,21 @@ class KeyFocus:
             self._go(min(found, key=lambda target: abs(target.to_window(*target.center)[0] - x)))
 
     def _come_back(self) -> None:
-        """To what had the ring before the dialog that is closed now, or on the page that has come back."""
+        """To what opened the dialog that is closed now, or had the ring on the page that has come back."""
+        opener = place = None
+        while self._openers and not (parents(self._openers[-1][0]) and self._openers[-1][0].is_open):
+            _dialog, opener, place = self._openers.pop()
+        if self.target is None:
+            self._begin = place or self._begin
+        elif place is not None and self.target not in (reached := self._reached()):
+            self.target = opener if opener in reached else self._nearest(place) or self.target
         while self._left and not (parents(self.target) and self.target in self._reached()):
             self.target = self._left.pop()
+
+    def _nearest(self, place):
+        """What stands at that place, or beside it; None: nothing does."""
+        near = min(self.targets(), key=lambda target: _away(target, place), default=None)
+        return near if near is not None and _away(near, place) <= tk.h_touch else None
 
     def _go_in(self) -> None:
         """To what receives the ring (``receives_ring``) on a page that has come in the place of what had it, which keeps it for later."""
@@ -227,7 +268,8 @@ class KeyFocus:
     def _go(self, target) -> None:
         if dock.field is not None:
             dock.field.focus = False
-        if self.target is not None and parents(target)[-1:] != parents(self.target)[-1:]:
+        top = parents(target)[-1:]
+        if self.target is not None and top != parents(self.target)[-1:] and not isinstance(top[0], Overlay):
             self._left.append(self.target)
         self.target = target
         for view in parents(target)[1:]:

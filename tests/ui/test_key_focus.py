@@ -11,11 +11,11 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.floatlayout import FloatLayout
 from kivy.utils import get_hex_from_color
 
-from app.screens.common.options import Option
+from app.screens.common.options import MenuItem, Option
 from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu
 from app.widgets.display import SectionCard
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput, FormField
@@ -344,6 +344,103 @@ def test_only_the_topmost_dialog_is_reached_and_what_was_before_it_comes_back(ui
     assert dialog.parent                                 # it fades away
     assert {target.text for target in keys.targets()} == {"One", "Two"}
     ui.advance(.5)
+
+
+def opening(*words: str) -> tuple[ScrollPage, list[ChoiceDialog]]:
+    """A page whose buttons open a choice, and those that were opened."""
+    page, opened = page_of(*words), []
+
+    def choose(*_args) -> None:
+        opened.append(ChoiceDialog(title="Choose", options=[Option(n, str(n)) for n in range(9)], hint="Search"))
+        opened[-1].open()
+
+    for button in page.ids.column.children:
+        button.bind(on_release=choose)
+    return page, opened
+
+
+def close(ui) -> None:
+    """A field is left by the first Escape."""
+    while dock.field is not None or any(getattr(top, "is_open", False) for top in Window.children):
+        ui.key(ESCAPE)
+    ui.advance(.5)
+
+
+@pytest.mark.parametrize("does", ["nothing", "tabs", "types", "types and tabs"])
+@pytest.mark.parametrize("by", ["Enter", "a finger"])
+def test_after_escape_the_round_goes_on_where_the_dialog_was_opened(ui, keys, by, does):
+    page, opened = opening("One", "Two", "Three")
+    ui.show(page, (300, 300))
+    if by == "Enter":
+        ui.key(TAB)
+        ui.key(TAB)
+        ui.key(ENTER)
+    else:
+        ui.tap_text("Two")
+    ui.advance(.5)
+    assert len(opened) == 1
+    if "types" in does:
+        ui.key(ord("7"), "7")
+    if "tabs" in does:
+        ui.key(TAB)
+    close(ui)
+    if by == "Enter" or "tabs" in does:
+        assert keys.target.text == "Two"
+    else:
+        assert keys.target is None                            # whoever uses a finger sees no ring
+    ui.key(TAB)
+    assert keys.target.text == "Three"
+
+
+def test_what_stands_where_the_opener_was_has_the_ring_when_that_is_gone(ui, keys):
+    page, _opened = opening("One", "Two", "Three")
+    ui.show(page, (300, 300))
+    for key in (TAB, TAB, ENTER, TAB):
+        ui.key(key)
+    ui.advance(.5)
+    page.ids.column.remove_widget(next(button for button in page.ids.column.children if button.text == "Two"))
+    ui.advance()
+    close(ui)
+    assert keys.target.text == "Three"
+
+
+def test_one_escape_too_many_hides_the_ring_and_keeps_its_place(ui, keys):
+    ui.show(page_of("One", "Two", "Three"), (300, 300))
+    for key in (TAB, TAB, ESCAPE):
+        ui.key(key)
+    assert keys.target is None
+    ui.key(TAB)
+    assert keys.target.text == "Three"
+
+
+def test_from_a_menu_through_a_dialog_the_ring_comes_back_to_what_opened_the_menu(ui, keys):
+    page = ui.show(page_of("One"), (300, 300))
+    dots = page.ids.column.children[0]
+    menu = Menu(anchor=dots, items=[MenuItem("edit", "Edit"), MenuItem("rename", "Rename")])
+    menu.bind(on_choose=lambda *_args: ConfirmDialog(title="Sure?", text="Really", confirm="Yes", decline="No").open())
+    page.add_widget(CommandButton(text="Other", height=64))
+    ui.key(TAB)
+    menu.open()
+    ui.advance(.5)
+    ui.key(TAB)
+    ui.key(TAB)
+    ui.key(ENTER)
+    ui.advance(.5)
+    ui.key(TAB)
+    assert keys.target.text == "No"
+    close(ui)
+    assert keys.target is dots
+    assert not keys._openers
+
+
+def test_dialogs_that_fingers_opened_are_let_go(ui, keys):
+    page, opened = opening("One")
+    ui.show(page, (300, 300))
+    ui.tap_text("One")
+    ui.advance(.5)
+    opened[0].dismiss()
+    ui.advance(1)
+    assert not keys._openers
 
 
 def test_tab_leaves_a_field_for_the_button_after_it(ui, keys):
