@@ -55,11 +55,15 @@ class ConstraintsPage(SettingsPage):
     def switch_battery(self, wanted: bool) -> None:
         self._save_battery(int(self.vm.battery) or FIRST_MINIMUM if wanted else None)
 
+    def step_battery(self, percent: int) -> None:
+        self.context.save_at_rest("battery", lambda: self.set_battery(percent))
+
     def set_battery(self, percent: int) -> None:
         self._save_battery(percent or None)              # 0 % is no constraint
 
     def _save_battery(self, percent: int | None) -> None:
         self.vm.battery_problem = ""
+        self.context.pass_over("battery")
         self.context.save(self._battery_refused, minimum_battery_percent=percent)
 
     def _battery_refused(self, problem: BaseException) -> None:

@@ -36,7 +36,7 @@ class IdlePage(SettingsPage):
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._problems: dict[int, str] = {}
-        self._minutes: dict[int, int] = {}               # chosen while there is no mission, and so no rule to save them in
+        self._minutes: dict[int, int] = {}               # chosen and not saved: stepped just now, or while there is no rule to save them in
         self._list, self._empty = self.ids.idle_list.__self__, self.ids.no_robots.__self__
 
     def show(self) -> None:
@@ -56,31 +56,35 @@ class IdlePage(SettingsPage):
         robot = self.context.facts.robot(robot_id)
         if robot is None:
             return
-        if action == "mission" or (action == "switch" and values[0] and robot.idle is None):
+        if action == "minutes":
+            self._minutes[robot.id] = values[0]
+            self.context.save_at_rest(("idle", robot.id), lambda: self._save_minutes(robot.id))
+        elif action == "mission" or (values[0] and robot.idle is None):
             self._choose_mission(robot)                  # a rule can't be switched on without a mission
-        elif robot.idle is None:
-            if action == "minutes":
-                self._minutes[robot.id] = values[0]
-        elif action == "switch":
+        elif robot.idle is not None:
             self._save(robot, replace(robot.idle, enabled=values[0]))
-        else:
-            self._save(robot, replace(robot.idle, after_minutes=values[0]))
+
+    def _save_minutes(self, robot_id: int) -> None:
+        robot = self.context.facts.robot(robot_id)
+        if robot is not None and robot.idle is not None:
+            self._save(robot, robot.idle)
 
     def _choose_mission(self, robot: Robot) -> None:
         options = mission_options(self.context.facts, robot)
         if not options:
             self._show_problem(robot, _("There are no missions yet: add them under Missions"))
             return
-        idle = robot.idle or IdleRule(0, self._minutes.get(robot.id, IdleRule(0).after_minutes))
+        idle = robot.idle or IdleRule(0)
         self.context.shell.dialogs.choose(
             _("Idle mission of {robot}").format(robot=robot.name), options,
             lambda mission_id: self._save(robot, replace(idle, mission_id=mission_id)), selected=idle.mission_id or None)
 
     def _save(self, robot: Robot, rule: IdleRule) -> None:
         self._problems.pop(robot.id, None)
-        self._minutes.pop(robot.id, None)
+        self.context.pass_over(("idle", robot.id))
+        minutes = self._minutes.pop(robot.id, rule.after_minutes)
         self.context.change(
-            lambda: self.context.services.catalogue.save_idle_rule(robot.id, rule.mission_id, rule.after_minutes, rule.enabled),
+            lambda: self.context.services.catalogue.save_idle_rule(robot.id, rule.mission_id, minutes, rule.enabled),
             lambda problem: self._show_problem(robot, sentence_of(problem)))
 
     def _show_problem(self, robot: Robot, problem: str) -> None:

@@ -8,6 +8,7 @@ from datetime import date, datetime
 from typing import Any, TypeVar, cast
 from zoneinfo import ZoneInfo
 
+from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -29,6 +30,7 @@ from app.widgets.slots import PartSlot
 log = logging.getLogger(__name__)
 T = TypeVar("T")
 
+RESTS = 2.0                              # s without another step, after which a number is saved
 EXPECTED = (InvalidInput, RobotError, DatabaseError)     # each brings its sentence; anything else goes to the log as well
 
 
@@ -58,6 +60,9 @@ class PageContext:
         self.services, self.refresh = services, refresh
         self.shell = replace(shell, dialogs=cast(Any, _DialogsWhile(is_shown, shell.dialogs)))
         self.facts = SettingsFacts()
+        self._is_shown = is_shown
+        self._resting: dict[Hashable, Callable[[], object]] = {}       # what saves the numbers that were stepped
+        self._rest = Clock.create_trigger(self.settle, RESTS)
 
     def now(self) -> datetime:
         return self.services.clock.now()
@@ -83,6 +88,26 @@ class PageContext:
     def save(self, failed: Callable[[BaseException], object] | None = None, **changes: Any) -> None:
         """Change settings, at once."""
         self.change(lambda: self.services.catalogue.change_settings(**changes), failed)
+
+    def save_at_rest(self, what: Hashable, save: Callable[[], object]) -> None:
+        """Save a number when nobody steps it any more, or its page is left: what lies on the way to it must have no effect."""
+        self._resting[what] = save
+        if self._is_shown():
+            self._rest.cancel()
+            self._rest()
+        else:
+            self.settle()
+
+    def pass_over(self, what: Hashable) -> None:
+        """What was stepped there is not wanted any more."""
+        self._resting.pop(what, None)
+
+    def settle(self, *_args: object) -> None:
+        """Save what was stepped."""
+        self._rest.cancel()
+        resting, self._resting = self._resting, {}
+        for save in resting.values():
+            save()
 
     def remove(self, work: Callable[[], Removed], text: str) -> None:
         """Delete something at once, say so with ``text``, and offer to undo it until that is closed by hand."""

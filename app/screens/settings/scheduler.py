@@ -1,6 +1,7 @@
 """Settings, Scheduler: poll interval, retries, time limits, length of the history, and the time zone."""
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from kivy.event import EventDispatcher
@@ -48,7 +49,12 @@ class SchedulerPage(SettingsPage):
             self._show_problem(name, "")
 
     # ------------------------------------------------------------------ what is changed
+    def step(self, name: str, value: int) -> None:
+        save = self.keep if name == "history_limit" else partial(self.set, name)
+        self.context.save_at_rest(name, lambda: save(value))
+
     def set(self, name: str, value: Any) -> None:
+        self.context.pass_over(name)
         self._show_problem(name, "")
         self.context.save(lambda problem: self._show_problem(name, sentence_of(problem)), **{name: value})
 
@@ -60,6 +66,7 @@ class SchedulerPage(SettingsPage):
 
     def keep(self, runs: int) -> None:
         """Limit the history; what that would delete is asked first."""
+        self.context.pass_over("history_limit")
         self.vm.history_limit = runs
 
         def counted(surplus: int) -> None:

@@ -72,6 +72,7 @@ class SettingsViewModel(ViewModel):
 
     def closed(self) -> None:
         self._waiting.clear()
+        self.context.settle()
 
     def retranslated(self) -> None:
         self.show()
@@ -184,6 +185,7 @@ class SettingsScreen(ScreenBase):
     # ------------------------------------------------------------------ sections
     def open(self, section: str, **intent: Any) -> None:
         """Show a section."""
+        self.vm.context.settle()
         self.vm.current = section
         self.vm.is_narrow_open = True
         self.vm.show()

@@ -137,6 +137,68 @@ def test_idle_automation_of_a_robot(site, app, ui):
     ui.wait(lambda: ui.find(SectionRow, key="idle").note == "off")
 
 
+def stepped(app, ui, field: StepField, icon: str, times: int) -> None:
+    """Pressed so often, with time for each step to be saved."""
+    for _n in range(times):
+        ui.tap(ui.find(RepeatButton, root=field, icon=icon))
+        ui.advance(.5)
+        ui.wait(lambda: app.shell.background.idle)
+
+
+def test_what_an_idle_rule_is_stepped_through_is_not_saved_on_the_way(site, app, ui):
+    """A robot that has been idle for as long as a value on the way would start at once."""
+    robot, _other = site.add_robots()
+    site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 30)
+    go(ui, "idle")
+    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30])
+    panel = next(panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30)
+    field = ui.find(StepField, root=panel)
+    stepped(app, ui, field, "minus", 5)
+    stepped(app, ui, field, "plus", 3)
+    assert robots(site)[0].idle.after_minutes == 30
+    assert field.text == "20"
+    ui.wait(lambda: robots(site)[0].idle.after_minutes == 20)
+    ui.wait(lambda: panel.note == "After 20 minutes without work, once")
+    stepped(app, ui, field, "minus", 1)
+    ui.tap(ui.find(Toggle, root=panel))                       # what is chosen goes with it
+    ui.wait(lambda: not robots(site)[0].idle.enabled)
+    assert robots(site)[0].idle.after_minutes == 15
+
+
+@pytest.mark.parametrize("leave", [lambda app, ui: go(ui, "about"), lambda app, ui: app.shell.go("home")], ids=["section", "screen"])
+def test_a_number_that_was_stepped_is_saved_when_the_page_is_left(site, app, ui, leave):
+    robot, _other = site.add_robots()
+    site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 30)
+    go(ui, "idle")
+    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30])
+    panel = next(panel for panel in ui.find_all(IdlePanel) if panel.minutes == 30)
+    stepped(app, ui, ui.find(StepField, root=panel), "minus", 2)
+    leave(app, ui)
+    ui.wait(lambda: app.shell.background.idle)
+    assert robots(site)[0].idle.after_minutes == 20
+
+
+def test_numbers_that_are_stepped_are_saved_once(site, app, ui):
+    site.container.catalogue.change_settings(minimum_battery_percent=30, retry_limit=10)
+    go(ui, "constraints")
+    ui.wait(lambda: ui.find(StepField).value == 30)
+    stepped(app, ui, ui.find(StepField), "minus", 3)
+    assert settings(site).minimum_battery_percent == 30
+    ui.wait(lambda: settings(site).minimum_battery_percent == 15)
+    stepped(app, ui, ui.find(StepField), "plus", 1)
+    ui.tap(ui.find(Segment, text="50\N{NO-BREAK SPACE}%"))     # instead
+    ui.wait(lambda: settings(site).minimum_battery_percent == 50)
+    ui.advance(3)
+    ui.wait(lambda: app.shell.background.idle)
+    assert settings(site).minimum_battery_percent == 50
+    go(ui, "scheduler")
+    field = ui.find(StepField, heading="Retries when a robot can't be reached")
+    ui.wait(lambda: field.value == 10)
+    stepped(app, ui, field, "plus", 4)
+    assert settings(site).retry_limit == 10
+    ui.wait(lambda: settings(site).retry_limit == 14)
+
+
 def test_idle_automation_without_missions_says_where_they_come_from(site, app, ui):
     site.add_robots()
     go(ui, "idle")
