@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from app.domain.models import Execution, ReasonCode, State, Wait
+from app.domain.robot import MissionParameter
 from app.screens.common.cancelled import say_cancelled
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.overlays import Dialogs
@@ -18,6 +19,7 @@ from app.screens.common.view_model import Navigator
 from app.screens.frame.controller import FrameController
 from app.services.live.changes import Topic
 from app.services.live.holds import Hold
+from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import Frame
 from app.widgets.snackbar import Snackbars
 from tests.support.home_facts import AINO, execution
@@ -289,6 +291,23 @@ def test_two_starts_with_the_same_words_are_both_followed(world, ui):
     assert world.told == ["Kits is sent to Aino. Aino: free now", "Kits is sent to Veikko"]
 
 
+@pytest.fixture
+def dock(world) -> dict[str, str]:
+    """What a mission was given."""
+    guid = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
+    world.shell.given.take("m-1", (MissionParameter("goal", "Position", choices=((guid, "Dock 3"),), sets="position"),))
+    return {"goal": guid}
+
+
+def test_what_is_said_of_a_start_names_what_it_was_given(world, dock, ui):
+    world.row = replace(UNBOUND, parameters=dock)
+    world.reports.follow(world.row)
+    ui.advance(1.2)
+    assert world.told[0].startswith("Kits · Dock 3 is not sent yet. ")
+    world.becomes(replace(SENT, parameters=dock))
+    assert world.told == ["Kits · Dock 3 is sent to Aino. Aino: free now"]
+
+
 class Rows:
     """A ledger that still says that it is held, and the holds."""
 
@@ -340,6 +359,18 @@ def test_what_is_released_at_once_is_not_said_to_be_held_after_that(world, start
     assert world.told == ["Kits is released"]
 
 
+def test_what_a_person_does_with_a_start_names_what_it_was_given(world, starts, dock, ui):
+    start = replace(UNBOUND, parameters=dock)
+    starts.hold(start, True)
+    assert world.told == ["Kits · Dock 3 is held; it is skipped unless it is released in time"]
+    ui.advance(1)
+    starts.cancel(start)
+    assert world.told == ["Kits · Dock 3 is being cancelled"]
+    starts.give(start, [])
+    assert ui.find(ChoiceDialog).title == "Give Kits · Dock 3 to"
+    world.shell.dialogs.close_all()
+
+
 def test_what_is_cancelled_at_once_is_not_said_to_be_held_after_that(world, starts, ui):
     starts.hold(UNBOUND, True)
     ui.advance(1)
@@ -366,7 +397,7 @@ def test_that_one_is_held_says_nothing_of_another_one(world, starts, ui):
 @pytest.fixture
 def late(world):
     """Holds and releases what fell due while the app was off."""
-    return FrameController(SimpleNamespace(operator=Operator()), world.shell, Frame())._hold_starts
+    return FrameController(SimpleNamespace(operator=Operator(), robot_missions=None, clock=None), world.shell, Frame())._hold_starts
 
 
 def test_late_starts_are_not_said_to_be_held_once_one_of_them_is_released(world, late, ui):

@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from datetime import date, datetime, time, tzinfo
 from functools import lru_cache
 
-from app.domain.names import given_to_schedule
 from app.domain.reasons import known_zone
-from app.i18n import SOURCE_LANGUAGE, _, translator
+from app.i18n import SOURCE_LANGUAGE, translator
 
 NOTHING = "–"
 DAY = 86400.0
@@ -211,11 +210,6 @@ def plain(value: float) -> str:
 def percent(value: float | None, digits: int = 0) -> str:
     """78 % of a value that is in percent already."""
     return number(value, digits, "%")
-
-
-def schedule_name(name: str, mission: str, robot: str) -> str:
-    """What a person calls a schedule: the name given to it, else what it does where."""
-    return given_to_schedule(name, mission, robot) or _("{mission} on {robot}").format(mission=mission, robot=robot)
 
 
 def address(url: str) -> str:

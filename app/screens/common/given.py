@@ -1,20 +1,25 @@
-"""What missions were given, in words: "Go to position · Dock 3". Values are kept as robots want them, a position as its identifier; only a
-robot knows what it calls that, so a screen asks for what it shows, seldom."""
+"""Missions with what they were given, in words: "Go to position · Dock 3", wherever a mission is named that was given something. Values are
+kept as robots want them, a position as its identifier; only a robot knows what it calls that, so a screen asks for what it shows, seldom,
+and what is learnt anywhere is known to all (``Shell.given``)."""
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.domain.clock import Clock
-from app.domain.models import Robot
+from app.domain.models import Execution, Group, Mission, Robot, Schedule
+from app.domain.names import given_to_schedule
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.shell import Shell
-from app.services.robots.missions import RobotMissions
+
+if TYPE_CHECKING:
+    from app.screens.common.shell import Shell
+    from app.services.planning.planned import PlannedRun
+    from app.services.robots.missions import RobotMissions
 
 ASK_AGAIN_AFTER = 300.0                  # s, for a name that the robot has not told
 LONGEST_BESIDE = 32                      # characters of a value beside the mission's name
@@ -35,8 +40,24 @@ class Given:
         return " · ".join(f"{labels.get(name) or name}: {self._word(guid, name, value) or formats.NOTHING}"
                           for name, value in values.items())
 
-    def beside(self, mission: str, guid: str, values: Mapping[str, Any]) -> str:
+    def run(self, execution: Execution) -> str:
         """Go to position · Dock 3"""
+        return self._beside(execution.mission, execution.mission_guid, execution.parameters)
+
+    def start(self, run: PlannedRun) -> str:
+        """The same of a start to come."""
+        return self.mission(run.mission, run.schedule.parameters)
+
+    def mission(self, mission: Mission, values: Mapping[str, Any]) -> str:
+        """The same of any mission that is to be given these."""
+        return self._beside(mission.name, mission.guid, values)
+
+    def schedule(self, schedule: Schedule, mission: Mission, target: Robot | Group) -> str:
+        """What a person calls it: the name given to it, else what it does where."""
+        return given_to_schedule(schedule.name, mission.name, target.name) or _("{mission} on {robot}").format(
+            mission=self.mission(mission, schedule.parameters), robot=target.name)
+
+    def _beside(self, mission: str, guid: str, values: Mapping[str, Any]) -> str:
         words = (self._word(guid, name, value) for name, value in values.items())
         return " · ".join((mission, *(f"{word[:LONGEST_BESIDE]}…" if len(word) > LONGEST_BESIDE else word for word in words if word)))
 
@@ -60,19 +81,30 @@ class Given:
 NOTHING_KNOWN = Given()
 
 
+class Learnt:
+    """What robots have told of it, whoever asked them."""
+
+    def __init__(self) -> None:
+        self.known = NOTHING_KNOWN
+
+    def take(self, guid: str, found: Sequence[MissionParameter]) -> None:
+        """What a robot says that this mission asks for."""
+        names = {key: label for parameter in found for key, label in parameter.choices if _IDENTIFIER.fullmatch(str(key))}
+        self.known = replace(self.known, parameters={**self.known.parameters, guid: found}, names={**self.known.names, **names})
+
+
 class GivenNames:
-    """``learnt()`` is called when ``known`` has become more."""
+    """Asks for what a screen shows; ``learnt()`` is called when more is known."""
 
     def __init__(self, missions: RobotMissions, clock: Clock, shell: Shell, learnt: Callable[[], object]) -> None:
         self._missions, self._clock, self._shell, self._learnt = missions, clock, shell, learnt
-        self.known = Given()
         self._ask_at: dict[tuple[int, str], float] = {}
 
     def look(self, robots: Iterable[Robot], starts: Iterable[Start]) -> None:
         """Ask these robots, as far as they are switched on, for what these starts lack."""
         on = {robot.id for robot in robots if robot.enabled}
         for robot_id, guid, values in starts:
-            if robot_id is None or robot_id not in on or not self.known.lacks(values):
+            if robot_id is None or robot_id not in on or not self._shell.given.known.lacks(values):
                 continue
             now = self._clock.monotonic()
             if now < self._ask_at.get((robot_id, guid), now):
@@ -82,6 +114,5 @@ class GivenNames:
                                        lambda _problem: None, apart="given")
 
     def _take(self, guid: str, found: Sequence[MissionParameter]) -> None:
-        names = {key: label for parameter in found for key, label in parameter.choices if _IDENTIFIER.fullmatch(str(key))}
-        self.known = replace(self.known, parameters={**self.known.parameters, guid: found}, names={**self.known.names, **names})
+        self._shell.given.take(guid, found)
         self._learnt()

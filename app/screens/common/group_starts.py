@@ -65,25 +65,25 @@ class GroupStarts:
 
     def give(self, row: Execution, robots: Sequence[Option]) -> None:
         self._shell.dialogs.choose(
-            _("Give {mission} to").format(mission=row.mission), robots,
+            _("Give {mission} to").format(mission=self._name(row)), robots,
             lambda robot_id: self._do(row, lambda: self._operator.give_to(row.id, robot_id), self._follow))
 
     def prioritise(self, row: Execution) -> None:
         def chosen(priority: int) -> None:
-            said = _("{mission}: priority {priority}").format(mission=row.mission, priority=word(priority))
+            said = _("{mission}: priority {priority}").format(mission=self._name(row), priority=word(priority))
             self._do(row, lambda: self._operator.prioritise(row.id, priority), self._saying(row, said, "chevron-double-up"))
-        self._shell.dialogs.choose(_("Priority of {mission}").format(mission=row.mission), [Option(each, word(each)) for each in LEVELS],
-                                   chosen, selected=level(row.priority))
+        self._shell.dialogs.choose(_("Priority of {mission}").format(mission=self._name(row)),
+                                   [Option(each, word(each)) for each in LEVELS], chosen, selected=level(row.priority))
 
     def cancel(self, row: Execution) -> None:
         self._do(row, lambda: self._operator.cancel_execution(row.id),
-                 lambda left: say_cancelled(self._shell, self._catalogue, row.mission, left, self._changed))
+                 lambda left: say_cancelled(self._shell, self._catalogue, self._name(row), left, self._changed))
 
     def hold(self, row: Execution, held: bool) -> None:
         """Keep it back, or let it go."""
         words = _("{mission} is held; it is skipped unless it is released in time") if held else _("{mission} is released")
-        said = self._saying(row, words.format(mission=row.mission), HAND if held else "play")
-        gone = self._saying(row, _("{mission} was on its way already").format(mission=row.mission), "information-outline")
+        said = self._saying(row, words.format(mission=self._name(row)), HAND if held else "play")
+        gone = self._saying(row, _("{mission} was on its way already").format(mission=self._name(row)), "information-outline")
         self._do(row, lambda: self._operator.hold_starts([row.id], held), lambda number: (said if number else gone)(number))
 
     def start_on_another(self, row: Execution, robots: Sequence[Option]) -> None:
@@ -92,10 +92,13 @@ class GroupStarts:
             name = next((robot.text for robot in robots if robot.key == robot_id), "")
             asked = _("Start {mission} on {robot}?") if robot_id else _("Start {mission} on another robot?")
             self._shell.dialogs.confirm(
-                asked.format(mission=row.mission, robot=name),
+                asked.format(mission=self._name(row), robot=name),
                 _("If {robot} has it after all, it runs twice.").format(robot=row.robot), _("Start it"),
                 lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow), danger=True)
         self._shell.dialogs.choose(_("Start on another robot"), robots, agreed)
+
+    def _name(self, row: Execution) -> str:
+        return self._shell.given.known.run(row)
 
     def _saying(self, row: Execution, text: str, icon: str) -> Callable[[object], None]:
         return lambda _done: self._shell.snackbars.show(text, icon=icon, about=about_start(row.id))

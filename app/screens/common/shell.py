@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from app.domain.models import InvalidInput, Robot
 from app.i18n import _
 from app.mir.errors import RobotError
+from app.screens.common.given import Learnt
 from app.screens.common.problems import sentence_of
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class Shell:
     ``navigator`` shows another screen; ``dialogs`` asks; ``snackbars`` reports what was done, with Undo; ``bus`` delivers events of other
     threads on the UI thread; ``background`` runs work off the UI thread and its result back on it. ``restore`` closes the services, puts a
     backup in the place of the database and goes on with it; None: this window can't. Without a
-    ``loudspeaker`` it is silent.
+    ``loudspeaker`` it is silent. ``given`` is what is known of the values that missions get.
     """
     navigator: Navigator
     dialogs: Dialogs
@@ -66,6 +67,7 @@ class Shell:
     background: Background
     restore: Callable[[Path], object] | None = None
     loudspeaker: Loudspeaker | None = None
+    given: Learnt = field(default_factory=Learnt)
 
     def go(self, screen: str, **intent: Any) -> None:
         """Show ``screen`` (a key of SCREENS): ``go("settings", section="robots", add=True)``, ``go("scheduler", schedule_id=3)``."""

@@ -11,6 +11,7 @@ from app.domain.models import Execution, State, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.given import Given
 from app.screens.common.holding import HAND, about_start
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Changed
@@ -25,17 +26,17 @@ CHOSEN_WITHIN = 1.0                      # s, after which it is said that a star
 Words = tuple[str, str, float]           # text, icon, and for how many seconds it is shown
 
 
-def outcome(execution: Execution) -> Words | None:
+def outcome(execution: Execution, given: Given) -> Words | None:
     """None while it is under way, or when it is cancelled, which is said where that is done."""
     if execution.state is State.CANCELLED or execution.cancel_code is not None:
         return None
-    names = {"mission": execution.mission, "robot": execution.robot or execution.robot_group}
+    names = {"mission": given.run(execution), "robot": execution.robot or execution.robot_group}
     passed = choice.moved_on(execution.tried, execution.robot, _)
     if execution.state is State.WAITING and execution.wait is not Wait.DUE:
         words = waiting_sentence(execution, None, _)
         if execution.robot_id is None:
             words = ". ".join(filter(None, (passed, words)))
-            return _("{mission} is not sent yet. {why}").format(mission=execution.mission, why=words), "timer-sand", PROBLEM_SECONDS
+            return _("{mission} is not sent yet. {why}").format(**names, why=words), "timer-sand", PROBLEM_SECONDS
         return _("{mission} is not sent to {robot} yet. {why}").format(**names, why=words), \
             HAND if execution.wait is Wait.HOLD else "timer-sand", PROBLEM_SECONDS
     if execution.queue_id is not None or execution.state in (State.QUEUED, State.EXECUTING, State.COMPLETED):
@@ -48,11 +49,11 @@ def outcome(execution: Execution) -> Words | None:
     return None
 
 
-def unanswered(execution: Execution) -> Words:
+def unanswered(execution: Execution, given: Given) -> Words:
     """Nothing is known yet."""
     text = _("{mission} waits for an answer of {robot}, until {time} at most") if execution.robot else _(
         "{mission} waits for a robot of {group}, until {time} at most")
-    return text.format(mission=execution.mission, robot=execution.robot, group=execution.robot_group,
+    return text.format(mission=given.run(execution), robot=execution.robot, group=execution.robot_group,
                        time=formats.clock_time(execution.closes_at, execution.timezone)), "timer-sand", PROBLEM_SECONDS
 
 
@@ -136,7 +137,8 @@ class StartReports:
         return each
 
     def _take(self, key: int, found: Execution | None) -> None:
-        each, words = self._current(key), outcome(found) if found is not None else None
+        each, given = self._current(key), self._shell.given.known
+        words = outcome(found, given) if found is not None else None
         if each is None:
             return
         if found is None or (words is None and (found.cancel_code is not None or not found.state.is_open)):
@@ -152,7 +154,7 @@ class StartReports:
             each.is_late = is_retried
             self._say(key, each, words)
         elif each.is_late:
-            self._say(key, each, unanswered(found))
+            self._say(key, each, unanswered(found, given))
         elif each.said:                                       # what kept it back is over
             self.follow(found)
 

@@ -10,7 +10,7 @@ from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.domain.models import Alarm, Execution, Robot, Settings
+from app.domain.models import Alarm, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common.alarm_groups import Together, group_entry, group_text, together
 from app.screens.common.alarms_view import (
@@ -345,7 +345,8 @@ class LateStartsDialog(FormDialog):
         self._hold = hold
         super().__init__(**kwargs)
 
-    def show(self, executions: Sequence[Execution], settings: Settings, now: datetime) -> None:
+    def show(self, issues: OpenIssues, settings: Settings, now: datetime) -> None:
+        executions = issues.late_starts
         going = [e for e in executions if not e.held]
         many = len(going)
         self.title = ngettext("The app was off. Start this now?", "The app was off. Start these {n} now?", many).format(n=many) if going \
@@ -354,7 +355,7 @@ class LateStartsDialog(FormDialog):
                 _("It starts in {n} s unless you hold it.") if many == 1 else _("They start in {n} s unless you hold them."))
         self.text = text.format(n=seconds_left(going, now))
         self.all_held = not going
-        self.rows = [LateStart(e.id, late_line(e, settings), e.given_name, e.held) for e in executions]
+        self.rows = [LateStart(e.id, late_line(e, issues.given, settings), e.given_name, e.held) for e in executions]
 
     def start(self) -> None:
         """At once, what is not held."""

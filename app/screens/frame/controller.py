@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from kivy.clock import Clock
@@ -11,6 +12,7 @@ from app.i18n import _, ngettext, translator
 from app.screens.common import formats, questions
 from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Act, Here, bell, is_shelved
+from app.screens.common.given import GivenNames
 from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old
@@ -64,6 +66,7 @@ class FrameController:
         self._reader = Refresher(shell, lambda: lambda: read(services), self._take)
         self._alarms = AlarmList(services, shell, self._do)
         self._sounding = Sounding()
+        self._given = GivenNames(services.robot_missions, services.clock, shell, self._show)
         self._late: LateStartsDialog | None = None
         self._choice: ChoiceDialog | None = None              # of a robot, while it is open
         self._rests_until = 0.0                               # the banner, after it was pressed
@@ -105,6 +108,7 @@ class FrameController:
         before, self._facts, self._is_read = self._facts.robot, facts, True
         if facts.robot and (before is None or before.id != facts.robot.id):
             self._services.engine.watch(facts.robot.id)
+        self._given.look(facts.robots.values(), ((e.robot_id, e.mission_guid, e.parameters) for e in facts.issues.late_starts))
         self._show()
         self._alarms.changed()
         self._show_late_starts()
@@ -114,7 +118,7 @@ class FrameController:
 
     def _show(self) -> None:
         facts, frame, now = self._facts, self._frame, self._services.clock.now()
-        robot, issues = facts.robot, facts.issues
+        robot, issues = facts.robot, replace(facts.issues, given=self._shell.given.known)
         if self._is_read:                    # until then neither the robots nor the time zone are known
             show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
         if not finger.is_down():             # else a second later: the banner moves all that is below it
@@ -129,7 +133,7 @@ class FrameController:
         if is_heard and facts.settings.alarm_sound and self._shell.loudspeaker is not None:
             self._shell.loudspeaker.play()
         if self._late is not None:
-            self._late.show(issues.late_starts, facts.settings, now)
+            self._late.show(issues, facts.settings, now)
 
     def _groups(self) -> list[Group]:
         """Of all robots."""

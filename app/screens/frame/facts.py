@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from app.domain.clock import Clock
 from app.domain.models import Alarm, Execution, Robot, Settings, State, Wait
+from app.screens.common.given import NOTHING_KNOWN, Given
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.engine import Engine
 from app.services.history.runs import History
@@ -14,6 +15,7 @@ from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet
 from app.services.robots.commands import Operator
+from app.services.robots.missions import RobotMissions
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,7 @@ class FrameServices:
     holds: Holds
     engine: Engine
     operator: Operator
+    robot_missions: RobotMissions
     settings: Callable[[], Settings]
     snapshots: Snapshots
     tablet: Tablet
@@ -38,6 +41,7 @@ class OpenIssues:
     holds: Sequence[Hold] = ()           # the operator's, of all robots or of one
     late_starts: Sequence[Execution] = ()
     copy: Hold | None = None             # why nothing is sent from here: the data was copied from another tablet
+    given: Given = NOTHING_KNOWN         # what is known of the values that the late starts' missions get
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from app.screens.common.alarms_view import (
     urgency,
     way_to,
 )
+from app.screens.common.given import Given
 from app.screens.common.holding import HAND, hold_at, state_and_hold
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
@@ -115,7 +116,7 @@ def open_issues(issues: OpenIssues, robots: Mapping[int, Robot], settings: Setti
              for group in together(standing, now)]
     lines += [(_HOLD, OpenIssue(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
               for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # an implausible clock has its own alarm
-    starting = [OpenIssue(("late", 0), _late(issues.late_starts, settings, now))] if issues.late_starts else []
+    starting = [OpenIssue(("late", 0), _late(issues, settings, now))] if issues.late_starts else []
     if starting and all(start.held for start in issues.late_starts):          # nothing of them runs away, as of other holds
         lines += [(_HOLD, starting.pop())]
     lines.sort(key=lambda line: line[0])
@@ -168,10 +169,11 @@ def _icon(alarm: Alarm) -> str:
 
 
 # ---------------------------------------------------------------------- holds and late starts
-def _late(executions: Sequence[Execution], settings: Settings, now: datetime) -> BannerView:
+def _late(issues: OpenIssues, settings: Settings, now: datetime) -> BannerView:
+    executions = issues.late_starts
     going = [e for e in executions if not e.held]
     count = len(going) or len(executions)
-    names = ", ".join(late_line(e, settings) for e in (going or executions)[:3])
+    names = ", ".join(late_line(e, issues.given, settings) for e in (going or executions)[:3])
     note = _("Due while the app was off: {missions}").format(missions=names)
     if not going:
         text = ngettext("{n} late mission is held", "{n} late missions are held", count).format(n=count)
@@ -181,8 +183,8 @@ def _late(executions: Sequence[Execution], settings: Settings, now: datetime) ->
     return BannerView(first, note, "attention", "timer-alert-outline", "", _("Hold"), Act.HOLD)
 
 
-def late_line(execution: Execution, settings: Settings) -> str:
-    return _("{mission} on {robot} ({time})").format(mission=execution.mission, robot=execution.robot or execution.robot_group,
+def late_line(execution: Execution, given: Given, settings: Settings) -> str:
+    return _("{mission} on {robot} ({time})").format(mission=given.run(execution), robot=execution.robot or execution.robot_group,
                                                      time=formats.clock_time(execution.planned_at, settings.timezone))
 
 

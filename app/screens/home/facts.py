@@ -162,12 +162,8 @@ class HomeFacts:
     def name_of(self, item: QueueItem) -> str:
         """The mission of an item, as the people here call it, else as the robot does; of ours with what it was given."""
         if ours := self.execution_of(item):
-            return self.name_of_run(ours)
+            return self.given.run(ours)
         return self._known_name(item) or item.mission_id or "–"
-
-    def name_of_run(self, execution: Execution) -> str:
-        """Its mission, with what that was given."""
-        return self.given.beside(execution.mission, execution.mission_guid, execution.parameters)
 
     def needs_name(self, item: QueueItem) -> bool:
         """Whether only the robot knows what it is called."""

@@ -15,13 +15,13 @@ class Learning:
     def __init__(self, services: HomeServices, shell: Shell, learnt: Callable[[], object]) -> None:
         self._services, self._shell, self._learnt = services, shell, learnt
         self._is_learning_map = False
-        self.given = GivenNames(services.robot_missions, services.clock, shell, learnt)
+        self._given = GivenNames(services.robot_missions, services.clock, shell, learnt)
 
     def look(self, facts: HomeFacts) -> None:
         """What these facts lack."""
         self._learn_names(facts)
         self._learn_map(facts)
-        self.given.look(facts.robots, (
+        self._given.look(facts.robots, (
             *((run.robot_id, run.mission_guid, run.parameters) for run in (*facts.open, *facts.finished)),
             *((run.robot.id, run.mission.guid, run.schedule.parameters) for run in facts.planned)))
 

@@ -111,7 +111,7 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
             entry = _waiting(facts, e, now)
         else:                                # the robot has it, but its queue was read before that; the entry stays where it is
             number += 1
-            entry = QueueEntry(("execution", e.id), facts.name_of_run(e), _since(facts, e), str(number))
+            entry = QueueEntry(("execution", e.id), facts.given.run(e), _since(facts, e), str(number))
         entries.append(_cancelling(entry) if goes or e.cancel_code else entry)
     return entries
 
@@ -187,7 +187,7 @@ def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntr
     if execution.wait is Wait.LATE_START and execution.hold_until is not None:
         words = _("late, because the app was off; starts in {n} s").format(n=max(0, round((execution.hold_until - now).total_seconds())))
     is_due = execution.wait is Wait.DUE or execution.state is State.SUBMITTING
-    return QueueEntry(("execution", execution.id), facts.name_of_run(execution),
+    return QueueEntry(("execution", execution.id), facts.given.run(execution),
                       _("{source} · {sentence}").format(source=trigger_words(execution), sentence=words),
                       icon="upload-outline" if execution.state is State.SUBMITTING else _WAIT_ICONS[execution.wait],
                       tone="neutral" if is_due else "attention")
@@ -253,7 +253,7 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
         silence = "" if kept else foreseen.silence(run, snapshot.connection)
         note = (foreseen.whose(run), silence, kept or (formats.ahead(soon) if soon < formats.DAY else ""))
         starts.append(PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone),
-                                   facts.given.beside(run.mission.name, run.mission.guid, run.schedule.parameters),
+                                   facts.given.start(run),
                                    " · ".join(filter(None, note)), HAND if held else "", day))
     return starts
 
@@ -280,7 +280,7 @@ def finished_runs(facts: HomeFacts, now: datetime) -> list[FinishedRun]:
 def _finished(facts: HomeFacts, execution: Execution, now: datetime) -> FinishedRun:
     icon, tone = execution_appearance.LOOKS[execution.state]
     at = formats.day_and_time(execution.ended_at or execution.planned_at, facts.settings.timezone, now)
-    return FinishedRun(execution.id, icon, tone, tone in ("fault", "attention"), facts.name_of_run(execution),
+    return FinishedRun(execution.id, icon, tone, tone in ("fault", "attention"), facts.given.run(execution),
                        f"{execution.robot or execution.robot_group} {at}", outcome_line(execution))
 
 

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from datetime import datetime
 from typing import Any
@@ -127,7 +127,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._seen_running = {running.id: self._seen_running.get(running.id) or self._services.clock.now()} if running else {}
         self._cancelling &= {item.id for item in self.facts.snapshot.queue}
         self.facts = replace(self.facts, seen_running=self._seen_running, cancelling=frozenset(self._cancelling),
-                             clearing=frozenset(self._clearing), given=self._learning.given.known)
+                             clearing=frozenset(self._clearing), given=self._shell.given.known)
 
     def _show(self) -> None:
         now = self._services.clock.now()
@@ -214,8 +214,12 @@ class HomeViewModel(HomeCommands, ViewModel):
         if robot is None or mission is None:
             return
         self._is_asking = True
-        self._shell.background.run(lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
-                                   lambda found: self._take_parameters(wanted, tuple(found)),
+
+        def told(found: Sequence[MissionParameter]) -> None:
+            self._shell.given.take(mission.guid, found)
+            self._take_parameters(wanted, tuple(found))
+
+        self._shell.background.run(lambda: self._services.robot_missions.parameters(robot.id, mission.guid), told,
                                    lambda _problem: self._take_parameters(wanted, None), key=("home", "parameters"), apart="parameters")
 
     def _take_parameters(self, asked_for: tuple[int, int] | None, found: tuple[MissionParameter, ...] | None) -> None:

@@ -237,7 +237,7 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
             "" if facts.planned else _("nothing is planned"))
     when = held_words(facts, run, now) or formats.until(run.at, now, facts.settings.timezone)
     words = _("probably next: {mission}, {when}") if run.is_approximate else _("next: {mission}, {when}")
-    planned = kept_for(facts, robot, now) or words.format(mission=run.mission.name, when=when)
+    planned = kept_for(facts, robot, now) or words.format(mission=facts.given.start(run), when=when)
     return " · ".join(filter(None, (planned, _idle_obstacle(facts, robot, run.at, now))))
 
 

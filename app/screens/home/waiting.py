@@ -53,8 +53,8 @@ def waiting_starts(rows: Sequence[Execution], settings: Settings, given: Given =
 def _start(row: Execution, note: str, settings: Settings, given: Given) -> WaitingStart:
     since = formats.clock_time(max(row.created_at, row.planned_at), settings.timezone)
     origin = _("any of {group} · {source} · since {time}").format(group=row.robot_group, source=trigger_words(row), time=since)
-    return WaitingStart(row.id, given.beside(row.mission, row.mission_guid, row.parameters), origin, note,
-                        word(row.priority), row.priority >= HIGH, cancelling=row.cancel_code is not None)
+    return WaitingStart(row.id, given.run(row), origin, note, word(row.priority), row.priority >= HIGH,
+                        cancelling=row.cancel_code is not None)
 
 
 def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution, WaitingStart]]:
@@ -135,5 +135,5 @@ def kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
                 and (run.at - now).total_seconds() <= AHEAD), None)
     if run is None:
         return ""
-    name = names.given_to_schedule(run.schedule.name, run.mission.name, run.whose) or run.mission.name
+    name = names.given_to_schedule(run.schedule.name, run.mission.name, run.whose) or facts.given.start(run)
     return _("Kept for {name} at {time}").format(name=name, time=formats.clock_time(run.at, facts.settings.timezone))

@@ -178,7 +178,7 @@ class LogsViewModel(ViewModel):
     def _show_rows(self) -> None:
         facts, now = self._facts, self._services.clock.now()
         self.rows = self._row_cache.rows(facts.rows, now, facts.zone, facts.usual_s, self.opened_run, facts.expected,
-                                         facts.elsewhere, self._given.known)
+                                         facts.elsewhere, self._shell.given.known)
         self._given.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))
 
     def _show_figures(self) -> None:

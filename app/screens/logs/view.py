@@ -191,7 +191,7 @@ def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds
     icon, tone = execution_appearance.LOOKS[execution.state]
     return RunRow(
         execution.id, icon, tone, execution_appearance.word(execution.state),
-        given.beside(execution.mission, execution.mission_guid, execution.parameters), reason_line(execution, zone, usual),
+        given.run(execution), reason_line(execution, zone, usual),
         of_groups.whose(execution), execution_appearance.trigger_word(execution.trigger),
         when(execution.planned_at.astimezone(zone), now.astimezone(zone)), formats.duration(execution.duration_s), opened,
         story(execution, zone, usual, expected, elsewhere) if opened else (), message(execution, given) if opened else "")

@@ -95,8 +95,13 @@ class AsksRobot(EventDispatcher):
             return
         self._is_asking = True
         self._learn_others(robot_id)
+
+        def told(found: tuple[MissionParameter, ...]) -> None:
+            self._shell.given.take(mission.guid, found)
+            self._robot_answered(wanted, found)
+
         self._shell.background.run(
-            lambda: self._ask_robot(robot_id, mission.guid), lambda found: self._robot_answered(wanted, found),
+            lambda: self._ask_robot(robot_id, mission.guid), told,
             lambda _problem: self._robot_answered(wanted, None), key=("scheduler", "parameters"), apart="parameters")
 
     def _asked_robot(self) -> int | None:

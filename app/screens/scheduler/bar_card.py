@@ -34,7 +34,7 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     name = facts.name(facts.schedule(execution.schedule_id))
     whose = execution.robot or _("any of {group}").format(group=execution.robot_group)
     chosen = choice.chosen(execution.choice, facts.zone, _)
-    return Card(facts.run(execution), _lines(name, f"{whose} · {_from_to(facts, begins, ends)}", why, chosen), tuple(items))
+    return Card(facts.given.run(execution), _lines(name, f"{whose} · {_from_to(facts, begins, ends)}", why, chosen), tuple(items))
 
 
 def _waiting_items(execution: Execution) -> list[MenuItem]:
@@ -65,7 +65,8 @@ def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
     when = f"{foreseen.whose(run)} · {_from_to(facts, run.begins, ends)}"
     contested = [conflicts.sentence(each.code, each.at, each.details, facts.zone, _) for each in Contested(facts.conflicts).of(run)]
     way = _("To change its time, press and hold its bar and drag it") if run.begins == run.at else ""
-    return Card(facts.start(run), _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested, way), items)
+    note = _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested, way)
+    return Card(facts.given.start(run), note, items)
 
 
 def _from_to(facts: SchedulerFacts, begins: datetime, ends: datetime) -> str:

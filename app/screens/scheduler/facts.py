@@ -10,7 +10,6 @@ from app.database.executions import ExecutionFilter
 from app.domain import names
 from app.domain.clock import Clock
 from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings
-from app.screens.common import formats
 from app.screens.common.given import NOTHING_KNOWN, Given, Start
 from app.screens.common.holding import hold_for, hold_of_run
 from app.screens.common.robot_appearance import is_silent
@@ -172,18 +171,10 @@ class SchedulerFacts:
                 robots = (member.id for member in self.members(schedule.group_id) if member.enabled)
                 yield schedule.robot_id or next(robots, None), mission.guid, schedule.parameters
 
-    def run(self, execution: Execution) -> str:
-        """Its mission, with what that was given."""
-        return self.given.beside(execution.mission, execution.mission_guid, execution.parameters)
-
-    def start(self, run: PlannedRun) -> str:
-        """The mission of a start to come, with what that will be given."""
-        return self.given.beside(run.mission.name, run.mission.guid, run.schedule.parameters)
-
     def called(self, schedule: Schedule) -> str:
         """What a message calls it."""
         target, mission = self.target(schedule), self.mission(schedule.mission_id)
-        return formats.schedule_name(schedule.name, mission.name, target.name) if target and mission else schedule.name
+        return self.given.schedule(schedule, mission, target) if target and mission else schedule.name
 
 
 def full_hour(instant: datetime, zone: ZoneInfo) -> datetime:

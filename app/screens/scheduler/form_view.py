@@ -134,7 +134,9 @@ def called(facts: SchedulerFacts, draft: Draft) -> str:
     if draft.base is not None:
         return facts.called(draft.base)
     mission = facts.mission(draft.mission_id)
-    return draft.name or (mission.name if mission is not None else _("New schedule"))
+    if draft.name or mission is None:
+        return draft.name or _("New schedule")
+    return facts.given.mission(mission, {**draft.parameters, **draft.entered})
 
 
 def aside_option(facts: SchedulerFacts, draft: Draft) -> Option:

@@ -33,15 +33,16 @@ def warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, now
     for concern in forecast.concerns if forecast else ():
         about = next((concern.details[key] for key in ("schedule_id", "group", "place") if key in concern.details), concern.at)
         alike.setdefault((concern.code, about), []).append(concern)
-    return tuple(WarningRow(_warning(facts, draft, same[0], len(same), now), _line(draft, same[0], len(same))) for same in alike.values())
+    return tuple(WarningRow(_warning(facts, draft, same[0], len(same), now), _line(facts, draft, same[0], len(same)))
+                 for same in alike.values())
 
 
-def _line(draft: Draft, concern: Concern, times: int) -> str:
+def _line(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) -> str:
     """In a few words."""
     details = concern.details
     match concern.code:
         case ConcernCode.OVERLAP:
-            return ngettext("{n} overlap: {mission}", "{n} overlaps: {mission}", times).format(n=times, mission=details["mission"])
+            return ngettext("{n} overlap: {mission}", "{n} overlaps: {mission}", times).format(n=times, mission=_other(facts, concern))
         case ConcernCode.LOW_BATTERY:
             return _("Battery too low {n} times lately").format(n=details["count"])
         case ConcernCode.DAY_OFF:
@@ -58,6 +59,13 @@ def _line(draft: Draft, concern: Concern, times: int) -> str:
             return conflicts.line(concern.code, concern.at, details, draft.timezone, _)
 
 
+def _other(facts: SchedulerFacts, concern: Concern) -> str:
+    """What it overlaps with."""
+    schedule = facts.schedule(concern.details.get("schedule_id"))
+    mission = facts.mission(schedule.mission_id) if schedule is not None else None
+    return facts.given.mission(mission, schedule.parameters) if schedule and mission else concern.details["mission"]
+
+
 def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, now: datetime) -> str:
     """The first of ``times`` alike."""
     zone, details = ZoneInfo(draft.timezone), concern.details
@@ -66,8 +74,9 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
     match concern.code:
         case ConcernCode.OVERLAP:
             begins, ends = (formats.wall_time(details[name].astimezone(zone)) for name in ("start", "end"))
-            return _overlap_text(concern, times).format(n=times, day=day, robot=robot.name if robot else "–", mission=details["mission"],
-                                                        start=begins, end=ends) + _likely(details.get("likely"))
+            text = _overlap_text(concern, times).format(n=times, day=day, robot=robot.name if robot else "–", start=begins, end=ends,
+                                                        mission=_other(facts, concern))
+            return text + _likely(details.get("likely"))
         case ConcernCode.LOW_BATTERY:
             return _("The battery of {robot} was too low around this time {n} times in the last {days} days").format(
                 robot=robot.name if robot else "–", n=details["count"], days=details["days"])

@@ -121,7 +121,7 @@ class SchedulerViewModel(OnTimeline):
 
     def _reading(self) -> Callable[[], Reading]:
         services, window, narrow = self._services, self._window if self.mode == "hours" else None, self.narrow
-        given = self._given.known
+        given = self._shell.given.known
 
         def work() -> Reading:
             facts, now = replace(read(services, window), given=given), services.clock.now()

@@ -286,7 +286,7 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
     state = "held" if held else "about" if run.is_approximate else "planned"
     is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
     return Bar(("schedule", run.schedule.id, run.at), start, start + (run.usual_s or ASSUMED_S) / 3600,
-               _("Held: {mission}").format(mission=facts.start(run)) if held else foreseen.label(run, facts.start(run)), state,
+               _("Held: {mission}").format(mission=facts.given.start(run)) if held else foreseen.label(run, facts.given.start(run)), state,
                late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None,
                typed=run.usual_s is not None and run.typed, movable=run.begins == run.at,
                short=foreseen.ABOUT if state == "about" else "")
@@ -294,7 +294,7 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
 
 def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:
     begins, ends = span_of(facts, execution, now)
-    name = facts.run(execution)
+    name = facts.given.run(execution)
     state, label, start = BARS[execution.state], name if execution.state.is_open else "", read.at(begins)
     key, waits = (execution.robot_id or 0, execution.mission_guid), state == "planned"
     typed = waits and key in facts.typed

@@ -134,7 +134,7 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
     for _id, group in groupby(by_schedule, key=lambda run: run.schedule.id):
         same = list(group)
         first = same[0]
-        names = facts.start(first), foreseen.whose(first, exactly=False)
+        names = facts.given.start(first), foreseen.whose(first, exactly=False)
         needs = battery_condition(first.schedule, first.mission, facts.settings)
         own, silent = facts.name(first.schedule), foreseen.silence(first, facts.silent.get(first.robot.id))
         if len(same) >= GROUPED_FROM:
@@ -153,7 +153,7 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
             kept = kept or foreseen.lack(run)
             begins = formats.wall_time(run.at.astimezone(zone))
             note = kept or _joined(silent, formats.ahead((run.at - now).total_seconds()))
-            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, facts.start(run), foreseen.whose(run), note,
+            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, facts.given.start(run), foreseen.whose(run), note,
                                  _until(run, zone), kept or _joined(silent, needs), own)
 
 
@@ -192,7 +192,7 @@ def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, sele
     robot, mission, last = facts.robot(schedule.robot_id), facts.mission(schedule.mission_id), facts.last.get(schedule.id)
     whose = of_groups.whose(facts, schedule, last)
     row = ScheduleItem(schedule.id, schedule.enabled,
-                       facts.given.beside(mission.name, mission.guid, schedule.parameters) if mission else schedule.name,
+                       facts.given.mission(mission, schedule.parameters) if mission else schedule.name,
                        _joined(rule_line(schedule), of_groups.what_matters(schedule)),
                        " · ".join(filter(None, (whose, _next(facts, schedule, robot, now)))), selected,
                        name=facts.name(schedule) if mission else "")
@@ -256,7 +256,7 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
 def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
     """Which schedule a menu is about: its name or mission, and below that what else is needed to know it."""
     target, mission, name = facts.target(schedule), facts.mission(schedule.mission_id), facts.name(schedule)
-    what, where = mission.name if mission else schedule.name, target.name if target else ""
+    what, where = facts.given.mission(mission, schedule.parameters) if mission else schedule.name, target.name if target else ""
     return (name, " · ".join(filter(None, (what, where)))) if name else (what, where)
 
 

@@ -8,6 +8,7 @@ from functools import cached_property
 from app.domain.check_up import Report
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
+from app.screens.common.given import NOTHING_KNOWN, Given
 from app.services.catalogue.catalogue import Catalogue
 from app.services.check_up.service import CheckUps
 from app.services.files.calendar_import import CalendarFiles
@@ -59,6 +60,7 @@ class SettingsFacts:
     country: str = ""                                                        # name of the country of the public holidays; empty: none
     region: str = ""                                                         # name of its part
     has_regions: bool = False                                                # whether parts of that country have holidays of their own
+    given: Given = NOTHING_KNOWN                                             # what is known of the values that missions get
 
     @cached_property
     def calendar(self) -> WorkingCalendar:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 from app.domain.models import Group, Mission, Robot, Schedule
 from app.i18n import _, ngettext
-from app.screens.common import formats
 from app.screens.settings.facts import SettingsFacts
 
 MOST_NAMED = 6               # schedules, groups
@@ -100,7 +99,7 @@ def _sentence(deleted: str, schedules: Sequence[Schedule], others: Sequence[str]
 
 def _name(facts: SettingsFacts, schedule: Schedule) -> str:
     mission, target = facts.mission(schedule.mission_id), facts.robot(schedule.robot_id) or facts.group(schedule.group_id)
-    return formats.schedule_name(schedule.name, mission.name, target.name) if mission and target else schedule.name
+    return facts.given.schedule(schedule, mission, target) if mission and target else schedule.name
 
 
 def _several(names: Sequence[str], separator: str) -> str:

@@ -12,6 +12,7 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, Strin
 from kivy.uix.boxlayout import BoxLayout
 
 from app.i18n import _
+from app.screens.common.given import GivenNames
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.settings.about import AboutPage
@@ -57,6 +58,7 @@ class SettingsViewModel(ViewModel):
         self._services, self._shell = services, shell
         self._refresher: Refresher[SettingsFacts] = Refresher(shell, lambda: lambda: read(services), self._take)
         self.context = PageContext(services, shell, self._refresher.request, lambda: self.is_open)
+        self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
         self.has_facts = False                           # nothing is shown before the first reading: defaults would look like settings
         self._waiting: list[Callable[[], object]] = []   # for the first facts of this visit
 
@@ -82,8 +84,10 @@ class SettingsViewModel(ViewModel):
             self._refresher.request()
 
     def _take(self, facts: SettingsFacts) -> None:
-        self.context.facts, self.has_facts = facts, True
+        self.context.facts, self.has_facts = replace(facts, given=self._shell.given.known), True
         self._learn_missions(facts)
+        self._given.look(facts.robots, ((schedule.robot_id, mission.guid, schedule.parameters) for schedule in facts.schedules
+                                        if (mission := facts.mission(schedule.mission_id)) is not None))
         self.show()
         while self._waiting:
             self._waiting.pop(0)()

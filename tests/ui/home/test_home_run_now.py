@@ -174,6 +174,7 @@ def test_the_opened_run_tells_where_it_went_by_name(home, ui):
     press(ui, "Enter values and run")
     ui.find(PositionRow).chosen = next(guid for guid, name in ui.find(PositionRow).options if name == "Press")
     ui.tap(ui.find(CommandButton, ui.find(RunDialog), text="Run on Aino"))
+    ui.wait(lambda: "Go to position · Press is sent to Aino" in home.shell.snackbars.texts)
     ui.wait(lambda: any(mission == "Go to position · Press" for mission, _origin in rows(ui)))
     execution, = home.site.container.history.open()
     home.shell.go("logs", execution_id=execution.id)

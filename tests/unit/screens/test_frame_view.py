@@ -9,6 +9,7 @@ import pytest
 from app.domain.models import Alarm, Connection, Priority, Wait
 from app.domain.robot import RobotState
 from app.screens.common.alarms_view import NOWHERE, Act, Here
+from app.screens.common.given import Given
 from app.screens.common.robot_groups import Group
 from app.screens.frame.facts import OpenIssues, late_starts
 from app.screens.frame.view import banner, issue_entry, open_issues, picker_title, robot_option, top_bar
@@ -17,6 +18,7 @@ from app.services.live.holds import Hold
 from tests.support.alarms import alarm
 from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago, snapshot
 
+DOCK = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
 ROBOTS = {robot.id: robot for robot in FACTS.robots}
 
 
@@ -173,6 +175,12 @@ def test_late_starts_come_before_everything_and_count_down():
 def test_a_late_start_that_no_robot_has_yet_names_its_group():
     late = replace(HELD, robot_id=None, robot="", robot_group="Hall 1", wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
     assert show(late=late_starts([late], ROBOTS)).note == "Due while the app was off: Waste to compactor on Hall 1 (14:35)"
+
+
+def test_a_late_start_is_called_by_what_it_was_given_too():
+    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24), parameters={"goal": DOCK})
+    issues = OpenIssues(late_starts=[late], given=Given(names={DOCK: "Dock 3"}))
+    assert banner(issues, ROBOTS, SETTINGS, NOW).note == "Due while the app was off: Waste to compactor · Dock 3 on Aino (14:35)"
 
 
 def test_late_starts_that_are_held_are_neither_counted_down_nor_forgotten():

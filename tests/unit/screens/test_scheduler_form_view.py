@@ -5,9 +5,11 @@ from datetime import UTC, date, datetime, time
 import pytest
 
 from app.domain.models import DurationEstimate, InvalidInput, Mission, Overlap
+from app.screens.common.given import Given
 from app.screens.scheduler import form_view
 from app.screens.scheduler.draft import Draft, Kind
 from app.screens.scheduler.form_view import Preview
+from app.screens.scheduler.view import menu_title
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.live.holds import Hold
 from app.services.planning.recurrence import Occurrence
@@ -16,6 +18,9 @@ from tests.support.scheduler_facts import EMPTIES, HOURLY, KITS, NOW, facts
 
 def draft(**values):
     return Draft(**{"day": date(2026, 11, 23), "at": time(6, 30), "timezone": "Europe/Helsinki", "mission_id": 1, "robot_id": 1, **values})
+
+DOCK, PRESS = "a1c4e008-5d0f-11ef-93c1-0001297b6e20", "b2c4e008-5d0f-11ef-93c1-0001297b6e20"
+TO_DOCK = replace(HOURLY, name="Deliver kits on Aino", parameters={"goal": DOCK})
 
 
 def start(day, hour=4, minute=30, moved=False):
@@ -75,6 +80,20 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
     assert [(row.line, row.text) for row in form.warnings] == [
         ("1 overlap: Collect empties", "Wed 25 Nov: Collect empties is still running on Aino then, 06:25–06:40")]
     assert not form.save_off
+
+
+def test_schedules_of_one_mission_are_told_apart_by_what_it_is_given():
+    known = facts(schedules=(TO_DOCK,), given=Given(names={DOCK: "Dock 3", PRESS: "Press"}))
+    concern = Concern(ConcernCode.OVERLAP, start(25).instant, {"schedule_id": 7, "mission": "Deliver kits", "start": start(25).instant,
+                                                               "end": start(25, 4, 40).instant})
+    warning, = form_view.present(known, draft(), Preview(Forecast((start(25),), None, (concern,))), NOW).warnings
+    assert warning.line == "1 overlap: Deliver kits · Dock 3"
+    assert warning.text == "Wed 25 Nov: Deliver kits · Dock 3 starts on Aino at the same time, 06:30–06:40"
+    assert menu_title(known, TO_DOCK) == ("Deliver kits · Dock 3", "Aino")
+    assert known.called(TO_DOCK) == "Deliver kits · Dock 3 on Aino"
+    aside = Draft.of(TO_DOCK), draft(entered={"goal": PRESS}), draft(name="Late")
+    assert [form_view.aside_option(known, each).text for each in aside] == [
+        "Deliver kits · Dock 3 on Aino", "Deliver kits · Press", "Late"]
 
 
 def test_the_starts_in_a_hold_are_marked():

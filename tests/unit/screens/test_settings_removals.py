@@ -5,6 +5,7 @@ from dataclasses import replace
 from datetime import datetime
 
 from app.domain.models import Group, IdleRule, Mission, Robot, Schedule
+from app.screens.common.given import Given
 from app.screens.settings import removals
 from app.screens.settings.facts import SettingsFacts
 
@@ -28,6 +29,12 @@ def test_a_mission_takes_its_schedules_and_idle_rules_along():
     assert removals.mission_question(both, CHARGE).splitlines() == [
         "This schedule goes with it:", "Night", "", "This goes with it: idle automation on Aino."]
     assert removals.mission_sentence(both, CHARGE) == "Charge deleted, and with it: 1 schedule, idle automation on Aino"
+
+
+def test_schedules_of_one_mission_are_told_apart_by_what_it_is_given():
+    dock = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
+    known = facts(schedules=(replace(MORNING, parameters={"goal": dock}),), given=Given(names={dock: "Dock 3"}))
+    assert removals.mission_question(known, DELIVER).splitlines()[1] == "Deliver kits · Dock 3 on Aino"
 
 
 def test_what_uses_a_mission_of_one_robot_goes_on_with_that_for_all():
