@@ -10,6 +10,7 @@ from kivy.core.text import Label as CoreLabel
 from kivy.graphics import Color, Mesh, Rectangle, SmoothLine
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, StringProperty
+from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.widget import Widget
 from kivymd.icon_definitions import md_icons
 from kivymd.uix.progressindicator import MDCircularProgressIndicator, MDLinearProgressIndicator
@@ -52,6 +53,21 @@ def width_of(words, size=14, font="Roboto"):
     return glyphs(words, sp(size), font).width if words else 0
 
 
+class KeySeat(ButtonBehavior, Widget):
+    """Where keys find something on a chart, which gets the ``event`` when they press it. Fingers don't: the chart looks
+    what is near them."""
+    event: tuple[str, object] = ("", None)
+    is_tab_stop = False
+
+    def on_touch_down(self, touch):
+        return False
+
+    on_touch_move = on_touch_up = on_touch_down
+
+    def on_release(self):
+        self.parent.dispatch(*self.event)
+
+
 class Chart(Widget):
     """One redraw trigger for the properties in ``watch``; drawing helpers in window px, text sizes in sp."""
     watch: tuple[str, ...] = ()
@@ -76,6 +92,10 @@ class Chart(Widget):
 
     def draw(self):
         raise NotImplementedError
+
+    def seats(self) -> list[Widget]:
+        """What keys can reach on it."""
+        return []
 
     def icon(self, name, x, y, colour, size=18):
         return self.text(md_icons[name], x, y, colour, size, .5, .5, "Icons")

@@ -8,6 +8,7 @@ from kivy.properties import AliasProperty, ListProperty, ObjectProperty, StringP
 
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
+from app.widgets.chart import KeySeat
 from app.widgets.dialogs import Dialog
 from app.widgets.robot_map import WholeMap, ground, touch_each_other
 from app.widgets.tokens import tk
@@ -22,10 +23,32 @@ class Spot(NamedTuple):
 
 
 class PositionsMap(WholeMap):
-    """Of the ``places``, each a Spot, the one nearest to a finger is ``chosen``, wherever the finger goes."""
+    """Of the ``places``, each a Spot, the one nearest to a finger is ``chosen``, wherever the finger goes. Keys press one of them:
+    ``on_spot(key)``."""
     chosen = ObjectProperty(None, allownone=True)
     watch = (*WholeMap.watch, "chosen")
     keeps_drag = True
+
+    __events__ = ("on_spot",)
+
+    def __init__(self, **kwargs):
+        self._seats = {}
+        super().__init__(**kwargs)
+
+    def on_spot(self, key):
+        """By keys."""
+
+    def seats(self):
+        """The positions; the chosen one or, without one, the first is a tab stop."""
+        old, self._seats = self._seats, {}
+        for place in self.places:
+            seat = self._seats[place.key] = old.pop(place.key, None) or KeySeat(size=(dp(44), dp(44)))
+            seat.center, seat.event = self._point(place.x, place.y), ("on_spot", place.key)
+            seat.is_tab_stop = place.key == (self.places[0].key if self.chosen is None else self.chosen)
+            if seat.parent is None:
+                self.add_widget(seat)
+        self.clear_widgets(list(old.values()))
+        return list(self._seats.values())
 
     def on_touch_down(self, touch):
         if not self.collide_point(*touch.pos) or touch.is_mouse_scrolling:
@@ -118,6 +141,13 @@ class PositionDialog(Dialog):
 
     def name_of(self, places, chosen):
         return next((place.name for place in places if place.key == chosen), "")
+
+    def press(self, key):
+        """By keys: it is marked, and confirmed where it is marked already."""
+        if key == self.chosen:
+            self.confirm()
+        else:
+            self.chosen = key
 
     def confirm(self):
         self.dispatch("on_choose", self.chosen)

@@ -9,10 +9,9 @@ from collections.abc import Iterator
 from kivy.clock import Clock
 from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
-from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.widget import Widget
 
-from app.widgets.chart import Chart
+from app.widgets.chart import Chart, KeySeat
 from app.widgets.timeline_bars import paint_lifted
 from app.widgets.timeline_drawing import Box, Drawing
 from app.widgets.timeline_painting import AXIS, FOLD, Frame
@@ -24,20 +23,6 @@ MOST_SEATS = 40          # of bars of a lane
 LONG = .5                # s until a press is a long one
 STEP = 1 / 12            # hours between times that fingers choose
 LEAST_HOURS, MOST_HOURS = 6, 168
-
-
-class BarSeat(ButtonBehavior, Widget):
-    """Where keys find something on the timeline. Fingers don't: the timeline looks what is near them."""
-    event: tuple[str, object] = ("", None)
-    is_tab_stop = False
-
-    def on_touch_down(self, touch):
-        return False
-
-    on_touch_move = on_touch_up = on_touch_down
-
-    def on_release(self):
-        self.parent.dispatch(*self.event)
 
 
 class Timeline(Chart):
@@ -76,7 +61,7 @@ class Timeline(Chart):
     def __init__(self, **kwargs):
         self._fingers: dict[object, tuple[float, float]] = {}      # uid of a touch: where it is
         self._moved = False
-        self._seats: dict[tuple[int, str, object], BarSeat] = {}
+        self._seats: dict[tuple[int, str, object], KeySeat] = {}
         self._lifted = None                                        # a bar under a finger, where it was, and when it would begin now
         self._is_long = Clock.create_trigger(self._press_long, LONG)
         self._drawing: Drawing | None = None                       # that is seen
@@ -229,7 +214,7 @@ class Timeline(Chart):
             for event, key, (left, right) in found:
                 left, right = max(left, frame.left if event != "on_lane" else frame.x), min(right, frame.right)
                 if left < right and (n, event, key) not in self._seats:
-                    seat = old.pop((n, event, key), None) or BarSeat()
+                    seat = old.pop((n, event, key), None) or KeySeat()
                     seat.pos, seat.size = (left, bottom), (right - left, frame.bar_height)
                     seat.is_tab_stop = right > ahead and event != "on_fold"
                     ahead = math.inf if seat.is_tab_stop else ahead

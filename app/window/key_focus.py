@@ -8,6 +8,7 @@ from kivy.metrics import dp
 from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.scrollview import ScrollView
 
+from app.widgets.chart import Chart, KeySeat
 from app.widgets.dialogs import Overlay
 from app.widgets.display import SectionCard
 from app.widgets.dock import dock
@@ -15,7 +16,6 @@ from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.long_list import LongList, Seat
 from app.widgets.surfaces import Passive
-from app.widgets.timeline import Timeline
 from app.widgets.tokens import tk
 
 TAB, ENTER, KEYPAD_ENTER, ESCAPE, SPACE = 9, 13, 271, 27, 32
@@ -131,7 +131,7 @@ class KeyFocus:
             presses = isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive | Overlay)
             if presses or isinstance(widget, FieldInput):
                 found.append(widget)
-            waiting[:0] = (widget.views if isinstance(widget, LongList) else widget.seats() if isinstance(widget, Timeline)
+            waiting[:0] = (widget.views if isinstance(widget, LongList) else widget.seats() if isinstance(widget, Chart)
                            else widget.children[::-1])
         return found
 
@@ -214,14 +214,15 @@ class KeyFocus:
                 return
 
     def _turn(self, right, up) -> None:
-        """To the nearest target in that direction."""
+        """To the nearest target in that direction; from a place on a chart to another one there, if there is one."""
         self._come_back()
         targets = self.targets()
         if self.target not in targets:
             self._step(1)
             return
-        far = [_far(self.target, target, right, up) for target in targets]
-        found = targets[far.index(min(far))] if min(far) < math.inf else None
+        far = {target: away for target in targets if (away := _far(self.target, target, right, up)) < math.inf}
+        beside = [target for target in far if isinstance(target, KeySeat) and target.parent is self.target.parent]
+        found = min(beside or far, key=far.__getitem__, default=None)
         if not (up and self._turn_list(-up, found, self.target.to_window(*self.target.center)[0])) and found is not None:
             self._go(found)
 

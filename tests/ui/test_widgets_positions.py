@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from itertools import combinations
+from random import Random
 
 import pytest
 from kivy.core.window import Window
@@ -19,11 +20,12 @@ from app.widgets.flow import ListRow, ParameterFields
 from app.widgets.positions import OnMap, PositionDialog, PositionsMap, Spot
 from app.widgets.robot_map import touch_each_other
 from app.widgets.tokens import tk
+from app.window.key_focus import ARROWS, ENTER, TAB, KeyFocus
 
 GOAL = MissionParameter("goal", "Goal", "Reference", choices=(("g-1", "Dock 3"), ("g-2", "Press"), ("g-3", "Gate"), ("g-4", "Gate")),
                         sets="position")
 PLACES = (Place("Dock 3", .2, .5), Place("Press", .7, .5), Place("Gate", .5, .9), Place("Elsewhere", .5, .1))
-ENTER = 13
+UP, _DOWN, RIGHT, LEFT = ARROWS
 
 
 def picture(places: tuple[Place, ...] = PLACES) -> MapPicture:
@@ -34,6 +36,21 @@ def picture(places: tuple[Place, ...] = PLACES) -> MapPicture:
 def fields(ui):
     load_kv("widgets/flow")
     return ui.show(ParameterFields(fields=fields_of([GOAL]), map=picture()), (600, 100))
+
+
+@pytest.fixture
+def keys():
+    keys = KeyFocus()
+    keys.start()
+    yield keys
+    keys.stop()
+
+
+def press(ui, *codes: int) -> None:
+    for code in codes:
+        ui.key_down(code)
+        ui.advance(.3)
+        Window.dispatch("on_key_up", code)
 
 
 def open_map(ui) -> PositionsMap:
@@ -72,6 +89,61 @@ def test_the_nearest_wins_a_finger_may_slide_and_free_ground_is_no_position(ui, 
     finger.touch_move(*point(chart, .5, .5, between + 2))
     finger.touch_up()
     assert chart.chosen == "g-2"
+
+
+HALL = (Place("Dock 3", .2, .5), Place("Press", .7, .5), Place("Gate", .5, .9), Place("Line", .45, .2))
+ALONG = MissionParameter("goal", "Goal", "Reference", choices=tuple((place.name, place.name) for place in HALL), sets="position")
+
+
+def test_keys_go_from_position_to_position_enter_marks_one_and_once_more_confirms_it(ui, fields, keys):
+    fields.fields, fields.map = fields_of([ALONG]), picture(HALL)
+    ui.advance(.1)
+    chart = open_map(ui)
+    ui.key(TAB)
+    press(ui, ENTER)
+    marked = [chart.chosen]
+    for arrow in (UP, RIGHT, LEFT, LEFT):
+        ui.key(arrow)
+        press(ui, ENTER)
+        marked.append(chart.chosen)
+    assert marked == ["Dock 3", "Gate", "Press", "Line", "Dock 3"]
+    assert ui.find(PositionDialog).name == "Dock 3"
+    ui.key(RIGHT)
+    assert fields.values() == {"goal": None}
+    press(ui, ENTER, ENTER)
+    assert (fields.values(), ui.find_all(PositionDialog)) == ({"goal": "Line"}, [])
+
+
+def test_tab_leads_to_the_marked_position_and_on_to_the_buttons(ui, fields, keys):
+    fields.fields, fields.map = fields_of([ALONG]), picture(HALL)
+    ui.advance(.1)
+    chart = open_map(ui)
+    chart.chosen = "Press"
+    ui.advance(.1)
+    ui.key(TAB)
+    assert keys.target.event == ("on_spot", "Press")
+    ui.key(TAB)
+    assert keys.target.text == "Cancel"
+    ui.key(TAB)
+    press(ui, ENTER)
+    assert fields.values() == {"goal": "Press"}
+
+
+def test_every_position_of_a_crowd_is_reached_by_arrows(ui, keys):
+    places = Random(5)
+    chart = ui.show(PositionsMap(aspect=.5, places=[Spot(n, places.uniform(.02, .98), places.uniform(.02, .98), "") for n in range(60)]))
+    ui.advance(.1)
+    ui.key(TAB)
+    waiting, seen = [keys.target], {keys.target}
+    while waiting:
+        start = waiting.pop()
+        for arrow in ARROWS:
+            keys.target = start
+            ui.key(arrow)
+            if keys.target not in seen:
+                seen.add(keys.target)
+                waiting.append(keys.target)
+    assert len(seen) == len(chart.places)
 
 
 def test_what_is_cancelled_chooses_nothing(ui, fields):
