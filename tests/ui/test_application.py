@@ -85,15 +85,17 @@ def test_ctrl_c_still_ends_the_app():
 
 
 # ---------------------------------------------------------------------- late starts
-def late_schedule(site) -> None:
-    """A schedule that fell due while the app was off, still inside its start window."""
+def late_schedule(site, name: str = "Home", position: str = "") -> None:
+    """A schedule that fell due while the app was off, still inside its start window; of a mission that is given a ``position``."""
     container = site.container
     robot, = site.add_robots()
-    mission, = site.add_missions("Home")
+    mission, = site.add_missions(name)
+    given = {asked.name: next(key for key, label in asked.choices if label == position)
+             for asked in (container.robot_missions.parameters(robot.id, mission.guid) if position else ())}
     now = container.clock.now()
     due = now - timedelta(minutes=2)
     container.catalogue.save_schedule(Schedule("Late one", robot.id, mission.id, due.replace(tzinfo=None, second=0, microsecond=0),
-                                               "UTC", respect_working_days=False))
+                                               "UTC", respect_working_days=False, parameters=given))
     heartbeat = now - timedelta(hours=1)
     container.db.write(lambda c: container.repositories.settings.set_heartbeat(c, heartbeat))
     container.runner.start()
@@ -116,6 +118,14 @@ def test_late_starts_are_listed_first_and_can_be_held_and_released(tmp_path, ui)
             ui.tap(ui.find(CommandButton, app.shell.dialogs.top, text="Release all"))
             ui.wait(lambda: all(e.state is not State.WAITING for e in site.container.history.open()))
             assert not site.container.holds.active()
+
+
+def test_a_late_start_is_called_by_where_it_goes(tmp_path, ui):
+    with plant(tmp_path, start=False) as site:
+        late_schedule(site, "Go to position", "Press")
+        with shown(site.container, ui, "settings") as app:
+            ui.wait(lambda: app.shell.dialogs.top is not None)
+            ui.wait(lambda: any("Go to position · Press on Aino" in text for text in ui.texts(app.shell.dialogs.top)))
 
 
 # ---------------------------------------------------------------------- a damaged database

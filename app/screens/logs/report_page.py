@@ -11,6 +11,7 @@ from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.alarms_view import alarm_text
+from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.printed import NO_BREAK, document, table, unbroken
 from app.screens.logs.kpi_view import with_interval
 from app.screens.logs.more_view import cause_text
@@ -21,11 +22,11 @@ from app.services.history.robot_states import RobotTimeline
 from app.services.history.shift_report import ShiftReport
 
 
-def page(report: ShiftReport) -> str:
-    """The whole document."""
+def page(report: ShiftReport, given: Given = NOTHING_KNOWN) -> str:
+    """The whole document; ``given``: what is known of the values that missions get."""
     title = _("Shift report")
     pair = f'<div class="pair">\n{_planned(report)}\n{_causes(report)}\n</div>'
-    parts = [_head(report, title), _figures(report), pair, _robots(report), _runs(report), _alarms(report),
+    parts = [_head(report, title), _figures(report), pair, _robots(report), _runs(report, given), _alarms(report),
              f'<p class="quiet ends">{escape(_explained())}</p>']
     return document(f"{title} {_period(report)}", parts)
 
@@ -133,17 +134,17 @@ def _causes(report: ShiftReport) -> str:
     return table(_("Reasons for failure"), (_("Reason"), _("Number"), _("Cumulative")), rows, (1, 2))
 
 
-def _runs(report: ShiftReport) -> str:
+def _runs(report: ShiftReport, given: Given) -> str:
     more = ngettext("and {n} more in the log", "and {n} more in the log", report.more_runs).format(n=report.more_runs) \
         if report.more_runs > 0 else ""
     note = more if report.runs else _("Every run that ended was completed.") if report.thesis.completed else _("Nothing ran.")
     return table(_("Not completed"), (_("Planned"), _("Robot"), _("Mission"), _("Outcome"), _("Reason")) if report.runs else (),
-                 [_run(run, report) for run in report.runs], note=note, short=(0, 1, 3), some=(2,))
+                 [_run(run, report, given) for run in report.runs], note=note, short=(0, 1, 3), some=(2,))
 
 
-def _run(run: Execution, report: ShiftReport) -> Sequence[str]:
+def _run(run: Execution, report: ShiftReport, given: Given) -> Sequence[str]:
     reason = unbroken(sentence(run.reason, report.settings.timezone, _)) if run.reason else ""
-    return (_when(run.planned_at, report), escape(run.robot), escape(run.mission), escape(execution_appearance.word(run.state)),
+    return (_when(run.planned_at, report), escape(run.robot), escape(given.run(run)), escape(execution_appearance.word(run.state)),
             escape(reason))
 
 

@@ -311,7 +311,7 @@ class LogsViewModel(ViewModel):
     def choose_report(self) -> None:
         """Ask for the period of a shift report, then write it as a page to print."""
         services, robot_id, group = self._services, self._filters.robot_id, self._filters.group
-        robot = view.robot_chip(self._filters, self._facts.robots)
+        robot, given = view.robot_chip(self._filters, self._facts.robots), self._shell.given.known
 
         def make(key: str) -> ShiftReport:
             if group is None:
@@ -319,7 +319,7 @@ class LogsViewModel(ViewModel):
             return services.shift_reports.make(ReportPeriod(key), group=group.name, members=group.members)
 
         def write(key: str) -> None:
-            self._write("reporting", lambda: services.log_files.write_page(report_page.page(make(key))),
+            self._write("reporting", lambda: services.log_files.write_page(report_page.page(make(key), given)),
                         lambda path: _("Report written to {path}").format(path=path))
 
         self._shell.dialogs.choose(_("Shift report, {robot}").format(robot=robot), view.report_options(), write)

@@ -10,6 +10,7 @@ import pytest
 
 from app.domain.models import Alarm, Priority, Reason, ReasonCode, State, Trigger
 from app.i18n import translator
+from app.screens.common.given import Given
 from app.screens.logs import report_page
 from app.services.history.kpi import KpiFilter
 from app.services.history.shift_report import LINES, SHIFT, ReportPeriod, ShiftReports, bounds, shared
@@ -122,6 +123,13 @@ def test_much_trouble_is_cut_to_one_page_and_the_rest_counted(container):
     assert f"and {report.more_runs} more in the log" in cells
     assert f"and {30 - len(report.alarms)} more" in cells
     assert report.more_alarms == 30 - len(report.alarms)
+
+
+def test_what_failed_is_called_by_what_it_was_given_too(world):
+    dock = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
+    world.row(State.FAILED, -1, mission="Go to position", parameters={"goal": dock}, reason=Reason(ReasonCode.ROBOT_ABORTED))
+    report = ShiftReports(world.db, world.clock).make(ReportPeriod.SHIFT)
+    assert "Go to position · Dock 3" in Strict(report_page.page(report, Given(names={dock: "Dock 3"}))).cells
 
 
 # ---------------------------------------------------------------------- its page
