@@ -5,7 +5,8 @@ from collections.abc import Hashable, Iterable, Sequence
 from datetime import datetime
 
 from app.domain import rules
-from app.domain.models import Group, Robot, Settings
+from app.domain.models import Execution, Group, Robot, Settings, State, Wait
+from app.domain.reasons import waiting_sentence
 from app.i18n import _
 from app.screens.common import formats
 from app.services.live.holds import Hold
@@ -20,8 +21,12 @@ def about_hold(robot_id: int | None) -> Hashable:
 
 
 def hold_at(holds: Iterable[Hold], robot_id: int | None, at: datetime) -> Hold | None:
-    """What keeps a start on that robot from being sent at that instant."""
-    return next((hold for hold in holds if hold.covers(robot_id, at)), None)
+    """What keeps a start on that robot from being sent at that instant: of several what ends last."""
+    return max((hold for hold in holds if hold.covers(robot_id, at)), key=_end, default=None)
+
+
+def _end(hold: Hold) -> tuple[bool, float]:
+    return hold.until is None, hold.until.timestamp() if hold.until is not None else 0.0
 
 
 def until_words(hold: Hold, settings: Settings, now: datetime) -> str:
@@ -42,12 +47,30 @@ def hold_for(holds: Sequence[Hold], robot_id: int | None, group: Group | None, r
         return hold_at(holds, robot_id, at)
     found = [hold_at(holds, robot.id, at) for robot in robots if robot.id in group.members and robot.enabled]
     kept = [hold for hold in found if hold is not None]
-    return min(kept, key=lambda hold: (hold.until is None, hold.until), default=None) if len(kept) == len(found) else None
+    return min(kept, key=_end, default=None) if len(kept) == len(found) else None
 
 
 def hold_of_run(holds: Sequence[Hold], run: PlannedRun, robots: Iterable[Robot]) -> Hold | None:
     """What keeps a planned start from being sent at its instant: of a group's from all of its robots; or a person, that one alone."""
     return Hold() if run.kept_back else hold_for(holds, run.robot.id, run.group, robots, run.at)
+
+
+def held_until(hold: Hold | None, closes_at: datetime) -> datetime | None:
+    """When a start that it holds is sent; None: it is skipped when its start window closes, unless somebody releases it before."""
+    return hold.until if hold is not None and hold.until is not None and hold.until < closes_at else None
+
+
+def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> str:
+    """What an open execution waits for. ``hold`` is what holds it, where that is known."""
+    if execution.state is not State.WAITING or execution.wait is not Wait.HOLD:
+        return waiting_sentence(execution, zone, _)
+    reason = hold.reason if hold is not None else str(execution.wait_details.get("hold", ""))
+    why = reason and _(reason)
+    if not execution.held and (until := held_until(hold, execution.closes_at)) is not None:
+        words = _("Held until {time}").format(time=formats.clock_time(until, zone))
+        return f"{words}: {why}" if why else words
+    text = _("Held back: {hold}; skipped at {time} unless released") if why else _("Held back; skipped at {time} unless released")
+    return text.format(hold=why, time=formats.clock_time(execution.closes_at, zone))
 
 
 def held_note(hold: Hold | None, at: datetime, window_minutes: int | None, settings: Settings, now: datetime) -> str:

@@ -8,11 +8,11 @@ from kivy.clock import Clock, ClockEvent
 
 from app.domain import choice
 from app.domain.models import Execution, State, Wait
-from app.domain.reasons import sentence, waiting_sentence
+from app.domain.reasons import sentence
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.given import Given
-from app.screens.common.holding import HAND, about_start
+from app.screens.common.holding import HAND, about_start, waiting_words
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Changed
 from app.services.history.runs import History
@@ -33,7 +33,7 @@ def outcome(execution: Execution, given: Given) -> Words | None:
     names = {"mission": given.run(execution), "robot": execution.robot or execution.robot_group}
     passed = choice.moved_on(execution.tried, execution.robot, _)
     if execution.state is State.WAITING and execution.wait is not Wait.DUE:
-        words = waiting_sentence(execution, None, _)
+        words = waiting_words(execution, execution.timezone)
         if execution.robot_id is None:
             words = ". ".join(filter(None, (passed, words)))
             return _("{mission} is not sent yet. {why}").format(**names, why=words), "timer-sand", PROBLEM_SECONDS

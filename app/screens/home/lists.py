@@ -6,11 +6,11 @@ from datetime import datetime
 
 from app.domain import choice
 from app.domain.models import Execution, Reason, ReasonCode, Robot, RobotSnapshot, State, Trigger, Wait
-from app.domain.reasons import sentence, waiting_sentence
+from app.domain.reasons import sentence
 from app.domain.robot import QueueItem, QueueState
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
-from app.screens.common.holding import HAND, held_note
+from app.screens.common.holding import HAND, held_note, waiting_words
 from app.screens.common.robot_appearance import HOLDING, STOPPED, battery_appearance, is_old, state_appearance
 from app.screens.common.robot_groups import group_of, look_of, or_held
 from app.screens.home.facts import HomeFacts
@@ -183,7 +183,7 @@ _WAIT_ICONS = {Wait.DUE: "timer-sand", Wait.RETRY: "refresh", Wait.BATTERY: "bat
 
 def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntry:
     """Not on the robot yet: what holds it, and until when."""
-    words = waiting_sentence(execution, facts.settings.timezone, _)
+    words = waiting_words(execution, facts.settings.timezone, facts.hold(execution.robot_id or 0, now))
     if execution.wait is Wait.LATE_START and execution.hold_until is not None:
         words = _("late, because the app was off; starts in {n} s").format(n=max(0, round((execution.hold_until - now).total_seconds())))
     is_due = execution.wait is Wait.DUE or execution.state is State.SUBMITTING

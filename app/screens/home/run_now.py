@@ -11,7 +11,7 @@ from app.domain.models import Execution, Group, HandOver, Robot
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.group_starts import lacking, lacking_words
-from app.screens.common.holding import HAND
+from app.screens.common.holding import HAND, held_until, hold_at
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import STOPPED, is_old
 from app.screens.home.facts import HomeFacts
@@ -68,13 +68,18 @@ def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datet
     zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
     at_most = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
     if hold is not None:
-        too_late = _("skipped at {time} unless released").format(time=formats.day_and_time(closes_at, zone, now))
-        until = formats.day_or_time(hold.until, zone, now) if hold.until else ""
-        text = _("Queue, held until {time}").format(time=until) if until else _("Queue, held")
-        return text, HAND, _("on {robot}").format(robot=robot.name) if hold.until and hold.until < closes_at else too_late
+        text, note = _what_a_held_run_does(hold, closes_at, zone, now)
+        return text, HAND, note or _("on {robot}").format(robot=robot.name)
     if is_old(facts.snapshot, now, facts.settings):
         return _("Send when {robot} answers").format(robot=robot.name), "timer-sand", at_most
     return _("Run on {robot}").format(robot=robot.name), "play", _("on {robot}").format(robot=robot.name)
+
+
+def _what_a_held_run_does(hold: Hold, closes_at: datetime, zone: str, now: datetime) -> tuple[str, str]:
+    """Text of the button, and the note beside the heading where it may never be sent."""
+    if (until := held_until(hold, closes_at)) is not None:
+        return _("Queue, held until {time}").format(time=formats.day_or_time(until, zone, now)), ""
+    return _("Queue, held"), _("skipped at {time} unless released").format(time=formats.day_and_time(closes_at, zone, now))
 
 
 def _low_battery(facts: HomeFacts, robot: Robot, now: datetime) -> str:
@@ -162,10 +167,10 @@ def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> Run
     """Run now of the selected robot, as it would be on any of the group."""
     members = [robot for robot in facts.robots if robot.id in group.members and robot.enabled]
     mission = next((mission for mission in facts.missions if mission.id == run.mission_id), None)
-    holds = [hold for hold in facts.holds if hold.covers(None, now)]
+    hold = hold_at(facts.holds, None, now)
     zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
     text, icon, off = _("Run on any of {group}").format(group=group.name), "play", False
-    if any(hold.is_copy for hold in holds):
+    if hold is not None and hold.is_copy:
         text, off = _("Nothing is sent from this tablet"), True
     elif not members:
         text, off = _("No robot of {group} is switched on").format(group=group.name), True
@@ -173,9 +178,9 @@ def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> Run
         text, off = _no_mission(facts), True
     elif mission.robot_id is not None and not any(other.name == mission.name and other.robot_id is None for other in facts.entered):
         text, off = _("This mission is for one robot only"), True
-    elif holds:
-        text, icon = _("Queue, held"), HAND
     note = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
-    if group.hand_over is HandOver.AT_ONCE and not holds:
+    if hold is not None and not off:
+        icon, (text, note) = HAND, _what_a_held_run_does(hold, closes_at, zone, now)
+    elif group.hand_over is HandOver.AT_ONCE and hold is None:
         note = _("at once, also to a busy robot")
     return replace(run, text=text, icon="play" if off else icon, off=off, low_battery="", note=note)

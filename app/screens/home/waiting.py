@@ -8,11 +8,11 @@ from typing import Any
 
 from app.domain import choice, names
 from app.domain.models import Execution, Group, Robot, Settings, State, Wait
-from app.domain.reasons import waiting_sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.group_starts import has_no_robot
+from app.screens.common.holding import waiting_words
 from app.screens.common.options import Option
 from app.screens.common.priorities import word
 from app.screens.home.facts import HomeFacts
@@ -92,7 +92,7 @@ def others_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group])
 def waits_for(row: Execution, settings: Settings) -> str:
     """What it waits for, what each robot is doing, and when it goes into a queue at the latest."""
     zone = settings.timezone
-    parts = [waiting_sentence(row, zone, _)]
+    parts = [waiting_words(row, zone)]
     passed = choice.moved_on(row.tried, row.robot, _)
     if row.wait is Wait.ROBOT and (told := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)):
         last_call = formats.clock_time(row.closes_at - timedelta(seconds=LAST_CALL), zone)

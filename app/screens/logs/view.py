@@ -10,10 +10,11 @@ from zoneinfo import ZoneInfo
 from app.database.executions import Elsewhere
 from app.domain.clock import midnight
 from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCode, Robot, State, Trigger
-from app.domain.reasons import sentence, waiting_sentence
+from app.domain.reasons import sentence
 from app.i18n import _, ngettext, translator
 from app.screens.common import execution_appearance, formats
 from app.screens.common.given import NOTHING_KNOWN, Given
+from app.screens.common.holding import waiting_words
 from app.screens.common.options import Option
 from app.screens.logs import of_groups
 from app.screens.logs.of_groups import OfGroup
@@ -236,7 +237,7 @@ def when(at: datetime, now: datetime) -> str:
 def reason_line(execution: Execution, zone: ZoneInfo, usual: UsualSeconds) -> str:
     """Why it went as it did, in one sentence; nothing where all was as it should be."""
     if execution.state.is_open:
-        return waiting_sentence(execution, zone, _)
+        return waiting_words(execution, str(zone))
     if execution.reason is not None:
         return sentence(execution.reason, zone, _)
     if execution.state is not State.COMPLETED:

@@ -5,11 +5,11 @@ from datetime import datetime, timedelta
 
 from app.domain import choice, conflicts
 from app.domain.models import Execution, Reason, ReasonCode
-from app.domain.reasons import sentence, waiting_sentence
+from app.domain.reasons import sentence
 from app.i18n import _
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.group_starts import has_no_robot
-from app.screens.common.holding import HAND
+from app.screens.common.holding import HAND, waiting_words
 from app.screens.common.options import Card, MenuItem
 from app.screens.common.priorities import word
 from app.screens.scheduler.contested import Contested
@@ -22,7 +22,8 @@ from app.services.planning.plan import PlannedRun
 def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card:
     """Of a run that has begun, waits or has ended, or of a start that is skipped: what came of it and why."""
     begins, ends = span_of(facts, execution, now)
-    why = waiting_sentence(execution, facts.zone, _) if execution.state.is_open else \
+    hold = facts.hold(execution.robot_id, execution.group_id, now)
+    why = waiting_words(execution, facts.settings.timezone, hold) if execution.state.is_open else \
         sentence(execution.reason, facts.zone, _) if execution.reason else execution_appearance.word(execution.state)
     log, edit = MenuItem("log", _("Open in Logs"), "text-box-outline"), MenuItem("edit", _("Edit schedule"), "pencil-outline")
     if facts.is_skipped(execution, now):                 # each in the place that it, or its opposite, has on the card of a planned start

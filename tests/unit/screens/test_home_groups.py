@@ -203,7 +203,12 @@ def test_the_missions_of_a_group_say_which_robot_does_not_have_them():
 def test_a_group_that_sends_at_once_does_not_say_that_it_waits():
     at_once = replace(HALL, hand_over=HandOver.AT_ONCE)
     assert aimed(replace(facts(), groups=(at_once,))).note == "at once, also to a busy robot"
-    assert aimed(replace(facts(), groups=(at_once,), holds=(Hold("Audit"),))).note == "waits until 14:53 at most"
+    assert aimed(replace(facts(), groups=(at_once,), holds=(Hold("Audit"),))).note == "skipped at 14:53 unless released"
+
+
+def test_a_group_that_is_held_until_a_time_says_so_on_the_button():
+    view = aimed(replace(facts(), holds=(Hold("Audit", NOW + timedelta(minutes=10)),)))
+    assert (view.text, view.note) == ("Queue, held until 14:48", "")
 
 
 def test_before_everything_else_is_critical():

@@ -52,6 +52,22 @@ def test_what_missions_are_given_stands_beside_their_names():
     assert present(facts, NOW).card.mission.name == f"{RUNNING.mission} · Dock 3"
 
 
+@pytest.mark.parametrize(("minutes", "held", "words"), [
+    (None, False, "Held back: Audit; skipped at 14:50 unless released"), (5, False, "Held until 14:43: Audit"),
+    (30, False, "Held back: Audit; skipped at 14:50 unless released"), (None, True, "Held back; skipped at 14:50 unless released")])
+def test_a_start_that_is_held_says_as_run_now_what_becomes_of_it(minutes, held, words):
+    kept = replace(HELD, wait=Wait.HOLD, wait_details={} if held else {"hold": "Audit"}, held=held)
+    hold = Hold("Audit", NOW + timedelta(minutes=minutes) if minutes else None, robot_id=AINO.id)
+    row = queue_entries(replace(FACTS, open=(kept,), holds=() if held else (hold,)), NOW)[-1]
+    assert row.origin == f"Waste, extra round · {words}"
+
+
+def test_of_two_holds_the_one_that_ends_last_counts():
+    short, long = Hold("Audit", NOW + timedelta(minutes=5)), Hold("Cleaning", NOW + timedelta(minutes=60), robot_id=AINO.id)
+    row = queue_entries(replace(FACTS, open=(replace(HELD, wait=Wait.HOLD, wait_details={"hold": "Audit"}),), holds=(short, long)), NOW)[-1]
+    assert row.origin == "Waste, extra round · Held back: Cleaning; skipped at 14:50 unless released"
+
+
 def test_the_queue_names_the_source_of_every_item():
     rows = queue_entries(FACTS, NOW)
     assert [(row.mission, row.origin) for row in rows] == [
