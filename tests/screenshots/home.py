@@ -18,6 +18,7 @@ from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.alarm_groups import together
 from app.screens.common.alarms_view import Here, bell, is_shelved
+from app.screens.common.given import Learnt
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import group_of
 from app.screens.common.threads import UiBus
@@ -85,7 +86,7 @@ def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenI
         "history": None, "holds": None,
         "robot_missions": SimpleNamespace(learn_names=bool), "clock": SimpleNamespace(now=lambda: sample.NOW),
         "snapshots": SimpleNamespace(get=lambda robot_id: facts.snapshots.get(robot_id) or RobotSnapshot(robot_id))} | (more or {}))
-    shell: Any = SimpleNamespace(background=background, dialogs=studio.dialogs, navigator=Navigator(None, {}), bus=UiBus())
+    shell: Any = SimpleNamespace(background=background, dialogs=studio.dialogs, navigator=Navigator(None, {}), bus=UiBus(), given=Learnt())
     frame = Factory.Frame()
     frame.items = [(name, frame_controller.screen_word(name), icon, selected) for name, icon, selected in frame_controller.NAVIGATION]
     frame.current, frame.title = "home", frame_controller.screen_word("home")
@@ -235,7 +236,7 @@ def late_starts(studio: Any) -> Any:
     facts = replace(sample.with_aino(sample.EXECUTING, sample.QUEUE[:1]), open=(sample.RUNNING, *late))
     home(studio, facts, issues=OpenIssues(late_starts=late))
     dialog = LateStartsDialog(hold=lambda _ids, _held: None)
-    dialog.show(late, sample.SETTINGS, sample.NOW)
+    dialog.show(OpenIssues(late_starts=late), sample.SETTINGS, sample.NOW)
     return studio.dialogs.open(dialog)
 
 

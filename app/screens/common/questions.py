@@ -1,6 +1,10 @@
 """A robot's question that somebody answers here: it may be over by then, or another one may have come in its place."""
 from __future__ import annotations
 
+from typing import Protocol
+
+from kivy.clock import Clock
+
 from app.domain.models import Robot
 from app.domain.problems import clipped
 from app.domain.robot import UserPrompt
@@ -10,8 +14,24 @@ from app.screens.common.formats import LONGEST_QUESTION
 from app.screens.common.options import Option
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.threads import Changed
+from app.services.dispatch.engine import Engine
 from app.services.live.snapshots import Snapshots
 from app.services.robots.commands import Operator
+
+READ_WITHIN = 8.0                        # s, in which a robot that refuses an answer can be read
+
+
+class Services(Protocol):
+    """What is used of those of a screen."""
+
+    @property
+    def engine(self) -> Engine: ...
+
+    @property
+    def operator(self) -> Operator: ...
+
+    @property
+    def snapshots(self) -> Snapshots: ...
 
 
 def asked(snapshots: Snapshots, robot_id: int) -> UserPrompt | None:
@@ -20,19 +40,45 @@ def asked(snapshots: Snapshots, robot_id: int) -> UserPrompt | None:
     return status.user_prompt if status is not None else None
 
 
-def over(robot: Robot, guid: str, snapshots: Snapshots, problem: BaseException | None = None) -> str:
-    """That the question with this ``guid`` is over, as the robot was last seen, or refuses an answer to it (``problem``); empty: it is
-    not."""
+def over(robot: Robot, guid: str, snapshots: Snapshots) -> str:
+    """That the question with this ``guid`` is over, as the robot was last seen; empty: it is not."""
     now = asked(snapshots, robot.id)
-    if now is not None and now.guid != guid:
-        return _("{robot} asks something else now").format(robot=robot.name)
-    if now is None or isinstance(problem, Rejected):
+    if now is None:
         return f"{robot.name}: {_('The question has been answered, or is gone')}"
-    return ""
+    return _("{robot} asks something else now").format(robot=robot.name) if now.guid != guid else ""
 
 
-def ask(shell: Shell, snapshots: Snapshots, operator: Operator, robot: Robot) -> None:
+def say_not_answered(shell: Shell, services: Services, robot: Robot, guid: str, problem: BaseException) -> None:
+    """Why the question with this ``guid`` was not answered. What the robot asks instead of one that it takes no answer to is known when it
+    has been read after that."""
+    def say() -> None:
+        if text := over(robot, guid, services.snapshots):
+            shell.snackbars.show(text, icon="information-outline", seconds=PROBLEM_SECONDS)
+        else:
+            shell.say_not_done(problem, robot, _("Answer"))
+
+    if not isinstance(problem, Rejected):
+        say()
+        return
+    read_at = services.snapshots.get(robot.id).read_at
+
+    def end(_dt: float = 0.0) -> None:
+        unsubscribe()
+        late.cancel()
+        say()
+
+    def look(_changed: Changed) -> None:
+        if services.snapshots.get(robot.id).read_at != read_at and over(robot, guid, services.snapshots):
+            end()
+
+    unsubscribe, late = shell.bus.subscribe(Changed, look), Clock.schedule_once(end, READ_WITHIN)
+    services.engine.poll(robot.id)
+
+
+def ask(shell: Shell, services: Services, robot: Robot) -> None:
     """What the robot asks now, as a dialog that ends with the question."""
+    snapshots = services.snapshots
+
     def say(text: str, icon: str) -> None:
         shell.snackbars.show(text, icon=icon, seconds=PROBLEM_SECONDS)
 
@@ -44,14 +90,9 @@ def ask(shell: Shell, snapshots: Snapshots, operator: Operator, robot: Robot) ->
 
     def answer(option: str) -> None:
         said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
-        shell.background.run(lambda: operator.answer_prompt(robot.id, guid, option), lambda _none: say(said, "comment-check-outline"),
-                             failed)
-
-    def failed(problem: BaseException) -> None:
-        if text := over(robot, guid, snapshots, problem):
-            say(text, "information-outline")
-        else:
-            shell.say_not_done(problem, robot, _("Answer"))
+        shell.background.run(lambda: services.operator.answer_prompt(robot.id, guid, option),
+                             lambda _none: say(said, "comment-check-outline"),
+                             lambda problem: say_not_answered(shell, services, robot, guid, problem))
 
     def follow(_changed: Changed) -> None:
         if text := over(robot, guid, snapshots):

@@ -246,7 +246,7 @@ class FrameController:
     def _answer(self, robot_id: int) -> None:
         """Ask the robot's question here."""
         if robot := self._facts.robots.get(robot_id):
-            questions.ask(self._shell, self._services.snapshots, self._services.operator, robot)
+            questions.ask(self._shell, self._services, robot)
 
     def _show_run(self, execution: Execution | None) -> None:
         """In Logs; all runs when the history has no longer this one."""

@@ -128,13 +128,8 @@ class HomeCommands(HomeState):
         if robot is not None and prompt.guid and not self._presses.is_same(OfRobot("answer", robot.id)):
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
             self._act(OfRobot("answer", robot.id), lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
-                      self._saying(said, "comment-check-outline"), lambda problem: self._not_answered(problem, robot, prompt.guid))
-
-    def _not_answered(self, problem: BaseException, robot: Robot, guid: str) -> None:
-        if over := questions.over(robot, guid, self._services.snapshots, problem):
-            self._say(over, "information-outline", seconds=PROBLEM_SECONDS)
-        else:
-            self._refused(robot, _("Answer"))(problem)
+                      self._saying(said, "comment-check-outline"),
+                      lambda problem: questions.say_not_answered(self._shell, self._services, robot, prompt.guid, problem))
 
     # ------------------------------------------------------------------ inside
     def _act(self, key: Hashable, work: Callable[[], T], done: Callable[[T], object] | None = None,

@@ -13,6 +13,7 @@ from app.domain.robot import QueueItem, QueueState
 from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.holding import hold_at, hold_of_run
 from app.services.catalogue.catalogue import Catalogue
+from app.services.dispatch.engine import Engine
 from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
 from app.services.live.alarms import Alarms
@@ -37,6 +38,7 @@ class HomeServices:
     calendar: Callable[[], WorkingCalendar]
     catalogue: Catalogue
     clock: Clock
+    engine: Engine
     history: History
     holds: Holds
     maps: RobotMaps

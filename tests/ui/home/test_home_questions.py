@@ -1,6 +1,9 @@
 """Questions of a robot, on its card, in the banner and in a dialog: on real services and a simulated robot."""
 from __future__ import annotations
 
+import pytest
+
+from app.mir.errors import Rejected
 from app.screens.common import questions
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
@@ -67,17 +70,54 @@ def test_an_answer_that_comes_too_late_is_told_by_the_name_of_the_robot(home, ui
     assert home.shell.snackbars.texts == ["Aino: The question has been answered, or is gone"]
 
 
+@pytest.mark.parametrize("by", ["card", "dialog"])
+def test_an_answer_to_a_question_that_was_replaced_says_that_another_one_is_asked(home, ui, monkeypatch, by):
+    """Also where the robot has not been read since."""
+    ask(home, "Is the aisle free?")
+    ui.wait(lambda: "Is the aisle free?" in ui.texts())
+    services, robot = home.site.container, home.root_vm.facts.robot
+    answer = services.operator.answer_prompt
+
+    def late(robot_id: int, guid: str, option: str) -> None:
+        ask(home, "Release pallet 7?")
+        answer(robot_id, guid, option)
+
+    monkeypatch.setattr(services.operator, "answer_prompt", late)
+    if by == "card":
+        press(ui, "Yes")
+    else:
+        questions.ask(home.shell, services, robot)
+        ui.advance(.3)
+        ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Yes"))
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == ["Aino asks something else now"]
+
+
+def test_a_robot_that_takes_no_answer_to_what_it_asks_is_not_said_to_ask_no_more(home, ui, monkeypatch):
+    ask(home, "Is the aisle free?")
+    ui.wait(lambda: "Is the aisle free?" in ui.texts())
+
+    def refuse(*_args: object) -> None:
+        raise Rejected("Not now", status=400)
+
+    monkeypatch.setattr(questions, "READ_WITHIN", 3.0)
+    monkeypatch.setattr(home.site.container.operator, "answer_prompt", refuse)
+    press(ui, "Yes")
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == ["Aino · Answer: Not now"]
+
+
 def test_a_dialog_ends_when_the_robot_asks_something_else(home, ui):
     ask(home, "Is the aisle free?")
     ui.wait(lambda: "Is the aisle free?" in ui.texts())
     services, robot = home.site.container, home.root_vm.facts.robot
-    questions.ask(home.shell, services.snapshots, services.operator, robot)
+    questions.ask(home.shell, services, robot)
     ui.advance(.3)
     assert ui.find(ChoiceDialog).title == "Aino asks: Is the aisle free?"
     ask(home, "Release pallet 7?")
     ui.wait(lambda: not ui.find_all(ChoiceDialog))
     assert home.shell.snackbars.texts == ["Aino asks something else now"]
-    questions.ask(home.shell, services.snapshots, services.operator, robot)
+    questions.ask(home.shell, services, robot)
     ui.advance(.3)
     ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="No"))
     ui.wait(lambda: answer_sent(home))
