@@ -13,7 +13,7 @@ from app.screens.common.cancelled import say_cancelled
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Refresher
 from app.screens.home.cards import HomeState
-from app.screens.home.facts import HomeFacts, HomeServices
+from app.screens.home.facts import HomeFacts, HomeServices, OnRobot
 from app.screens.home.presses import OfRobot, Presses
 from app.screens.home.reset import ResetReport
 from app.widgets.snackbar import SECONDS
@@ -31,7 +31,7 @@ class HomeCommands(HomeState):
     _reader: Refresher[Any]
     _presses: Presses
     _reset: ResetReport
-    _cancelling: set[int]                # numbers of items
+    _cancelling: set[OnRobot]
     _clearing: set[int]                  # ids of robots whose queues are being cleared
 
     def _show(self) -> None:
@@ -94,7 +94,7 @@ class HomeCommands(HomeState):
     def cancel(self, key: tuple[str, int]) -> None:
         """One entry of the queue: ours by the execution, others' by the item. What runs is asked about first."""
         robot = self.facts.robot
-        if robot is None or self._presses.is_same(key):
+        if robot is None or self._presses.is_same(OfRobot(key, robot.id)):
             return
         entry = next((entry for entry in self.queue if entry.key == key), None)
         name = entry.mission if entry else ""
@@ -109,15 +109,16 @@ class HomeCommands(HomeState):
     def _cancel(self, robot: Robot, key: tuple[str, int], name: str) -> None:
         operator, (kind, number) = self._services.operator, key
         if kind == "item":
-            self._cancelling.add(number)
+            self._cancelling.add((robot.id, number))
             self.facts = replace(self.facts, cancelling=frozenset(self._cancelling))
-        self._act(key, lambda: operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number),
+        self._act(OfRobot(key, robot.id),
+                  lambda: operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number),
                   lambda left: say_cancelled(self._shell, self._services.catalogue, name, left, self._reader.request),
                   lambda problem: self._not_cancelled(problem, robot, number, name))
         self._show()
 
     def _not_cancelled(self, problem: BaseException, robot: Robot, number: int, name: str) -> None:
-        self._cancelling.discard(number)
+        self._cancelling.discard((robot.id, number))
         if isinstance(problem, Rejected) and problem.status in GONE:
             self._say(_("{mission} had already ended").format(mission=name), "information-outline")
         else:

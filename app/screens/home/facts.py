@@ -30,6 +30,8 @@ NEXT_PLANNED = LAST_FINISHED = 5
 PAUSED = "paused"                        # the activity
 LONGEST_QUEUE = 200                      # items of a robot's queue that are shown; the others are counted
 
+OnRobot = tuple[int, int]                # a robot's id and the number of an item in its queue: robots number theirs alike
+
 
 @dataclass(frozen=True)
 class HomeServices:
@@ -71,9 +73,9 @@ class HomeFacts:
     given: Given = NOTHING_KNOWN                        # what is known of the values that missions get
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     map: MapPicture | None = None                       # that the selected robot is on
-    cancelling: frozenset[int] = frozenset()            # queue ids that the operator has just asked to be gone
+    cancelling: frozenset[OnRobot] = frozenset()        # items that the operator has just asked to be gone
     clearing: frozenset[int] = frozenset()              # ids of robots whose queues the operator is just having cleared
-    seen_running: Mapping[int, datetime] = field(default_factory=dict)       # by queue id: since when this tablet has seen it run
+    seen_running: Mapping[OnRobot, datetime] = field(default_factory=dict)   # since when this tablet has seen an item run
     activities: tuple[ActivitySpan, ...] = ()           # what the selected robot was seen doing since what it executes has begun
 
     @property
@@ -113,6 +115,10 @@ class HomeFacts:
         """What is shown of the selected robot's queue, what it executes first."""
         return self.snapshot.queue[:LONGEST_QUEUE]
 
+    def on_robot(self, item: QueueItem) -> OnRobot:
+        """An item of the selected robot's queue."""
+        return self.robot.id if self.robot is not None else 0, item.id
+
     @property
     def running(self) -> QueueItem | None:
         """What the selected robot executes, whoever asked for it."""
@@ -146,7 +152,7 @@ class HomeFacts:
     def running_since(self, item: QueueItem) -> datetime | None:
         """Of ours as the history has it, of others since this tablet saw it run."""
         ours = self.execution_of(item)
-        return ours.started_at if ours and ours.started_at else self.seen_running.get(item.id)
+        return ours.started_at if ours and ours.started_at else self.seen_running.get(self.on_robot(item))
 
     def working_since(self, item: QueueItem, now: datetime) -> datetime | None:
         """``running_since``, moved on by as long as the robot has been paused."""
@@ -182,7 +188,7 @@ class HomeFacts:
         return self._mission_names.get(guid) or self.names.get(guid)
 
 
-def read(services: HomeServices, known: HomeFacts | None = None, seen_running: Mapping[int, datetime] | None = None) -> HomeFacts:
+def read(services: HomeServices, known: HomeFacts | None = None, seen_running: Mapping[OnRobot, datetime] | None = None) -> HomeFacts:
     """Read everything, or with ``known`` only what the robots do: the plan and the history are then as they were.
 
     Called off the UI thread: it asks the database, never a robot.

@@ -101,7 +101,7 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
         else:
             number += 1
             entry = QueueEntry(_key(item, ours), facts.name_of(item), _pending_origin(facts, item, ours), str(number))
-        entries.append(_cancelling(entry) if goes or item.id in facts.cancelling or (ours and ours.cancel_code) else entry)
+        entries.append(_cancelling(entry) if goes or facts.on_robot(item) in facts.cancelling or (ours and ours.cancel_code) else entry)
     if more := len(facts.snapshot.queue) - len(facts.queue):
         number += more
         entries.append(QueueEntry(("more", 0), ngettext("and {n} more", "and {n} more", more).format(n=more), icon="dots-horizontal",

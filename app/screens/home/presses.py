@@ -12,7 +12,7 @@ FRAME = .02                              # s
 
 class OfRobot(NamedTuple):
     """A command that a robot is asked for, which may take seconds to answer."""
-    command: str
+    command: Hashable
     robot_id: int
 
 

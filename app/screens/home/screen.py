@@ -17,7 +17,7 @@ from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeTall, HomeWide
 from app.screens.home.commands import HomeCommands
-from app.screens.home.facts import HomeFacts, HomeServices, read
+from app.screens.home.facts import HomeFacts, HomeServices, OnRobot, read
 from app.screens.home.fleet_model import FleetViewModel
 from app.screens.home.fleet_page import FleetPage
 from app.screens.home.learning import Learning
@@ -50,8 +50,8 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._wanted: tuple[MissionParameter, ...] = ()       # the parameters that it has
         self._is_asking = self._is_known = False              # the robot for them, and whether it has answered
         self._runs_when_known = False                         # Run was pressed meanwhile
-        self._seen_running: dict[int, datetime] = {}
-        self._cancelling: set[int] = set()
+        self._seen_running: dict[OnRobot, datetime] = {}
+        self._cancelling: set[OnRobot] = set()
         self._clearing: set[int] = set()                      # ids of robots whose queues are being cleared
         self._reset = ResetReport(self._say)
         self._presses = Presses(self._tell_busy)
@@ -123,9 +123,10 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def _note_running(self) -> None:
         """Since when this tablet has seen an item run; when our own began is stored with the execution."""
-        running = self.facts.running
-        self._seen_running = {running.id: self._seen_running.get(running.id) or self._services.clock.now()} if running else {}
-        self._cancelling &= {item.id for item in self.facts.snapshot.queue}
+        facts, running = self.facts, self.facts.running
+        seen = facts.on_robot(running) if running else None
+        self._seen_running = {seen: self._seen_running.get(seen) or self._services.clock.now()} if seen else {}
+        self._cancelling &= {(robot_id, item.id) for robot_id, snapshot in facts.snapshots.items() for item in snapshot.queue}
         self.facts = replace(self.facts, seen_running=self._seen_running, cancelling=frozenset(self._cancelling),
                              clearing=frozenset(self._clearing), given=self._shell.given.known)
 

@@ -10,6 +10,7 @@ from app.mir.errors import Unreachable
 from app.screens.home.cards import RobotHead
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
+from app.widgets.frame import TopBar
 from app.widgets.rows import QueueRow, RobotChip
 from tests.ui.home.operator import choose, is_shown_running, loud, pend, press, rows, run
 from tests.ui.whole_app import GUIDS, api
@@ -234,6 +235,33 @@ def test_somebody_elses_item_shows_its_creator_and_can_be_cancelled(home, ui):
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     ui.wait(lambda: not rows(ui))
     assert api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Aborted"
+
+
+def test_what_is_being_cancelled_on_one_robot_is_not_on_another_with_an_item_of_that_number(home, ui):
+    """And is still said when the robot is shown again."""
+    robots = home.site.fleet.robots[:2]
+    numbers = [0, 1]
+    pend(home)
+    robots[1].control({"emergency_stop": True})
+    robots[1].control({"emergency_stop": False})
+    while numbers[0] != numbers[1]:
+        behind = numbers.index(min(numbers))
+        if numbers[behind] > 1:
+            api(robots[behind], "DELETE", f"/mission_queue/{numbers[behind]}")
+        numbers[behind] = api(robots[behind], "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
+    ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", numbers[0])])
+    robots[0].control({"fault": {"kind": "late", "path": f"/mission_queue/{numbers[0]}", "method": "DELETE", "count": 1, "seconds": 6.0}})
+    home.root_vm.cancel(("item", numbers[0]))
+    for dialog in ui.find_all(ConfirmDialog):
+        ui.tap(ui.find(CommandButton, dialog, style="filled"))
+    ui.wait(lambda: "Being cancelled" in ui.texts(ui.find(QueueRow)))
+    ui.tap(ui.find(RobotChip, name="Veikko"))
+    ui.wait(lambda: ui.find(TopBar).robot == "Veikko" and ui.find_all(QueueRow) and not home.root_vm.facts.is_new)
+    assert "Being cancelled" not in ui.texts(ui.find(QueueRow))
+    ui.tap(ui.find(RobotChip, name="Aino"))
+    ui.wait(lambda: ui.find(TopBar).robot == "Aino" and not home.root_vm.facts.is_new)
+    assert "Being cancelled" in ui.texts(ui.find(QueueRow))
+    ui.wait(lambda: not rows(ui))
 
 
 @contextmanager

@@ -110,10 +110,16 @@ def test_a_row_stays_while_the_robot_has_taken_it_but_its_queue_was_not_read_yet
 
 def test_what_is_being_cancelled_cannot_be_cancelled_again():
     asked = replace(RUNNING, cancel_code=ReasonCode.USER_CANCELLED)
-    facts = replace(FACTS, open=(asked,), cancelling=frozenset({103}))
+    facts = replace(FACTS, open=(asked,), cancelling=frozenset({(AINO.id, 103)}))
     rows = {row.key: row for row in queue_entries(facts, NOW)}
     assert rows["execution", 1].origin == rows["item", 103].origin == "Being cancelled"
     assert not rows["execution", 1].cancellable
+
+
+def test_robots_number_their_items_alike():
+    facts = replace(FACTS, cancelling=frozenset({(VEIKKO.id, 103)}))
+    assert "Being cancelled" not in [row.origin for row in queue_entries(facts, NOW)]
+    assert "Being cancelled" in [row.origin for row in queue_entries(replace(facts, cancelling=frozenset({(AINO.id, 103)})), NOW)]
 
 
 def test_a_late_start_counts_down():

@@ -173,10 +173,16 @@ def test_a_first_run_has_nothing_to_compare_with():
 
 def test_somebody_elses_mission_counts_from_when_this_tablet_saw_it():
     facts = replace(with_aino(EXECUTING, (QueueItem(7, QueueState.EXECUTING, mission_id="strange"),)), open=(),
-                    names={"strange": "Wash the floor"}, seen_running={7: ago(seconds=65)})
+                    names={"strange": "Wash the floor"}, seen_running={(AINO.id, 7): ago(seconds=65)})
     card = view(facts).card
     assert card.mission.name == "Wash the floor"
     assert card.mission.elapsed == "1 min 05 s"
+
+
+def test_when_an_item_of_that_number_was_seen_on_another_robot_says_nothing():
+    facts = replace(with_aino(EXECUTING, (QueueItem(7, QueueState.EXECUTING, mission_id="strange"),)), open=(),
+                    seen_running={(VEIKKO.id, 7): ago(seconds=65)})
+    assert facts.running_since(facts.running) is None
 
 
 def test_unknown_values_are_a_dash_and_never_zero():
