@@ -150,3 +150,14 @@ def test_a_start_can_be_dragged_only_where_the_rule_has_one_then(rule, before, a
     schedule = Schedule("S", 1, 1, datetime(2026, 11, 23, 8), "Europe/Helsinki", rule, respect_working_days=False)
     draft = Draft.of(schedule).moved(datetime.fromisoformat(before), datetime.fromisoformat(after))
     assert draft.starts_at(datetime.fromisoformat(after), WorkingCalendar(Settings())) is can
+
+
+@pytest.mark.parametrize(("mine", "theirs", "is_asked", "is_given"), [
+    ({}, {"mission_id": 5, "parameters": {"to": 9}}, 5, {"to": 9}),
+    ({"mission_id": 4}, {"parameters": {"to": 9}}, 4, {}),
+], ids=["theirs", "not those of another mission"])
+def test_parameters_that_are_stored_meanwhile_are_taken_with_their_mission(mine, theirs, is_asked, is_given):
+    entered = replace(draft(base=stored(), origin=stored(), name="Morning"), entered={"to": "3"}, **mine)
+    taken = entered.brought_up_to_date(stored(**theirs), lambda schedule: schedule.name)
+    assert (taken.mission_id, taken.parameters) == (is_asked, is_given)
+    assert taken.entered == ({} if is_asked == 5 else {"to": "3"})
