@@ -176,6 +176,12 @@ def test_a_field_with_a_problem_comes_in_sight_where_the_page_scrolls(ui, small)
     assert checks.is_seen(ui.find(text="Choose a mission", root=form.ids.fields))
 
 
+@pytest.mark.parametrize("small", [((800, 1280), 1.3, "fi", FAILED, "gloves")], ids=name_of_window, indirect=True)
+def test_form_and_schedules_share_a_tall_window(ui, small):
+    assert not small.screen.paged
+    assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
 @pytest.mark.parametrize("held", [False, True], ids=["", "held"])
 @pytest.mark.parametrize(("scale", "language", "gloves"), [(1.0, "en", False), (1.0, "en", True), (1.3, "en", False), (1.3, "fi", False)])
 def test_a_tall_narrow_window_has_room_for_every_word(ui, scale, language, gloves, held):
