@@ -25,6 +25,7 @@ from kivymd.uix.behaviors import MotionDialogBehavior
 from kivymd.uix.dialog import MDDialog, MDDialogButtonContainer, MDDialogHeadlineText, MDDialogSupportingText
 from kivymd.uix.dialog.dialog import MDDialogScrim
 
+from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
 from app.widgets.lists import Row
 from app.widgets.snackbar import SnackbarStack
@@ -143,6 +144,12 @@ class DialogText(Body, MDDialogSupportingText):
 
 class DialogActions(OnlySeen, MDDialogButtonContainer):
     """The buttons at the bottom of a dialog; they share the width, the main one is on the right."""
+    usual = NumericProperty(0)               # px, height
+
+    def on_kv_post(self, _base_widget):
+        for button in self.children:
+            if isinstance(button, CommandButton):
+                button.size_hint_y = 1
 
 
 class Dialog(Overlay):
@@ -152,6 +159,7 @@ class Dialog(Overlay):
     enough, with gloves in the lowest windows, the buttons are ``tucked`` under the keyboard.
     """
     squeezed = BooleanProperty(False)
+    low = BooleanProperty(False)             # the window has no height to spare
     head_height = NumericProperty(0)         # px, of the title
     foot_height = NumericProperty(0)         # px, of the buttons
     room = NumericProperty(0)                # px of the window above the keyboard
