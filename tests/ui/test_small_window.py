@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from datetime import timedelta
+from datetime import time, timedelta
 from itertools import pairwise, product
 
 import pytest
@@ -16,6 +16,7 @@ from app.domain.models import Alarm, Connection, Group, Priority
 from app.domain.problems import in_words
 from app.domain.robot import RobotProblem, UserPrompt
 from app.i18n import _
+from app.screens.common.overlays import Dialogs
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.robot_groups import Group as State
 from app.screens.frame.facts import OpenIssues
@@ -33,6 +34,9 @@ from app.screens.home.facts import HomeFacts
 from app.screens.home.fleet import Count
 from app.screens.home.fleet_page import CountChip, Counts
 from app.screens.home.screen import HomeScreen
+from app.screens.settings.idle import IdlePanel
+from app.screens.settings.missions import MissionRow
+from app.screens.settings.places import PlaceRow
 from app.services.live.holds import Hold
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
@@ -42,10 +46,11 @@ from app.widgets.number_pad import PadKey
 from app.widgets.pages import LowPage
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import LogRow, RobotChip
-from app.widgets.text import Title, Value
+from app.widgets.text import ScreenTitle, Title, Value
 from tests.screenshots.fleet import fleet
-from tests.screenshots.home import ERROR, SILENT, home
+from tests.screenshots.home import ERROR, SILENT, damaged, home
 from tests.screenshots.planning import Stand
+from tests.screenshots.settings import Plant, with_groups
 from tests.support import home_facts as sample
 from tests.ui import checks
 from tests.ui.small import Rig, reach, window
@@ -181,6 +186,49 @@ def test_the_map_of_a_robot_on_which_nothing_runs_is_beside_its_battery_below_a_
     assert (left >= right, bottom < high, low < top) == (True, True, True)
     assert checks.is_seen(place)
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
+@pytest.mark.parametrize(("size", "scale"), [((600, 480), 1.3), ((800, 480), 1.0), ((800, 480), 1.3)])
+def test_with_gloves_a_time_is_chosen_and_set_without_scrolling(ui, size, scale):
+    with window(ui, size, scale, gloves=True):
+        dialogs = Dialogs(animate=False)
+        dialog = dialogs.pick_time("Starts at", time(6, 30), lambda _time: None)
+        ui.advance(.3)
+        assert "\n".join(checks.problems(dialog)) == ""
+        dialogs.close_all()
+
+
+@pytest.mark.parametrize(("size", "scale", "gloves"), [((600, 480), 1.0, False), ((600, 480), 1.3, True), ((800, 480), 1.3, False)])
+def test_what_is_said_of_a_damaged_database_and_the_way_out_can_be_reached(ui, size, scale, gloves):
+    with window(ui, size, scale, "fi", gloves=gloves) as rig:
+        damaged(rig)
+        ui.advance(.3)
+        page, button = ui.find(LowPage), ui.find(CommandButton)
+        assert "\n".join(checks.problems(page)) == ""
+        assert checks.area(ui.find(ScreenTitle))[3] <= Window.height
+        page.scroll_to(button, padding=0, animate=False)
+        ui.advance(.1)
+        assert checks.is_seen(button)
+
+
+@pytest.mark.parametrize(("section", "part", "kind"), [
+    ("missions", "missions", MissionRow), ("missions", "places", PlaceRow), ("idle", "", IdlePanel)])
+@pytest.mark.parametrize(("size", "scale", "language", "gloves"), [
+    ((600, 480), 1.0, "en", False), ((600, 480), 1.3, "fi", True), ((800, 480), 1.0, "en", True)])
+def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(ui, size, scale, language, gloves, section, part, kind):
+    with window(ui, size, scale, language, gloves=gloves) as rig:
+        screen = with_groups(Plant(rig)).screen(rig, section)
+        if part:
+            screen.turn_to(part)
+        ui.find(Frame).alarm, ui.find(Frame).alarm_urgent = "Aino: Failed to reach its goal " * 2, True
+        ui.advance(.3)
+        assert "\n".join(checks.problems(ui.find(Frame))) == ""
+        page = screen.ids.columns.children[0]
+        page.scroll_y = 0
+        ui.advance(.1)
+        first = ui.find_all(kind)[0]
+        assert checks.visible_area(first, checks.parents(first))[3] - checks.area(page)[1] > 60
+        assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
 @pytest.mark.parametrize("size", [(600, 480), (800, 480), (800, 1280), (1024, 600)], ids="{0[0]}x{0[1]}".format)

@@ -9,7 +9,6 @@ from typing import Any
 from kivy.clock import Clock
 from kivy.metrics import sp
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
-from kivy.uix.boxlayout import BoxLayout
 
 from app.i18n import _
 from app.screens.common.given import GivenNames
@@ -30,6 +29,7 @@ from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.display import SectionCard
 from app.widgets.lists import ScrollPage
+from app.widgets.pages import LowPage
 
 PAGES: dict[str, type[SettingsPage]] = {
     "robots": RobotsPage, "missions": MissionsPage, "constraints": ConstraintsPage, "idle": IdlePage, "scheduler": SchedulerPage,
@@ -142,8 +142,9 @@ class SectionList(SectionCard):
             rows.show(section)
 
 
-class SectionContent(BoxLayout):
-    """The open section under its name; ``narrow`` shows the way back to the list."""
+class SectionContent(LowPage):
+    """The open section under its name; ``narrow`` shows the way back to the list. In a low window the lists below their tools have some
+    height all the same, and the page scrolls."""
     vm = ObjectProperty(None, rebind=True, allownone=True)
     screen = ObjectProperty(None, allownone=True)
     narrow = BooleanProperty(False)
