@@ -19,7 +19,8 @@ from app.screens.common.view_model import Navigator
 from app.screens.frame.controller import FrameController
 from app.services.live.changes import Topic
 from app.services.live.holds import Hold
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.frame import Frame
 from app.widgets.snackbar import Snackbars
 from tests.support.home_facts import AINO, execution
@@ -375,6 +376,14 @@ def test_what_is_cancelled_at_once_is_not_said_to_be_held_after_that(world, star
     starts.hold(UNBOUND, True)
     ui.advance(1)
     starts.cancel(UNBOUND)
+    assert world.told == ["Kits is being cancelled"]
+
+
+def test_a_start_that_was_tried_is_cancelled_only_after_a_question_as_it_can_not_wait_again(world, starts, ui):
+    starts.cancel(replace(UNBOUND, attempts=1))
+    ui.advance(.3)
+    assert (world.told, ui.find(ConfirmDialog).title, ui.find(ConfirmDialog).text) == ([], "Cancel Kits?", "This can't be undone.")
+    ui.tap(ui.find(CommandButton, text="Cancel it"))
     assert world.told == ["Kits is being cancelled"]
 
 

@@ -1,14 +1,25 @@
-"""What is said of a start that was cancelled, and that it can wait again."""
+"""Cancelling a start: it can wait again where nothing of it was ever sent; else a person is asked first. What is said of it then."""
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.domain.models import Execution
+from app.domain.models import Execution, State
 from app.i18n import _
 from app.screens.common.holding import about_start
 from app.screens.common.shell import Shell
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.undo import may_wait_again
+
+
+def is_undoable(row: Execution) -> bool:
+    """Whether its cancelling can be undone, or needs no undo: what idleness wanted, it wants again by itself."""
+    return row.state is State.WAITING and not row.attempts and row.revoked is None
+
+
+def ask_to_cancel(shell: Shell, mission: str, robot: str, agreed: Callable[[], object]) -> None:
+    """What waits in the queue of that robot, or in none."""
+    text = _("It is taken out of the queue of {robot}. This can't be undone.").format(robot=robot) if robot else _("This can't be undone.")
+    shell.dialogs.confirm(_("Cancel {mission}?").format(mission=mission), text, _("Cancel it"), agreed, danger=True, decline=_("Keep it"))
 
 
 def say_cancelled(shell: Shell, catalogue: Catalogue, mission: str, left: Execution | None, changed: Callable[[], object]) -> None:

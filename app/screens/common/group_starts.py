@@ -8,7 +8,7 @@ from typing import TypeVar
 from app.domain import choice
 from app.domain.models import Execution, Group, Mission, Robot, Settings, State, Wait
 from app.i18n import _
-from app.screens.common.cancelled import say_cancelled
+from app.screens.common.cancelled import ask_to_cancel, is_undoable, say_cancelled
 from app.screens.common.holding import HAND, about_start, hold_at, until_words
 from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
@@ -76,8 +76,14 @@ class GroupStarts:
                                    [Option(each, word(each)) for each in LEVELS], chosen, selected=level(row.priority))
 
     def cancel(self, row: Execution) -> None:
-        self._do(row, lambda: self._operator.cancel_execution(row.id),
-                 lambda left: say_cancelled(self._shell, self._catalogue, self._name(row), left, self._changed))
+        def cancel() -> None:
+            self._do(row, lambda: self._operator.cancel_execution(row.id),
+                     lambda left: say_cancelled(self._shell, self._catalogue, self._name(row), left, self._changed))
+
+        if is_undoable(row):
+            cancel()
+        else:
+            ask_to_cancel(self._shell, self._name(row), row.robot, cancel)
 
     def hold(self, row: Execution, held: bool) -> None:
         """Keep it back, or let it go."""

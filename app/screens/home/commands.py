@@ -9,7 +9,7 @@ from app.domain.models import Robot
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected, RobotError
 from app.screens.common import questions
-from app.screens.common.cancelled import say_cancelled
+from app.screens.common.cancelled import ask_to_cancel, is_undoable, say_cancelled
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Refresher
 from app.screens.home.cards import HomeState
@@ -91,20 +91,26 @@ class HomeCommands(HomeState):
         else:
             self._refused(robot, _("Clear queue"))(problem)
 
-    def cancel(self, key: tuple[str, int]) -> None:
-        """One entry of the queue: ours by the execution, others' by the item. What runs is asked about first."""
+    def cancel(self, key: tuple[str, int], agreed: bool = False) -> None:
+        """One entry of the queue: ours by the execution, others' by the item. Asked about first is what runs, and what can't be undone."""
         robot = self.facts.robot
         if robot is None or self._presses.is_same(OfRobot(key, robot.id)):
             return
         entry = next((entry for entry in self.queue if entry.key == key), None)
         name = entry.mission if entry else ""
-        if entry is None or not entry.runs:
+        if entry is None or (not entry.runs and (agreed or self._is_undoable(key))):
             self._cancel(robot, key, name)
+            return
+        if not entry.runs:
+            ask_to_cancel(self._shell, name, robot.name, lambda: self.cancel(key, agreed=True))
             return
         self._shell.dialogs.confirm(
             _("Stop {mission}?").format(mission=name), _("{robot} is on its way: it stops where it is, and does not go on with this "
                                                          "mission.").format(robot=robot.name),
             _("Stop it"), lambda: self._cancel(robot, key, name), danger=True, decline=_("Let it run"))
+
+    def _is_undoable(self, key: tuple[str, int]) -> bool:
+        return any(key == ("execution", ours.id) and is_undoable(ours) for ours in self.facts.open)
 
     def _cancel(self, robot: Robot, key: tuple[str, int], name: str) -> None:
         operator, (kind, number) = self._services.operator, key

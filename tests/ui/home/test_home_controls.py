@@ -191,10 +191,41 @@ def test_one_of_ours_can_be_cancelled(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: any(run.queue_id for run in home.site.container.history.open()) and rows(ui))
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    press(ui, "Keep it")
+    ui.wait(lambda: home.shell.dialogs.top is None)
+    assert [item["state"] for item in home.aino.state()["queue"][-1:]] == ["Pending"]
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    assert {"Cancel Deliver?", "It is taken out of the queue of Aino. This can't be undone."} <= set(ui.texts(ui.find(ConfirmDialog)))
+    press(ui, "Cancel it")
     ui.wait(lambda: home.site.container.history.last_finished(1))
     execution, = home.site.container.history.last_finished(1)
     assert execution.reason.code is ReasonCode.USER_CANCELLED
     ui.wait(lambda: not rows(ui))
+
+
+def test_what_was_never_sent_is_cancelled_at_once_and_waits_again_when_that_is_undone(home, ui):
+    home.site.container.holds.hold("Audit")
+    choose(ui, "Home")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
+    press(ui, "Queue, held")
+    ui.wait(lambda: rows(ui))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: "Home is cancelled" in home.shell.snackbars.texts)
+    ui.tap(ui.find(text="Undo"))
+    ui.wait(lambda: "Home waits again" in home.shell.snackbars.texts and rows(ui))
+
+
+def test_what_begins_while_it_is_asked_about_is_stopped_only_after_that_question(home, ui):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: any(run.queue_id for run in home.site.container.history.open()) and rows(ui))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    api(home.aino, "PUT", "/status", state_id=3)
+    ui.wait(lambda: is_shown_running(ui))
+    press(ui, "Cancel it")
+    assert "Stop Deliver?" in ui.texts()
+    press(ui, "Let it run")
+    assert home.aino.state()["queue"][-1]["state"] == "Executing"
 
 
 def test_what_runs_is_stopped_only_after_a_question(home, ui):
@@ -220,6 +251,7 @@ def test_what_the_robot_could_not_be_told_is_not_cancelled_yet(home, ui):
     home.aino.control({"fault": {"kind": "drop_request", "method": "DELETE", "path": f"/mission_queue/{number}", "count": None}})
     ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is sent to Aino"])
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    press(ui, "Cancel it")
     ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is being cancelled"])
     home.aino.control({"fault": None})
     ui.wait(lambda: not rows(ui))
@@ -233,6 +265,7 @@ def test_somebody_elses_item_shows_its_creator_and_can_be_cancelled(home, ui):
     assert mission == "Home"
     assert origin.startswith(api(home.aino, "GET", f"/mission_queue/{number}").json()["created_by_name"])
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    press(ui, "Cancel it")
     ui.wait(lambda: not rows(ui))
     assert api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Aborted"
 
@@ -251,10 +284,9 @@ def test_what_is_being_cancelled_on_one_robot_is_not_on_another_with_an_item_of_
         numbers[behind] = api(robots[behind], "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
     ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", numbers[0])])
     robots[0].control({"fault": {"kind": "late", "path": f"/mission_queue/{numbers[0]}", "method": "DELETE", "count": 1, "seconds": 6.0}})
-    home.root_vm.cancel(("item", numbers[0]))
-    for dialog in ui.find_all(ConfirmDialog):
-        ui.tap(ui.find(CommandButton, dialog, style="filled"))
-    ui.wait(lambda: "Being cancelled" in ui.texts(ui.find(QueueRow)))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    press(ui, "Cancel it")
+    ui.wait(lambda: home.shell.dialogs.top is None and "Being cancelled" in ui.texts(ui.find(QueueRow)))
     ui.tap(ui.find(RobotChip, name="Veikko"))
     ui.wait(lambda: ui.find(TopBar).robot == "Veikko" and ui.find_all(QueueRow) and not home.root_vm.facts.is_new)
     assert "Being cancelled" not in ui.texts(ui.find(QueueRow))
@@ -281,6 +313,7 @@ def test_cancelling_what_somebody_else_has_just_cancelled_is_no_error(home, ui):
     with screen_behind(home):
         api(home.aino, "DELETE", f"/mission_queue/{number}")
         ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+        press(ui, "Cancel it")
         ui.wait(lambda: home.root_vm.busy == [])
         assert "Home is cancelled" in home.shell.snackbars.texts
     ui.wait(lambda: not rows(ui))
