@@ -180,7 +180,7 @@ def _late(issues: OpenIssues, settings: Settings, now: datetime) -> BannerView:
         return BannerView(text, note, "attention", HAND, "", _("Show"), Act.LATE_STARTS)
     left = seconds_left(going, now)
     first = ngettext("{n} late mission starts in {s} s", "{n} late missions start in {s} s", count).format(n=count, s=left)
-    return BannerView(first, note, "attention", "timer-alert-outline", "", _("Hold"), Act.HOLD)
+    return BannerView(first, note, "attention", "timer-alert-outline", "", _("Hold") if count == 1 else _("Hold all"), Act.HOLD)
 
 
 def late_line(execution: Execution, given: Given, settings: Settings) -> str:

@@ -177,6 +177,13 @@ def test_a_late_start_that_no_robot_has_yet_names_its_group():
     assert show(late=late_starts([late], ROBOTS)).note == "Due while the app was off: Waste to compactor on Hall 1 (14:35)"
 
 
+def test_of_several_late_starts_the_button_says_that_it_holds_all_of_them():
+    late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
+    issues = OpenIssues(late_starts=[late, replace(late, id=98), replace(late, id=99, held=True, wait=Wait.HOLD)])
+    one = replace(issues, late_starts=issues.late_starts[1:])
+    assert [banner(each, ROBOTS, SETTINGS, NOW).action for each in (issues, one)] == ["Hold all", "Hold"]
+
+
 def test_a_late_start_is_called_by_what_it_was_given_too():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24), parameters={"goal": DOCK})
     issues = OpenIssues(late_starts=[late], given=Given(names={DOCK: "Dock 3"}))
