@@ -39,10 +39,10 @@ class PositionsMap(WholeMap):
         """By keys."""
 
     def seats(self):
-        """The positions; the chosen one or, without one, the first is a tab stop."""
+        """The positions, with a ring that lies on no name; the chosen one or, without one, the first is a tab stop."""
         old, self._seats = self._seats, {}
         for place in self.places:
-            seat = self._seats[place.key] = old.pop(place.key, None) or KeySeat(size=(dp(44), dp(44)))
+            seat = self._seats[place.key] = old.pop(place.key, None) or KeySeat(size=(dp(18), dp(18)))
             seat.center, seat.event = self._point(place.x, place.y), ("on_spot", place.key)
             seat.is_tab_stop = place.key == (self.places[0].key if self.chosen is None else self.chosen)
             if seat.parent is None:

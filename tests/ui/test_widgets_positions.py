@@ -91,7 +91,7 @@ def test_the_nearest_wins_a_finger_may_slide_and_free_ground_is_no_position(ui, 
     assert chart.chosen == "g-2"
 
 
-HALL = (Place("Dock 3", .2, .5), Place("Press", .7, .5), Place("Gate", .5, .9), Place("Line", .45, .2))
+HALL = (Place("Dock 3", .2, .5), Place("Press", .7, .5), Place("Gate", .5, .9), Place("Line", .45, .3))
 ALONG = MissionParameter("goal", "Goal", "Reference", choices=tuple((place.name, place.name) for place in HALL), sets="position")
 
 
