@@ -33,6 +33,7 @@ from app.widgets.surfaces import OnlySeen, TonedTap
 from app.widgets.text import Body, ScreenTitle
 
 ESCAPE = 27                              # also Android's back button
+SETTLES = .4                             # s after it has opened, in which a tap is the second of two quick ones
 
 
 class Fade(MotionDialogBehavior):
@@ -68,6 +69,7 @@ class Overlay(MDDialog, Fade):
     and lines would be blurred elsewhere."""
 
     def __init__(self, **kwargs):
+        self._settles_at = 0.
         super().__init__(**kwargs)
         Window.unbind(on_resize=self.update_width)       # only bound while it is open
         self.fbind("size", self._place)
@@ -76,6 +78,7 @@ class Overlay(MDDialog, Fade):
         """Said in kv."""
 
     def open(self):
+        self._settles_at = Clock.get_time() + SETTLES
         self._scrim = MDDialogScrim(color=self.scrim_color, opacity=0)
         self.on_scrim_color()
         Window.bind(on_keyboard=self._key, on_resize=self._place)        # the one bound last is asked first
@@ -94,6 +97,11 @@ class Overlay(MDDialog, Fade):
     def is_open(self) -> bool:
         """Not while it fades away."""
         return self._is_open
+
+    @property
+    def has_just_moved(self) -> bool:
+        """Whether it came under a finger that meant what was there before."""
+        return Clock.get_time() < self._settles_at
 
     def on_scrim_color(self, *_):
         if self._scrim:
@@ -119,6 +127,8 @@ class Overlay(MDDialog, Fade):
 
     def on_touch_down(self, touch):
         """No touch gets through, and none presses the card that KivyMD's dialog is."""
+        if self.has_just_moved:
+            return True
         if self._is_open and self.collide_point(*touch.pos):
             Widget.on_touch_down(self, touch)
         elif self.auto_dismiss:

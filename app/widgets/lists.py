@@ -4,36 +4,20 @@ Each row of ``data`` is a frozen dataclass whose fields are properties of the ro
 identifies the row. A row never becomes another one under a finger because the list has moved: each view belongs to a key, and a view that
 is reused for another row ignores an earlier press.
 """
-from functools import lru_cache
-
 from kivy.animation import Animation
 from kivy.clock import Clock
-from kivy.effects.scroll import ScrollEffect
 from kivy.factory import Factory
-from kivy.graphics.texture import Texture
 from kivy.metrics import dp
-from kivy.properties import (
-    AliasProperty,
-    BooleanProperty,
-    ListProperty,
-    NumericProperty,
-    ObjectProperty,
-    OptionProperty,
-    StringProperty,
-    VariableListProperty,
-)
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.floatlayout import FloatLayout
-from kivy.uix.scrollview import ScrollView
 from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.dock import dock
 
 STILL = 1.0              # s after rows have moved
 AT_WORK = 3.0            # s after a row was used, in which its list changes because of that
-WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}               # by kivy's names, which say where the page goes
 SPARE = 4                # views that a list keeps for rows to come
 PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
-FAR = 1e6                # px, where nothing is
 
 
 class Standing:
@@ -175,155 +159,6 @@ class Rows(MDBoxLayout):
             elif not is_seen and view not in self._unseen:
                 self._unseen.add(view)
                 self.canvas.remove(view.canvas)
-
-
-@lru_cache(maxsize=1)
-def shade() -> Texture:
-    """From black at its lower edge to nothing at its upper one."""
-    texture = Texture.create(size=(1, 16), colorfmt="rgba")
-
-    def fill(texture: Texture) -> None:
-        texture.blit_buffer(bytes(part for row in range(16) for part in (0, 0, 0, 255 * (15 - row) // 15)), colorfmt="rgba",
-                            bufferfmt="ubyte")
-
-    fill(texture)
-    texture.add_reload_observer(fill)        # a tablet may lose its graphics while it sleeps
-    return texture
-
-
-class CalmScroll(ScrollView):
-    """A scroll view that doesn't overshoot, with a thin bar, and a shade at its lower edge while there is ``more_below``.
-
-    A finger that rests presses what is under it. When it drags after all, it scrolls, and has pressed nothing, however long it has rested;
-    unless what it rests on ``keeps_drag``.
-
-    ``wheel_way``: where a mouse's wheel is turning it, 1 down, -1 up; 0: a finger, or nothing, has moved it. A list that comes to rest on
-    whole rows goes on that way: a notch is less than half a row, so the nearest one would take it back.
-    """
-    wheel_way = 0
-    shade = staticmethod(shade)
-
-    def _has_more_below(self) -> bool:
-        return bool(self.do_scroll_y) and (self.viewport_size[1] - self.height) * self.scroll_y > dp(2)
-
-    more_below = AliasProperty(_has_more_below, bind=("do_scroll_y", "viewport_size", "height", "scroll_y"), cache=True)
-
-    def __init__(self, **kwargs):
-        kwargs.setdefault("effect_cls", ScrollEffect)
-        super().__init__(**kwargs)
-
-    def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos):
-            self.wheel_way = WHEEL_WAYS.get(touch.button, 0) if "button" in touch.profile else 0
-        if PRESSED_ROW not in touch.ud and self.collide_point(*touch.pos):
-            place = self.to_window(*touch.pos)
-            row = next((widget for widget in self.walk(restrict=True)
-                        if isinstance(widget, Row) and widget.collide_point(*widget.parent.to_widget(*place))), None)
-            if row is not None:
-                touch.ud[PRESSED_ROW] = row.key
-        return super().on_touch_down(touch)
-
-    def _change_touch_mode(self, *_):
-        """kivy gives a touch that rests to what is under it, for good; here only until it is dragged."""
-        touch = self._touch
-        super()._change_touch_mode()
-        if touch and self._touch is None:
-            touch.ud[self._get_uid("lent")] = True
-            touch.grab(self)
-
-    def on_touch_move(self, touch):
-        if touch.grab_current is self and self._get_uid("lent") in touch.ud:
-            if self._is_wanted_back(touch):
-                self._take_back(touch)
-            return True
-        return super().on_touch_move(touch)
-
-    def on_touch_up(self, touch):
-        if touch.grab_current is self and touch.ud.pop(self._get_uid("lent"), False):
-            touch.ungrab(self)
-            del touch.ud[self._get_uid()]            # no tap: what is under it has been pressed
-            if self._touch is None:
-                self.dispatch("on_scroll_stop", touch)
-            return True
-        return super().on_touch_up(touch)
-
-    def _is_wanted_back(self, touch) -> bool:
-        """Whether it has become a drag that this, or the page around it, follows."""
-        dx, dy = touch.x - touch.ox, touch.y - touch.oy
-        if max(abs(dx), abs(dy)) <= self.scroll_distance or self._touch is not None:
-            return False
-        follows = self.can_follow(dy) or self._around(dy) is not None if abs(dy) > abs(dx) else \
-            self.do_scroll_x and self.viewport_size[0] > self.width + 1
-        return follows and not any(getattr(reference(), "keeps_drag", False) for reference in touch.grab_list)
-
-    def _take_back(self, touch):
-        """It leaves what is under it without having pressed it, and scrolls from here on."""
-        dx, dy = touch.x - touch.ox, touch.y - touch.oy
-        del touch.ud[self._get_uid("lent")]
-        touch.push()
-        touch.apply_transform_2d(lambda x, y: (x + FAR, y + FAR))
-        self._do_touch_up(touch)
-        touch.pop()
-        touch.grab(self)
-        self.on_scroll_start(touch, check_children=False)
-        touch.ud[self._get_uid()].update(mode="scroll", user_stopped=True, dx=abs(dx), dy=abs(dy))
-
-    def on_scroll_move(self, touch):
-        """Where this has reached its end, the drag goes on with the page around it."""
-        drag = touch.ud.get(self._get_uid())
-        if drag is not None and touch.dy and not self.can_follow(touch.dy) and self._is_drag_upright(drag, touch):
-            outer = self._around(touch.dy)
-            if outer is not None and self._hand_over(touch, drag, outer):
-                return True
-        return super().on_scroll_move(touch)
-
-    def can_follow(self, dy: float) -> bool:
-        """Whether its content can follow a finger that moves upwards (px > 0) or downwards."""
-        is_higher = bool(self.do_scroll_y) and self.viewport_size[1] > self.height + 1
-        return is_higher and (self.scroll_y > 1e-3 if dy > 0 else self.scroll_y < 1 - 1e-3)
-
-    def _is_drag_upright(self, drag, touch) -> bool:
-        """Whether it has gone further than a tap does, and up or down."""
-        return not (touch.ud["in_bar_x"] or touch.ud["in_bar_y"]) and drag["dy"] > max(drag["dx"], self.scroll_distance)
-
-    def _around(self, dy: float):
-        view = self.parent
-        while view is not None and not (isinstance(view, CalmScroll) and view.can_follow(dy)):
-            view = view.parent if view.parent is not view else None
-        return view
-
-    def _hand_over(self, touch, drag, outer) -> bool:
-        """The touch is the outer page's from now on, if that is under it."""
-        touch.push()
-        touch.apply_transform_2d(lambda x, y: outer.parent.to_widget(*self.parent.to_window(x, y)))
-        if is_taken := outer.collide_point(*touch.pos) and outer._touch is None:
-            outer.on_scroll_start(touch, check_children=False)
-            touch.ud[outer._get_uid()].update(mode="scroll", user_stopped=True)
-        touch.pop()
-        if is_taken:
-            drag["mode"] = "scroll"                  # no tap
-            self.dispatch("on_scroll_stop", touch)
-            del touch.ud[self._get_uid()]
-            outer._touch = touch
-            touch.ungrab(self)
-            touch.grab(outer)
-        return is_taken
-
-
-class ScrollPage(CalmScroll):
-    """A page that scrolls: children go into one column as wide as the page, as high as they need."""
-    padding = VariableListProperty([0, 0, 0, 0])
-    spacing = NumericProperty("16dp")
-    content_height = NumericProperty(0)      # of the column, with its padding
-
-    def add_widget(self, widget, *args, **kwargs):
-        column = self.ids.get("column")
-        if column is None:
-            return super().add_widget(widget, *args, **kwargs)
-        return column.add_widget(widget, *args, **kwargs)
-
-    def clear_widgets(self, *args, **kwargs):
-        self.ids.column.clear_widgets(*args, **kwargs)
 
 
 class ScrollRows(FloatLayout):

@@ -6,7 +6,7 @@ its end (``CalmScroll``).
 """
 from kivy.uix.scrollview import ScrollView
 
-from app.widgets.lists import CalmScroll, ScrollPage
+from app.widgets.scrolling import CalmScroll, ScrollPage
 
 SCROLL_EVENTS = ("on_scroll_start", "on_scroll_move", "on_scroll_stop")
 

@@ -21,6 +21,7 @@ NEAR_END = .15           # of what is seen: so near to the end of a drawing a ne
 SLOP = 12                # dp that a finger moves before it drags
 MOST_SEATS = 40          # of bars of a lane
 LONG = .5                # s until a press is a long one
+SECOND_TAP = .28         # s after a tap, in which another one is the same: what it has opened is under the finger then
 STEP = 1 / 12            # hours between times that fingers choose
 LEAST_HOURS, MOST_HOURS = 6, 168
 
@@ -56,11 +57,15 @@ class Timeline(Chart):
     watch = ("lanes", "bands", "ticks", "hours")
 
     touched = BooleanProperty(False)         # fingers move it just now
+    takes_at_once = True                     # of a page that scrolls: one of two fingers would come late
     __events__ = ("on_bar", "on_window", "on_fold", "on_free", "on_moved", "on_lane")
 
     def __init__(self, **kwargs):
         self._fingers: dict[object, tuple[float, float]] = {}      # uid of a touch: where it is
         self._moved = False
+        self._may_tap = False                                      # the finger has stayed where it came down, alone
+        self._meant = self._free = None                            # what it came down on: an event, a lane's key and an hour
+        self._answered = -SECOND_TAP                               # when a tap was
         self._seats: dict[tuple[int, str, object], KeySeat] = {}
         self._lifted = None                                        # a bar under a finger, where it was, and when it would begin now
         self._is_long = Clock.create_trigger(self._press_long, LONG)
@@ -105,8 +110,10 @@ class Timeline(Chart):
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos) and not touch.is_mouse_scrolling and len(self._fingers) < (1 if self._lifted else 2):
             self._is_long.cancel()
+            self._may_tap = not self._fingers and Clock.get_time() - self._answered >= SECOND_TAP
             if not self._fingers:
                 self._moved = False
+                self._meant, self._free = self._event_at(*touch.pos), self._free_at(*touch.pos)
                 self._is_long()
             self._fingers[touch.uid] = touch.pos
             touch.grab(self)
@@ -119,6 +126,7 @@ class Timeline(Chart):
             self._lift(touch.x - touch.ox)
             return True
         if abs(touch.y - touch.oy) >= dp(SLOP):
+            self._may_tap = False
             self._is_long.cancel()
         before = dict(self._fingers)
         if not self._moved and abs(touch.x - touch.ox) < max(dp(SLOP), abs(touch.y - touch.oy)):
@@ -144,26 +152,30 @@ class Timeline(Chart):
                 self.touched = False
                 self._place_soon()               # labels at the edges come whole again
             return True
-        is_tap = touch.grab_current is None and not self._moved and self.collide_point(*touch.pos) and not touch.is_mouse_scrolling
-        if is_tap and self._tapped(*touch.pos):
+        is_tap = touch.grab_current is None and touch.uid in self._fingers and self._may_tap and not self._moved
+        if is_tap and self._meant is not None and self.collide_point(*touch.pos):
+            self._answer(*self._meant)
             return True
         return super().on_touch_up(touch)
 
+    def _answer(self, *event):
+        """A tap."""
+        self._answered = Clock.get_time()
+        self.dispatch(*event)
+
     # ------------------------------------------------------------------ a finger that rests
     def _press_long(self, _dt):
-        """Lift the bar under it, if that may be moved, or tell what free time it is on."""
-        x, y = next(iter(self._fingers.values()))
-        if (lane := self._lane_at(y)) is None or lane.line or x < self._drawing.frame.left:
-            return
-        keys = self._bars_near(x, y)
-        bar = next((bar for bar in lane.bars if keys and bar.key == keys[0] and bar.movable), None)
-        if bar is None and not self._bars_near(x, y, dp(8)):     # also a little beside a bar that stays where it is
-            self._moved = True                   # its end is no tap
-            self.dispatch("on_free", lane.key, self._time_at(x))
-        elif bar is not None:
+        """Lift the bar that it came down on, if that may be moved, or tell what free time it is on."""
+        event, key = (self._meant or ("", None))[:2]
+        bar = next((bar for lane in self.lanes for bar in lane.bars if event == "on_bar" and bar.key == key and bar.movable), None)
+        place = next((box for box in self.boxes() if bar is not None and box[4] == bar.key), None)
+        if place is not None:
             self._moved = self.touched = True
-            self._lifted = bar, next(box for box in self.boxes() if box[4] == bar.key), bar.start
+            self._lifted = bar, place, bar.start
             self._lift(0)
+        elif self._free is not None and bar is None:
+            self._moved = True                   # its end is no tap
+            self.dispatch("on_free", *self._free)
 
     def _time_at(self, x) -> float:
         return round(self._drawing.frame.hour_at(x - self._drawing.moved) / STEP) * STEP
@@ -185,7 +197,7 @@ class Timeline(Chart):
         if hour != bar.start:
             self.dispatch("on_moved", bar.key, hour)
         elif abs(touch.x - touch.ox) < dp(SLOP):
-            self.dispatch("on_bar", *(self._bars_near(*touch.opos) or (bar.key,)))
+            self._answer(*self._meant)
 
     # ------------------------------------------------------------------ where bars are
     def boxes(self) -> Iterator[Box]:
@@ -235,23 +247,24 @@ class Timeline(Chart):
                 return Widget(pos=(x, y), size=(max(0, right - left), top - bottom))
         return self
 
-    def _tapped(self, x, y) -> bool:
-        """A break is as narrow as a fingertip, and bars may be on both sides of it."""
+    def _event_at(self, x, y):
+        """What a tap there fires, or None. A break is as narrow as a fingertip, and bars may be on both sides of it."""
         if (lane := self._lane_at(y)) is None:
-            return False
+            return None
         if lane.line:
-            self.dispatch("on_lane", lane.key)
-            return True
+            return "on_lane", lane.key
         frame = self._drawing.frame
         hour = frame.hour_at(x - self._drawing.moved) if x >= frame.left else math.inf
         closed = next((kind for start, end, _words, kind in self.bands if kind != "held" and start <= hour < end), "")
         if closed != "folded" and (keys := self._bars_near(x, y)):
-            self.dispatch("on_bar", *keys)
-        elif closed:
-            self.dispatch("on_fold", hour)
-        else:
-            return False
-        return True
+            return "on_bar", *keys
+        return ("on_fold", hour) if closed else None
+
+    def _free_at(self, x, y):
+        """The lane's key and the hour of free time there, also a little beside a bar that stays where it is; or None."""
+        lane = self._lane_at(y)
+        is_free = lane is not None and not lane.line and x >= self._drawing.frame.left and not self._bars_near(x, y, dp(8))
+        return (lane.key, self._time_at(x)) if is_free else None
 
     def _lane_at(self, y):
         """None: on the axis, or there is nothing."""
@@ -262,12 +275,12 @@ class Timeline(Chart):
         """Keys: the bar nearest to a finger, the uppermost of several, and those that share its place and are as near."""
         reach, slack = reach or dp(24), dp(8)
         lanes = {self._drawing.frame.lane_at(y + slack), self._drawing.frame.lane_at(y - slack)}
-        near = sorted(((max(box[0] - x, x - box[2], 0), box) for lane in lanes for box in reversed([*self._drawing.boxes(lane)])
-                       if box[1] - slack <= y <= box[3] + slack), key=lambda hit: hit[0])
+        boxes = (box for lane in lanes for box in reversed([*self._drawing.boxes(lane)]) if box[1] - slack <= y <= box[3] + slack)
+        near = sorted(((max(box[0] - x, x - box[2], 0), max(box[1] - y, y - box[3], 0), box) for box in boxes), key=lambda hit: hit[:2])
         if not near or near[0][0] > reach:
             return []
-        nearest, (left, bottom, right, _top, first) = near[0]
-        return [first, *(key for distance, (x1, y1, x2, _y2, key) in near[1:]
+        nearest, _above, (left, bottom, right, _top, first) = near[0]
+        return [first, *(key for distance, _above, (x1, y1, x2, _y2, key) in near[1:]
                          if distance <= nearest + slack and y1 == bottom and x1 < right and left < x2)]
 
     def _drag(self, dx):

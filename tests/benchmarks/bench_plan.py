@@ -54,7 +54,7 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
     from kivy.core.window import Window as window
     from kivy.tests.common import UnitTestTouch
 
-    from app.widgets.lists import CalmScroll
+    from app.widgets.scrolling import CalmScroll
     from app.widgets.timeline import Timeline
     chart = Timeline(lanes=lanes.lanes, ticks=lanes.ticks, bands=lanes.bands, hours=lanes.hours, first=lanes.first, now=lanes.now,
                      now_label=lanes.now_label, size_hint=(None, None), width=window.width, seen_height=window.height)

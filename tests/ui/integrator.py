@@ -20,8 +20,8 @@ from app.widgets.dialogs import Overlay
 from app.widgets.fields import FormField
 from app.widgets.frame import AlarmBanner, NavItem
 from app.widgets.keyboard import BoardKey, DockedKeyboard
-from app.widgets.lists import ScrollPage
 from app.widgets.rows import SectionRow
+from app.widgets.scrolling import ScrollPage
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk

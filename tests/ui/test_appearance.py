@@ -16,7 +16,7 @@ from app.screens.settings.page import SwitchRow
 from app.widgets.buttons import CommandButton, Segment, Toggle
 from app.widgets.display import StatusBadge
 from app.widgets.frame import AlarmBanner, Frame, NavItem
-from app.widgets.lists import ScrollPage
+from app.widgets.scrolling import ScrollPage
 from app.widgets.tokens import THEMES, tk
 from tests.ui import checks
 from tests.ui.integrator import go, settings

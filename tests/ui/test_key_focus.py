@@ -19,10 +19,10 @@ from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu
 from app.widgets.display import SectionCard
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput, FormField
-from app.widgets.lists import ScrollPage
 from app.widgets.long_list import LongList
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.pickers import TimeDialog
+from app.widgets.scrolling import ScrollPage
 from app.widgets.timeline import Timeline
 from app.widgets.tokens import tk
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB, KeyFocus

@@ -4,7 +4,7 @@ from __future__ import annotations
 import pytest
 from kivy.uix.widget import Widget
 
-from app.widgets.lists import CalmScroll, ScrollPage
+from app.widgets.scrolling import CalmScroll, ScrollPage
 
 
 def shade_of(view: CalmScroll) -> float:

@@ -12,10 +12,11 @@ from app.screens.home.lists import QueueEntry, RobotSummary
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import ChoiceChip, IconButton, Segment, Toggle
 from app.widgets.fields import FieldInput, FormField, RepeatButton, StepField
-from app.widgets.lists import ScrollPage, ScrollRows
+from app.widgets.lists import ScrollRows
 from app.widgets.long_list import LongList
 from app.widgets.pages import LowColumn, LowPage
 from app.widgets.rows import RobotChip
+from app.widgets.scrolling import ScrollPage
 from app.widgets.timeline import LONG, Timeline
 from tests.ui.drawn import fired, put_down
 

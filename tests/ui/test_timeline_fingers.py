@@ -7,6 +7,7 @@ from kivy.metrics import sp
 from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.chart import glyphs
+from app.widgets.pages import LowPage as HoursPage
 from app.widgets.timeline import LONG, Timeline
 from app.widgets.timeline_drawing import Drawing
 from tests.ui.drawn import LANES, fingers, fired, instructions, put_down, textures, words_of
@@ -217,3 +218,116 @@ def test_two_fingers_zoom_and_keep_what_is_under_them(ui):
     assert first + hours / 2 == pytest.approx(12)
     fingers(chart, *([(middle + side * x, chart.center_y) for x in (10, 350)] for side in (-1, 1)))
     assert calls[-1][1] == 6                                      # not nearer
+
+
+@pytest.fixture
+def lanes(ui) -> Timeline:
+    """Three, of which all fit."""
+    bars = [Lane(name, bars=(Bar(name, 2, 8, movable=True),), key=name) for name in ("Aino", "Veikko", "Sisu")]
+    return ui.show(Timeline(lanes=bars, hours=24), (888, 28 + 3 * 44))
+
+
+def everything(chart) -> list[list[tuple]]:
+    return [fired(chart, name) for name in ("on_bar", "on_free", "on_moved", "on_window", "on_fold", "on_lane")]
+
+
+def test_a_finger_that_goes_to_another_lane_taps_nothing_there(ui, lanes):
+    calls, x = everything(lanes), lanes.left_of(5)
+    fingers(lanes, [(x, lanes.y + 20), (x, lanes.y + 40), (x + 3, lanes.y + 110)])
+    assert calls == [[]] * 6
+
+
+@pytest.mark.parametrize("apart", [0, 40])
+def test_two_fingers_tap_nothing_whichever_leaves_first(ui, lanes, apart):
+    calls = everything(lanes)
+    one, other = put_down(lanes.left_of(3), lanes.y + 20), put_down(lanes.left_of(3) + 60, lanes.y + 20 + apart)
+    ui.advance(.05)
+    one.touch_up()
+    ui.advance(.05)
+    other.touch_up()
+    ui.advance(LONG)
+    assert calls == [[]] * 6
+    ui.tap_at(lanes.left_of(3), lanes.y + 20)
+    assert calls[0] == [("Sisu",)]
+
+
+@pytest.mark.parametrize("held", [.1, LONG + .1])
+def test_what_a_finger_came_down_on_is_what_it_opens_or_lifts_also_when_lanes_move_meanwhile(ui, lanes, held):
+    opened, moved = fired(lanes, "on_bar"), fired(lanes, "on_moved")
+    touch = put_down(lanes.left_of(5), lanes.y + 20)
+    lanes.lanes = [lanes.lanes[2], *lanes.lanes[:2]]
+    ui.advance(held)
+    if held > LONG:
+        touch.touch_move(lanes.left_of(9), lanes.y + 20)
+    touch.touch_up()
+    assert ([*opened, *((key,) for key, _hour in moved)]) == [("Sisu",)]
+
+
+def test_a_second_tap_at_once_is_the_same_as_the_first(ui):
+    """A tap on several shows more of them, and others are under the finger then."""
+    many = Lane("Aino", bars=(Bar(("zoom", 5, 1), 4, 6), Bar("a", 10, 11)), key=1)
+    chart = ui.show(Timeline(lanes=[many, Lane("", line="40 robots", key="idle")], hours=24), (888, 28 + 2 * 44))
+    bars, lines, x, y = fired(chart, "on_bar"), fired(chart, "on_lane"), chart.left_of(5), chart.top - 50
+    chart.bind(on_bar=lambda *_args: setattr(chart, "lanes", [Lane("Aino", bars=(Bar("b", 4, 6),), key=1), chart.lanes[1]]))
+    for _n in range(2):
+        put_down(x, y).touch_up()
+        ui.advance(.1)
+    assert bars == [(("zoom", 5, 1),)]
+    ui.advance(1)
+    for _n in range(2):
+        put_down(x, chart.y + 20).touch_up()
+        ui.advance(.1)
+    assert lines == [("idle",)]
+    ui.tap_at(x, y)
+    ui.advance(1)
+    ui.tap_at(x, y)
+    assert bars[1:] == [("b",)]
+
+
+@pytest.mark.parametrize("pause", [0, .05, .2])
+def test_two_fingers_zoom_a_timeline_that_scrolls(ui, pause):
+    """A page that scrolls keeps the first finger back until it knows that it doesn't drag."""
+    lanes = [Lane(f"R{n}", bars=(Bar(n, 2, 22),), key=n) for n in range(20)]
+    chart = Timeline(lanes=lanes, hours=24, size_hint_y=None, height=28 + 20 * 44)
+    page = HoursPage(do_scroll_x=False)
+    page.add_widget(chart)
+    ui.show(page, (888, 300))
+    ui.advance(.2)
+    calls, middle, y = everything(chart), 88 + 400, page.top - 150
+    one = put_down(middle - 100, y)
+    ui.advance(pause) if pause else None
+    other = put_down(middle + 100, y + 20)
+    for n in range(1, 6):
+        one.touch_move(middle - 100 - 20 * n, y + 4 * n)
+        other.touch_move(middle + 100 + 20 * n, y + 20 - 4 * n)
+        ui.advance()
+    one.touch_up()
+    other.touch_up()
+    ui.advance(1)
+    assert (calls[0], calls[1], calls[2]) == ([], [], [])
+    assert page.scroll_y == 1
+    [(first, hours)] = calls[3]
+    assert hours == pytest.approx(12)
+    assert first + hours / 2 == pytest.approx(12)
+
+
+def test_a_second_finger_does_nothing_while_the_first_scrolls(ui):
+    lanes = [Lane(f"R{n}", bars=(Bar(n, 2, 22),), key=n) for n in range(20)]
+    chart = Timeline(lanes=lanes, hours=24, size_hint_y=None, height=28 + 20 * 44)
+    page = HoursPage(do_scroll_x=False)
+    page.add_widget(chart)
+    ui.show(page, (888, 300))
+    ui.advance(.2)
+    calls = everything(chart)
+    one = put_down(400, page.top - 250)
+    for n in range(1, 6):
+        one.touch_move(400, page.top - 250 + 10 * n)
+        ui.advance()
+    other = put_down(600, page.top - 150)
+    ui.advance(.1)
+    other.touch_up()
+    ui.advance(.4)
+    one.touch_up()
+    ui.advance(1)
+    assert page.scroll_y < 1
+    assert calls == [[]] * 6

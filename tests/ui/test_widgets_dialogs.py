@@ -182,6 +182,7 @@ def test_a_tap_beside_a_list_closes_it_without_a_choice(ui, dialogs):
     chosen: list[int] = []
     dialogs.choose("Mission", MISSIONS[:3], chosen.append)
     ui.advance(.2)
+    ui.advance(.5)
     ui.tap_at(5, 5)
     ui.advance(.3)
     assert dialogs.top is None
@@ -307,3 +308,33 @@ def test_of_a_hundred_dialogs_that_faded_out_none_is_alive(ui):
     assert len(references) == 100
     assert Window.children == behind
     assert all_gone(ui, references)
+
+
+@pytest.mark.parametrize("pause", [.05, .15])
+def test_the_second_of_two_quick_taps_presses_nothing_in_what_the_first_has_opened(ui, pause):
+    """And it doesn't close it either."""
+    button = ui.show(CommandButton(text="Mission"), (600, 600))
+    button.pos_hint, button.center = {}, Window.center
+    chosen: list[object] = []
+
+    def open_it(*_args) -> None:
+        dialog = ChoiceDialog(title="Mission", options=[Option(n, str(n)) for n in range(7)])
+        dialog.bind(on_choose=lambda _dialog, key: chosen.append(key))
+        dialog.open()
+
+    button.bind(on_release=open_it)
+    ui.advance()
+    for place in (Window.center, (Window.width / 2 - 290, Window.height / 2 + 290)):
+        for _n in range(2):
+            touch = UnitTestTouch(*place)
+            touch.touch_down()
+            ui.advance(.05)
+            touch.touch_up()
+            ui.advance(pause)
+        ui.advance(1)
+        assert (len(ui.find_all(ChoiceDialog)), chosen) == (1, [])
+        ui.find(ChoiceDialog).dismiss()
+        ui.advance(1)
+    ui.tap_at(*Window.center)
+    ui.tap(ui.find_all(OptionRow)[0])
+    assert chosen == [0]

@@ -28,8 +28,8 @@ from app.screens.settings.view import answers, section_names, section_views
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.display import SectionCard
-from app.widgets.lists import ScrollPage
 from app.widgets.pages import LowPage
+from app.widgets.scrolling import ScrollPage
 
 PAGES: dict[str, type[SettingsPage]] = {
     "robots": RobotsPage, "missions": MissionsPage, "constraints": ConstraintsPage, "idle": IdlePage, "scheduler": SchedulerPage,
