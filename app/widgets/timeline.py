@@ -30,9 +30,10 @@ class Timeline(Chart):
     """Shows ``hours`` hours from hour ``first`` on; all times are floats in hours from one common instant.
 
     Of a lane it reads ``key``, ``name``, ``note``, ``bars`` and ``overlaps`` [(from, to)]; or ``line``, words for the lanes that it stands
-    for, and whether they are there (``is_open``): a tap fires ``on_lane(key)``. Of a bar ``key``, ``start``, ``end``, ``label``, ``short``
-    (where that has no room), ``state`` (past, failed, skipped, held, running, planned, about), ``late`` (where a whisker ends, or None),
-    ``assumed`` (the length is not known), ``typed`` (a person has entered it) and ``movable`` (by a finger).
+    for, and whether they are there (``is_open``): a tap fires ``on_lane(key)``. Of a bar ``key``, ``start``, ``end``, ``label``,
+    ``shorter`` (what is said where that has no room, the best first), ``state`` (past, failed, skipped, held, running, planned, about),
+    ``late`` (where a whisker ends, or None), ``assumed`` (the length is not known), ``typed`` (a person has entered it) and ``movable`` (by
+    a finger).
     bands = [(from, to, words, kind)], which are "closed", "folded" (a break, however long) or "held"; ticks = [(hour, label, strong)].
 
     A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``, with the keys of those that lie under it behind it; one on closed

@@ -69,8 +69,8 @@ def _beside(bars: Sequence[Placed]) -> Iterator[str]:
     """What may stand beside them, the best first."""
     if bars:
         yield " · ".join(name if n == 1 else f"{n} × {name}" for name, n in Counter(one.bar.label for one in bars).items())
-        if all(one.bar.short for one in bars):
-            yield " · ".join(one.bar.short for one in bars)
+        if all(one.bar.shorter for one in bars):
+            yield " · ".join(one.bar.shorter[-1] for one in bars)
         if len(bars) > 1:
             yield f"{bars[-1].bar.label} +{len(bars) - 1}"
 
@@ -83,7 +83,7 @@ def _named_inside(frame: Frame, one: Placed, above: Sequence[Placed], y: float, 
     left, right = _not_covered(left, right, above)
     hand = dp(14) if one.bar.state == "held" else 0
     room, ink = right - left - dp(16) - hand, frame.colours[one.look].ink
-    for words in filter(None, (one.bar.label, one.bar.short)):
+    for words in filter(None, (one.bar.label, *one.bar.shorter)):
         lines = [words] if width_of(words) <= room else _two_lines(words)
         if len(lines) * dp(LEGIBLE) <= frame.bar_height - one.inset and max(map(width_of, lines)) <= room:
             for n, line in enumerate(lines):

@@ -208,13 +208,22 @@ def test_the_day_that_begins_near_now_is_named_beside_the_time(ui, now):
 
 def test_a_block_too_narrow_for_its_words_says_its_number(ui):
     crowd = [Bar(n, 6 + n / 50, 6 + n / 50 + .5) for n in range(200)]
-    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 3.2, "39 runs", short="39"), Bar("b", 3.3, 4)))], hours=24), (800, 100))
+    narrow = Bar("a", 2, 3.2, "39 runs", shorter=("39",))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(narrow, Bar("b", 3.3, 4)))], hours=24), (800, 100))
     assert [texture for _x, texture in words_of(chart)] == [glyphs("39", sp(14), "Roboto")]
-    chart.lanes = [Lane(f"R{n}", bars=(Bar("a", 2, 6, "39 runs", short="39"), *crowd)) for n in range(20)]
+    chart.lanes = [Lane(f"R{n}", bars=(Bar("a", 2, 6, "39 runs", shorter=("39",)), *crowd)) for n in range(20)]
     chart.height = 28 + 20 * 44
     ui.advance(.2)
     assert all(chart._drawing.is_together(lane) for lane in range(20))
     assert {texture for _x, texture in words_of(chart)} == {glyphs("39 runs", sp(14), "Roboto")}
+
+
+@pytest.mark.parametrize(("until", "words"), [
+    (10, "Kits · every 5 min · 57 runs"), (6.5, "every 5 min · 57 runs"), (4.5, "57 runs"), (3.2, "57")])
+def test_a_block_says_as_much_as_it_has_room_for(ui, until, words):
+    block = Bar("a", 2, until, "Kits · every 5 min · 57 runs", shorter=("every 5 min · 57 runs", "57 runs", "57"))
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(block, Bar("b", until + .1, until + 1)))], hours=24), (1000, 72))
+    assert [texture for _x, texture in words_of(chart)] == [glyphs(words, sp(14), "Roboto")]
 
 
 def test_why_a_day_is_closed_is_written_where_no_bar_covers_it_or_not_at_all(ui, monkeypatch):

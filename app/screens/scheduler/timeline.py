@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
+from itertools import pairwise
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
@@ -23,6 +24,7 @@ from app.services.planning.plan import PlannedRun
 SHORTEST = 1 / 60                        # hours: a bar of no length would be no bar
 THIN = 1 / 250                           # of what is seen: bars this short, that begin within two of it of each other, become one
 MERGED_FROM = 3                          # of them
+UNEVEN = 0.2                             # of an interval: so much sooner or later a run may begin that follows every so many minutes
 ROOM = 4                                 # lanes that are seen at once
 IDLE = "idle"                            # key of the line for robots without a bar
 CONTENDING = ("planned", "running")      # states of bars that need their robot
@@ -47,7 +49,7 @@ class Bar(NamedTuple):
     assumed: bool = False                # its length is not known
     typed: bool = False                  # its length was entered by a person
     movable: bool = False                # to another time, by a finger
-    short: str = ""                      # where the label has no room
+    shorter: tuple[str, ...] = ()        # what is said where the label has no room, the best first
 
 
 class Lane(NamedTuple):
@@ -269,9 +271,23 @@ def _merged(bars: list[Bar], thin: float, day: Callable[[float], date]) -> Itera
 
 
 def _block(group: list[Bar]) -> Bar:
-    begins, ends = group[0].start, max(bar.end for bar in group)
-    return Bar(("zoom", (begins + ends) / 2, ends - begins), begins, ends, ngettext("{n} run", "{n} runs", len(group)).format(n=len(group)),
-               group[0].state, short=str(len(group)))
+    """What they are, as far as that is the same of all: the mission, how often it starts, how many there are."""
+    begins, ends, count = group[0].start, max(bar.end for bar in group), len(group)
+    said = [str(count), ngettext("{n} run", "{n} runs", count).format(n=count)]
+    names, every = {bar.label for bar in group}, _interval([bar.start for bar in group])
+    if every:
+        said.append(_("every {time} · {runs}").format(time=formats.duration(every), runs=said[-1]))
+    if len(names) == 1 and (name := names.pop()):
+        said.append(f"{name} · {said[-1]}")
+    label, *shorter = reversed(said)
+    return Bar(("zoom", (begins + ends) / 2, ends - begins), begins, ends, label, group[0].state, shorter=tuple(shorter))
+
+
+def _interval(starts: Sequence[float]) -> float:
+    """Seconds, in whole minutes, after which the next one follows; 0: now sooner, now later."""
+    gaps = [(after - before) * 3600 for before, after in pairwise(starts)]
+    usual = round(sum(gaps) / len(gaps) / 60) * 60
+    return usual if usual and all(abs(gap - usual) <= usual * UNEVEN for gap in gaps) else 0
 
 
 def _more_bar(more: Sequence[datetime], read: Range) -> Iterable[Bar]:
@@ -289,7 +305,7 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
                _("Held: {mission}").format(mission=facts.given.start(run)) if held else foreseen.label(run, facts.given.start(run)), state,
                late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None,
                typed=run.usual_s is not None and run.typed, movable=run.begins == run.at,
-               short=foreseen.ABOUT if state == "about" else "")
+               shorter=(foreseen.ABOUT,) if state == "about" else ())
 
 
 def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:
