@@ -244,6 +244,7 @@ def test_what_stands_where_a_hold_was_released_is_not_pressed_by_the_second_tap(
     ui.wait(lambda: ui.find(TopBar).bell_count == "5")
     open_list(ui)
     wait_for_rows(ui, 5)
+    ui.wait(lambda: not ui.find(AlarmsDialog).has_just_moved)
     release = ui.find(CommandButton, ui.find(AlarmsDialog), text="Release")
     place = release.to_window(release.x + 20, release.center_y)        # where other rows have Acknowledge
     ui.tap_at(*place)
