@@ -127,7 +127,7 @@ class SettingsViewModel(ViewModel):
         marked = "" if self.is_narrow and not self.is_narrow_open else self.current
         self.sections = section_views(self.context.facts, self.context.now(), marked)
         self.title = section_names()[self.current]
-        self.note = "" if self.current in ("data", "about") else _("Every change is saved at once")
+        self.note = "" if self.current in ("data", "about") else _("Every change is saved by itself")
         self.dispatch("on_facts")
 
 
