@@ -1,22 +1,37 @@
-"""One cause, one line: many robots that fall silent within a short time have not all failed, and one robot fails all its missions at once.
-Pure."""
+"""One cause, one line: many robots that fall silent within a short time have not all failed, one robot fails all its missions at once, and
+an error of a robot ends what it was running. Pure."""
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
 
-from app.domain.message import is_message
-from app.domain.models import Alarm, Settings
+from app.domain.message import is_message, render
+from app.domain.models import Alarm, ReasonCode, Robot, Settings
 from app.domain.reasons import stored_sentence
 from app.i18n import _, ngettext
 from app.mir import errors
 from app.screens.common import formats
-from app.screens.common.alarms_view import AlarmEntry, alarm_icon, alarm_tone, is_over, is_shelved, state_words
+from app.screens.common.alarms_view import (
+    AlarmEntry,
+    acknowledged_words,
+    alarm_icon,
+    alarm_note,
+    alarm_text,
+    alarm_tone,
+    group_menu,
+    id_in,
+    is_over,
+    is_shelved,
+    menu_of,
+    state_words,
+    urgency,
+)
+from app.screens.common.options import MenuItem
 
 ENOUGH = 3                               # alarms, from which on they share a line
 NAMED = 3                                # robots or missions whose names are in the note
-APART = timedelta(minutes=1)             # at most, between one that falls silent and the next
+APART = timedelta(minutes=1)             # at most, between one that falls silent and the next, an error and the end of a run
 Together = tuple[Alarm, ...]             # alarms in one line; one alone: itself
 
 # What the problems of silent robots have in common, by the code of their sentence
@@ -48,13 +63,47 @@ def _reason(alarm: Alarm) -> str:
     return _message_id(details.get("problem") if isinstance(details, Mapping) else None) or str(reason.get("code"))
 
 
+def _is_cause(error: Alarm, ended: Alarm) -> bool:
+    """Whether it is an error of the robot that ended this run: it says the same, about then."""
+    reason, problem = ended.details.get("reason"), render(error.details.get("problem", ""))
+    if not isinstance(reason, Mapping) or reason.get("code") != ReasonCode.ROBOT_ABORTED or abs(_began(error) - _began(ended)) > APART:
+        return False
+    details = reason.get("details")
+    said = render(details.get("message", "") if isinstance(details, Mapping) else "")
+    return said in problem or problem in said
+
+
+def _with_their_runs(alarms: Sequence[Alarm], now: datetime) -> list[Together]:
+    """Errors of robots, each with what it ended: the more urgent first, which is the error while it lasts."""
+    failed: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
+    for alarm in alarms:
+        if alarm.code == "execution_failed" and isinstance(robot_id := alarm.details.get("robot_id"), int):
+            failed[_seen(alarm, now), robot_id].append(alarm)
+    errors = [(alarm, failed[_seen(alarm, now), id_in(alarm.key, "robot")]) for alarm in alarms if alarm.code == "robot_error"]
+    found = [(error, *(run for run in runs if _is_cause(error, run))) for error, runs in errors]
+    return [tuple(sorted(group, key=urgency)) for group in found if len(group) > 1]
+
+
+def _seen(alarm: Alarm, now: datetime) -> tuple[bool, bool]:
+    return alarm.acknowledged_at is None, is_shelved(alarm, now)
+
+
+def has_leader(group: Together) -> bool:
+    """Whether the first tells what the others are about: an error, and what it ended."""
+    return len(group) == 1 or any(alarm.code == "robot_error" for alarm in group)
+
+
 def together(alarms: Iterable[Alarm], now: datetime) -> list[Together]:
     """Every alarm is in exactly one line. Only what has one cause and is in the same state shares one."""
-    lines: list[Together] = []
+    alarms = tuple(alarms)
+    lines = _with_their_runs(alarms, now)
+    told = {id(alarm) for group in lines for alarm in group}
     silent: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     ended: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     for alarm in alarms:
-        state, robot_id = (is_over(alarm), alarm.acknowledged_at is None, is_shelved(alarm, now)), alarm.details.get("robot_id")
+        state, robot_id = (is_over(alarm), *_seen(alarm, now)), alarm.details.get("robot_id")
+        if id(alarm) in told:
+            continue
         if alarm.code == "unreachable":
             silent[_silence(alarm), *state].append(alarm)
         elif alarm.code in _OF_RUNS and isinstance(robot_id, int):
@@ -79,9 +128,12 @@ def _runs(alarms: Sequence[Alarm]) -> list[list[Alarm]]:
 
 def group_text(group: Together, settings: Settings, now: datetime) -> str:
     """The cause that they share, and since when."""
-    n, robot = len(group), str(group[0].details.get("robot", "–"))
-    if group[0].code in _OF_RUNS:
-        n = sum(alarm.count for alarm in group)
+    runs, robot = [alarm for alarm in group if alarm.code in _OF_RUNS], str(group[0].details.get("robot", "–"))
+    n = len(group)
+    if has_leader(group) and (group[0] not in runs or len(runs) == 1):
+        return alarm_text(group[0], settings, now)
+    if runs:
+        n = sum(alarm.count for alarm in runs)
         words = (ngettext("{n} mission on {robot} failed", "{n} missions on {robot} failed", n) if group[0].code == "execution_failed" else
                  ngettext("{n} mission on {robot} was skipped", "{n} missions on {robot} were skipped", n))
         return words.format(n=n, robot=robot)
@@ -114,11 +166,31 @@ def _advice(cause: str) -> str:
             "names": _("does this network know names? Enter the robots' IP addresses instead")}.get(cause, "")
 
 
-def group_note(group: Together, settings: Settings, now: datetime) -> str:
-    """Which robots or missions, and why, what to do, or since when it is over."""
+def _names(alarms: Iterable[Alarm], of: str) -> tuple[int, str]:
+    """How many they are, and the first of them."""
+    found = list(dict.fromkeys(str(alarm.details.get(of, "–")) for alarm in alarms))
+    return len(found), ", ".join(found[:NAMED]) + (" …" if len(found) > NAMED else "")
+
+
+def _note_of_error(group: Together, settings: Settings, now: datetime, whole: bool, advises: bool) -> str:
+    """Which missions an error has ended; of one that is over what remains of it, which are these."""
+    note = alarm_note(group[0], settings, now, whole, advises)
+    if group[0].code == "robot_error":
+        n, names = _names((alarm for alarm in group if alarm.code in _OF_RUNS), "mission")
+        return " · ".join((ngettext("Mission failed: {missions}", "Missions failed: {missions}", n).format(missions=names), note))
+    error = next(alarm for alarm in group if alarm.code == "robot_error")
+    over = _("Over since {time}").format(time=formats.day_and_time(error.cleared_at, settings.timezone, now))
+    return " · ".join(filter(None, (note, over)))
+
+
+def group_note(group: Together, settings: Settings, now: datetime, whole: bool = False, advises: bool = True) -> str:
+    """Which robots or missions, and why, what to do, or since when it is over; ``whole`` and ``advises`` as of one alarm."""
+    if len(group) == 1:
+        return alarm_note(group[0], settings, now, whole, advises)
+    if has_leader(group):
+        return _note_of_error(group, settings, now, whole, advises)
     of_runs, zone = group[0].code in _OF_RUNS, settings.timezone
-    found = list(dict.fromkeys(str(alarm.details.get("mission" if of_runs else "robot", "–")) for alarm in group))
-    names = ", ".join(found[:NAMED]) + (" …" if len(found) > NAMED else "")
+    _count, names = _names(group, "mission" if of_runs else "robot")
     if of_runs:
         newest = max(group, key=_began)
         reason = stored_sentence(newest.details["reason"], zone, _) if _reason(newest) else ""
@@ -134,5 +206,11 @@ def group_entry(group: Together, settings: Settings, now: datetime, unfolded: bo
     action = _("Unshelve") if is_shelved(group[0], now) else _("Acknowledge") if group[0].acknowledged_at is None else ""
     tone = "neutral" if is_shelved(group[0], now) else alarm_tone(group[0])
     return AlarmEntry(("group", group[0].id), alarm_icon(group[0]), tone, group_text(group, settings, now),
-                      group_note(group, settings, now), *state_words(group[0], settings, now), action=action,
+                      group_note(group, settings, now, whole=True), *state_words(group[0], settings, now),
+                      acknowledged_words(group[0], settings, now) if has_leader(group) else "", action=action,
                       has_menu=not is_shelved(group[0], now), fold="chevron-up" if unfolded else "chevron-down")
+
+
+def menu_of_group(group: Together, robots: Mapping[int, Robot]) -> list[MenuItem]:
+    """What else can be done about them; one that leads knows the way too."""
+    return menu_of(group[0], robots) if has_leader(group) else group_menu(group[0])

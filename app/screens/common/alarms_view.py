@@ -212,7 +212,7 @@ _OF_THE_PLAN = ("execution_failed", "start_refused", "execution_skipped", "execu
                 "late_cancelled", "adopted_unproven", "item_unreadable")
 
 
-def _id_in(key: str, wanted: str) -> int | None:
+def id_in(key: str, wanted: str) -> int | None:
     kind, _colon, number = key.partition(":")
     return int(number) if kind == wanted and number.isdecimal() else None
 
@@ -229,9 +229,9 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
     if alarm.code in _OF_THE_DISK:
         return Way(_("Open settings"), Act.DATA_SETTINGS)
     if alarm.code in _OF_THE_PLAN:
-        if (execution_id := _id_in(alarm.key, "execution")) is not None:
+        if (execution_id := id_in(alarm.key, "execution")) is not None:
             return Way(_("Show in Logs"), Act.SHOW_RUN, execution_id)
-        schedule_id = _id_in(alarm.key, "schedule")
+        schedule_id = id_in(alarm.key, "schedule")
         return Way(_("Show in Logs"), Act.LOGS if schedule_id is None else Act.SCHEDULE_RUN, schedule_id)
     robot = next((robot for robot in robots.values() if robot.name == alarm.details.get("robot")), None)
     if robot is None:

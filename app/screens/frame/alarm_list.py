@@ -12,17 +12,14 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.domain.models import Alarm, Robot, Settings
 from app.i18n import _, ngettext
-from app.screens.common.alarm_groups import Together, group_entry, group_text, together
+from app.screens.common.alarm_groups import Together, group_entry, group_text, menu_of_group, together
 from app.screens.common.alarms_view import (
     Act,
     AlarmEntry,
-    alarm_text,
     button_of,
     can_be_handled,
-    group_menu,
     is_shelved,
     is_unseen,
-    menu_of,
     open_entry,
     past_count,
     past_entry,
@@ -274,7 +271,7 @@ class AlarmList:
         elif kind == "group":
             self._group_used(next(group for group in together(all_alarms, now) if alarm in group), action, *values)
         elif action == "menu":
-            self._shell.dialogs.menu(values[0], self._text_of((alarm,)), menu_of(alarm, self._robots),
+            self._shell.dialogs.menu(values[0], self._text_of((alarm,)), menu_of_group((alarm,), self._robots),
                                      lambda chosen: self._menu_used((alarm,), chosen))
         elif is_shelved(alarm, now):
             self._work(lambda: self._services.alarms.unshelve(alarm.id))
@@ -282,12 +279,22 @@ class AlarmList:
             self._go(alarm)
         else:
             way = button_of(alarm, self._robots)
-            self._do(way.act, way.about)
+            if way.act is Act.ACKNOWLEDGE:
+                self._acknowledge_all((alarm,))          # alone, though it may stand below its group
+            else:
+                self._do(way.act, way.about)
+
+    def acknowledge(self, about: int) -> None:
+        """Of an alarm the whole line."""
+        self._acknowledge_all(self._meant_by(("group", about)))
+
+    def _acknowledge_all(self, group: Together) -> None:
+        self._for_each(group, lambda alarm: self._services.alarms.acknowledge(alarm.id))
 
     def _acknowledge(self, _dialog: AlarmsDialog, keys: Sequence[tuple[str, int]]) -> None:
         """Each alarm once, though it may be in a group above it."""
         found = {alarm.id: alarm for key in keys for alarm in self._meant_by(key) if is_unseen(alarm)}
-        self._for_each(tuple(found.values()), lambda alarm: self._services.alarms.acknowledge(alarm.id))
+        self._acknowledge_all(tuple(found.values()))
 
     def _group_used(self, group: Together, action: str, *values: Any) -> None:
         alarms, ids = self._services.alarms, {alarm.id for alarm in group}
@@ -295,11 +302,12 @@ class AlarmList:
             self._unfolded = self._unfolded - ids if self._unfolded & ids else self._unfolded | ids
             self._show()
         elif action == "menu":
-            self._shell.dialogs.menu(values[0], self._text_of(group), group_menu(group[0]), lambda chosen: self._menu_used(group, chosen))
+            self._shell.dialogs.menu(values[0], self._text_of(group), menu_of_group(group, self._robots),
+                                     lambda chosen: self._menu_used(group, chosen))
         elif is_shelved(group[0], self._services.clock.now()):
             self._for_each(group, lambda alarm: alarms.unshelve(alarm.id))
         else:
-            self._for_each(group, lambda alarm: alarms.acknowledge(alarm.id))
+            self._acknowledge_all(group)
 
     def _menu_used(self, group: Together, chosen: str | int) -> None:
         """Of one alarm, or of a group."""
@@ -314,8 +322,7 @@ class AlarmList:
             self._for_each(group, lambda alarm: alarms.shelve(alarm.id, hours))
 
     def _text_of(self, group: Together) -> str:
-        settings, now = self._settings, self._services.clock.now()
-        return alarm_text(group[0], settings, now) if len(group) == 1 else group_text(group, settings, now)
+        return group_text(group, self._settings, self._services.clock.now())
 
     def _go(self, alarm: Alarm) -> None:
         way = way_to(alarm, self._robots)

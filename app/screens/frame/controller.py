@@ -219,7 +219,7 @@ class FrameController:
             case Act.SCHEDULE_RUN if about is not None:
                 self._work(lambda: services.history.last_of_schedule(about), self._show_run)
             case Act.ACKNOWLEDGE if about is not None:
-                self._work(lambda: services.alarms.acknowledge(about))
+                self._alarms.acknowledge(about)
             case Act.HOLD:
                 self._hold_starts([e.id for e in self._facts.issues.late_starts if not e.held], True)
             case Act.LATE_STARTS:

@@ -8,7 +8,7 @@ from datetime import datetime
 from app.domain.models import Alarm, Execution, Robot, RobotSnapshot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.common.alarm_groups import Together, group_entry, group_note, group_text, together
+from app.screens.common.alarm_groups import Together, group_entry, group_note, group_text, has_leader, together
 from app.screens.common.alarms_view import (
     NOWHERE,
     Act,
@@ -17,8 +17,6 @@ from app.screens.common.alarms_view import (
     acknowledged_words,
     acknowledging,
     alarm_icon,
-    alarm_note,
-    alarm_text,
     alarm_tone,
     is_over,
     is_shelved,
@@ -95,7 +93,8 @@ def banner(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, 
     if not found:
         return BannerView()
     count = len(found) - 1
-    others = ngettext("+{n} more", "+{n} more", count).format(n=count) if count else _("Details") if len(found[0].alarms) == 1 else ""
+    is_one = bool(found[0].alarms) and has_leader(found[0].alarms)
+    others = ngettext("+{n} more", "+{n} more", count).format(n=count) if count else _("Details") if is_one else ""
     return replace(found[0].view, others=others)
 
 
@@ -141,7 +140,7 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
     alarm = group[0]
     newest = max(group, key=lambda one: (one.acknowledged_at is not None, one.acknowledged_at or one.raised_at))
     seen, calm = acknowledged_words(newest, settings, now), alarm.acknowledged_at is not None
-    if len(group) > 1:
+    if not has_leader(group):
         note = " · ".join(filter(None, (seen, group_note(group, settings, now))))
         return BannerView(_now_or_over(alarm, group_text(group, settings, now)), note, alarm_tone(alarm), _icon(alarm), "",
                           _("Show all"), Act.SHOW_ALARMS, alarm.id, calm=calm)
@@ -149,12 +148,12 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
     is_told = way is not None and here.is_at(way) and alarm.code in ("robot_error", "emergency_stop")      # by the robot's card below
     if way is None or here.is_at(way):
         way = acknowledging(alarm)
-    note, urgent = " · ".join(filter(None, (seen, alarm_note(alarm, settings, now, advises=not is_told)))), is_overdue(alarm, now)
+    note, urgent = " · ".join(filter(None, (seen, group_note(group, settings, now, advises=not is_told)))), is_overdue(alarm, now)
     if urgent:
         since = formats.rough_duration((now - (alarm.last_at or alarm.raised_at)).total_seconds())
         note = _("Nobody has acknowledged it for {time} · {note}").format(time=since, note=note)
     text = _("{robot} reports an error").format(robot=alarm.details["robot"]) if is_told and alarm.code == "robot_error" else \
-        alarm_text(alarm, settings, now)
+        group_text(group, settings, now)
     return BannerView(_now_or_over(alarm, text), note, alarm_tone(alarm), _icon(alarm), "", way.word, way.act, way.about, urgent, calm)
 
 

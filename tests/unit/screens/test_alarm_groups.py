@@ -7,11 +7,11 @@ from datetime import timedelta
 import pytest
 
 from app.domain.message import message
-from app.domain.models import Alarm, Reason, ReasonCode
+from app.domain.models import Alarm, Reason, ReasonCode, Robot
 from app.domain.reasons import to_store
 from app.mir.errors import SENTENCES
-from app.screens.common.alarm_groups import APART, group_entry, group_note, group_text, together
-from app.screens.common.alarms_view import Act
+from app.screens.common.alarm_groups import APART, group_entry, group_note, group_text, menu_of_group, together
+from app.screens.common.alarms_view import Act, Here
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.view import banner, issue_entry, open_issues
 from tests.support.alarms import alarm
@@ -33,6 +33,18 @@ def failed(n: int, robot: str = "Aino", code: str = "execution_failed", reason: 
     return [alarm(code, f"schedule:{i}", id=i, raised_at=ago(minutes=n + 1 - i), last_at=ago(minutes=n + 1 - i),
                   details={"robot": robot, "robot_id": len(robot), "mission": f"M{i}", "reason": to_store(reason)}, **values)
             for i in range(1, n + 1)]
+
+
+def broken(message: str = "Failed to reach goal position 'Dock'", apart: timedelta = timedelta(seconds=4), **values) -> list[Alarm]:
+    """Aino's error, the mission that it ended as it says so, ``apart`` before, and another's."""
+    reason = to_store(Reason(ReasonCode.ROBOT_ABORTED, {"message": message}))
+    details = {"robot": "Aino", "robot_id": 1, "mission": "Deliver", "reason": reason}
+    at = ago(minutes=2)
+    return [alarm("execution_failed", "schedule:1", id=1, raised_at=at - apart, last_at=at - apart, details=details, **values),
+            alarm("robot_error", "robot:1", id=2, raised_at=at, last_at=at,
+                  details={"robot": "Aino", "problem": "Failed to reach goal position 'Dock'"}, **values),
+            alarm("execution_failed", "schedule:2", id=3, raised_at=at, last_at=at, details={**details, "robot": "Veikko", "robot_id": 2},
+                  **values)]
 
 
 def sizes(alarms) -> list[int]:
@@ -61,6 +73,14 @@ def test_many_that_fall_silent_together_are_one_line_in_list_and_banner():
     ([*silent(2), *silent(2, code="refused")], [1] * 4),
     ([*silent(2), *silent(2, code="timed_out")], [4]),
     (failed(6), [6]),
+    (broken(), [1, 2]),
+    (broken(""), [1, 2]),                                                            # it did not say why
+    (broken("The path is blocked"), [1, 1, 1]),
+    (broken(apart=APART + timedelta(seconds=1)), [1, 1, 1]),
+    ([replace(each, acknowledged_at=NOW) if each.code == "robot_error" else each for each in broken()], [1, 1, 1]),
+    ([replace(each, shelved_until=NOW + timedelta(hours=1)) if each.id == 1 else each for each in broken()], [1, 1, 1]),
+    ([replace(each, details={"robot_id": ["hostile"], "reason": ["hostile"]}) for each in broken()], [1, 1, 1]),
+    ([replace(each, key="hostile", details={**each.details, "robot_id": None}) for each in broken()], [1, 1, 1]),
     (failed(2), [1, 1]),
     ([*failed(3), *failed(3, "Veikko")], [3, 3]),
     ([*failed(3), *failed(3, reason=Reason(ReasonCode.UNAUTHORIZED))], [3, 3]),
@@ -117,6 +137,43 @@ def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reaso
     assert issue.view.note == ("Its start window closed at 14:15: 10.1.1.7 doesn't answer; is the robot switched on and on this network? · "
                                "last 14:37 · M1, M2, M3 …")
     assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "3 missions on Aino were skipped"
+
+
+ROBOTS = {1: Robot("Aino", "http://10.1.1.1", "u", id=1)}
+
+
+def test_an_error_and_the_mission_that_it_ended_are_one_line_led_by_the_error():
+    issue, _veikko = open_issues(OpenIssues(broken()), ROBOTS, SETTINGS, NOW)
+    view, entry = issue.view, issue_entry(issue, ROBOTS, SETTINGS, NOW)
+    assert (view.text, view.tone) == ("Aino: Failed to reach goal position 'Dock'", "fault")
+    assert view.note == "Mission failed: Deliver · Since 14:36 · see the robot on Home"
+    assert (view.action, view.act, view.about) == ("Show Aino", Act.SHOW_ROBOT, 1)
+    assert banner(OpenIssues(broken()[:2]), ROBOTS, SETTINGS, NOW).others == "Details"
+    assert (entry.text, entry.note, entry.tone) == (view.text, view.note, "fault")
+    assert (entry.action, entry.fold, entry.state_words) == ("Acknowledge", "chevron-down", "Active, not acknowledged")
+    assert [item.key for item in menu_of_group(issue.alarms, ROBOTS)][:2] == ["way", "note"]
+
+
+def test_at_the_robot_the_banner_acknowledges_and_still_names_the_mission():
+    view = banner(OpenIssues(broken()[:2]), ROBOTS, SETTINGS, NOW, Here("home", 1))
+    assert (view.text, view.note) == ("Aino reports an error", "Mission failed: Deliver · Since 14:36")
+    assert (view.act, view.about) == (Act.ACKNOWLEDGE, 2)
+
+
+def test_when_the_error_is_over_the_mission_leads_and_it_is_still_one_line():
+    alarms = [replace(each, cleared_at=ago(minutes=1)) if each.code == "robot_error" else each for each in broken()]
+    issue = next(issue for issue in open_issues(OpenIssues(alarms), ROBOTS, SETTINGS, NOW) if len(issue.alarms) == 2)
+    assert issue.view.text == "Deliver on Aino failed: The robot ended it: Failed to reach goal position 'Dock'"
+    assert (issue.view.note, issue.view.tone) == ("14:35 · Over since 14:37", "attention")
+
+
+def test_several_missions_that_it_ended_are_named():
+    first, error, _other = broken()
+    several = [error, *(replace(first, id=10 + n, key=f"schedule:{n}", details={**first.details, "mission": f"M{n}"}) for n in range(2))]
+    [issue] = open_issues(OpenIssues(several), ROBOTS, SETTINGS, NOW)
+    assert issue.view.note.startswith("Missions failed: M0, M1 · ")
+    over = [replace(each, cleared_at=ago(minutes=1)) for each in several]
+    assert open_issues(OpenIssues(over), ROBOTS, SETTINGS, NOW)[0].view.text == "2 missions on Aino failed"
 
 
 def test_the_group_is_as_urgent_as_the_most_urgent_in_it():
