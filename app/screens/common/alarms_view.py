@@ -44,7 +44,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Here:
-    """The screen that is shown, and the selected robot."""
+    """The screen that is shown, and the robot that it is about; None: all of them."""
     screen: str = ""
     robot_id: int | None = None
 

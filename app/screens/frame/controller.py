@@ -77,7 +77,7 @@ class FrameController:
     def start(self) -> None:
         frame = self._frame
         frame.bind(on_go=self._go, on_pick_robot=self._pick_robot, on_solve=self._press_banner, on_list_alarms=self._show_alarms)
-        self._shell.navigator.bind(current=self._went)
+        self._shell.navigator.bind(current=self._went, all_robots=self._went)
         self._release = [self._shell.bus.subscribe(Changed, self._changed), self._reader.start(), translator.subscribe(self._retranslated),
                          Clock.schedule_interval(lambda _dt: self._show(), 1).cancel]
         self._retranslated()
@@ -122,8 +122,7 @@ class FrameController:
         if self._is_read:                    # until then neither the robots nor the time zone are known
             show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
         if not finger.is_down():             # else a second later: the banner moves all that is below it
-            here = Here(self._shell.navigator.current, robot.id if robot else None)
-            self._banner = banner(issues, facts.robots, facts.settings, now, here)
+            self._banner = banner(issues, facts.robots, facts.settings, now, self._here())
             show_banner(frame, self._banner)
             self._show_choice()
         shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, now)), now)
@@ -134,6 +133,12 @@ class FrameController:
             self._shell.loudspeaker.play()
         if self._late is not None:
             self._late.show(issues, facts.settings, now)
+
+    def _here(self) -> Here:
+        """Among all robots no one of them is told in full."""
+        navigator, robot = self._shell.navigator, self._facts.robot
+        are_all = navigator.current == "home" and navigator.all_robots
+        return Here(navigator.current, robot.id if robot is not None and not are_all else None)
 
     def _groups(self) -> list[Group]:
         """Of all robots."""

@@ -12,7 +12,7 @@ from app.screens.home.waiting_model import WaitingDialog, WaitingRow
 from app.screens.scheduler.hold import HoldDialog
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
-from app.widgets.frame import TopBar
+from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import OptionRow
 from app.window.key_focus import ARROWS, ENTER, ESCAPE
@@ -189,6 +189,25 @@ def test_the_ring_goes_along_to_a_robot_and_back(container, robots, ui):
             ui.key(ENTER)                                     # it is on the way back
             ui.wait(lambda: ui.find_all(FleetPage))
             settle(app, ui)                                   # and there on the tile
+
+
+def test_the_banner_of_all_robots_is_after_a_visit_to_one_as_it_was_before(container, robots, ui):
+    container.alarms.raise_("robot_error", f"robot:{robots[4].id}", robot=robots[4].name, problem="Left motor too hot")
+    with shown(container, ui) as app:
+        def told() -> tuple[str, str, str]:
+            banner = ui.find(AlarmBanner)
+            return banner.text, banner.note, banner.action
+
+        ui.wait(lambda: ui.find_all(FleetPage) and ui.find_all(AlarmBanner))
+        before = told()
+        assert (before[0], before[2]) == (f"{robots[4].name}: Left motor too hot", f"Show {robots[4].name}")
+        settle(app, ui)
+        ui.tap(ui.find(CommandButton, ui.find(AlarmBanner)))
+        ui.wait(lambda: ui.find_all(HomeWide) and told()[2] == "Acknowledge")
+        settle(app, ui)
+        ui.key(ESCAPE)
+        ui.wait(lambda: ui.find_all(FleetPage))
+        assert told() == before
 
 
 def test_escape_leads_back_to_all_robots_where_they_were(container, ui):
