@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from app.domain.clock import Clock
 from app.domain.models import Alarm, Execution, Robot, Settings, State, Wait
 from app.screens.common.given import NOTHING_KNOWN, Given
+from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.engine import Engine
 from app.services.history.runs import History
@@ -58,7 +59,7 @@ class FrameFacts:
 
 def read(services: FrameServices) -> FrameFacts:
     """Called off the UI thread."""
-    robots = {robot.id: robot for robot in services.catalogue.robots()}
+    robots = {robot.id: robot for robot in by_name(services.catalogue.robots())}
     holds = sorted(services.holds.current(), key=lambda hold: hold.robot_id is not None)        # that of all robots first
     return FrameFacts(services.settings(), robots,
                       OpenIssues(services.alarms.open(), holds, late_starts(services.history.open(), robots), _copy(services.holds)))

@@ -12,6 +12,7 @@ from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot
 from app.domain.robot import QueueItem, QueueState
 from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.holding import hold_at, hold_of_run
+from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.engine import Engine
 from app.services.history.robot_states import RobotStates
@@ -218,7 +219,7 @@ def _activities(services: HomeServices, robot: Robot, since: datetime) -> tuple[
 def _read_plan(services: HomeServices) -> HomeFacts:
     facts = HomeFacts(
         alarms=len(services.alarms.open()), settings=services.settings(), calendar=services.calendar(),
-        robots=tuple(services.catalogue.robots()), groups=tuple(services.catalogue.groups()), open=tuple(services.history.open()),
+        robots=by_name(services.catalogue.robots()), groups=by_name(services.catalogue.groups()), open=tuple(services.history.open()),
         planned=tuple(services.plan.next(NEXT_PLANNED)), finished=tuple(services.history.last_finished(LAST_FINISHED)))
     if facts.groups:
         facts = replace(facts, all_missions=tuple(services.catalogue.missions()))

@@ -2,9 +2,8 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -22,7 +21,6 @@ LARGE_UP_TO = 20                         # robots whose tiles are large
 LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is marked
 
 AT_REST = (RobotState.READY, RobotState.ABORTED, RobotState.COMPLETED)
-NUMBER = re.compile(r"(\d+)")
 
 
 @dataclass(frozen=True)
@@ -65,12 +63,6 @@ class Look:
     """Which robots are shown, and in which order."""
     only: Group | None = None
     needy_first: bool = False
-
-
-def in_places(robots: Iterable[Robot]) -> list[Robot]:
-    """Each robot's own place, whatever it does: by name, Robot 2 before Robot 10."""
-    return sorted(robots, key=lambda robot: [(int(part), "") if part.isdecimal() else (-1, part)
-                                             for part in NUMBER.split(robot.name.casefold())])
 
 
 def work(mission: str, elapsed_s: float | None, usual_s: float | None) -> Work:

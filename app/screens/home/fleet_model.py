@@ -28,7 +28,6 @@ from app.screens.home.fleet import (
     all_well,
     arranged,
     counts,
-    in_places,
     robot_tile,
     work,
 )
@@ -125,7 +124,7 @@ class FleetViewModel(FleetState, ViewModel):
     def take(self, facts: HomeFacts) -> None:
         """What Home has read."""
         self._settings, self._alarms, self._holds = facts.settings, facts.alarms, facts.holds
-        self._robots = {robot.id: robot for robot in in_places(facts.robots)}
+        self._robots = {robot.id: robot for robot in facts.robots}
         self._ours = {(e.robot_id, e.token if e.queue_id is None else e.queue_id): e for e in facts.open if e.robot_id is not None}
         self._followed = {e.robot_id: e.queue_id for e in facts.open if e.state is State.EXECUTING and e.robot_id and e.queue_id}
         self._seen = {robot_id: seen for robot_id, seen in self._seen.items() if robot_id in self._robots}

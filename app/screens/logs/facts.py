@@ -11,6 +11,7 @@ from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Robot, Settings
 from app.domain.reasons import codes_with
 from app.i18n import _
+from app.screens.common.name_order import by_name
 from app.screens.logs.view import Filters, Period, UsualSeconds, period_end, period_start
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.ledger import Ledger
@@ -82,7 +83,7 @@ def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> Lo
     wanted = execution_filter(filters, services.clock.now(), ZoneInfo(settings.timezone))
     page = history.page(wanted, size=rows)
     return LogsFacts(
-        filters, settings, tuple(services.catalogue.robots()), tuple(services.catalogue.groups()),
+        filters, settings, by_name(services.catalogue.robots()), by_name(services.catalogue.groups()),
         tuple(sorted({mission.name for mission in services.catalogue.missions()}, key=str.casefold)), tuple(page.rows), page.next,
         history.count(wanted), usual_durations(history, page.rows, {}),
         {row.id: found for row in page.rows if row.state.is_open and row.robot_id is not None

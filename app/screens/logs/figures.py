@@ -7,6 +7,7 @@ from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.domain.clock import midnight
+from app.screens.common.name_order import by_name
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.view import Filters, period_start
 from app.services.history.group_kpi import GroupKpis
@@ -53,6 +54,7 @@ def read_figures(services: LogsServices, filters: Filters, now: datetime, zone: 
     """Called off the UI thread."""
     kpis, wanted = services.kpis, _kpi_filter(filters, now, zone)
     thesis = kpis.thesis(wanted)
+    thesis = replace(thesis, robots=by_name(thesis.robots, "robot"))
     today = now.astimezone(zone).date()
     count = min(LONGEST_HISTORY, max(SHORTEST_HISTORY, filters.period.days or LONGEST_HISTORY))
     kept_since = kpis.kept_since()

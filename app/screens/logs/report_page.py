@@ -12,6 +12,7 @@ from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.alarms_view import alarm_text
 from app.screens.common.given import NOTHING_KNOWN, Given
+from app.screens.common.name_order import by_name
 from app.screens.common.printed import NO_BREAK, document, table, unbroken
 from app.screens.logs.kpi_view import with_interval
 from app.screens.logs.more_view import cause_text
@@ -102,7 +103,7 @@ def _planned(report: ShiftReport) -> str:
 
 def _robots(report: ShiftReport) -> str:
     timelines = {one.robot_id: one for one in report.timelines}
-    robots = report.thesis.robots
+    robots = by_name(report.thesis.robots, "robot")
     return table(_("Robots"), (_("Robot"), _("Utilisation"), "", _("On missions"), _("Observed"), _("Completed"),
                                execution_appearance.word(State.FAILED), _("Cancelled")),
                  [_robot(robot) for robot in robots], (1, 3, 4, 5, 6, 7),

@@ -11,6 +11,7 @@ from app.domain.activity import NO_DATA, ActivitySpan, as_drawn
 from app.domain.clock import midnight
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.name_order import by_name
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.kpi_view import Explanation, FactLine
 from app.screens.logs.view import Filters, period_start
@@ -127,7 +128,7 @@ def read_states(services: LogsServices, filters: Filters, now: datetime, zone: Z
     start = period_start(filters.period, now, zone) or midnight((now - KEPT_FOR).astimezone(zone).date(), zone)
     if start >= now:                     # at midnight sharp
         start = now - timedelta(minutes=1)
-    return StatesFacts(start, now, services.robot_states.timelines(start, now, filters.robot_ids))
+    return StatesFacts(start, now, by_name(services.robot_states.timelines(start, now, filters.robot_ids), "robot"))
 
 
 # ---------------------------------------------------------------------- in words

@@ -12,6 +12,7 @@ from app.domain.clock import Clock
 from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings
 from app.screens.common.given import NOTHING_KNOWN, Given, Start
 from app.screens.common.holding import hold_for, hold_of_run
+from app.screens.common.name_order import by_name
 from app.screens.common.robot_appearance import is_silent
 from app.screens.scheduler.draft import Draft
 from app.services.catalogue.catalogue import Catalogue
@@ -198,9 +199,9 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
     usual = {key: found for key in open_ones if (found := history.expected(*key)) is not None}
     for year in (now.year, now.year + 1):                            # so that drawing doesn't have to compute their public holidays
         calendar.day_status(now.date().replace(year=year, day=1))
-    robots, planned = tuple(catalogue.robots()), services.plan.between(start, end)
+    robots, planned = by_name(catalogue.robots()), services.plan.between(start, end)
     return SchedulerFacts(
-        settings=settings, calendar=calendar, robots=robots, groups=tuple(catalogue.groups()), missions=tuple(catalogue.missions()),
+        settings=settings, calendar=calendar, robots=robots, groups=by_name(catalogue.groups()), missions=tuple(catalogue.missions()),
         schedules=schedules,
         last={schedule.id: last for schedule in schedules if (last := _last(history, schedule, now)) is not None},
         planned=planned.runs, conflicts=planned.conflicts, more=planned.more, past=past, holds=tuple(services.holds.current()),

@@ -9,6 +9,7 @@ from app.domain.check_up import Report
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
 from app.screens.common.given import NOTHING_KNOWN, Given
+from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.check_up.service import CheckUps
 from app.services.files.calendar_import import CalendarFiles
@@ -117,13 +118,13 @@ class SettingsFacts:
 def read(services: SettingsServices) -> SettingsFacts:
     """Read everything. Called off the UI thread: it reads the database and the disk, but sends nothing to robots."""
     catalogue, settings = services.catalogue, services.settings()
-    robots = tuple(catalogue.robots())
+    robots = by_name(catalogue.robots())
     names = {robot.id: services.robot_missions.names(robot.id) for robot in robots}
     country = settings.holiday_country           # names of countries are in a large library: only read where one is chosen
     regions = public_holidays.subdivisions(country) if country else {}
     facts = SettingsFacts(
         settings=settings, robots=robots, missions=tuple(catalogue.missions()), schedules=tuple(catalogue.schedules()),
-        groups=tuple(catalogue.groups()), places=tuple(catalogue.places()),
+        groups=by_name(catalogue.groups()), places=tuple(catalogue.places()),
         proposed=tuple(services.proposed_places.all()),
         snapshots={robot.id: services.snapshots.get(robot.id) for robot in robots},
         names={robot_id: known for robot_id, known in names.items() if known},

@@ -10,7 +10,7 @@ from app.screens.home.cards import HomeWide
 from app.screens.home.fleet_page import FleetPage, FleetTile, NameLine, SmallTile
 from app.screens.home.waiting_model import WaitingDialog, WaitingRow
 from app.screens.scheduler.hold import HoldDialog
-from app.widgets.buttons import CommandButton
+from app.widgets.buttons import CommandButton, MenuChip
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.panel_grid import PanelGrid
@@ -311,3 +311,31 @@ def test_a_start_is_given_to_a_robot_by_keys_alone(container, ui, robots):
             ui.key(ENTER)
             settle(app, ui)
         assert {option.text for option in ui.find(ChoiceDialog).options} == {robot.name for robot in robots}
+
+
+def test_robots_are_listed_everywhere_as_their_numbers_follow_each_other(container, ui):
+    add_robots(container, 11)
+    in_order = [f"Robot {n}" for n in range(1, 12)]
+
+    def offered() -> list[str]:
+        return [option.text for option in ui.find(ChoiceDialog).options if option.text.startswith("Robot ")]
+
+    def offers(press: str) -> None:
+        ui.wait(lambda: ui.find_all(CommandButton, text=press, disabled=False) or ui.find_all(MenuChip, text=press))
+        ui.tap([*ui.find_all(CommandButton, text=press, disabled=False), *ui.find_all(MenuChip, text=press)][-1])
+        ui.wait(lambda: ui.find_all(ChoiceDialog) and offered() == in_order)
+        app.shell.dialogs.close_all()
+        ui.advance(1)
+
+    with shown(container, ui) as app:
+        ui.wait(lambda: [name for name in tiles(ui) if name.startswith("Robot ")] == in_order)
+        ui.find(TopBar).dispatch("on_pick_robot")
+        ui.wait(lambda: ui.find_all(ChoiceDialog) and offered() == in_order)
+        app.shell.dialogs.close_all()
+        app.shell.go("logs")
+        offers("All robots")
+        app.shell.go("settings", section="missions")
+        offers("Fetch from robot")
+        app.shell.go("settings", section="robots")
+        ui.wait(lambda: ui.find_all(PanelGrid))
+        assert [panel.name for panel in ui.find(PanelGrid).panels if getattr(panel, "name", "").startswith("Robot ")] == in_order

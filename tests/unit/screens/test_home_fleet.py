@@ -11,7 +11,7 @@ from app.screens.common.holding import HAND
 from app.screens.common.robot_appearance import battery_appearance, is_old
 from app.screens.common.robot_groups import Group, group_of, help_words, or_held
 from app.screens.home import fleet
-from app.screens.home.fleet import Look, RobotTile, Work, arranged, counts, in_places, robot_tile
+from app.screens.home.fleet import Look, RobotTile, Work, arranged, counts, robot_tile
 from app.services.live.holds import Hold
 from tests.support import home_facts as sample
 from tests.support.home_facts import AINO, NOW, SETTINGS, snapshot
@@ -116,15 +116,6 @@ def test_words_of_many_lines_become_one():
 
 
 # ---------------------------------------------------------------------- all of them
-def named(*names: str) -> list[Robot]:
-    return [Robot(name, "http://10.0.0.1", id=n) for n, name in enumerate(names, 1)]
-
-
-def test_places_follow_the_names_and_their_numbers():
-    assert [robot.name for robot in in_places(named("Robot 10", "robot 2", "Aino", "7", "Robot 1b", "Robot 1"))] == [
-        "7", "Aino", "Robot 1", "Robot 1b", "robot 2", "Robot 10"]
-
-
 GROUPS = {1: Group.READY, 2: Group.WORKING, 3: Group.STOPPED, 4: Group.WORKING, 5: Group.SILENT}
 TILES = [RobotTile(key, f"Robot {key}") for key in GROUPS]
 
