@@ -12,7 +12,7 @@ from kivy.uix.widget import Widget
 from app.screens.scheduler.form_view import SKIPPED, FormView
 from app.screens.scheduler.timeline import TimelineView
 from app.screens.scheduler.view import Listing
-from app.widgets import flow, plan_rows, weekdays  # noqa: F401  (registers kivy classes)
+from app.widgets import finger, flow, plan_rows, weekdays  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState, LegendItems, SectionCard, StatusBadge
 from app.widgets.fields import SearchField
@@ -51,6 +51,26 @@ class UpcomingCard(SectionCard):
     around = NumericProperty(0)          # height of all but the lanes
     room = NumericProperty(0)            # height that the form and the schedules leave
     lanes = NumericProperty(2)           # that are seen, each of them whole
+
+
+class TimelineLegend(LegendItems):
+    """Below what fingers move: at one width it never becomes lower, and it changes when no finger is there."""
+    most = NumericProperty(0)            # height of most lines so far
+
+    def __init__(self, **kwargs: Any) -> None:
+        self._build_later = Clock.create_trigger(self._build, .1)
+        self._measure = Clock.create_trigger(lambda _dt: setattr(self, "most", self.minimum_height))
+        super().__init__(**kwargs)
+        self.fbind("width", self._measure)
+
+    def on_minimum_height(self, *_args: object) -> None:
+        self.most = max(self.most, self.minimum_height)
+
+    def _build(self, *args: object) -> None:
+        if self.items and finger.is_down():
+            self._build_later()
+        else:
+            super()._build(*args)
 
 
 class UpcomingHead(BoxLayout):

@@ -147,13 +147,23 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     folds = [band for band in closed if band.kind == "folded"]
     if window.left is None:                              # what moves with the time doesn't begin amid a fold
         first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
+    seen = Range(origin, first, _right_edge(first, window.hours, folds))
     return TimelineView(
         origin, lanes=_with_idle_last(lanes, window.idle_too), bands=(*closed, *axis.held(facts, now, read)),
-        robots=_robots_word(facts, robots), is_filtered=bool(robots), legend=tuple(_legend(lanes, closed, any(contested.values()))),
+        robots=_robots_word(facts, robots), is_filtered=bool(robots), legend=tuple(_legend(lanes, closed, contested.values(), seen)),
         ticks=tuple(tick for tick in axis.ticks(facts.zone, read, read.at(now), step, window.hours)
                     if not any(fold.start <= tick.hour < fold.end for fold in folds)),
         first=first, hours=window.hours, now=read.at(now), now_label=formats.wall_time(now.astimezone(facts.zone)),
         span=span_text(window.hours))
+
+
+def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
+    """Where so many hours from ``first`` on end, that of a break being hardly any."""
+    end = first + hours
+    for fold in folds:
+        if fold.start < end and fold.end > first:
+            end += fold.end - max(fold.start, first)
+    return end
 
 
 def _with_idle_last(lanes: Sequence[Lane], idle_too: bool) -> tuple[Lane, ...]:
@@ -173,12 +183,16 @@ def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
     return ngettext("{n} robot", "{n} robots", len(chosen)).format(n=len(chosen)) if chosen else _("All robots")
 
 
-def _legend(lanes: Sequence[Lane], closed: Sequence[Band], is_contested: bool) -> Iterable[LegendEntry]:
-    """Of what is drawn, and of nothing else."""
-    bars = [bar for lane in lanes for bar in lane.bars]
+def _legend(lanes: Sequence[Lane], closed: Iterable[Band], contested: Iterable[Iterable[PlannedRun]], seen: Range) -> Iterable[LegendEntry]:
+    """Of what is seen, and of nothing else."""
+    def is_seen(start: float, end: float) -> bool:
+        return end > seen.low and start < seen.high
+
+    bars = [bar for lane in lanes for bar in lane.bars if is_seen(bar.start, bar.end)]
     drawn = {"typed" if bar.typed else "assumed" if bar.assumed else bar.state for bar in bars}
-    drawn |= {"overlap"} if any(lane.overlaps for lane in lanes) else set()
-    drawn |= {"closed"} if closed else set()
+    drawn |= {"overlap"} if any(is_seen(*span) for lane in lanes for span in lane.overlaps) else set()
+    drawn |= {"closed"} if any(is_seen(band.start, band.end) for band in closed) else set()
+    is_contested = any(_conflicts(runs, seen) for runs in contested)
     words = {"planned": _("Planned"), "about": _("Robot is a forecast"), "typed": _("Length typed"),
              "assumed": _("Length not known yet"), "running": _("Running"),
              "past": _("Ended"), "failed": pgettext("run", "Failed"), "skipped": _("Not run"), "held": _("Held"),

@@ -9,7 +9,7 @@ from kivy.metrics import dp
 from kivy.tests.common import UnitTestTouch
 
 from app.domain.models import ReasonCode, Robot, State
-from app.screens.scheduler.cards import FormCard, HoursPart, SchedulesCard, TimeControls
+from app.screens.scheduler.cards import FormCard, HoursPart, SchedulesCard, TimeControls, TimelineLegend
 from app.screens.scheduler.listed import QUIET_S
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
@@ -427,6 +427,50 @@ def test_a_tap_on_the_break_of_a_weekend_unfolds_it_and_one_on_closed_time_folds
     ui.tap_at(*timeline.to_window(left + 100, timeline.y + 20))
     settle(screen, ui)
     assert weekend in timeline.bands
+
+
+def test_the_legend_is_of_what_is_in_sight_and_moves_nothing(screen, ui):
+    def in_sight() -> set[str]:
+        chart = ui.find(Timeline)
+        left, right = chart.left_of(chart.first), chart.right
+        at = {bar.key: bar for lane in chart.lanes for bar in lane.bars}
+        return {("typed" if at[key].typed else "assumed" if at[key].assumed else at[key].state)
+                for box_left, _bottom, box_right, _top, key in chart.boxes() if box_right > left and box_left < right}
+
+    def explained() -> set[str]:
+        return {item.kind for item in ui.find(TimelineLegend).children} - {"overlap", "closed"}
+
+    chart, heights = ui.find(Timeline), set()
+    screen.plan.to_now()
+    for dx in (0, .6, .6, .6, -.6, -.6, -.6, -.6, -.6):
+        if dx:
+            ui.drag(chart, dx * chart.width, 0)
+        settle(screen, ui)
+        ui.advance(.3)
+        assert explained() == in_sight()
+        heights.add((round(chart.height), round(chart.to_window(*chart.pos)[1])))
+    assert len(heights) == 1
+    for _n in range(3):
+        screen.plan.zoom(False)
+        settle(screen, ui)
+        ui.advance(.3)
+        assert explained() == in_sight()
+
+
+def test_the_legend_does_not_change_under_a_finger(screen, ui):
+    settle(screen, ui)
+    legend, chart = ui.find(TimelineLegend), ui.find(Timeline)
+    before, height = [*legend.children], legend.height
+    touch = UnitTestTouch(*chart.to_window(chart.center_x, chart.y + 2))
+    touch.touch_down()
+    screen.plan.timeline = replace(screen.plan.timeline, legend=screen.plan.timeline.legend[:1])
+    ui.advance(.3)
+    assert legend.children == before
+    touch.touch_move(touch.x, touch.y + dp(40))              # so that it is no tap
+    touch.touch_up()
+    ui.advance(.3)
+    assert [item.text for item in reversed(legend.children)] == [item.text for item in legend.items]
+    assert legend.height == height
 
 
 def test_a_finger_drags_the_plan_and_what_comes_into_sight_is_read(screen, ui):

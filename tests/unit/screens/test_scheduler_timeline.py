@@ -294,6 +294,24 @@ def test_the_legend_explains_what_is_drawn_and_nothing_else():
     assert [entry.kind for entry in timeline(facts(), NOW).legend] == ["closed"]          # Saturday comes into sight
 
 
+@pytest.mark.parametrize(("hours", "kinds"), [(6, ["planned"]), (24, ["planned", "past", "closed"])])
+def test_the_legend_is_of_what_is_seen_and_not_of_what_was_read_beside_it(hours, kinds):
+    """Some hours before and after are read too."""
+    known = facts(planned=(planned(22), planned(60 * 7, 1200.0), planned(60 * 7 + 5, 1200.0)) if hours == 6 else (planned(22),),
+                  past=(execution(State.COMPLETED, 4 * 60, ended_at=NOW - timedelta(hours=3, minutes=50)),))
+    window = Window(NOW - timedelta(hours=1 if hours == 6 else 5), hours)
+    shown = timeline(known, NOW, window)
+    assert len(shown.lanes[0].bars) == len(known.planned) + 1
+    assert [entry.kind for entry in shown.legend] == kinds
+
+
+def test_what_is_seen_beyond_a_break_is_in_the_legend():
+    """A weekend is hardly any of the 24 hours from Friday noon on."""
+    shown = timeline(facts(planned=(planned(60 * (2 * 24 + 18)),)), NOW, Window(NOW - timedelta(hours=1), 24))
+    assert [entry.kind for entry in shown.legend] == ["planned", "closed"]
+    assert [band.kind for band in shown.bands] == ["folded"]
+
+
 def test_what_has_ended_overlaps_with_nothing():
     ended = [execution(state, ago, id=n, ended_at=NOW) for n, (state, ago) in enumerate([(State.COMPLETED, 9), (State.SKIPPED, 8)])]
     assert timeline(facts(past=tuple(ended)), NOW).lanes[0].overlaps == ()
