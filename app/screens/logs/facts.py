@@ -100,10 +100,10 @@ def read_next_page(services: LogsServices, facts: LogsFacts) -> LogsFacts:
 
 
 def usual_durations(history: History, rows: Sequence[Execution], known: UsualSeconds) -> UsualSeconds:
-    """Of the missions of these rows, those already known included."""
+    """Of the missions of these rows, those already known included. What ran only once would be compared with itself."""
     missing = {(row.robot_id, row.mission_guid) for row in rows if row.robot_id is not None} - known.keys()
-    found = {key: history.usual_duration(key[0], key[1]) for key in missing if key[0] is not None}
-    return {**known, **{key: seconds for key, seconds in found.items() if seconds}}
+    found = {key: history.expected(key[0], key[1]) for key in missing if key[0] is not None}
+    return {**known, **{key: one.median_s for key, one in found.items() if one is not None and one.runs > 1 and one.median_s}}
 
 
 def period_with(instant: datetime, now: datetime, zone: ZoneInfo) -> Period:
