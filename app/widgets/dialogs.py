@@ -312,6 +312,11 @@ class ChoiceDialog(Dialog):
             for option in self.options if all(word in f"{option.text} {option.note}".casefold() for word in words)]
         self.all_shown = all(choice.selected for choice in self.shown)
 
+    def found(self) -> list:
+        """What is shown with what has been typed up to now."""
+        self._show()
+        return self.shown
+
     def chosen(self, key) -> None:
         """An option was tapped."""
         if self.multiple:

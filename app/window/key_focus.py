@@ -9,7 +9,7 @@ from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.scrollview import ScrollView
 
 from app.widgets.chart import Chart, KeySeat
-from app.widgets.dialogs import Overlay
+from app.widgets.dialogs import ChoiceDialog, Overlay
 from app.widgets.display import SectionCard
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput
@@ -22,6 +22,7 @@ TAB, ENTER, KEYPAD_ENTER, ESCAPE, SPACE = 9, 13, 271, 27, 32
 PRESSES = (ENTER, KEYPAD_ENTER, SPACE)
 LAST_OF_LATIN = 256                      # from there on keys have numbers that are no characters
 ARROWS = {273: (0, 1), 274: (0, -1), 275: (1, 0), 276: (-1, 0)}          # key: direction
+DOWN = 274
 
 
 def parents(widget) -> list:
@@ -144,11 +145,26 @@ class KeyFocus:
             if key == TAB:
                 self.target = dock.field
                 self._step(-1 if "shift" in modifiers else 1)
-            return key == TAB
+            return key == TAB or self._key_in_search(key, is_held)
         if key not in PRESSES or isinstance(self.target, FieldInput) or self.target not in self.targets():
             return False
         if not is_held and not getattr(self.target, "busy", False):
             self.target.trigger_action(.1)
+        return True
+
+    def _key_in_search(self, key, is_held) -> bool:
+        """Of a choice: Down leads to the first that is found, and so does Enter, which chooses what is the only one."""
+        choice = next((around for around in parents(dock.field) if isinstance(around, ChoiceDialog)), None)
+        if choice is None or key not in (DOWN, ENTER, KEYPAD_ENTER):
+            return False
+        found = choice.found()
+        if len(found) == 1 and key != DOWN:
+            if not is_held:
+                choice.chosen(found[0].key)
+        elif found:
+            rows, x = choice.ids.option_list.__self__, _middle(dock.field)[0]
+            rows.reveal(found[0].key)
+            Clock.schedule_once(lambda _dt: self._go_to_row(rows, found[0].key, x), 0)
         return True
 
     def _key_up(self, _window, key, *_args):

@@ -311,6 +311,64 @@ def test_what_is_typed_in_a_dialog_goes_into_its_first_field(ui, keys, comes_as_
     ui.advance(.5)
 
 
+@pytest.fixture
+def picker(ui, keys) -> Iterator[tuple[ChoiceDialog, list[object]]]:
+    """Whose search field is typed into, and what is chosen in it."""
+    ui.show(page_of("One"), (300, 300))
+    ui.key(TAB)
+    dialog, chosen = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(30)], hint="Search"), []
+    dialog.bind(on_choose=lambda _dialog, key: chosen.append(key))
+    dialog.open()
+    ui.advance(.5)
+    ui.find(LongList, dialog).scroll_y = .2
+    ui.advance(.2)
+    ui.key(ord("2"), "2")
+    yield dialog, chosen
+    close(ui)
+
+
+@pytest.mark.parametrize("key", [DOWN, ENTER])
+def test_from_the_search_field_the_ring_goes_to_the_first_that_is_found(ui, keys, picker, key):
+    dialog, chosen = picker
+    assert (dialog.query, dock.field is not None) == ("2", True)
+    ui.key(key)
+    assert (keys.target.text, dock.field, chosen) == ("Option 2", None, [])
+    ui.key(DOWN)
+    assert keys.target.text == "Option 12"
+    ui.key(ENTER)
+    ui.advance(.5)
+    assert (chosen, dialog.is_open) == ([12], False)
+    assert keys.target.text == "One"
+
+
+def test_down_goes_to_the_first_of_all_where_nothing_was_typed(ui, keys, picker):
+    dialog, _chosen = picker
+    dialog.query = ""
+    ui.find(LongList, dialog).scroll_y = .2
+    ui.advance(.2)
+    ui.key(DOWN)
+    assert keys.target.text == "Option 0"
+
+
+def test_enter_chooses_the_only_one_that_is_found(ui, keys, picker):
+    dialog, chosen = picker
+    Window.dispatch("on_textinput", "7")                      # a scanner sends its Enter at once
+    ui.key_down(ENTER)
+    ui.key(ENTER)
+    ui.advance(.5)
+    assert (chosen, dialog.is_open) == ([27], False)
+    ui.advance(.5)
+    assert keys.target.text == "One"
+
+
+def test_enter_where_nothing_is_found_stays_in_the_search_field(ui, keys, picker):
+    dialog, chosen = picker
+    Window.dispatch("on_textinput", "x")
+    ui.key(ENTER)
+    ui.key(DOWN)
+    assert (dialog.is_open, chosen, dock.field is not None) == (True, [], True)
+
+
 @pytest.mark.parametrize(("key", "text", "modifiers"), [(ord("c"), "c", ("ctrl",)), (SPACE, " ", ()), (282, chr(282), ())])
 def test_other_keys_are_not_typed(ui, keys, key, text, modifiers):
     ui.show(page_of("One"), (300, 300))
