@@ -13,8 +13,8 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.gridlayout import GridLayout
 from kivy.uix.widget import Widget
 
+from app.screens.common.presses import DOUBLE_TAP
 from app.screens.home.fleet_model import FleetState
-from app.screens.home.presses import DOUBLE_TAP
 from app.screens.home.view import HomeView
 from app.screens.home.waiting_model import NO_WAITING
 from app.services.robots.map_picture import MapPicture

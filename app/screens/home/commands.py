@@ -10,11 +10,11 @@ from app.i18n import _, ngettext
 from app.mir.errors import Rejected, RobotError
 from app.screens.common import questions
 from app.screens.common.cancelled import ask_to_cancel, is_undoable, say_cancelled
+from app.screens.common.presses import OfRobot, Presses
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Refresher
 from app.screens.home.cards import HomeState
 from app.screens.home.facts import HomeFacts, HomeServices, OnRobot
-from app.screens.home.presses import OfRobot, Presses
 from app.screens.home.reset import ResetReport
 from app.widgets.snackbar import SECONDS
 

@@ -12,6 +12,7 @@ from kivy.metrics import dp, sp
 
 from app.domain.robot import MissionParameter
 from app.i18n import _
+from app.screens.common.presses import OfRobot, Presses
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ViewModel
@@ -24,7 +25,6 @@ from app.screens.home.learning import Learning
 from app.screens.home.map import robots_on_map
 from app.screens.home.map_dialog import MapDialog
 from app.screens.home.pages import ALL_ROBOTS, NO_ROBOT, Pages
-from app.screens.home.presses import OfRobot, Presses
 from app.screens.home.reset import ResetReport
 from app.screens.home.run_dialog import RunDialog
 from app.screens.home.run_now import MANY_GROUPS, Target, aimed, chosen_group, group_options, mission_options, start

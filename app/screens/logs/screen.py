@@ -12,6 +12,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from app.domain.models import Execution, Trigger
 from app.i18n import _, ngettext
 from app.screens.common.given import GivenNames
+from app.screens.common.presses import Presses
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
 from app.screens.logs import cards, kpi_view, more_view, of_groups, report_page, robot_states, view  # noqa: F401  (kv's Factory learns the cards)
@@ -82,6 +83,7 @@ class LogsViewModel(ViewModel):
         self._next_page: Job | None = None
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
         self._figures_refresher = Refresher(shell, self._start_reading_figures, self._take_figures)
+        self._presses = Presses()
         self._search_soon = Clock.create_trigger(lambda _dt: self.set_filters(text=self.query), SEARCH_DELAY_S)
 
     # ------------------------------------------------------------------ reading
@@ -326,12 +328,13 @@ class LogsViewModel(ViewModel):
 
     def _write(self, busy: str, work: Callable[[], T], text: Callable[[T], str]) -> None:
         """Write a file and say where it is; the property ``busy`` is True meanwhile."""
-        if getattr(self, busy):
+        if getattr(self, busy) or self._presses.is_same(busy):
             return
         setattr(self, busy, True)
 
         def written(result: T) -> None:
             setattr(self, busy, False)
+            self._presses.rest(busy)
             self._shell.snackbars.show(text(result), icon="file-check-outline", seconds=PATH_SHOWN_S)
 
         def failed(problem: BaseException) -> None:

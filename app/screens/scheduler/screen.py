@@ -16,6 +16,7 @@ from app.i18n import _
 from app.screens.common.given import GivenNames
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.holding import about_hold
+from app.screens.common.presses import Presses
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ScreenBase
@@ -71,6 +72,7 @@ class SchedulerViewModel(OnTimeline):
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
         self._facts, self._is_read = SchedulerFacts(), False
         self._window = Window()                               # what the timeline shows
+        self._presses = Presses()
         self._wanted: int | None = None                       # a schedule to open as soon as they are read
         self.form.fbind("view", lambda *_args: self._show_schedules())
         self.fbind("narrow", self._refresher.request)
@@ -233,13 +235,14 @@ class SchedulerViewModel(OnTimeline):
 
     def export(self) -> None:
         """Write the starts of the next days as a calendar file and show its path."""
-        if self.exporting:
+        if self.exporting or self._presses.is_same("export"):
             return
         self.exporting = True
         self._shell.background.run(self._services.plan_files.export, self._exported, self._not_exported)
 
     def _exported(self, done: PlanExport) -> None:
         self.exporting = False
+        self._presses.rest("export")
         self._shell.snackbars.show(view.export_result(done, self._facts.settings.timezone), icon="calendar-export", seconds=EXPORT_SECONDS)
 
     def _not_exported(self, problem: BaseException) -> None:

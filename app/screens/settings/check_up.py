@@ -14,6 +14,7 @@ from app.domain.check_up import Level, Progress, Report, Trial
 from app.domain.message import Message
 from app.domain.models import Robot
 from app.i18n import _
+from app.screens.common.presses import Presses
 from app.screens.common.problems import words_of
 from app.screens.common.threads import Job
 from app.screens.settings import check_up_page
@@ -65,6 +66,7 @@ class CheckUp(EventDispatcher):
         self._report: Report | None = None               # that is shown
         self._tick = Clock.create_trigger(self._show_progress, SHOWN_EVERY, interval=True)
         self._dialog: CheckUpDialog | None = None
+        self._presses = Presses()
 
     # ------------------------------------------------------------------ its dialog
     def open(self, report: Report | None) -> None:
@@ -223,12 +225,13 @@ class CheckUp(EventDispatcher):
 
     def _save(self, busy: str, work: Callable[[], Path]) -> None:
         """Write a file and say where it is; the property ``busy`` is True meanwhile."""
-        if getattr(self, busy):
+        if getattr(self, busy) or self._presses.is_same(busy):
             return
         setattr(self, busy, True)
 
         def written(path: Path) -> None:
             setattr(self, busy, False)
+            self._presses.rest(busy)
             self.outcome = done(_("Written, without passwords"), str(path))
 
         def failed(problem: BaseException) -> None:

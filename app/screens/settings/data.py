@@ -59,8 +59,8 @@ class DataPage(SettingsPage):
 
     # ------------------------------------------------------------------ files
     def export_configuration(self) -> None:
-        self.vm.configuration_outcome = NoticeView()
-        self.vm.export_configuration.run(self.context, self.context.services.files.export_configuration, self._configuration_written)
+        if self.vm.export_configuration.run(self.context, self.context.services.files.export_configuration, self._configuration_written):
+            self.vm.configuration_outcome = NoticeView()
 
     def import_configuration(self, *, may_delete: bool = False) -> None:
         files = self.context.services.files
@@ -69,12 +69,13 @@ class DataPage(SettingsPage):
                                          self._configuration_read)
 
     def export_log(self) -> None:
-        self.vm.log_outcome = NoticeView()
-        self.vm.export_log.run(self.context, self.context.services.files.export_history, self._log_written)
+        if self.vm.export_log.run(self.context, self.context.services.files.export_history, self._log_written):
+            self.vm.log_outcome = NoticeView()
 
     def _configuration_written(self, path: Path) -> None:
         self.vm.configuration_outcome = done(_("Configuration written, without passwords"), str(path))
-        self.vm.export_configuration.reached(self.context, self.context.services.files)      # the next name is free again
+        for file in (self.vm.export_configuration, self.vm.import_configuration):            # the next name is free, and this one is there
+            file.reached(self.context, self.context.services.files)
 
     def _configuration_read(self, found: Sequence[Message] | DeletesRuns) -> None:
         if isinstance(found, DeletesRuns):

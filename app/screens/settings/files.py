@@ -12,6 +12,7 @@ from kivy.uix.boxlayout import BoxLayout
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
+from app.screens.common.presses import Presses
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
 from app.services.files.exports import DataFiles
@@ -40,6 +41,7 @@ class FileModel(EventDispatcher):
         self._suffix, self._stem = suffix, stem
         self._at: Path | None = None
         self._offer: Offer | None = None
+        self._presses = Presses()
 
     def reached(self, context: PageContext, files: DataFiles) -> None:
         """Look what there is, and suggest a free name, or the file that was brought last."""
@@ -106,20 +108,24 @@ class FileModel(EventDispatcher):
             when=formats.day_and_time(file.changed_at, self._context.facts.settings.timezone, self._context.now()),
             size=max(1, round(file.size / 1000)))
 
-    def run(self, context: PageContext, work: Callable[[str], T], done: Callable[[T], object]) -> None:
-        """Run ``work(path)`` in the background, then ``done(result)``; a problem is shown at the field. Does nothing while it runs."""
-        if self.busy:
-            return
+    def run(self, context: PageContext, work: Callable[[str], T], done: Callable[[T], object]) -> bool:
+        """Run ``work(path)`` in the background, then ``done(result)``; a problem is shown at the field. False while it runs, and for a
+        second tap."""
+        if self.busy or self._presses.is_same("write"):
+            return False
         self.busy, self.problem = True, ""
         path = self.path
 
         def ended(result: T) -> None:
             self.busy = False
+            if self._stem:                                    # else reading it again finds nothing new
+                self._presses.rest("write")
             done(result)
 
         def failed(problem: BaseException) -> None:
             self.busy, self.problem = False, sentence_of(problem)
         context.run(lambda: work(path), ended, failed, apart=f"{self._apart}, {self._suffix} {self._stem}")
+        return True
 
 
 def _word(place: Place) -> str:

@@ -318,6 +318,8 @@ def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, tmp_path, m
     assert tuple(lines[0]) == COLUMNS
     assert len(lines) == count + 1
     assert {line[COLUMNS.index("state")] for line in lines[1:]} == {"failed"}
+    tap(screen, ui, export_button(ui))                        # a glove that trembles
+    assert len([*documents.iterdir()]) == 1
 
 
 def test_what_no_list_shows_is_not_exported(screen, ui):

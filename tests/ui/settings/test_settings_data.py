@@ -43,9 +43,38 @@ def test_the_configuration_goes_out_without_secrets_and_says_where(site, app, ui
     assert "password" not in written["robots"][0]
     first = outcome(app, "configuration").note
     ui.wait(lambda: row.model.path != first)                  # the next suggestion is free again
+    ui.advance(1)
     enter_path(ui, row, first)
     press(ui, "Export", row)
     ui.wait(lambda: row.model.problem.endswith("exists already; choose another name"))
+
+
+def test_what_was_exported_can_be_imported_at_once(site, app, ui):
+    go(ui, "data")
+    importing = file_row(ui, "Import from")
+    assert importing.model.name == "No file .json there"
+    row = file_row(ui, "Export to")
+    ui.wait(lambda: row.model.path)
+    press(ui, "Export", row)
+    ui.wait(lambda: outcome(app, "configuration").text)
+    ui.wait(lambda: importing.model.path == outcome(app, "configuration").note)
+
+
+@pytest.mark.parametrize(("number", "name"), [(0, "configuration"), (1, "log")])
+def test_the_second_tap_on_export_is_the_same_press(site, app, ui, number, name):
+    go(ui, "data")
+    row = file_row(ui, "Export to", number)
+    ui.wait(lambda: row.model.path)
+    press(ui, "Export", row)
+    ui.wait(lambda: outcome(app, name).text)
+    written = outcome(app, name).note
+    press(ui, "Export", row)
+    ui.wait(lambda: app.shell.background.idle)
+    assert [str(file) for file in site.documents.iterdir()] == [written]
+    assert outcome(app, name).note == written
+    ui.advance(1)
+    press(ui, "Export", row)
+    ui.wait(lambda: len([*site.documents.iterdir()]) == 2)
 
 
 def test_a_configuration_comes_in_with_a_list_of_what_changed(site, app, ui):

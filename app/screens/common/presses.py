@@ -19,7 +19,7 @@ class OfRobot(NamedTuple):
 class Presses:
     """Of a press the key is a name, or ``OfRobot``. ``changed()`` when one begins or ends, and when the button takes presses again."""
 
-    def __init__(self, changed: Callable[[], object]) -> None:
+    def __init__(self, changed: Callable[[], object] = lambda: None) -> None:
         self._changed = changed
         self._under_way: list[Hashable] = []
         self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
