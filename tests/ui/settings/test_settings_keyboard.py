@@ -2,13 +2,16 @@
 from __future__ import annotations
 
 import pytest
+from kivy.core.window import Window
 
 from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput, StepField
 from app.widgets.keyboard import BoardKey, DockedKeyboard, has_keyboard
 from app.window import application
+from tests.ui import checks
 from tests.ui.integrator import go, key, keyboard, press, settings, tap_keys
 
 POWER_BUTTON = """I: Bus=0019 Vendor=0000 Product=0001 Version=0000
@@ -68,6 +71,28 @@ def test_a_held_backspace_goes_on(app, ui):
     ui.type(field, "Veikko the second")
     ui.tap(key(ui, "backspace"), hold=3)
     assert field.text == ""
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (1024, 600), (800, 1280), (600, 480)], ids="{0[0]}x{0[1]}".format)
+def test_test_and_save_are_above_it_whatever_is_typed_into(site, app, ui, size):
+    site.add_robots()
+    go(ui, "robots")
+    ui.wait(lambda: ui.find_all(RobotPanel))
+    press(ui, "Edit", ui.find_all(RobotPanel)[0])
+    ui.advance(.5)
+    dialog, before = ui.find(RobotDialog), Window.size
+    Window.size = size
+    try:
+        for name in ("name", "password"):
+            dialog.ids[f"{name}_field"].focus = True
+            ui.advance(.5)
+            for word in ("Test connection", "Cancel", "Save robot"):
+                button = ui.find(CommandButton, dialog, text=word)
+                assert checks.is_seen(button)
+                assert button.to_window(*button.pos)[1] >= keyboard(ui).top
+            assert "\n".join(checks.problems(dialog)) == ""
+    finally:
+        Window.size = before
 
 
 def test_from_field_to_field_of_the_robot_dialog_it_stays(app, ui):
