@@ -45,7 +45,7 @@ class Styled(Toned):
 
     def _on(self):
         if self.style == "filled":
-            return tk.accent, tk.accent_ink, tk.accent
+            return tk.accent_solid, tk.solid_ink, tk.accent_solid
         if self.style == "tonal":
             return tk.accent_bg, tk.accent_on, tk.accent if tk.strong else tk.accent_bg
         if self.style in PLAIN:

@@ -32,7 +32,7 @@ class Toned:
         self.tint = getattr(tk, tone + "_bg")
         self.tint_ink = getattr(tk, tone + "_on")
         self.solid = getattr(tk, tone + "_solid")
-        self.solid_ink = {"attention": tk.amber_ink, "accent": tk.accent_ink}.get(tone, tk.solid_ink)
+        self.solid_ink = tk.amber_ink if tone == "attention" else tk.solid_ink
 
 
 class OnlySeen:

@@ -35,7 +35,7 @@ COLOURS = {
     "accent_ink":      ("#FFFFFF", "#00343E", "#FFFFFF"),
     "accent_bg":       ("#D8EBEF", "#123F4A", "#003F4D"),
     "accent_on":       ("#063C49", "#C9F0F6", "#FFFFFF"),
-    "accent_solid":    ("#0B5A6B", "#7FD0DE", "#003F4D"),
+    "accent_solid":    ("#0B5A6B", "#1A7F91", "#003F4D"),     # a filled button: never the brightest area of a dark screen
     "accent_mid":      ("#3E8494", "#4A98A6", "#1F6B7A"),     # large areas of data
     "accent_soft":     ("#A9CDD5", "#2D6470", "#6B99A3"),
     # states: <s> on a surface, <s>_bg tint, <s>_on text on the tint, <s>_solid for the loudest use
@@ -48,7 +48,7 @@ COLOURS = {
     "attention_on":    ("#5E3800", "#FFE2AD", "#000000"),
     "attention_solid": ("#F0A30A", "#FFB52E", "#FFC400"),
     "action":          ("#1D4ED8", "#AABDFF", "#00309C"),
-    "action_bg":       ("#E3EAFF", "#1D2E66", "#00309C"),
+    "action_bg":       ("#E3EAFF", "#182757", "#00309C"),
     "action_on":       ("#173A9E", "#DDE5FF", "#FFFFFF"),
     "action_solid":    ("#1D4ED8", "#3F64D9", "#00309C"),
     "done":            ("#1A7440", "#7FD59A", "#00491D"),

@@ -244,13 +244,14 @@ def contrast_ratio(a: str, b: str) -> float:
 TEXT_PAIRS = [
     *((ink, ground) for ink in ("ink", "ink2", "ink3", *TONES) for ground in ("bg", "surface", "surface2")),
     *((f"{tone}_on", f"{tone}_bg") for tone in TONES),
-    *(("solid_ink", f"{tone}_solid") for tone in ("fault", "action", "done", "neutral", "offline")),
+    *(("solid_ink", f"{tone}_solid") for tone in ("fault", "action", "done", "neutral", "offline", "accent")),
     ("ink2", "map_floor"), ("ink2", "closed"), ("accent_ink", "accent"), ("amber_ink", "attention_solid"),
     ("snack_ink", "snack"), ("snack_accent", "snack"),
 ]
 PART_PAIRS = [
     *(("outline", ground) for ground in ("bg", "surface", "surface2")),
     *(("accent", ground) for ground in ("bg", "surface", "track", "map_floor")),
+    *(("accent_solid", ground) for ground in ("bg", "surface", "surface2")),
     ("accent_mid", "surface"), ("map_wall", "map_floor"), ("disabled", "surface"), ("fault_solid", "surface"),
     ("fault", "map_floor"), ("neutral_solid", "surface"),
 ]

@@ -8,7 +8,9 @@ import pytest
 from kivy.graphics import SmoothLine
 from kivy.metrics import Metrics
 from kivy.uix.widget import Widget
+from kivy.utils import get_hex_from_color
 
+from app.domain.models import THEMES
 from app.widgets.buttons import ButtonIcon, ChoiceChip, CommandButton, IconButton, Segments, Toggle
 from app.widgets.chart import WorkingRing
 from app.widgets.text import Txt
@@ -37,6 +39,17 @@ def test_a_press_is_visible_in_the_same_frame_and_stays_long_enough_to_be_seen(u
     assert button.state_layer_color[3] > 0
     lift(0)
     assert button.state_layer_color[3] == 0
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_a_filled_button_is_no_lamp(ui, theme):
+    """Light on a dark screen it would be the brightest area of it."""
+    button = ui.show(CommandButton(text="Run on Aino", style="filled"), (200, 64))
+    tk.use(theme)
+    fill, words = get_hex_from_color(button.back[:3]), get_hex_from_color(button.front[:3])
+    assert checks.luminance(fill) < .2
+    assert checks.contrast_ratio(fill, words) >= 4.5
+    assert checks.contrast_ratio(fill, get_hex_from_color(tk.surface[:3])) >= 3
 
 
 def test_a_disabled_button_says_nothing(ui):

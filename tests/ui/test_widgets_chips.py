@@ -165,7 +165,7 @@ def test_a_ring_has_the_colour_of_its_button_in_every_theme(ui):
     ui.advance(.5)
     for theme in THEMES:
         tk.use(theme)
-        assert list(ui.find(WorkingRing).color) == list(button.front) == list(tk.accent_ink)
+        assert list(ui.find(WorkingRing).color) == list(button.front) == list(tk.solid_ink)
 
 
 def test_kivymds_turns_for_ever_and_is_never_freed(ui):
