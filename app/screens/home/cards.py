@@ -163,9 +163,9 @@ class PromptOption(CommandButton):
 
 
 class Answers(GridLayout):
-    """``options`` in one row where they fit, else in columns as wide as the longest, and at worst below each other. A tap fires
-    ``on_answer(option)``, unless it is ``busy``: an answer is being sent. A finger that was on the way when ``about`` changed meant the
-    question before."""
+    """``options``, none louder than another, in one row where they fit, large where they do so then, else in columns as wide as the
+    longest, and at worst below each other. A tap fires ``on_answer(option)``, unless it is ``busy``: an answer is being sent. A finger
+    that was on the way when ``about`` changed meant the question before."""
     about = StringProperty()                 # the question
     options = ListProperty()
     busy = BooleanProperty(False)
@@ -209,12 +209,16 @@ class Answers(GridLayout):
             button.busy = self.busy
 
     def _choose_columns(self, _dt: float) -> None:
-        widths = [line_width(option, "RobotoMedium", sp(16)) + dp(34) for option in self.options]
         gap = self.spacing[0]
-        is_row = sum(widths) + gap * (len(widths) - 1) <= self.width
+        for size in (20, 16):
+            widths = [line_width(option, "RobotoMedium", sp(size)) + dp(34) for option in self.options]
+            is_row = sum(widths) + gap * (len(widths) - 1) <= self.width
+            if is_row:
+                break
         self.cols = max(1, len(widths) if is_row else int((self.width + gap) // (max(widths) + gap)))
         for button, width in zip(reversed(self.children), widths, strict=True):
             button.size_hint_min_x = width if is_row else None
+            button.large = size == 20
 
 
 class PlaceMap(ButtonBehavior, RobotMap):

@@ -99,8 +99,10 @@ class CardView:
 
 @dataclass(frozen=True)
 class ControlsView:
-    """The buttons say what they will do. ``next_step``, "reset" or "resume", is the way out of a stop: the loudest thing on the page."""
+    """The buttons say what they will do. ``next_step``, "reset" or "resume", is the way out of a stop. While the robot ``needs_person``
+    that, or its answers, are the loudest thing on the page."""
     next_step: str = ""
+    needs_person: bool = False
     pauses: bool = True                  # else it resumes
     pause: str = ""
     pause_icon: str = "pause"
@@ -336,12 +338,14 @@ def controls(facts: HomeFacts, robot: Robot, old: bool) -> ControlsView:
     answers = facts.snapshot.connection in (Connection.CONNECTED, Connection.SLOW)
     off = not robot.enabled or (answers and state in (RobotState.STARTING, RobotState.SHUTTING_DOWN))
     resumes = state in (RobotState.PAUSE, *STOPPED)
-    next_step = ""
-    if status is not None and robot.enabled and not old and status.user_prompt is None:
+    asks, next_step = status is not None and status.user_prompt is not None, ""
+    known = robot.enabled and not old
+    if known and not asks:
         next_step = "reset" if can_reset(status) else "resume" if state is RobotState.PAUSE else ""
     count = len(facts.snapshot.queue) + len(facts.not_in_queue)
     return ControlsView(
-        next_step=next_step, reset_style="filled" if next_step == "reset" else "outlined",
+        next_step=next_step, needs_person=known and (asks or state in STOPPED or bool(next_step)),
+        reset_style="filled" if next_step == "reset" else "outlined",
         pauses=not resumes, pause=_("Resume") if resumes else _("Pause"), pause_icon="play" if resumes else "pause",
         pause_style="filled" if next_step == "resume" else "outlined" if state in STOPPED else "tonal", pause_off=off or state in STOPPED,
         reset_off=not robot.enabled or not can_reset(status), clear_count=count if robot.enabled else 0)

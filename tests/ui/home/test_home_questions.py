@@ -2,14 +2,19 @@
 from __future__ import annotations
 
 import pytest
+from kivy.utils import get_hex_from_color
 
+from app.domain.models import THEMES
 from app.mir.errors import Rejected
 from app.screens.common import questions
+from app.screens.home.cards import PromptOption
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import AlarmBanner
 from app.widgets.rows import OptionRow
-from tests.ui.home.operator import press
+from app.widgets.tokens import tk
+from tests.ui import checks
+from tests.ui.home.operator import choose, loud, press
 
 
 def ask(home, question: str) -> None:
@@ -26,6 +31,21 @@ def test_a_question_of_the_robot_is_answered_from_the_tablet(home, ui):
     press(ui, "Yes")
     ui.wait(lambda: "Is the load secured?" not in ui.texts())
     assert any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts)
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_the_answers_are_the_loudest_buttons_and_none_of_them_louder_than_another(home, ui, theme):
+    tk.use(theme)
+    choose(ui, "Deliver")
+    assert loud(ui) == ["Run on Aino"]
+    ask(home, "Is the load secured?")
+    ui.wait(lambda: ui.find_all(PromptOption))
+    assert sorted(loud(ui)) == ["No", "Yes"]
+    ui.advance(.1)
+    fills = {(tuple(button.back), tuple(button.front), button.large, round(button.width)) for button in ui.find_all(PromptOption)}
+    [(fill, words, large, _width)] = fills
+    fill, words, ground = (get_hex_from_color(colour[:3]) for colour in (fill, words, tk.action_bg))
+    assert (large, checks.contrast_ratio(fill, ground) >= 3, checks.contrast_ratio(fill, words) >= 4.5) == (True, True, True)
 
 
 def test_a_question_is_an_alarm_that_is_answered_where_it_is_shown(home, ui):

@@ -226,6 +226,13 @@ def test_the_way_out_of_a_stop_is_loud_and_only_one_step_at_a_time():
     assert view(with_aino(FAILED, age=300, connection=Connection.UNREACHABLE)).controls.next_step == ""
 
 
+def test_while_a_robot_needs_a_person_nothing_else_is_loud():
+    paused = replace(EXECUTING, state=RobotState.PAUSE)
+    assert [view(with_aino(status)).controls.needs_person for status in (READY, EXECUTING, ASKING, FAILED, STOPPED, paused)] == [
+        False, False, True, True, True, True]
+    assert not view(with_aino(ASKING, age=300)).controls.needs_person
+
+
 def test_an_error_that_needs_hands_on_the_robot_says_so():
     hardware = replace(FAILED, errors=(RobotProblem(9000, "Scanner broken", "Safety", resettable=False),))
     shown = view(with_aino(hardware))
