@@ -33,7 +33,7 @@ PLANNED = [
         ("15:30", "Collect empties", "Veikko · in 52 min"), ("16:00", "Deliver kits to line 2", "Aino · in 1 h 22 min")])]
 FINISHED = [
     FinishedRun(1, "skip-next-circle", "attention", True, "Move coils to press", "Sisu 14:30",
-                "Skipped: Battery 12 % stayed under 30 % until 14:30"),
+                "Not run: Battery 12 % stayed under 30 % until 14:30"),
     FinishedRun(2, "check-circle-outline", "done", False, "Collect empties", "Veikko 14:21", "Completed in 8 min 05 s"),
     FinishedRun(3, "alert-circle", "fault", True, "Bring pallet to dock", "Veikko 13:52", "Failed: could not reach 'Dock 3' within 4 min"),
 ]
@@ -54,7 +54,7 @@ STEPS = (
 def runs() -> list[RunRow]:
     """The second is opened."""
     rows = [RunRow(n, *run, opened=False) for n, run in enumerate([
-        ("skip-next-circle", "attention", "Skipped", "Move coils to press", "Battery 12 % stayed under 30 % until 14:30", "Sisu",
+        ("skip-next-circle", "attention", "Not run", "Move coils to press", "Battery 12 % stayed under 30 % until 14:30", "Sisu",
          "Schedule", "14:15", "–"),
         ("check-circle-outline", "done", "Completed", "Collect empties", "Longer than usual", "Veikko", "Schedule", "14:12",
          "8 min 05 s"),

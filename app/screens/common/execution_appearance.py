@@ -23,7 +23,7 @@ def word(state: State) -> str:
     return {
         State.WAITING: _("Waiting"), State.SUBMITTING: _("Checking"), State.QUEUED: _("Queued"), State.EXECUTING: _("Running"),
         State.COMPLETED: _("Completed"), State.FAILED: pgettext("run", "Failed"), State.CANCELLED: _("Cancelled"),
-        State.SKIPPED: _("Skipped"), State.MISSED: _("Missed"),
+        State.SKIPPED: _("Not run"), State.MISSED: _("Not run"),         # why is said by the reason
     }[state]
 
 

@@ -297,8 +297,6 @@ def outcome_line(execution: Execution) -> str:
 
 def _says_outcome(reason: Reason) -> bool:
     """Whether its sentence begins with the outcome."""
-    if reason.code is ReasonCode.HOLD:
-        return not reason.details.keys() & {"hold", "until", "paused_until"}
     return reason.code in (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)
 
 

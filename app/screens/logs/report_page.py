@@ -91,11 +91,11 @@ def _share(value: float | None) -> str:
 def _planned(report: ShiftReport) -> str:
     adherence, thesis = report.adherence, report.thesis
     counts = [(_("Planned"), adherence.planned), (_("Ran"), adherence.ran), (_("Late"), report.delays.late),
-              (_("Did not run"), adherence.planned - adherence.ran)]
+              (_("Not run"), adherence.planned - adherence.ran)]
     rows = [[escape(label), str(number)] for label, number in counts]
     rows += [[f"– {escape(sentence(Reason(code), 'UTC', _))}", str(number)] for code, number in adherence.not_run.items()]
     ended = [(_("Completed"), thesis.completed), (execution_appearance.word(State.FAILED), thesis.failed),
-             (_("Cancelled"), thesis.cancelled), (_("Skipped"), report.skipped), (_("Missed"), report.missed)]
+             (_("Cancelled"), thesis.cancelled), (_("Not run"), report.skipped + report.missed)]
     note = _("All runs, also those started by hand or by idleness: {counts}.").format(
         counts=", ".join(f"{label}{NO_BREAK}{number}" for label, number in ended))
     return table(_("Planned and run"), (), rows, (1,), note)

@@ -27,6 +27,7 @@ SEEN_LATE = timedelta(minutes=1)         # after the robot's own durations, from
 AS_USUAL = 0.2               # of the usual duration, within which a run took as long as usual
 LONGEST_CHIP = 26            # characters of a mission's name on its button
 UNDER_WAY = "under_way"      # the outcome filter's key of what has not ended
+NOT_RUN = (State.SKIPPED, State.MISSED)  # one outcome for people, named by the first
 
 
 class Period(StrEnum):
@@ -54,8 +55,9 @@ class Filters:
 
     @property
     def states(self) -> tuple[State, ...]:
-        ended = tuple(State(outcome) for outcome in self.outcomes if outcome != UNDER_WAY)
-        return (*ended, *(OPEN_STATES if UNDER_WAY in self.outcomes else ()))
+        chosen = (OPEN_STATES if outcome == UNDER_WAY else NOT_RUN if outcome == NOT_RUN[0] else (State(outcome),)
+                  for outcome in self.outcomes)
+        return tuple(state for states in chosen for state in states)
 
     @property
     def robot_ids(self) -> tuple[int, ...] | None:
@@ -106,7 +108,7 @@ def robot_chip(filters: Filters, robots: Sequence[Robot]) -> str:
 
 
 def outcome_options() -> list[Option]:
-    ended = (State.COMPLETED, State.FAILED, State.CANCELLED, State.SKIPPED, State.MISSED)
+    ended = (State.COMPLETED, State.FAILED, State.CANCELLED, NOT_RUN[0])
     return [*(Option(str(state), execution_appearance.word(state), execution_appearance.LOOKS[state][0]) for state in ended),
             Option(UNDER_WAY, _("Under way"), execution_appearance.LOOKS[State.EXECUTING][0])]
 

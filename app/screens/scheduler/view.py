@@ -225,7 +225,7 @@ def _became(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -
             return _("Over · was switched off")
         return _("Over · was due {time}").format(time=_when_it_was(facts, start)) if schedule.recurrence is None else _("Over")
     text = {State.COMPLETED: _("Over · ran {time}"), State.FAILED: _("Over · failed {time}"), State.CANCELLED: _("Over · cancelled {time}"),
-            State.SKIPPED: _("Over · skipped {time}"), State.MISSED: _("Over · missed {time}")}[last.state]
+            State.SKIPPED: _("Over · not run {time}"), State.MISSED: _("Over · not run {time}")}[last.state]
     return text.format(time=_when_it_was(facts, last.started_at or last.planned_at))
 
 

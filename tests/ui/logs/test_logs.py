@@ -68,13 +68,13 @@ def test_runs_are_listed_newest_first_with_their_reasons(screen, ui):
     _queued, _waiting, first, second, *_rest = rows(ui)
     assert (first.outcome, first.mission, first.robot, first.trigger, first.reason) == (
         "Running", "Deliver kits to line 2", "Aino", "Run now", "Running on the robot")
-    assert (second.outcome, second.reason) == ("Skipped", "Battery 12 % stayed under 30 % until 14:30")
+    assert (second.outcome, second.reason) == ("Not run", "Battery 12 % stayed under 30 % until 14:30")
 
 
 def test_a_row_opens_its_story_and_closes_it(screen, ui):
     row = rows(ui)[3]
     tap(screen, ui, row)
-    assert [step.label for step in ui.find_all(StoryStep)] == ["Planned", "Skipped"]
+    assert [step.label for step in ui.find_all(StoryStep)] == ["Planned", "Not run"]
     row = next(row for row in rows(ui) if row.opened)
     ui.tap_at(*row.to_window(row.center_x, row.top - 24))
     settle(screen, ui)
@@ -162,8 +162,8 @@ def test_utilisation_is_one_figure_wherever_it_is_shown(screen, ui):
 
 def test_outcomes_missions_and_triggers_narrow_the_list_and_one_tap_takes_them_away(screen, ui):
     everything = screen.logs._facts.count
-    tick(screen, ui, "Outcome", "Failed", "Skipped")
-    assert outcomes(screen) == {"Failed", "Skipped"}
+    tick(screen, ui, "Outcome", "Failed", "Not run")
+    assert outcomes(screen) == {"Failed", "Not run"}
     assert ui.find_all(ChoiceChip, text="2 outcomes", active=True)
     tick(screen, ui, "Trigger", "Run now")
     assert {row.trigger for row in screen.logs.rows} == {"Run now"}
@@ -206,7 +206,8 @@ def test_a_search_finds_reasons_too(screen, ui, typed, reason):
 
 
 def test_where_nothing_is_found_the_screen_says_what_to_do(screen, ui):
-    tick(screen, ui, "Outcome", "Missed")
+    tick(screen, ui, "Outcome", "Not run")
+    tick(screen, ui, "Trigger", "Idle")
     assert {"Nothing found", "Choose a longer period, or fewer filters."} <= set(ui.texts())
     assert export_button(ui).disabled
 
@@ -250,7 +251,7 @@ def test_a_link_to_a_run_leaves_no_tab_filter_or_search_in_its_way(screen, conta
     tap(screen, ui, ui.find(IconButton, icon="magnify"))
     ui.type(ui.find(SearchField), "charger")
     settle(screen, ui)
-    tick(screen, ui, "Outcome", "Skipped")
+    tick(screen, ui, "Outcome", "Not run")
     tap(screen, ui, ui.find(Segment, text="Robots"))
     screen.shell.go("home")
     screen.shell.go("logs", execution_id=old.id)
@@ -262,7 +263,7 @@ def test_a_link_to_a_run_leaves_no_tab_filter_or_search_in_its_way(screen, conta
 
 def test_a_link_to_the_runs_as_a_whole_shows_them_unfiltered(screen, ui):
     everything = screen.logs._facts.count
-    tick(screen, ui, "Outcome", "Missed")
+    tick(screen, ui, "Outcome", "Not run")
     tap(screen, ui, ui.find(Segment, text="Figures"))
     screen.shell.go("logs", anew=True)
     settle(screen, ui)

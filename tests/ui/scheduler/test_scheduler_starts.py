@@ -208,9 +208,9 @@ def test_a_one_time_schedule_that_is_over_is_last_greyed_and_has_no_switch(scree
     container.pausing.skip_next(once.id)
     settle(screen, ui)
     *_others, last = screen.plan.listed.rows
-    assert (last.key, last.over, last.next) == (once.id, True, "Over · skipped Fri 20 Nov 14:50")
+    assert (last.key, last.over, last.next) == (once.id, True, "Over · not run Fri 20 Nov 14:50")
     screen.plan.listed.set(query="morning")
     settle(screen, ui)
     line = row(ui, once)
     assert (line.height, ui.find_all(Toggle, line)) == (72, [])
-    assert "Over · skipped Fri 20 Nov 14:50" in ui.texts(line)
+    assert "Over · not run Fri 20 Nov 14:50" in ui.texts(line)

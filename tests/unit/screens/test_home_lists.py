@@ -198,7 +198,7 @@ def test_so_does_one_that_a_person_keeps_back_alone():
 def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
     rows = finished_runs(FACTS, NOW)
     assert [row.reason for row in rows[:4]] == [
-        "Skipped: Battery 12 % stayed under 30 % until 14:30", "Completed in 8 min 05 s", "Completed in 5 min 55 s",
+        "Not run: Battery 12 % stayed under 30 % until 14:30", "Completed in 8 min 05 s", "Completed in 5 min 55 s",
         "Failed: Failed to reach goal position 'Dock 3'"]
     assert [row.abnormal for row in rows[:4]] == [True, False, False, True]
     assert rows[0].when == "Sisu 14:30"
@@ -231,9 +231,10 @@ def test_the_source_of_an_item_is_a_name_that_a_person_gave_and_none_that_was_ma
 
 
 @pytest.mark.parametrize(("details", "line"), [
-    ({"skipped_at": NOW.isoformat()}, "Skipped by a person on 20 Nov 2026 14:38"), ({}, "Skipped or held back by a person"),
-    ({"paused_until": NOW.isoformat()}, "Skipped: The schedule was paused until 20 Nov 2026 14:38")])
-def test_that_a_person_skipped_it_is_said_once(details, line):
+    ({"skipped_at": NOW.isoformat()}, "Not run: Skipped by a person on 20 Nov 2026 14:38"),
+    ({}, "Not run: Skipped or held back by a person"),
+    ({"paused_until": NOW.isoformat()}, "Not run: The schedule was paused until 20 Nov 2026 14:38")])
+def test_what_a_person_skipped_was_not_run(details, line):
     assert outcome_line(execution(5, AINO, KITS.name, State.SKIPPED, reason=Reason(ReasonCode.HOLD, details))) == line
 
 

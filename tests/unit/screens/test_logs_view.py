@@ -139,7 +139,7 @@ def test_a_completed_story_compares_with_the_usual_duration():
 
 
 def test_a_story_goes_only_as_far_as_the_run_came():
-    assert [step.label for step in view.story(SKIPPED, ZONE, USUAL)] == ["Planned", "Skipped"]
+    assert [step.label for step in view.story(SKIPPED, ZONE, USUAL)] == ["Planned", "Not run"]
     refused = replace(SKIPPED, state=State.FAILED, attempts=3, reason=Reason(ReasonCode.RETRY_LIMIT))
     assert [(step.label, step.time) for step in view.story(refused, ZONE, USUAL)] == [
         ("Planned", "13:30:00"), ("Tried", "3 attempts"), ("Failed", "13:36:27")]
@@ -180,7 +180,7 @@ def test_a_story_over_several_days_has_their_dates():
     tomorrow = PLANNED + timedelta(days=1)
     ahead = replace(SKIPPED, planned_at=tomorrow, ended_at=tomorrow, reason=Reason(ReasonCode.HOLD, {"skipped_at": NOW.isoformat()}))
     assert [(step.label, step.time) for step in view.story(ahead, ZONE, USUAL)] == [
-        ("Planned", "Sat 21 Nov 13:30:00"), ("Skipped", "Fri 20 Nov 14:38:00")]
+        ("Planned", "Sat 21 Nov 13:30:00"), ("Not run", "Fri 20 Nov 14:38:00")]
     later_today = replace(ahead, planned_at=PLANNED + timedelta(hours=5), ended_at=PLANNED + timedelta(hours=5))
     assert [step.time for step in view.story(later_today, ZONE, USUAL)] == ["18:30:00", "14:38:00"]
 
@@ -214,6 +214,8 @@ def test_the_filters_become_those_of_the_history():
     wanted = execution_filter(filters, NOW, ZONE)
     assert (wanted.robot_ids, wanted.mission, wanted.triggers, wanted.text) == ((2,), "Deliver kits", (Trigger.IDLE,), "dock")
     assert set(wanted.states) == {State.FAILED, State.WAITING, State.SUBMITTING, State.QUEUED, State.EXECUTING}
+    [not_run] = [option.key for option in view.outcome_options() if option.text == "Not run"]
+    assert view.Filters(outcomes=(not_run,)).states == (State.SKIPPED, State.MISSED)
     assert (wanted.start, wanted.end) == (datetime(2026, 11, 19, 22, 0, tzinfo=UTC), datetime(2026, 11, 20, 22, 0, tzinfo=UTC))
     everything = execution_filter(Filters(Period.ALL), NOW, ZONE)
     assert (everything.robot_ids, everything.states, everything.start, everything.end) == (None, None, None, None)

@@ -98,8 +98,8 @@ def row_of(schedule, last=None):
 
 @pytest.mark.parametrize(("state", "words"), [
     (State.COMPLETED, "Over · ran Fri 20 Nov 06:31"), (State.FAILED, "Over · failed Fri 20 Nov 06:31"),
-    (State.CANCELLED, "Over · cancelled Fri 20 Nov 06:31"), (State.SKIPPED, "Over · skipped Fri 20 Nov 06:30"),
-    (State.MISSED, "Over · missed Fri 20 Nov 06:30")])
+    (State.CANCELLED, "Over · cancelled Fri 20 Nov 06:31"), (State.SKIPPED, "Over · not run Fri 20 Nov 06:30"),
+    (State.MISSED, "Over · not run Fri 20 Nov 06:30")])
 def test_a_one_time_schedule_that_is_over_says_what_became_of_it_and_comes_last(state, words):
     ran = state not in (State.SKIPPED, State.MISSED)
     last = execution(state, 0, planned_at=MORNING, started_at=MORNING + timedelta(minutes=1) if ran else None)
@@ -149,7 +149,7 @@ def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
 
 def test_a_schedule_shows_how_it_last_went():
     row = view.schedule_rows(facts(last={7: execution(State.SKIPPED, 60)}), NOW)[0]
-    assert (row.icon, row.tone, row.last) == ("skip-next-circle", "attention", "Skipped")
+    assert (row.icon, row.tone, row.last) == ("skip-next-circle", "attention", "Not run")
     assert view.schedules_note(facts()) == "1 of 1 on"
     assert view.schedules_note(facts(schedules=())) == ""
     assert view.schedules_empty(facts()) == ""
