@@ -138,7 +138,7 @@ def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home,
     assert waiting(ui) == [("Home", "Critical")]
     ui.wait(lambda: "Aino stopped; Veikko stopped" in ui.find(WaitingRow).note)
     assert "Given up at " in ui.find(WaitingRow).note
-    press(ui, "Give to …", ui.find(WaitingRow))
+    press(ui, "Give to a robot", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(.3)
     assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == ["Aino", "Veikko"]
@@ -157,7 +157,7 @@ def test_a_robot_that_refuses_what_it_was_given_is_named_in_the_message_and_on_t
     ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.snackbars.texts and home.shell.background.idle)
     home.shell.snackbars.clear()
     api(home.site.fleet.robots[1], "DELETE", f"/missions/{GUIDS['Collect empties']}")        # since its list was read
-    press(ui, "Give to …", ui.find(WaitingRow))
+    press(ui, "Give to a robot", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
@@ -224,7 +224,7 @@ def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
     ui.tap_text("Undo")
     ui.wait(lambda: home.site.container.history.get(row.id).state is State.WAITING)
     ui.wait(lambda: "Deliver waits again" in home.shell.snackbars.texts)
-    use("Give to …")
+    use("Give to a robot")
     pick(ui, "Veikko")
     ui.wait(lambda: home.site.container.history.get(row.id).robot == "Veikko")
 
@@ -277,7 +277,7 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     ui.wait(lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it: silent since ")])
     veikko.model.resume()
     ui.advance(1)
-    press(ui, "Start elsewhere …", ui.find(WaitingRow))
+    press(ui, "Start elsewhere", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))

@@ -41,7 +41,7 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
 def _waiting_items(execution: Execution) -> list[MenuItem]:
     """As on Home, and to keep it back."""
     off = execution.cancel_code is not None
-    return [MenuItem("give", _("Give to …"), "robot-outline", disabled=off or execution.held),
+    return [MenuItem("give", _("Give to a robot"), "robot-outline", disabled=off or execution.held),
             MenuItem("priority", _("Priority: {priority}").format(priority=word(execution.priority)), "chevron-double-up", disabled=off),
             MenuItem("release", _("Release"), "play") if execution.held else MenuItem("hold", _("Hold"), HAND, disabled=off),
             MenuItem("cancel", _("Cancel"), "close", disabled=off)]

@@ -31,7 +31,7 @@ def reason_of(typed: str) -> str:
 
 
 def end_chips(chosen: str, until: datetime | None, zone: str, now: datetime) -> list[Option]:
-    at = _("Until {time}").format(time=formats.day_or_time(until, zone, now)) if chosen == CHOSEN and until else _("Until a time …")
+    at = _("Until {time}").format(time=formats.day_or_time(until, zone, now)) if chosen == CHOSEN and until else _("Until a time")
     texts = {HOUR: _("1 hour"), DAY: _("Rest of the day"), CHOSEN: at, OPEN: _("Until released")}
     return [Option(key, text, selected=key == chosen) for key, text in texts.items()]
 

@@ -267,7 +267,7 @@ def schedule_menu(schedule: Schedule, now: datetime) -> list[MenuItem]:
         MenuItem("run", _("Run now"), "play"),
         MenuItem("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
         MenuItem("resume", _("Resume now"), "play-circle-outline") if schedule.is_paused(now) else
-        MenuItem("pause", _("Pause until …"), "pause-circle-outline", disabled=not (schedule.enabled and schedule.next_at)),
+        MenuItem("pause", _("Pause until a day"), "pause-circle-outline", disabled=not (schedule.enabled and schedule.next_at)),
         MenuItem("duplicate", _("Duplicate"), "content-copy"),
         MenuItem("delete", _("Delete"), "trash-can-outline", tone="fault"),
     ]

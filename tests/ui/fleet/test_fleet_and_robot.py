@@ -300,13 +300,13 @@ def test_what_waits_for_a_robot_is_told_above_all_of_them(container, ui, robots)
 
 
 def test_a_start_is_given_to_a_robot_by_keys_alone(container, ui, robots):
-    """Enter presses what the ring is at: what waits, Give to …, and then a robot can be chosen."""
+    """Enter presses what the ring is at: what waits, Give to a robot, and then a robot can be chosen."""
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
     container.operator.run_on_any(group.id, container.catalogue.missions()[0].id)
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(CommandButton, text="Waiting for a robot (1)"))
         settle(app, ui)
-        for words in ("Waiting for a robot (1)", "Give to …"):
+        for words in ("Waiting for a robot (1)", "Give to a robot"):
             tab_to(ui, CommandButton, text=words)
             ui.key(ENTER)
             settle(app, ui)

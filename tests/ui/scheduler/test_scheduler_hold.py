@@ -83,7 +83,7 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
     settle(screen, ui)
     ui.type(dialog.ids.reason_field, "Wheel change")
-    chip(screen, ui, "Until a time …")
+    chip(screen, ui, "Until a time")
     ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 23)))
     press(screen, ui, "Set")
     for digit in "0630":
@@ -179,7 +179,7 @@ def test_the_dialog_begins_with_the_robot_that_is_looked_at(screen, container, u
 # ---------------------------------------------------------------------- pausing
 def test_a_schedule_is_paused_for_some_days_and_resumed(screen, container, ui):
     schedule = named(container, KITS, "Aino")
-    menu(screen, ui, schedule, "Pause until …")
+    menu(screen, ui, schedule, "Pause until a day")
     ui.tap(ui.find(OptionRow, text="Until Monday"))
     settle(screen, ui)
     stored = container.repositories.schedules.get(container.db.read(), schedule.id)
@@ -194,7 +194,7 @@ def test_a_schedule_is_paused_for_some_days_and_resumed(screen, container, ui):
 
 def test_a_start_within_a_pause_until_a_picked_day_is_skipped(screen, container, ui):
     schedule = named(container, KITS, "Aino")
-    menu(screen, ui, schedule, "Pause until …")
+    menu(screen, ui, schedule, "Pause until a day")
     ui.tap(ui.find(OptionRow, text="Until a day of your choice"))
     ui.tap(ui.find(DayCell, root=ui.find(DateDialog), day=date(2026, 11, 21)))
     press(screen, ui, "Set")

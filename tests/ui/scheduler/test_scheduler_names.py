@@ -48,7 +48,7 @@ def test_a_second_schedule_of_a_mission_is_planned_and_changed_under_what_it_doe
 def test_what_is_done_with_it_is_said_without_the_number_too(screen, container, ui, second):
     menu(screen, ui, second, "Skip next")
     ui.wait(lambda: said(screen).startswith(f"The start of {SHOWN} is skipped: "))
-    menu(screen, ui, second, "Pause until …")
+    menu(screen, ui, second, "Pause until a day")
     assert ui.find(ChoiceDialog).title == f"Pause {SHOWN}"
     ui.tap(ui.find_all(OptionRow, ui.find(ChoiceDialog))[0])
     settle(screen, ui)

@@ -67,14 +67,14 @@ def test_where_it_is_narrow_list_and_section_take_turns(screen, ui, size):
 
 
 def test_a_backup_is_restored_only_after_a_question(site, ui, restored):
-    assert ui.find(CommandButton, text="Restore …").disabled          # there is none yet
+    assert ui.find(CommandButton, text="Restore a backup").disabled          # there is none yet
     press(ui, "Back up now")
-    ui.wait(lambda: not ui.find(CommandButton, text="Restore …").disabled)
-    press(ui, "Restore …")
+    ui.wait(lambda: not ui.find(CommandButton, text="Restore a backup").disabled)
+    press(ui, "Restore a backup")
     ui.tap(ui.find(OptionRow))
     press(ui, "Cancel", ui.find(ConfirmDialog))
     assert restored == []
-    press(ui, "Restore …")
+    press(ui, "Restore a backup")
     ui.tap(ui.find(OptionRow))
     press(ui, "Restore", ui.find(ConfirmDialog))
     ui.wait(lambda: restored)
@@ -86,8 +86,8 @@ def test_a_backup_that_is_damaged_stops_nothing(site, ui, restored):
     backups.mkdir(exist_ok=True)
     (backups / "daily-2026-01-01.db").write_bytes(b"no database")
     site.container.catalogue.change_settings(retry_limit=4)            # anything: Settings reads again
-    ui.wait(lambda: not ui.find(CommandButton, text="Restore …").disabled)
-    press(ui, "Restore …")
+    ui.wait(lambda: not ui.find(CommandButton, text="Restore a backup").disabled)
+    press(ui, "Restore a backup")
     ui.tap(ui.find(OptionRow))
     press(ui, "Restore", ui.find(ConfirmDialog))
     ui.wait(lambda: says(ui, "can't be restored"))

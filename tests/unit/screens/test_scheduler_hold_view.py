@@ -54,7 +54,7 @@ def test_a_time_that_was_picked_is_shown_on_its_chip():
     chips = hold_view.end_chips(hold_view.CHOSEN, NOW + timedelta(hours=2), ZONE, NOW)
     assert [chip.text for chip in chips if chip.selected] == ["Until 16:38"]
     assert [chip.text for chip in hold_view.end_chips(hold_view.HOUR, None, ZONE, NOW)] == [
-        "1 hour", "Rest of the day", "Until a time …", "Until released"]
+        "1 hour", "Rest of the day", "Until a time", "Until released"]
 
 
 def test_a_present_hold_is_shown_for_what_is_chosen():

@@ -56,7 +56,7 @@ def test_what_waits_for_a_robot_now_is_in_the_lane_of_its_group():
     assert [bar.key for bar in lane.bars] == [("execution", 11)]
     card = bar_card.run_card(FACTS, waits, NOW)
     assert "any of Hall 1" in card.text
-    assert [item.text for item in card.items][:4] == ["Give to …", "Priority: Normal", "Hold", "Cancel"]
+    assert [item.text for item in card.items][:4] == ["Give to a robot", "Priority: Normal", "Hold", "Cancel"]
     held = bar_card.run_card(FACTS, replace(waits, held=True), NOW).items
     assert [(item.key, item.text) for item in held if item.key in ("hold", "release")] == [("release", "Release")]
 
