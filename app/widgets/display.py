@@ -57,13 +57,14 @@ class ValueTile(Toned, Tile):
 
 class KpiCard(Tap):
     """A KPI (with markup: the unit is smaller), a note of the number of runs it is calculated from, its history as a small chart, and how
-    it has changed."""
+    it has changed. One that is ``pending`` keeps the room of its texts."""
     label = StringProperty()
     value = StringProperty()
     note = StringProperty()
     history = ListProperty()
     least_span = NumericProperty(0)
     change = StringProperty()
+    pending = BooleanProperty(False)
     least_height = NumericProperty("104dp")
 
 

@@ -18,7 +18,8 @@ class FigureCard(Row, KpiCard):
 
 class FigureGrid(BoxLayout):
     """One FigureCard per row of ``data``, ``cols`` beside each other; a tap fires ``on_action(key, "explain")``. The cards of each line
-    share its whole width, those of the last one too, and are as high as the highest."""
+    share its whole width, those of the last one too. All are as high as the highest, and not lower than they were: other figures don't
+    move what is below."""
     data = ListProperty()
     cols = NumericProperty(1)
 
@@ -26,17 +27,24 @@ class FigureGrid(BoxLayout):
 
     def __init__(self, **kwargs):
         self._cards: list[FigureCard] = []
+        self._highest = self._kept = 0.0         # of the cards, now and before the last change of the data
         self._level_soon = Clock.create_trigger(self._level, -1)
         super().__init__(orientation="vertical", **kwargs)
         self.fbind("data", self._fill)
         self.fbind("cols", self._arrange)
         self.fbind("spacing", self._arrange)
+        self.fbind("width", self._forget)
         self._fill()
 
     def on_action(self, key, action):
         """A card was tapped."""
 
+    def _forget(self, *_):
+        self._highest = self._kept = 0.0
+        self._level_soon()
+
     def _fill(self, *_):
+        self._kept = self._highest
         if len(self._cards) != len(self.data):
             kept = self._cards[:len(self.data)]
             self._cards = kept + [FigureCard(host=self, pos_hint={"top": 1}) for _ in self.data[len(kept):]]
@@ -47,6 +55,7 @@ class FigureGrid(BoxLayout):
             card.take(data)
 
     def _arrange(self, *_):
+        self._forget()
         for row in self.children:
             row.clear_widgets()
         self.clear_widgets()
@@ -56,13 +65,11 @@ class FigureGrid(BoxLayout):
             self.add_widget(row)
             for card in self._cards[first:first + self.cols]:
                 row.add_widget(card)
-        self._level_soon()
 
     def _level(self, *_):
-        for row in self.children:
-            highest = max(dp(104), *(card.minimum_height for card in row.children))
-            for card in row.children:
-                card.least_height = highest
+        self._highest = max((dp(104), self._kept, *(card.minimum_height for card in self._cards)))
+        for card in self._cards:
+            card.least_height = self._highest
 
 
 class FactRow(Row, BoxLayout):

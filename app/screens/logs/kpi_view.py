@@ -2,7 +2,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import date
 
 from app.domain.intervals import wilson
 from app.domain.models import Reason
@@ -10,7 +11,7 @@ from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.logs.figures import Earlier, Figures
-from app.services.history.kpi import DayKpis
+from app.services.history.kpi import Adherence, DayKpis, Delays, RobotKpis, ThesisKpis
 
 MAX_POINTS = 11              # of a card's small history
 LEAST_SHARE = 0.1            # that the history of a share spans: less would make a mountain of nothing
@@ -21,7 +22,8 @@ FEW_CASES = 30               # below it a share is shown with its confidence int
 @dataclass(frozen=True)
 class Card:
     """A figure, the number of runs or days it is computed from, and its history, of which the last value is today's. ``value`` is markup;
-    ``change`` sets it against the period before. ``least_span``: what the history's drawing spans at least; 0: it begins at zero."""
+    ``change`` sets it against the period before. ``least_span``: what the history's drawing spans at least; 0: it begins at zero. One
+    that is ``pending`` has texts like those that will come."""
     key: str
     label: str
     value: str
@@ -29,6 +31,7 @@ class Card:
     history: tuple[float | None, ...]
     change: str = ""
     least_span: float = 0.0
+    pending: bool = False
 
 
 @dataclass(frozen=True)
@@ -68,8 +71,19 @@ class DayBar:
 
 
 # ---------------------------------------------------------------------- the cards
+_OFTEN = ThesisKpis(110, 5, 0, 110, 200000., 5, (RobotKpis(0, "", mission_s=200000., observed_s=820000.),))
+_LIKELY = Figures(_OFTEN, Adherence(100, 95, {}), Delays(0, None, None, None, None), first_day=date(2026, 1, 1), last_day=date(2026, 1, 30),
+                  earlier=Earlier(replace(_OFTEN, failed=8, completed_s=180000., recorded_days=4,
+                                          robots=(RobotKpis(0, "", mission_s=180000., observed_s=820000.),)), Adherence(100, 93, {})))
+
+
 def cards(figures: Figures) -> list[Card]:
     return [_success(figures), _duration(figures), _per_day(figures), _utilisation(figures), _adherence(figures)]
+
+
+def pending_cards() -> list[Card]:
+    """Until the figures are known: with the room that they will need."""
+    return [replace(card, value=formats.NOTHING, history=(), pending=True) for card in cards(_LIKELY)]
 
 
 def _success(figures: Figures) -> Card:

@@ -184,7 +184,9 @@ class LogsViewModel(ViewModel):
         self._given.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))
 
     def _show_figures(self) -> None:
-        if self._figures is not None:
+        if self._figures is None:
+            self.kpis = kpi_view.pending_cards()
+        else:
             self.kpis, self.utilisation = kpi_view.cards(self._figures), kpi_view.utilisation_bars(self._figures)
             self._show_reach()
             self.utilisation_note, self.days = kpi_view.total_note(self._figures), kpi_view.outcome_days(self._figures.days)
