@@ -44,6 +44,11 @@ def twelve_well(studio: Any) -> None:
     fleet(studio, 12, well=True)
 
 
+@picture("fleet-twenty-four", sizes=(LANDSCAPE,))
+def twenty_four(studio: Any) -> None:
+    fleet(studio, 24)
+
+
 @picture("fleet-fifty", sizes=EVERY_SIZE)
 def fifty(studio: Any) -> None:
     fleet(studio, 50)

@@ -18,6 +18,7 @@ from app.screens.common.robot_appearance import LOW, battery_appearance, link_ap
 from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_words, look_of
 
 LARGE_UP_TO = 20                         # robots whose tiles are large
+ROOMY_UP_TO = 24                         # whose small tiles are wider, in so few lines that a wide page has room for all
 LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is marked
 
 AT_REST = (RobotState.READY, RobotState.ABORTED, RobotState.COMPLETED)

@@ -21,6 +21,7 @@ from app.screens.common.view_model import Changed, ViewModel
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.fleet import (
     LARGE_UP_TO,
+    ROOMY_UP_TO,
     Count,
     Look,
     RobotTile,
@@ -51,6 +52,7 @@ class FleetState(EventDispatcher):
     is_shown = BooleanProperty(False)
     tiles = ListProperty()
     large = BooleanProperty(True)
+    roomy = BooleanProperty(False)       # small tiles have room beside them
     counts = ListProperty()
     is_well = BooleanProperty(False)
     needy_first = BooleanProperty(False)
@@ -131,6 +133,7 @@ class FleetViewModel(FleetState, ViewModel):
         self._waiting = dict.fromkeys(self._robots)
         self._is_behind = True
         self.many, self.large = len(self._robots) > FEW, len(self._robots) <= LARGE_UP_TO
+        self.roomy = not self.large and len(self._robots) <= ROOMY_UP_TO
         self.is_shown = self.many and (self.is_shown or self._is_first)
         self._is_first = False
         if self.many:

@@ -3,15 +3,17 @@ from __future__ import annotations
 
 from typing import Any
 
+from kivy.metrics import sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 
+from app.screens.common.formats import NOTHING
 from app.screens.home.fleet_model import FleetState
 from app.widgets import panel_grid  # noqa: F401  (registers kivy classes)
 from app.widgets.lists import RecycledRow
 from app.widgets.surfaces import TonedTap
-from app.widgets.text import Body
+from app.widgets.text import Body, line_width
 from app.widgets.tokens import late_color, tk
 
 CLEAR = (0, 0, 0, 0)
@@ -45,9 +47,26 @@ class OneLine(Body):
     most_lines = NumericProperty(1)
 
 
-class NameLine(OneLine):
-    """A robot's name: one that is too long keeps its end, as "Pallet truck 7" and "Pallet truck 8" begin alike."""
+class FarLine(OneLine):
+    """A text to be read from afar: in the largest of SIZES, up to ``most`` sp, in which all of it fits."""
+    SIZES = (24, 20, 16)
     font_name = StringProperty("RobotoMedium")
+    most = NumericProperty(SIZES[-1])
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        for name in ("text", "width", "most"):
+            self.fbind(name, self._choose)
+
+    def _choose(self, *_: Any) -> None:
+        sizes = [size for size in self.SIZES if size <= self.most]
+        while len(sizes) > 1 and line_width(self.text, self.font_name, sp(sizes[0])) > self.width:
+            del sizes[0]
+        self.font_size = f"{sizes[0]}sp"
+
+
+class NameLine(FarLine):
+    """A robot's name: one that is too long keeps its end, as "Pallet truck 7" and "Pallet truck 8" begin alike."""
 
     def _broken(self, width: float) -> str:
         text: str = self.text
@@ -92,7 +111,14 @@ class LargeTile(FleetTile):
 
 
 class SmallTile(FleetTile):
-    """More than twenty: name, group, battery, one line."""
+    """More than twenty: name, group, battery, one line. Where it needs a person, name and group are as large as they can be, and the
+    battery stands in that line."""
+    is_calm = BooleanProperty(True)
+    most = NumericProperty(16)
+
+    def with_battery(self, battery: str, detail: str) -> str:
+        """In one line; nothing of a battery that is not known."""
+        return " · ".join(text for text in (battery, detail) if text not in ("", NOTHING))
 
 
 class CountChip(Painted):

@@ -1,21 +1,31 @@
 """The page of all robots as an operator uses it: taps and keys, on real services; what the robots do is written into the snapshots."""
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
+from kivy.metrics import dp
 
-from app.domain.models import Execution, State, Trigger
+from app.domain.models import Execution, Robot, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.screens.home.cards import HomeWide
-from app.screens.home.fleet_page import CountChip, FleetPage, FleetTile, LargeTile, SmallTile
+from app.screens.home.fleet_page import CountChip, FarLine, FleetPage, FleetTile, LargeTile, NameLine, SmallTile
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.frame import TopBar
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import RobotChip
+from app.widgets.text import BodyStrong, Txt
 from tests.support import home_facts as sample
 from tests.ui.fleet.operator import add_robots, counted, go_back, see, settle, tiles
 from tests.ui.whole_app import shown
+
+CAPITAL = .711                           # of Roboto, in em
+
+
+def minutes(label: Txt) -> float:
+    """Of arc, how high its capitals are at two metres from a 10" tablet: 150 px an inch, one a dp."""
+    return math.degrees(label.font_size / dp(1) * CAPITAL * 25.4 / 150 / 2000) * 60
 
 
 # ---------------------------------------------------------------------- when there is such a page
@@ -61,7 +71,37 @@ def test_above_twenty_the_tiles_are_small(container, ui):
         assert not ui.find_all(LargeTile)
 
 
+def test_up_to_twenty_four_fill_a_wide_page(container, ui):
+    add_robots(container, 21)
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(SmallTile))
+        assert ui.find(PanelGrid).columns == 6
+        container.catalogue.save_robot(Robot("Robot 22", "10.40.13.22", "scheduler"), "secret")
+        ui.wait(lambda: ui.find(PanelGrid).columns == 8)
+
+
 # ---------------------------------------------------------------------- what it shows
+def test_who_needs_a_person_is_read_at_two_metres(container, ui):
+    """Letters of 24 sp, in the same room, and what fits is not cut."""
+    robots = add_robots(container, 40)
+    named = container.catalogue.save_robot(replace(robots[20], name="Trukki hallissa 1"))
+    with shown(container, ui):
+        ui.wait(lambda: ui.find_all(SmallTile))
+        for robot, status in ((robots[8], sample.ASKING), (robots[19], sample.STOPPED), (named, sample.STOPPED)):
+            see(container, robot, status)
+        ui.wait(lambda: counted(ui)[:2] == ["2 stopped", "1 asks"])
+        ui.advance(.1)
+        assert all(minutes(label) >= 4.9 for chip in ui.find_all(CountChip)[:2] for label in ui.find_all(BodyStrong, chip))
+        for robot in (robots[8], robots[19], named):
+            tile = ui.find(SmallTile, name=robot.name)
+            name, word = ui.find(NameLine, tile), ui.find(FarLine, tile, text=tile.word)
+            assert (round(tile.height), word._label.text, minutes(word) >= 4.9) == (84, tile.word, True)
+            assert minutes(name) >= (3.2 if robot is named else 4.9)
+            assert name._label.text.endswith(robot.name.split()[-1])
+        calm = ui.find(SmallTile, name=robots[0].name)
+        assert (round(calm.height), minutes(ui.find(NameLine, calm)) < 4) == (84, True)
+
+
 def test_a_poll_changes_its_tile_and_the_counts_and_no_place(container, robots, ui):
     with shown(container, ui):
         ui.wait(lambda: ui.find_all(FleetPage))
