@@ -1,18 +1,37 @@
 """The exception calendar: its card in Settings, the dialog, and closed days in the Scheduler."""
 from __future__ import annotations
 
-from datetime import date
+import os
+from datetime import UTC, date, datetime
 
 from app.domain.models import DayException
 from app.screens.settings.calendar import DaysDialog
-from app.screens.settings.view import done
 from tests.screenshots.registry import LANDSCAPE, picture
 from tests.screenshots.settings import BOTH, EVERY_SIZE, Plant
 
 DAYS = (DayException("Inventory", date(2026, 11, 28), date(2026, 11, 28), is_working=True),
         DayException("Fire drill", date(2026, 11, 12), date(2026, 11, 12)),
-        DayException("Christmas shutdown", date(2026, 12, 24), date(2027, 1, 3), yearly=True, source="plant-2026.ics"),
         DayException("Summer break", date(2026, 7, 6), date(2026, 7, 19)))
+FILE = "plant-2027.ics"
+IN_FILE = """BEGIN:VCALENDAR
+VERSION:2.0
+PRODID:-//Plant//Calendar//EN
+BEGIN:VEVENT
+UID:1@plant
+DTSTAMP:20261102T080000Z
+SUMMARY:Christmas shutdown
+DTSTART;VALUE=DATE:20261224
+DTEND;VALUE=DATE:20270104
+END:VEVENT
+BEGIN:VEVENT
+UID:2@plant
+DTSTAMP:20261102T080000Z
+SUMMARY:Summer break
+DTSTART;VALUE=DATE:20270705
+DTEND;VALUE=DATE:20270719
+END:VEVENT
+END:VCALENDAR
+"""
 
 
 def furnish(container) -> None:
@@ -20,13 +39,15 @@ def furnish(container) -> None:
     container.catalogue.set_public_holidays("FI")
 
 
-def opened(studio, months: int = 0):
-    plant = Plant(studio)
+def opened(studio):
+    """With a calendar file among the documents."""
+    plant, documents = Plant(studio), studio.directory()
+    file = documents / FILE
+    file.write_text(IN_FILE.replace("\n", "\r\n"), encoding="utf-8")
+    os.utime(file, (datetime(2026, 11, 2, 8, tzinfo=UTC).timestamp(),) * 2)
+    plant.container.calendar_files._documents = documents
     furnish(plant.container)
     screen = plant.screen(studio, "constraints")
-    part = screen.page.calendar
-    part.turn(months)
-    part.file.path = "/home/operator/Documents/plant-2027.ics"
     page = next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage")
     page.scroll_y = 0
     studio.driver.advance(.3)
@@ -40,8 +61,10 @@ def calendar(studio):
 
 @picture("settings-calendar-december", sizes=BOTH)
 def december(studio):
-    _plant, screen = opened(studio, 1)
-    screen.page.calendar.outcome = done("14 closed days imported", "Summer break: Mon 6 Jul – Sun 19 Jul")
+    """Its file was imported just now."""
+    plant, screen = opened(studio)
+    screen.page.calendar.import_days()
+    studio.driver.wait(lambda: plant.shell.background.idle and screen.page.calendar.outcome.text)
     page = next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage")
     studio.driver.advance(.2)
     page.scroll_y = 0
@@ -53,7 +76,7 @@ def december(studio):
 def days(studio):
     plant = Plant(studio)
     screen = plant.screen(studio, "constraints")
-    return studio.dialogs.open(DaysDialog(screen.vm.context, DAYS[3]))
+    return studio.dialogs.open(DaysDialog(screen.vm.context, DAYS[2]))
 
 
 @picture("settings-calendar-country", sizes=(LANDSCAPE,))

@@ -57,9 +57,13 @@ class Checked(Plant):
         return studio.dialogs.top
 
 
+def all_checked(studio) -> Checked:
+    return Checked(studio, Aino=found("good"), Sisu=found("odd", trial=Trial()), Veikko=found("good", "2.14.7"))
+
+
 @picture("check-up-robots", sizes=EVERY_SIZE)
 def robots(studio):
-    return Checked(studio, Aino=found("good"), Sisu=found("odd"), Veikko=found("good", "2.14.7")).screen(studio)
+    return all_checked(studio).screen(studio)
 
 
 @picture("check-up-before", sizes=EVERY_SIZE)
@@ -116,5 +120,5 @@ def good(studio):
 
 @picture("check-up-report", sizes=EVERY_SIZE)
 def report(studio):
-    Checked(studio, Aino=found("odd", trial=Trial())).dialog(studio)
+    all_checked(studio).dialog(studio, "Sisu")
     return studio.dialogs.top

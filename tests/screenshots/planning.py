@@ -10,7 +10,7 @@ from kivy.factory import Factory
 from kivy.tests.common import UnitTestTouch
 
 from app.container import Container
-from app.domain.models import Group, Robot, Schedule
+from app.domain.models import Group, Schedule
 from app.domain.robot import MissionParameter
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
@@ -27,8 +27,8 @@ from app.services.suggestions.words import Change, Suggestion
 from app.widgets.timeline import LONG
 from tests.screenshots.home import POSITION, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
+from tests.support import fleet_facts, month
 from tests.support import home_facts as sample
-from tests.support import month
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
@@ -147,8 +147,11 @@ def fifty(container: Container) -> None:
     """Robots enough to scroll, a third of them with something to do."""
     def furnish(c: Any) -> None:
         missions, r = container.repositories.missions.all(c), container.repositories
-        for n in range(4, 51):
-            robot = r.robots.add(c, Robot(f"Robot {n:02d}", f"http://10.0.0.{n}", "distributor", "token", model="MiR250"))
+        known = {robot.name for robot in r.robots.all(c)}
+        for n, one in enumerate(fleet_facts.robots(50), 1):
+            if one.name in known:
+                continue
+            robot = r.robots.add(c, replace(one, id=None))
             if n % 3 == 0:
                 start = datetime(2026, 11, 20, 15 + n % 5, n)
                 r.schedules.add(c, Schedule(f"S{n}", robot.id, missions[n % len(missions)].id, start, month.ZONE,
@@ -265,7 +268,7 @@ def unfolded(studio: Any) -> Any:
 
 @picture("scheduler-dragged", sizes=BOTH)
 def dragged(studio: Any) -> Any:
-    """A planned bar under a finger, an hour and a half from where it was."""
+    """A planned bar was dragged an hour and a half later: the form asks to save that."""
     stand = Stand(studio, "scheduler")
     chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
     left, bottom, right, top, _key = max(
@@ -275,8 +278,8 @@ def dragged(studio: Any) -> Any:
     studio.driver.advance(LONG + .1)
     touch.touch_move(touch.x + chart.left_of(1.5) - chart.left_of(0), touch.y)
     studio.driver.advance(.1)
-    studio.afterwards(touch.touch_up)
-    return stand.screen
+    touch.touch_up()
+    return stand.settle()
 
 
 picture("scheduler-bar-planned", sizes=BOTH)(card_at("planned"))

@@ -54,7 +54,7 @@ DOCUMENTED: Sequence[tuple[str, str, str, Sequence[str]]] = (
         "home-unreachable", "home-held", "home-parameters", "home-position-map", "home-waiting", "alarms", "late-starts",
         "damaged-database", "scheduler", "scheduler-bar-planned", "scheduler-held", "scheduler-fifty", "scheduler-dragged",
         "scheduler-monthly", "scheduler-once-refused", "scheduler-group", "scheduler-suggestions",
-        "logs", "logs-figures", "logs-figures-below", "logs-robots", "settings-robots",
+        "logs", "logs-figures", "logs-figures-below", "logs-robots",
         "robot-dialog", "robot-dialog-certificate", "robot-dialog-new-robot", "check-up-robots", "check-up-trial", "check-up-running",
         "check-up-report", "settings-missions", "settings-idle", "settings-calendar-december",
         "settings-display", "settings-data", "settings-groups", "settings-group-missions")),

@@ -18,9 +18,10 @@ DRIVEN = replace(sample.READY, state=RobotState.MANUAL_CONTROL, mission_text="Dr
 
 
 def robots(count: int) -> tuple[Robot, ...]:
-    """The first with names of their own, all others with numbers."""
-    return tuple(Robot(NAMES[n] if count <= len(NAMES) else f"Robot {n + 1}" if n % 9 else f"Trukki hallissa {n + 1}",
-                       f"http://10.40.12.{21 + n}", id=n + 1, model="MiR250", token="x") for n in range(count))
+    """As many with names of their own as there are; of more, the plant's three and others with numbers."""
+    numbered = tuple(Robot(NAMES[n] if count <= len(NAMES) else f"Robot {n + 1}" if n % 9 else f"Trukki hallissa {n + 1}",
+                           f"http://10.40.12.{21 + n}", id=n + 1, model="MiR250", token="x") for n in range(count))
+    return numbered if count <= len(NAMES) else sample.FACTS.robots + numbered[len(sample.FACTS.robots):]
 
 
 def troubled(robot: Robot) -> RobotSnapshot | None:
@@ -44,6 +45,10 @@ def facts(count: int, *, well: bool = False) -> HomeFacts:
     runs: list[Execution] = []
     for robot in everybody:
         number, trouble = robot.id, None if well else troubled(robot)
+        if robot in sample.FACTS.robots:
+            snapshots[number] = sample.FACTS.snapshots[number]
+            runs += [run for run in sample.FACTS.open if run.robot_id == number]
+            continue
         battery = 31.0 + number * 37 % 69
         if trouble is not None:
             snapshots[number] = trouble
