@@ -73,7 +73,7 @@ def test_no_name_stands_beside_a_bar_that_is_another_one(ui):
 @pytest.mark.parametrize("hours", [6, 48])
 @pytest.mark.parametrize("length", [.5, 1.])
 def test_a_skipped_start_is_seen_around_what_is_planned_at_its_time(ui, hours, length):
-    skipped, planned = Bar("left out", 2, 2.5, "Skipped: Waste", "skipped"), Bar("planned", 2, 2 + length, "Kits")
+    skipped, planned = Bar("left out", 2, 2.5, "Not run: Waste", "skipped"), Bar("planned", 2, 2 + length, "Kits")
     chart = shown(ui, Lane("Aino", bars=(skipped, planned)), hours=hours)
     boxes = {key: (left, right) for left, _bottom, right, _top, key in chart.boxes()}
     assert list(boxes) == ["planned", "left out"]                 # what a person skipped is drawn last
@@ -86,12 +86,12 @@ def test_a_skipped_start_is_seen_around_what_is_planned_at_its_time(ui, hours, l
         assert frame.size[1] > chart._drawing.frame.bar_height    # all around it
         fills = [colour for one, colour in drawn(chart._drawing._bars) if one.size[0] > 20]
         assert tuple(tk.surface) not in fills                     # which stays in sight
-        assert set(names(chart, "Kits", "Skipped: Waste")) == {"Kits", "Skipped: Waste"}
+        assert set(names(chart, "Kits", "Not run: Waste")) == {"Kits", "Not run: Waste"}
 
 
 def test_a_skipped_start_alone_is_an_empty_bar_with_its_name(ui):
-    chart = shown(ui, Lane("Aino", bars=(Bar("left out", 1, 3, "Skipped: Waste", "skipped"), Bar("planned", 4, 5, "Kits"))))
-    assert set(names(chart, "Skipped: Waste", "Kits")) == {"Skipped: Waste", "Kits"}
+    chart = shown(ui, Lane("Aino", bars=(Bar("left out", 1, 3, "Not run: Waste", "skipped"), Bar("planned", 4, 5, "Kits"))))
+    assert set(names(chart, "Not run: Waste", "Kits")) == {"Not run: Waste", "Kits"}
     assert tuple(tk.surface) in [colour for one, colour in drawn(chart._drawing._bars) if one.size[0] > 20]
 
 

@@ -330,7 +330,7 @@ def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: 
     typed = waits and key in facts.typed
     assumed = waits and not typed and key not in facts.usual_s
     if facts.is_skipped(execution, now):
-        label = _("Skipped: {mission}").format(mission=name)
+        label = _("Not run: {mission}").format(mission=name)
     if execution.state is State.WAITING and facts.hold(execution.robot_id, execution.group_id, now) is not None:
         state, label = "held", _("Held: {mission}").format(mission=name)
     return Bar(("execution", execution.id), start, max(read.at(ends), start + SHORTEST), label, state, typed=typed, assumed=assumed)

@@ -30,7 +30,7 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
         if end == "Undo":
             ui.tap(ui.find(root=ui.find(Snackbar), text=end))
         else:                                                         # after the message is gone
-            bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Skipped: {KITS}")
+            bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Not run: {KITS}")
             tap_bar(ui, bar.key)
             assert "Skipped by a person on 20 Nov 2026 14:38" in card_of(ui).text
             take(screen, ui, end)
@@ -53,7 +53,7 @@ def test_skipping_and_taking_back_have_one_place_on_the_card(screen, container, 
         places.append([row.to_window(*row.center) for row in (first, *others)])
         ui.tap_at(*place)
         settle(screen, ui)
-        skipped = next((bar.key for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Skipped: {KITS}"), None)
+        skipped = next((bar.key for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Not run: {KITS}"), None)
         key = skipped or ("schedule", schedule.id, second)
     assert said == 2 * [("Skip this one", "Edit schedule", "Run now"), ("Start it after all", "Edit schedule", "Open in Logs")]
     heights = [[round(y) for _x, y in rows] for rows in places]
@@ -139,11 +139,11 @@ def test_the_only_start_that_is_skipped_is_started_after_all_from_the_form(scree
 def test_a_skipped_start_that_its_rule_has_no_more_leaves_the_timeline(screen, container, ui):
     def skipped() -> list[str]:
         settle(screen, ui)
-        return [bar.label for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label.startswith("Skipped")]
+        return [bar.label for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label.startswith("Not run")]
 
     schedule = named(container, "Night stock count", "Aino")
     container.pausing.skip(schedule.id, schedule.next_at)
-    assert skipped() == ["Skipped: Night stock count"]
+    assert skipped() == ["Not run: Night stock count"]
     container.catalogue.save_schedule(replace(schedule, start=schedule.start.replace(hour=20)))
     assert skipped() == []
 

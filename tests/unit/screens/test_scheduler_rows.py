@@ -138,7 +138,7 @@ def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
     ahead = execution(State.SKIPPED, -120, schedule_id=7, reason=Reason(ReasonCode.HOLD), ended_at=NOW)
     given = facts(past=(ahead,), skips=frozenset({(7, ahead.planned_at)}))
     bar, = timeline(given, NOW).lanes[0].bars
-    assert (bar.label, bar.state, bar.end - bar.start) == ("Skipped: Deliver kits", "skipped", pytest.approx(ASSUMED_S / 3600))
+    assert (bar.label, bar.state, bar.end - bar.start) == ("Not run: Deliver kits", "skipped", pytest.approx(ASSUMED_S / 3600))
     assert [(item.key, item.disabled) for item in bar_card.run_card(given, ahead, NOW).items] == [
         ("again", False), ("edit", False), ("log", False)]
     paused = replace(given, schedules=(replace(HOURLY, paused_until=NOW + timedelta(days=1)),))
