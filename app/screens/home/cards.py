@@ -301,6 +301,7 @@ class RobotCard(Card):
     needed = NumericProperty(0)          # height at which nothing in it scrolls
     above = NumericProperty(0)           # height of what is above the map
     seen = NumericProperty(0)            # height of what is above the controls, which don't scroll
+    spare = NumericProperty(0)           # of that, what nothing needs
     fills = BooleanProperty(False)
     sought = BooleanProperty(False)      # rather than its address, and it is known where it is or was
     first = NumericProperty(0)           # height of what a person has to do
