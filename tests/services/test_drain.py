@@ -58,7 +58,7 @@ def worn(tmp_path):
 def test_what_runs_used_and_took_is_learned_and_outlives_a_restart_and_an_undone_removal(worn):
     def lasts():
         [mission] = worn.container.catalogue.missions()
-        return worn.container.history.usual_duration(worn.robot("R1").id, mission.guid)
+        return worn.container.history.expected(worn.robot("R1").id, mission.guid)
     worn.run_often(3)
     learned, long = worn.drain, lasts()
     assert (learned.runs, learned.percent / learned.hours) == (3, pytest.approx(39.0, abs=1.5))

@@ -63,11 +63,6 @@ class History:
         found = self._schedules.newest_row(c, schedule_id, until)
         return None if found is None else self._executions.get(c, found)
 
-    def usual_duration(self, robot_id: int, mission_guid: str) -> float | None:
-        """Seconds; median of the last completed runs, None when there is none."""
-        found = self._durations.usual(self._db.read(), robot_id, mission_guid)
-        return None if found is None else found.median_s
-
     def expected(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
         """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: not known."""
         c = self._db.read()
