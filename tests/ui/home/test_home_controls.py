@@ -283,7 +283,7 @@ def test_what_is_being_cancelled_on_one_robot_is_not_on_another_with_an_item_of_
             api(robots[behind], "DELETE", f"/mission_queue/{numbers[behind]}")
         numbers[behind] = api(robots[behind], "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
     ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", numbers[0])])
-    robots[0].control({"fault": {"kind": "late", "path": f"/mission_queue/{numbers[0]}", "method": "DELETE", "count": 1, "seconds": 6.0}})
+    robots[0].control({"fault": {"kind": "late", "path": f"/mission_queue/{numbers[0]}", "method": "DELETE", "count": 1, "seconds": 9.0}})
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     press(ui, "Cancel it")
     ui.wait(lambda: home.shell.dialogs.top is None and "Being cancelled" in ui.texts(ui.find(QueueRow)))

@@ -35,7 +35,7 @@ def test_a_start_that_is_cancelled_is_not_said_to_wait_for_an_answer(home, ui):
     say_silent(home, ui)
     execution, = home.site.container.history.open()
     ui.wait(lambda: rows(ui))
-    home.root_vm.cancel(("execution", execution.id))
+    home.root_vm.cancel(("execution", execution.id), agreed=True)            # it may have been tried, and that is asked about
     ui.wait(lambda: are_said(home, "Home is cancelled"))
     assert home.shell.snackbars.texts == ["Home is cancelled"]
 
