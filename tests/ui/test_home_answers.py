@@ -6,13 +6,17 @@ from dataclasses import replace
 
 import pytest
 from kivy.uix.label import Label
+from kivy.uix.widget import Widget
 
+from app.domain.robot import RobotProblem, RobotState
+from app.i18n import _
 from app.screens.frame.facts import OpenIssues
-from app.screens.home.cards import Answers, HomeState, PromptOption, PromptPanel, RobotStrip
+from app.screens.home.cards import Answers, Bands, HomeState, PlaceMap, PromptOption, PromptPanel, RobotStrip
 from app.screens.home.view import PromptView
 from app.widgets import load_kv
+from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, Frame
-from tests.screenshots.home import ALARMS, QUESTION, home, stopped
+from tests.screenshots.home import ALARMS, ERROR, QUESTION, SILENT, home, stopped
 from tests.support import home_facts as sample
 from tests.ui import checks
 from tests.ui.small import Rig, reach, window
@@ -68,23 +72,57 @@ def test_the_answers_are_seen_without_scrolling(ui, usual, minutes):
     assert [answer.text for answer in answers if checks.is_seen(answer)] == list(sample.ASKING.user_prompt.options)
 
 
-@pytest.mark.parametrize("robots", [3, 24])
-@pytest.mark.parametrize(("size", "scale", "gloves", "minutes"), [
-    ((800, 480), 1.0, False, 1), ((800, 480), 1.0, False, 20), ((800, 480), 1.3, False, 1), ((800, 480), 1.0, True, 1),
-    ((600, 480), 1.0, False, 1), ((600, 480), 1.3, False, 1), ((600, 480), 1.0, True, 1), ((1024, 600), 1.0, False, 1),
-    ((1024, 600), 1.3, True, 1)])
-def test_the_answers_are_seen_without_scrolling_in_a_very_low_window(ui, size, scale, gloves, minutes, robots):
-    facts = sample.with_aino(sample.ASKING)
-    others = tuple(replace(sample.VEIKKO, id=100 + n, name=f"Robot {n}") for n in range(robots - len(facts.robots)))
-    with window(ui, size, scale, "fi" if scale > 1 else "en", gloves=gloves) as rig:
-        screen = home(rig, replace(facts, robots=facts.robots + others),
-                      issues=OpenIssues([replace(QUESTION, raised_at=sample.ago(minutes=minutes))]))
-        screen.vm.fleet.leave()
+def labels(ui, text: str) -> list[Widget]:
+    return [label for label in ui.find_all(Label) if label.text == text]
+
+
+BROKEN = replace(sample.FAILED, errors=(RobotProblem(9000, "Scanner broken", "Safety", resettable=False),))
+PAUSED = replace(sample.EXECUTING, state=RobotState.PAUSE)
+# What a robot waits for: its status, the alarm, and where the next step is.
+NEEDS = {
+    "asks": (sample.ASKING, QUESTION, lambda ui, _view: ui.find_all(PromptOption)),
+    "error": (sample.FAILED, ERROR, lambda ui, _view: ui.find_all(CommandButton, text=_("Reset errors"))),
+    "paused": (PAUSED, SILENT, lambda ui, _view: ui.find_all(CommandButton, text=_("Resume"))),
+    "stopped": (sample.STOPPED, ALARMS[0], lambda ui, view: labels(ui, view.card.mission.name)),
+    "broken": (BROKEN, ERROR, lambda ui, view: labels(ui, view.card.mission.name))}
+
+
+@pytest.mark.parametrize(("gloves", "robots", "minutes"), [(False, 3, 20), (True, 24, 1)], ids=["", "gloves"])      # 20: a larger banner
+@pytest.mark.parametrize(("scale", "language"), [(1.0, "en"), (1.3, "fi")])
+@pytest.mark.parametrize("size", [(600, 480), (800, 480), (1024, 600)], ids="{0[0]}x{0[1]}".format)
+def test_what_a_robot_waits_for_is_seen_without_scrolling_in_a_low_window(ui, size, scale, language, gloves, robots, minutes):
+    others = tuple(replace(sample.VEIKKO, id=100 + n, name=f"Robot {n}") for n in range(robots - len(sample.FACTS.robots)))
+    for name, (status, alarm, steps) in NEEDS.items():
+        with window(ui, size, scale, language, gloves=gloves) as rig:
+            facts = sample.with_aino(status)
+            screen = home(rig, replace(facts, robots=facts.robots + others),
+                          issues=OpenIssues([replace(alarm, raised_at=sample.ago(minutes=minutes))]))
+            screen.vm.fleet.leave()
+            ui.advance(.5)
+            found = steps(ui, screen.vm)
+            assert found, name
+            assert [checks.is_seen(step) for step in found] == [True] * len(found), name
+            assert "\n".join(checks.problems(ui.find(Frame))) == ""
+            reach(ui, ui.find(RobotStrip))
+
+
+@pytest.mark.parametrize("size", [(600, 480), (800, 480)], ids="{0[0]}x{0[1]}".format)
+def test_who_looks_at_a_robot_sees_what_it_waits_for_however_far_the_page_is_scrolled(ui, size):
+    with window(ui, size) as rig:
+        screen = home(rig, sample.FACTS)
         ui.advance(.5)
-        assert "\n".join(checks.problems(ui.find(Frame))) == ""
-        answers = ui.find_all(PromptOption)
-        assert [answer.text for answer in answers if checks.is_seen(answer)] == list(sample.ASKING.user_prompt.options)
-        reach(ui, ui.find(RobotStrip))
+        reach(ui, ui.find(PlaceMap))
+        assert ui.find(Bands).scroll_y < 1
+        screen.vm.take(sample.with_aino(sample.FAILED))
+        ui.advance(.5)
+        assert checks.is_seen(ui.find(CommandButton, text="Reset errors"))
+        screen.vm.take(sample.FACTS)
+        ui.advance(.5)
+        reach(ui, ui.find(CommandButton, text=screen.vm.run.text))       # below the robot's card
+        at = ui.find(Bands).scroll_y
+        screen.vm.take(sample.with_aino(sample.FAILED))
+        ui.advance(.5)
+        assert ui.find(Bands).scroll_y == pytest.approx(at)
 
 
 @pytest.mark.parametrize("size", [(600, 480), (800, 480)], ids="{0[0]}x{0[1]}".format)
@@ -119,4 +157,4 @@ def test_a_question_stands_at_the_top_of_a_panel_that_is_higher_than_it_needs(ui
 def test_what_to_do_at_an_emergency_stop_is_seen_without_scrolling(ui, usual):
     screen = home(usual, stopped(), issues=OpenIssues(ALARMS))
     ui.advance(.5)
-    assert checks.is_seen(next(label for label in ui.find_all(Label) if label.text == screen.vm.card.mission.name))
+    assert [checks.is_seen(label) for label in labels(ui, screen.vm.card.mission.name)] == [True]

@@ -81,27 +81,30 @@ class HomeWide(Part):
 class Bands(OfHome, LowPage):
     """Robots' strip, robot, and what else there is, below each other.
 
-    In a low window the answers of a robot that asks are seen at once: its card comes before the strip. That moves what is under a finger;
-    a tap within the next moment was meant for what was there before."""
+    In a low window what a robot that needs a person waits for is seen at once: its card comes before the strip, and in it the part with
+    that ``step``. That moves what is under a finger; a tap within the next moment was meant for what was there before."""
     low = BooleanProperty(False)
-    asks_first = BooleanProperty(False)
+    step = StringProperty()
 
     def __init__(self, **kwargs: Any) -> None:
         self._rests_until = 0.0
         super().__init__(**kwargs)
 
     def on_kv_post(self, _base_widget: Any) -> None:
-        self.fbind("asks_first", self._asked)
+        self.fbind("step", self._needed)
         self._arrange()
 
-    def _asked(self, *_: Any) -> None:
+    def _needed(self, *_: Any) -> None:
         self._rests_until = Clock.get_time() + SETTLES
+        bands, card = self.ids.bands, self.ids.card
+        if self.step and (1 - self.scroll_y) * (bands.height - self.height) < bands.top - card.y:        # some of the card is in sight
+            self.scroll_y = 1
         self._arrange()
 
     def _arrange(self) -> None:
         bands, strip = self.ids.bands, self.ids.strip
         bands.remove_widget(strip)
-        bands.add_widget(strip, index=len(bands.children) - self.asks_first)
+        bands.add_widget(strip, index=len(bands.children) - bool(self.step))
 
     def on_touch_down(self, touch: MotionEvent) -> Any:
         return Clock.get_time() < self._rests_until or super().on_touch_down(touch)
@@ -296,7 +299,7 @@ class RobotCard(Card):
     if it has failed, or if it does not answer.
 
     Where a card is too ``tight`` for both its state and what a person has to do ``first``, an answer or what a fault asks for, the state
-    comes after that.
+    comes after that; in a page that is too low it has the part with the next ``step`` at its top.
     """
     needed = NumericProperty(0)          # height at which nothing in it scrolls
     above = NumericProperty(0)           # height of what is above the map
@@ -305,7 +308,8 @@ class RobotCard(Card):
     fills = BooleanProperty(False)
     sought = BooleanProperty(False)      # rather than its address, and it is known where it is or was
     first = NumericProperty(0)           # height of what a person has to do
-    asks_first = BooleanProperty(False)  # in a page that is too low for both
+    step = StringProperty()
+    controls_first = BooleanProperty(False)
     tight = BooleanProperty(False)
     has_map_beside = BooleanProperty(False)
 
@@ -313,6 +317,11 @@ class RobotCard(Card):
         words, head = self.ids.words, self.ids.head
         words.remove_widget(head)
         words.add_widget(head, index=words.children.index(self.ids.mission) if self.tight else len(words.children))
+
+    def on_controls_first(self, *_: Any) -> None:
+        controls = self.ids.controls
+        self.remove_widget(controls)
+        self.add_widget(controls, index=len(self.children) if self.controls_first else 0)
 
     def on_has_map_beside(self, *_: Any) -> None:
         place, words, beside = self.ids.place, self.ids.words, self.ids.beside
@@ -323,17 +332,15 @@ class RobotCard(Card):
 class RobotCardWide(Card):
     """The same, a wide card, never lower than ``needed``.
 
-    In a ``low`` window the page ends within it. What is pressed then comes before what is only read: the controls before the mission, and
-    what the robot ``asks`` before its battery. A fault of which it is said in ``brief`` what to do comes before even the controls, and the
-    state after them.
+    In a ``low`` window the page ends within it. What is pressed then comes before what is only read: the controls before the mission. The
+    part with the next ``step`` comes before everything else, also before the state.
     """
     needed = NumericProperty(0)
     low = BooleanProperty(False)
-    asks = BooleanProperty(False)
-    brief = BooleanProperty(False)
+    step = StringProperty()
 
     def on_kv_post(self, _base_widget: Any) -> None:
-        for name in ("low", "asks", "brief"):
+        for name in ("low", "step"):
             self.fbind(name, self._arrange)
         self._arrange()
 
@@ -341,9 +348,11 @@ class RobotCardWide(Card):
         ids = self.ids
         if not self.low:
             order = ids.head, ids.mission, ids.controls
+        elif self.step == "controls":
+            order = ids.controls, ids.mission, ids.head
         else:
-            order = (ids.mission, ids.controls, ids.head) if self.brief else (ids.head, ids.controls, ids.mission)
-        beside = (ids.below, ids.tiles) if self.low and self.asks else (ids.tiles, ids.below)
+            order = (ids.mission, ids.controls, ids.head) if self.step == "mission" else (ids.head, ids.controls, ids.mission)
+        beside = (ids.below, ids.tiles) if self.step == "prompt" else (ids.tiles, ids.below)
         for column, widgets in ((ids.words, order), (ids.beside, beside)):
             if tuple(reversed(column.children)) != widgets:
                 column.clear_widgets()

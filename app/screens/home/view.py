@@ -23,7 +23,7 @@ from app.screens.common.robot_appearance import (
     link_appearance,
     state_appearance,
 )
-from app.screens.common.robot_groups import FEW
+from app.screens.common.robot_groups import FEW, Group, group_of
 from app.screens.home.facts import HomeFacts
 from app.screens.home.fleet import LONGER_THAN_USUAL
 from app.screens.home.lists import (
@@ -99,10 +99,9 @@ class CardView:
 
 @dataclass(frozen=True)
 class ControlsView:
-    """The buttons say what they will do. ``next_step``, "reset" or "resume", is the way out of a stop. While the robot ``needs_person``
-    that, or its answers, are the loudest thing on the page."""
+    """The buttons say what they will do. ``next_step`` is what a robot that needs a person waits for, the loudest thing on the page: to
+    "answer", "reset" or "resume" it, or for "hands" on it."""
     next_step: str = ""
-    needs_person: bool = False
     pauses: bool = True                  # else it resumes
     pause: str = ""
     pause_icon: str = "pause"
@@ -111,6 +110,11 @@ class ControlsView:
     pause_off: bool = True
     reset_off: bool = True
     clear_count: int = 0
+
+    @property
+    def step_in(self) -> str:
+        """The part of the robot's card in which the next step is."""
+        return {"answer": "prompt", "reset": "controls", "resume": "controls", "hands": "mission"}.get(self.next_step, "")
 
 
 @dataclass(frozen=True)
@@ -219,10 +223,10 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
         return MissionView(_("What to do now"), _("Release the red button, then press Reset on the robot"),
                            _errors(status), "fault")
     if has_errors(status):
-        way_out = _("Reset errors clears it; the robot then waits for Resume") if can_reset(status) else \
-            _("It can't be reset from here: check the robot itself")
-        return MissionView(_("What the robot says"), _errors(status) or status.mission_text or _("An error"), way_out,
-                           "fault" if status.state is RobotState.ERROR else "attention")
+        tone, said = "fault" if status.state is RobotState.ERROR else "attention", _errors(status) or status.mission_text or _("An error")
+        if can_reset(status):
+            return MissionView(_("What the robot says"), said, _("Reset errors clears it; the robot then waits for Resume"), tone)
+        return MissionView(_("What to do now"), _("It can't be reset from here: check the robot itself"), said, tone)
     if facts.running is not None:
         return _running(facts, facts.running, now)
     if status.state is RobotState.EXECUTING:             # its queue is still to be read, as when it answers again
@@ -330,22 +334,34 @@ def can_reset(status: RobotStatus | None) -> bool:
     return status.state is RobotState.ERROR
 
 
+def _next_step(facts: HomeFacts, robot: Robot, old: bool) -> str:
+    """The way out of a stop is Reset errors, then Resume."""
+    status = facts.snapshot.status
+    if status is None or not robot.enabled:
+        return ""
+    match group_of(robot, facts.snapshot, old, facts.settings):
+        case Group.STOPPED:
+            return "reset" if can_reset(status) else "hands"
+        case Group.LOOK if has_errors(status):
+            return "reset" if can_reset(status) else "hands"
+        case Group.ASKS:
+            return "answer"
+        case Group.PAUSED:
+            return "resume"
+    return ""
+
+
 def controls(facts: HomeFacts, robot: Robot, old: bool) -> ControlsView:
-    """The way out of a stop is Reset errors, then Resume. Pause can be tried even on a robot that doesn't answer just now: stopping must
-    never wait for the next poll."""
+    """Pause can be tried even on a robot that doesn't answer just now: stopping must never wait for the next poll."""
     status = facts.snapshot.status
     state = status.state if status else RobotState.UNKNOWN
     answers = facts.snapshot.connection in (Connection.CONNECTED, Connection.SLOW)
     off = not robot.enabled or (answers and state in (RobotState.STARTING, RobotState.SHUTTING_DOWN))
     resumes = state in (RobotState.PAUSE, *STOPPED)
-    asks, next_step = status is not None and status.user_prompt is not None, ""
-    known = robot.enabled and not old
-    if known and not asks:
-        next_step = "reset" if can_reset(status) else "resume" if state is RobotState.PAUSE else ""
+    next_step = _next_step(facts, robot, old)
     count = len(facts.snapshot.queue) + len(facts.not_in_queue)
     return ControlsView(
-        next_step=next_step, needs_person=known and (asks or state in STOPPED or bool(next_step)),
-        reset_style="filled" if next_step == "reset" else "outlined",
+        next_step=next_step, reset_style="filled" if next_step == "reset" else "outlined",
         pauses=not resumes, pause=_("Resume") if resumes else _("Pause"), pause_icon="play" if resumes else "pause",
         pause_style="filled" if next_step == "resume" else "outlined" if state in STOPPED else "tonal", pause_off=off or state in STOPPED,
         reset_off=not robot.enabled or not can_reset(status), clear_count=count if robot.enabled else 0)

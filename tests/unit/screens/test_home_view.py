@@ -198,7 +198,7 @@ def test_emergency_stop_says_what_hands_must_do_and_offers_nothing_that_cannot_w
     assert (shown.card.state, shown.card.tone, shown.card.loud) == ("Emergency stop", "fault", True)
     assert shown.card.mission.name == "Release the red button, then press Reset on the robot"
     assert shown.card.mission.note == ""                      # the state's word says it
-    assert shown.controls.next_step == ""
+    assert shown.controls.next_step == "hands"
     assert shown.controls.pause == "Resume"
     assert shown.controls.pause_off
     assert shown.controls.reset_off
@@ -222,22 +222,24 @@ def test_the_way_out_of_a_stop_is_loud_and_only_one_step_at_a_time():
     paused = replace(EXECUTING, state=RobotState.PAUSE)
     steps = [view(with_aino(status)).controls.next_step for status in (
         EXECUTING, FAILED, replace(paused, errors=FAILED.errors), paused, replace(paused, user_prompt=ASKING.user_prompt))]
-    assert steps == ["", "reset", "reset", "resume", ""]
+    assert steps == ["", "reset", "reset", "resume", "answer"]
     assert view(with_aino(FAILED, age=300, connection=Connection.UNREACHABLE)).controls.next_step == ""
 
 
 def test_while_a_robot_needs_a_person_nothing_else_is_loud():
     paused = replace(EXECUTING, state=RobotState.PAUSE)
-    assert [view(with_aino(status)).controls.needs_person for status in (READY, EXECUTING, ASKING, FAILED, STOPPED, paused)] == [
-        False, False, True, True, True, True]
-    assert not view(with_aino(ASKING, age=300)).controls.needs_person
+    assert [view(with_aino(status)).controls.next_step for status in (READY, EXECUTING, ASKING, FAILED, STOPPED, paused)] == [
+        "", "", "answer", "reset", "hands", "resume"]
+    assert not view(with_aino(ASKING, age=300)).controls.next_step
 
 
 def test_an_error_that_needs_hands_on_the_robot_says_so():
     hardware = replace(FAILED, errors=(RobotProblem(9000, "Scanner broken", "Safety", resettable=False),))
     shown = view(with_aino(hardware))
     assert shown.controls.reset_off
-    assert shown.card.mission.note == "It can't be reset from here: check the robot itself"
+    assert shown.controls.next_step == "hands"
+    assert shown.card.mission.name == "It can't be reset from here: check the robot itself"
+    assert shown.card.mission.note == "Scanner broken"
     assert not can_reset(hardware)
     assert can_reset(replace(FAILED, errors=()))             # some software names no error
 
