@@ -6,7 +6,7 @@ from kivy.properties import ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 
-class Part(BoxLayout):
+class SlotPart(BoxLayout):
     """What a slot holds; its kv may read from ``card``."""
     card = ObjectProperty(None, rebind=True, allownone=True)
 
