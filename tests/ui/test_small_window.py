@@ -21,6 +21,7 @@ from app.screens.common.pin_dialog import PinDialog
 from app.screens.common.robot_groups import Group as State
 from app.screens.frame.facts import OpenIssues
 from app.screens.home.cards import (
+    BlockedLine,
     HomeColumn,
     HomeTall,
     MissionTile,
@@ -45,7 +46,7 @@ from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.number_pad import PadKey
 from app.widgets.pages import LowPage
 from app.widgets.panel_grid import PanelGrid
-from app.widgets.rows import LogRow, RobotChip
+from app.widgets.rows import LogRow, QueueRow, RobotChip
 from app.widgets.text import ScreenTitle, Title, Value
 from tests.screenshots.fleet import fleet
 from tests.screenshots.home import ERROR, SILENT, damaged, home
@@ -246,6 +247,18 @@ def test_what_a_robot_says_stands_there_once(ui):
     sentence = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.card.mission.name
     ui.advance(.5)
     assert [label.text for label in ui.find_all(Label) if sentence in label.text] == [sentence]
+
+
+def test_what_is_blocked_in_the_queue_is_said_above_the_fold(ui, small):
+    screen = home(small, sample.FACTS)
+    ui.advance(.5)
+    said = [line for line in ui.find_all(BlockedLine) if line.text and checks.is_seen(line)]
+    assert [line.text for line in said] == [screen.vm.queue_blocked.text]
+    assert "\n".join(checks.problems(ui.find(Frame))) == ""
+    ui.tap(said[0])
+    ui.advance(.5)
+    rows = [row for row in ui.find_all(QueueRow) if row.tone == "attention"]
+    assert [checks.is_seen(row) for row in rows] == [True]
 
 
 def test_a_map_is_not_cut_where_the_page_ends(ui, small):

@@ -22,7 +22,7 @@ from app.widgets import flow
 from app.widgets.buttons import CommandButton
 from app.widgets.display import SectionCard, Tile
 from app.widgets.frame import SETTLES
-from app.widgets.pages import LowPage
+from app.widgets.pages import LowPage, turn_to
 from app.widgets.robot_map import RobotMap, ground
 from app.widgets.rows import DoneRow, PlanRow
 from app.widgets.surfaces import Surface, Tap, TonedSurface, TonedTap
@@ -85,6 +85,7 @@ class Bands(OfHome, LowPage):
     that ``step``. That moves what is under a finger; a tap within the next moment was meant for what was there before."""
     low = BooleanProperty(False)
     step = StringProperty()
+    hides_queue = BooleanProperty(False)     # its head is below the fold, with what it says of items that are blocked
 
     def __init__(self, **kwargs: Any) -> None:
         self._rests_until = 0.0
@@ -123,7 +124,14 @@ class HomeEmpty(Part):
 
 
 class RobotStrip(Part):
-    """A chip per robot, or the way to the page with all of them where they are many."""
+    """A chip per robot, or the way to the page with all of them where they are many; and what is ``blocked`` in the queue, if that has
+    to be said here: a tap fires ``on_show_blocked``."""
+    blocked = StringProperty()
+
+    __events__ = ("on_show_blocked",)
+
+    def on_show_blocked(self) -> None:
+        """What is blocked was tapped."""
 
 
 class RobotHead(Part):
@@ -362,6 +370,10 @@ class RobotCardWide(Card):
 
 class QueueCard(Card):
     """What the robot has to do."""
+
+    def show_blocked(self) -> None:
+        self.ids.queue.show(self.vm.queue_blocked.key)
+        turn_to(self)
 
 
 class BlockedLine(TonedTap):
