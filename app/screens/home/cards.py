@@ -85,6 +85,7 @@ class Bands(OfHome, LowPage):
     that ``step``. That moves what is under a finger; a tap within the next moment was meant for what was there before."""
     low = BooleanProperty(False)
     step = StringProperty()
+    scroll_y: float
     hides_queue = BooleanProperty(False)     # its head is below the fold, with what it says of items that are blocked
 
     def __init__(self, **kwargs: Any) -> None:
