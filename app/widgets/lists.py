@@ -201,9 +201,9 @@ class ScrollRows(FloatLayout):
 
     def width_of_strip(self, seen: float, needed: float) -> float:
         """Of all rows of a strip, none of which is cut where what is ``seen`` of it (px) ends. ``needed``: by all rows at least, px."""
-        if needed <= seen or self.direction == "y":
-            return seen
         rows = self.ids.rows.children
+        if not rows or needed <= seen or self.direction == "y":
+            return seen
         at_once = max(1, int((seen + self.spacing) / (max(row.size_hint_min_x or 0 for row in rows) + self.spacing)))
         return (seen + self.spacing) * len(rows) / at_once - self.spacing
 
