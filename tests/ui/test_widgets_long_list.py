@@ -25,7 +25,7 @@ PLANNED = StepView("Planned", "13:30", "", "neutral", False)
 
 
 def run(key: object, mission: str = "") -> RunRow:
-    return RunRow(key, "", "neutral", "", mission or f"Mission {key}", "as usual", "", "", "", "", False, False)
+    return RunRow(key, "", "neutral", "", mission or f"Mission {key}", "as usual", "", "", "", "", False)
 
 
 def runs(n: int) -> list[RunRow]:
