@@ -137,8 +137,7 @@ def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     assert views[3].height > views[1].height
     for n in range(4):
         assert bottoms[n] - (bottoms[n + 1] + views[n + 1].height) == pytest.approx(8, abs=1)
-    lowest = place(rows) - 1
-    assert all(bottoms[view.key] >= lowest for view in rows.views if view.to_window(0, 0)[0] < rows.right)      # no row cut in two
+    assert bottoms[4] < place(rows) < bottoms[4] + views[4].height                # a part of it shows that there is more
 
 
 def test_a_row_opens_and_the_others_make_room(ui):
