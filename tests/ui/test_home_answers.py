@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
+from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
 from kivy.uix.widget import Widget
 
@@ -15,7 +16,7 @@ from app.screens.home.cards import Answers, Bands, HomeState, PromptOption, Prom
 from app.screens.home.view import PromptView
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
-from app.widgets.frame import AlarmBanner, Frame
+from app.widgets.frame import AlarmBanner, Frame, TopBar
 from tests.screenshots.home import ALARMS, ERROR, QUESTION, SILENT, home, stopped
 from tests.support import home_facts as sample
 from tests.ui import checks
@@ -137,6 +138,9 @@ def test_a_finger_on_its_way_to_another_robot_answers_no_question_that_takes_its
         ui.advance(.1)
         answer = ui.find_all(PromptOption)[0]
         assert checks.area(answer)[1] < y + 60
+        above = UnitTestTouch(0, 0)
+        above.pos = above.x, above.y = ui.find(TopBar).center
+        assert not ui.find(Bands).on_touch_down(above)       # what is beside the page
         ui.tap(answer)
         assert sent == []
         ui.advance(1)

@@ -61,8 +61,8 @@ def held_until(hold: Hold | None, closes_at: datetime) -> datetime | None:
 
 
 def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> str:
-    """What an open execution waits for. ``hold`` is what holds it, where that is known."""
-    if execution.state is not State.WAITING or execution.wait is not Wait.HOLD:
+    """What an open execution waits for. ``hold`` is what holds it, where that is known: what becomes of it follows from when that ends."""
+    if execution.state is not State.WAITING or execution.wait is not Wait.HOLD or (hold is None and not execution.held):
         return waiting_sentence(execution, zone, _)
     reason = hold.reason if hold is not None else str(execution.wait_details.get("hold", ""))
     why = reason and _(reason)

@@ -19,6 +19,7 @@ from app.services.live.snapshots import Snapshots
 from app.services.robots.commands import Operator
 
 READ_WITHIN = 8.0                        # s, in which a robot that refuses an answer can be read
+SURELY_AFTER = 2                         # readings, of which the first may have begun before
 
 
 class Services(Protocol):
@@ -60,7 +61,7 @@ def say_not_answered(shell: Shell, services: Services, robot: Robot, guid: str, 
     if not isinstance(problem, Rejected):
         say()
         return
-    read_at = services.snapshots.get(robot.id).read_at
+    read_at = {services.snapshots.get(robot.id).read_at}
 
     def end(_dt: float = 0.0) -> None:
         unsubscribe()
@@ -68,7 +69,8 @@ def say_not_answered(shell: Shell, services: Services, robot: Robot, guid: str, 
         say()
 
     def look(_changed: Changed) -> None:
-        if services.snapshots.get(robot.id).read_at != read_at and over(robot, guid, services.snapshots):
+        read_at.add(services.snapshots.get(robot.id).read_at)
+        if len(read_at) > SURELY_AFTER or (len(read_at) > 1 and over(robot, guid, services.snapshots)):
             end()
 
     unsubscribe, late = shell.bus.subscribe(Changed, look), Clock.schedule_once(end, READ_WITHIN)

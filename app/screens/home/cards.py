@@ -109,7 +109,8 @@ class Bands(OfHome, LowPage):
         bands.add_widget(strip, index=len(bands.children) - bool(self.step))
 
     def on_touch_down(self, touch: MotionEvent) -> Any:
-        return Clock.get_time() < self._rests_until or super().on_touch_down(touch)
+        is_meant_for_before = self.collide_point(*touch.pos) and Clock.get_time() < self._rests_until
+        return is_meant_for_before or super().on_touch_down(touch)
 
 
 class HomeTall(Bands):

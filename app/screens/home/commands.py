@@ -91,23 +91,30 @@ class HomeCommands(HomeState):
         else:
             self._refused(robot, _("Clear queue"))(problem)
 
-    def cancel(self, key: tuple[str, int], agreed: bool = False) -> None:
+    def cancel(self, key: tuple[str, int]) -> None:
         """One entry of the queue: ours by the execution, others' by the item. Asked about first is what runs, and what can't be undone."""
         robot = self.facts.robot
         if robot is None or self._presses.is_same(OfRobot(key, robot.id)):
             return
         entry = next((entry for entry in self.queue if entry.key == key), None)
         name = entry.mission if entry else ""
-        if entry is None or (not entry.runs and (agreed or self._is_undoable(key))):
+        if entry is None or (not entry.runs and self._is_undoable(key)):
             self._cancel(robot, key, name)
             return
         if not entry.runs:
-            ask_to_cancel(self._shell, name, robot.name, lambda: self.cancel(key, agreed=True))
+            ask_to_cancel(self._shell, name, robot.name if entry.number else "", lambda: self._agreed(robot, key, name))
             return
         self._shell.dialogs.confirm(
             _("Stop {mission}?").format(mission=name), _("{robot} is on its way: it stops where it is, and does not go on with this "
                                                          "mission.").format(robot=robot.name),
             _("Stop it"), lambda: self._cancel(robot, key, name), danger=True, decline=_("Let it run"))
+
+    def _agreed(self, robot: Robot, key: tuple[str, int], name: str) -> None:
+        """To cancel what only waited when that was asked; of what runs by now it is another question."""
+        if self.facts.robot == robot and any(entry.key == key and entry.runs for entry in self.queue):
+            self.cancel(key)
+        elif not self._presses.is_same(OfRobot(key, robot.id)):
+            self._cancel(robot, key, name)
 
     def _is_undoable(self, key: tuple[str, int]) -> bool:
         return any(key == ("execution", ours.id) and is_undoable(ours) for ours in self.facts.open)

@@ -79,7 +79,9 @@ class FormModel(FormFields):
             self._draft = self._empty = replace(self._fresh(), entry=self._draft.entry)
         elif is_stored and base is not None and facts.schedule(base.id) is None:
             self.clear()
-        self._draft = self._brought_up_to_date(self._draft)
+        before, self._draft = self._draft, self._brought_up_to_date(self._draft)
+        if self._draft != before:
+            self._refused = None
         self._ask_parameters()
         self.forecast()
 

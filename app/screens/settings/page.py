@@ -60,7 +60,7 @@ class PageContext:
         self.services, self.refresh = services, refresh
         self.shell = replace(shell, dialogs=cast(Any, _DialogsWhile(is_shown, shell.dialogs)))
         self.facts = SettingsFacts()
-        self._is_shown = is_shown
+        self.is_shown = is_shown
         self._resting: dict[Hashable, Callable[[], object]] = {}       # what saves the numbers that were stepped
         self._rest = Clock.create_trigger(self.settle, RESTS)
 
@@ -92,7 +92,7 @@ class PageContext:
     def save_at_rest(self, what: Hashable, save: Callable[[], object]) -> None:
         """Save a number when nobody steps it any more, or its page is left: what lies on the way to it must have no effect."""
         self._resting[what] = save
-        if self._is_shown():
+        if self.is_shown():
             self._rest.cancel()
             self._rest()
         else:
@@ -152,10 +152,18 @@ class SettingsPage(BoxLayout):
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
 
     def ask_to_delete(self, runs: int, why: str, action: str, done: Callable[[], object]) -> None:
-        """Confirm that so many runs of the history are deleted; ``action`` is the word on the button. Else the facts are shown again."""
+        """Confirm that so many runs of the history are deleted; ``action`` is the word on the button. Else the facts are shown again, and
+        who has left Settings meanwhile is told that nothing was."""
+        def declined() -> None:
+            self.show()
+            if not self.context.is_shown():
+                said = ngettext("Not changed: {n} run of the history would be deleted",
+                                "Not changed: {n} runs of the history would be deleted", runs)
+                self.context.say(said.format(n=runs), "information-outline")
+
         self.context.shell.dialogs.confirm(
             ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", runs).format(n=runs), why, action, done,
-            danger=True, declined=self.show)
+            danger=True, declined=declined)
 
     def show_one(self, wanted: Widget, of: Sequence[Widget]) -> None:
         """Show ``wanted`` and hide the others of ``of``, below the widgets that are always shown."""

@@ -296,6 +296,19 @@ def test_what_is_being_cancelled_on_one_robot_is_not_on_another_with_an_item_of_
     ui.wait(lambda: not rows(ui))
 
 
+def test_what_was_asked_of_one_robot_is_not_cancelled_on_the_one_that_is_shown_by_then(home, ui):
+    pend(home)
+    number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
+    ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", number)])
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: ui.find_all(ConfirmDialog))
+    home.root_vm.select_robot(next(robot.id for robot in home.root_vm.facts.robots if robot.name == "Veikko"))
+    ui.wait(lambda: ui.find(TopBar).robot == "Veikko" and not home.root_vm.facts.is_new)
+    press(ui, "Cancel it")
+    ui.wait(lambda: api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Aborted")
+    ui.wait(lambda: "Home is cancelled" in home.shell.snackbars.texts)
+
+
 @contextmanager
 def screen_behind(home):
     """The robot goes on, but nothing it says of its queue reaches the tablet: the screen shows what is over."""

@@ -120,7 +120,7 @@ def test_a_robot_that_takes_no_answer_to_what_it_asks_is_not_said_to_ask_no_more
     def refuse(*_args: object) -> None:
         raise Rejected("Not now", status=400)
 
-    monkeypatch.setattr(questions, "READ_WITHIN", 3.0)
+    monkeypatch.setattr(questions, "READ_WITHIN", 600.0)           # it is known sooner, by what is read
     monkeypatch.setattr(home.site.container.operator, "answer_prompt", refuse)
     press(ui, "Yes")
     ui.wait(lambda: home.shell.snackbars.texts)

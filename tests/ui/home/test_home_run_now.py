@@ -30,7 +30,7 @@ def test_run_now_under_a_hold_says_that_it_waits(home, ui):
     press(ui, "Queue, held")
     ui.wait(lambda: home.shell.snackbars.texts)
     told, = home.shell.snackbars.texts
-    assert told.startswith("Home is not sent to Aino yet. Held back: shift meeting; skipped at ")
+    assert told.startswith("Home is not sent to Aino yet. Held back: shift meeting; waits until ")
 
 
 def test_run_now_on_a_silent_robot_says_that_it_waits_for_an_answer(home, ui):

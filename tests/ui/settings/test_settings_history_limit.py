@@ -4,6 +4,7 @@ from __future__ import annotations
 from app.domain.models import Execution, State, Trigger
 from app.screens.settings.files import FileRow
 from app.screens.settings.page import SwitchRow
+from app.screens.settings.scheduler import SchedulerPage
 from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import StepField
@@ -40,6 +41,16 @@ def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
     ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
     press(ui, "Delete", ui.find(ConfirmDialog))
     ui.wait(lambda: settings(site).history_limit == 1)
+
+
+def test_who_leaves_before_that_is_asked_is_told_that_nothing_is_deleted(site, app, ui):
+    add_runs(site, 3)
+    go(ui, "scheduler")
+    ui.find(SchedulerPage).step("history_limit", 2)
+    app.shell.go("home")
+    ui.wait(lambda: "Not changed: 1 run of the history would be deleted" in app.shell.snackbars.texts)
+    assert not ui.find_all(ConfirmDialog)
+    assert settings(site).history_limit == 100_000
 
 
 def test_how_many_runs_are_kept_is_one_of_a_few_choices_or_typed(site, app, ui):
