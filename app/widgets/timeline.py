@@ -21,7 +21,7 @@ NEAR_END = .15           # of what is seen: so near to the end of a drawing a ne
 SLOP = 12                # dp that a finger moves before it drags
 MOST_SEATS = 40          # of bars of a lane
 LONG = .5                # s until a press is a long one
-SECOND_TAP = .28         # s after a tap, in which another one is the same: what it has opened is under the finger then
+SECOND_TAP = .28         # s after a tap, in which another one is the same: what it has opened or moved is under the finger then
 STEP = 1 / 12            # hours between times that fingers choose
 LEAST_HOURS, MOST_HOURS = 6, 168
 

@@ -358,7 +358,7 @@ def test_times_in_the_reason_of_an_alarm_are_those_of_the_schedule(site, plan):
     execution_skipped(site, plan)
     alarm = only(site, "execution_skipped")
     assert alarm.details["timezone"] == "UTC"
-    assert alarm_sentence(alarm) == "Deliver on R1 was skipped: Battery 11.6 % stayed under 90 % until 06:10"
+    assert alarm_sentence(alarm) == "Deliver on R1 was not run: Battery 11.6 % stayed under 90 % until 06:10"
     there = Alarm(alarm.code, alarm.key, alarm.priority, alarm.raised_at, {**alarm.details, "timezone": "Europe/Helsinki"})
     assert alarm_sentence(there).endswith("until 08:10")
 

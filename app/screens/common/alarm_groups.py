@@ -135,7 +135,7 @@ def group_text(group: Together, settings: Settings, now: datetime) -> str:
     if runs:
         n = sum(alarm.count for alarm in runs)
         words = (ngettext("{n} mission on {robot} failed", "{n} missions on {robot} failed", n) if group[0].code == "execution_failed" else
-                 ngettext("{n} mission on {robot} was skipped", "{n} missions on {robot} were skipped", n))
+                 ngettext("{n} mission on {robot} was not run", "{n} missions on {robot} were not run", n))
         return words.format(n=n, robot=robot)
     return _silent_words(_silence(group[0]), is_over(group[0]), n).format(
         n=n, time=formats.day_and_time(_began(group[0]), settings.timezone, now))

@@ -136,7 +136,7 @@ def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reaso
     assert issue.view.text == "8 missions on Aino failed"
     assert issue.view.note == ("Its start window closed at 14:15: 10.1.1.7 doesn't answer; is the robot switched on and on this network? · "
                                "last 14:37 · M1, M2, M3 …")
-    assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "3 missions on Aino were skipped"
+    assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "3 missions on Aino were not run"
 
 
 ROBOTS = {1: Robot("Aino", "http://10.1.1.1", "u", id=1)}
