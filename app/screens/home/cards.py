@@ -104,9 +104,9 @@ class Bands(OfHome, LowPage):
         self._arrange()
 
     def _arrange(self) -> None:
-        bands, strip = self.ids.bands, self.ids.strip
-        bands.remove_widget(strip)
-        bands.add_widget(strip, index=len(bands.children) - bool(self.step))
+        bands, robots = self.ids.bands, self.ids.strip
+        bands.remove_widget(robots)
+        bands.add_widget(robots, index=len(bands.children) - bool(self.step))
 
     def on_touch_down(self, touch: MotionEvent) -> Any:
         is_meant_for_before = self.collide_point(*touch.pos) and Clock.get_time() < self._rests_until
