@@ -25,6 +25,7 @@ from app.i18n import SOURCE_LANGUAGE, translator  # noqa: E402
 from app.services.robots.missions import RobotMissions  # noqa: E402
 from app.widgets.tokens import apply_theme  # noqa: E402
 from app.window.application import SchedulerApp  # noqa: E402
+from app.window.key_focus import KeyFocus  # noqa: E402
 from tests.support import month  # noqa: E402
 from tests.ui.driver import Driver  # noqa: E402
 from tests.ui.integrator import tablet  # noqa: E402
@@ -58,6 +59,15 @@ def ui(stage, calm, request) -> Iterator[Driver]:
     """An empty window in the light theme, in English; whatever a test leaves behind is cleared away."""
     with _window(stage, request.node.nodeid, request.session) as driver:
         yield driver
+
+
+@pytest.fixture
+def keys(ui) -> Iterator[KeyFocus]:
+    """By keyboard: the ring, and what has it."""
+    keys = KeyFocus()
+    keys.start()
+    yield keys
+    keys.stop()
 
 
 @pytest.fixture(scope="module")

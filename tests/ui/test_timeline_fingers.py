@@ -284,15 +284,21 @@ def test_a_second_tap_at_once_is_the_same_as_the_first(ui):
     assert bars[1:] == [("b",)]
 
 
-@pytest.mark.parametrize("pause", [0, .05, .2])
-def test_two_fingers_zoom_a_timeline_that_scrolls(ui, pause):
-    """A page that scrolls keeps the first finger back until it knows that it doesn't drag."""
+def scrolled(ui) -> tuple[HoursPage, Timeline]:
+    """Twenty lanes, of which a third are in sight."""
     lanes = [Lane(f"R{n}", bars=(Bar(n, 2, 22),), key=n) for n in range(20)]
     chart = Timeline(lanes=lanes, hours=24, size_hint_y=None, height=28 + 20 * 44)
     page = HoursPage(do_scroll_x=False)
     page.add_widget(chart)
     ui.show(page, (888, 300))
     ui.advance(.2)
+    return page, chart
+
+
+@pytest.mark.parametrize("pause", [0, .05, .2])
+def test_two_fingers_zoom_a_timeline_that_scrolls(ui, pause):
+    """A page that scrolls keeps the first finger back until it knows that it doesn't drag."""
+    page, chart = scrolled(ui)
     calls, middle, y = everything(chart), 88 + 400, page.top - 150
     one = put_down(middle - 100, y)
     ui.advance(pause) if pause else None
@@ -312,12 +318,7 @@ def test_two_fingers_zoom_a_timeline_that_scrolls(ui, pause):
 
 
 def test_a_second_finger_does_nothing_while_the_first_scrolls(ui):
-    lanes = [Lane(f"R{n}", bars=(Bar(n, 2, 22),), key=n) for n in range(20)]
-    chart = Timeline(lanes=lanes, hours=24, size_hint_y=None, height=28 + 20 * 44)
-    page = HoursPage(do_scroll_x=False)
-    page.add_widget(chart)
-    ui.show(page, (888, 300))
-    ui.advance(.2)
+    page, chart = scrolled(ui)
     calls = everything(chart)
     one = put_down(400, page.top - 250)
     for n in range(1, 6):

@@ -25,6 +25,11 @@ def rows(ui) -> list[tuple[str, str]]:
     return [(row.mission, row.origin) for row in ui.find_all(QueueRow)]
 
 
+def is_shown_pending(ui) -> bool:
+    """One of them in the robot's own queue, by its number."""
+    return any(row.number for row in ui.find_all(QueueRow))
+
+
 def loud(ui) -> list[str]:
     """What the filled buttons say that can be pressed."""
     return [button.text for button in ui.find_all(CommandButton, style="filled", disabled=False)]

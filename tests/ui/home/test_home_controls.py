@@ -12,7 +12,7 @@ from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import TopBar
 from app.widgets.rows import QueueRow, RobotChip
-from tests.ui.home.operator import choose, is_shown_running, loud, pend, press, rows, run
+from tests.ui.home.operator import choose, is_shown_pending, is_shown_running, loud, pend, press, rows, run
 from tests.ui.whole_app import GUIDS, api
 
 
@@ -189,7 +189,7 @@ def test_clearing_the_queue_of_a_robot_that_does_not_answer_says_what_becomes_of
 def test_one_of_ours_can_be_cancelled(home, ui):
     pend(home)
     run(ui, "Deliver")
-    ui.wait(lambda: any(run.queue_id for run in home.site.container.history.open()) and rows(ui))
+    ui.wait(lambda: is_shown_pending(ui))
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     press(ui, "Keep it")
     ui.wait(lambda: home.shell.dialogs.top is None)
@@ -218,7 +218,7 @@ def test_what_was_never_sent_is_cancelled_at_once_and_waits_again_when_that_is_u
 def test_what_begins_while_it_is_asked_about_is_stopped_only_after_that_question(home, ui):
     pend(home)
     run(ui, "Deliver")
-    ui.wait(lambda: any(run.queue_id for run in home.site.container.history.open()) and rows(ui))
+    ui.wait(lambda: is_shown_pending(ui))
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     api(home.aino, "PUT", "/status", state_id=3)
     ui.wait(lambda: is_shown_running(ui))
@@ -246,7 +246,7 @@ def test_what_runs_is_stopped_only_after_a_question(home, ui):
 def test_what_the_robot_could_not_be_told_is_not_cancelled_yet(home, ui):
     pend(home)
     run(ui, "Deliver")
-    ui.wait(lambda: any(run.queue_id for run in home.site.container.history.open()) and rows(ui))
+    ui.wait(lambda: is_shown_pending(ui))
     number = home.site.container.history.open()[0].queue_id
     home.aino.control({"fault": {"kind": "drop_request", "method": "DELETE", "path": f"/mission_queue/{number}", "count": None}})
     ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is sent to Aino"])

@@ -1,0 +1,258 @@
+"""Keys and dialogs: the topmost only, its search, and the place that is kept when it closes."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import time
+
+import pytest
+from kivy.core.window import Window
+
+from app.screens.common.options import MenuItem, Option
+from app.widgets.buttons import CommandButton
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu
+from app.widgets.dock import dock
+from app.widgets.long_list import LongList
+from app.widgets.pickers import TimeDialog
+from app.widgets.scrolling import ScrollPage
+from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB
+from tests.ui.ring import page_of
+
+UP, DOWN, RIGHT, LEFT = ARROWS
+
+
+def test_enter_presses_the_ring_also_where_a_dialog_has_a_use_for_it(ui, keys):
+    ui.show(page_of("One"), (300, 300))
+    dialog = TimeDialog(time(6, 30), confirm="Set", decline="Cancel")
+    picked: list[time] = []
+    dialog.bind(on_pick=lambda _dialog, value: picked.append(value))
+    dialog.open()
+    ui.advance(.5)
+    while getattr(keys.target, "text", "") != "Cancel":
+        ui.key(TAB)
+    ui.key(ENTER)
+    assert (picked, dialog.is_open) == ([], False)
+    ui.advance(1)
+    again = TimeDialog(time(6, 30), confirm="Set", decline="Cancel")
+    again.bind(on_pick=lambda _dialog, value: picked.append(value))
+    again.open()
+    ui.advance(.5)
+    ui.key(ENTER)                            # no ring in it: Enter is the dialog's
+    assert picked == [time(6, 30)]
+
+
+def test_after_a_dialog_the_ring_is_where_it_was(ui, keys):
+    ui.show(page_of("One", "Two", "Three"), (300, 300))
+    ui.key(TAB)
+    ui.key(TAB)
+    dialog = ConfirmDialog(title="Sure?", text="It is gone then.", confirm="Delete", decline="Keep")
+    dialog.open()
+    ui.advance(.5)
+    ui.key(TAB)
+    assert keys.target.text == "Keep"
+    ui.key(ENTER)
+    ui.advance(1)
+    assert keys.target.text == "Two"
+    ui.key(TAB)
+    assert keys.target.text == "Three"
+
+
+@pytest.mark.parametrize("comes_as_text", [True, False])          # kivy says a text only where a field had the focus before
+def test_what_is_typed_in_a_dialog_goes_into_its_first_field(ui, keys, comes_as_text):
+    ui.show(page_of("One"), (300, 300))
+    dialog = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(9)], hint="Search", nothing="Nothing found")
+    dialog.open()
+    ui.advance(.5)
+    ui.key_down(ord("o"), "o", ("shift",))
+    if comes_as_text:
+        Window.dispatch("on_textinput", "O")
+    ui.advance(.1)
+    Window.dispatch("on_textinput", "p")
+    ui.advance(.1)
+    assert dialog.query == "Op"
+    ui.key(ESCAPE)
+    ui.key(ESCAPE)
+    assert not dialog.is_open
+    ui.advance(.5)
+
+
+@pytest.fixture
+def picker(ui, keys) -> Iterator[tuple[ChoiceDialog, list[object]]]:
+    """Whose search field is typed into, and what is chosen in it."""
+    ui.show(page_of("One"), (300, 300))
+    ui.key(TAB)
+    dialog, chosen = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(30)], hint="Search"), []
+    dialog.bind(on_choose=lambda _dialog, key: chosen.append(key))
+    dialog.open()
+    ui.advance(.5)
+    ui.find(LongList, dialog).scroll_y = .2
+    ui.advance(.2)
+    ui.key(ord("2"), "2")
+    yield dialog, chosen
+    close(ui)
+
+
+@pytest.mark.parametrize("key", [DOWN, ENTER])
+def test_from_the_search_field_the_ring_goes_to_the_first_that_is_found(ui, keys, picker, key):
+    dialog, chosen = picker
+    assert (dialog.query, dock.field is not None) == ("2", True)
+    ui.key(key)
+    assert (keys.target.text, dock.field, chosen) == ("Option 2", None, [])
+    ui.key(DOWN)
+    assert keys.target.text == "Option 12"
+    ui.key(ENTER)
+    ui.advance(.5)
+    assert (chosen, dialog.is_open) == ([12], False)
+    assert keys.target.text == "One"
+
+
+def test_down_goes_to_the_first_of_all_where_nothing_was_typed(ui, keys, picker):
+    dialog, _chosen = picker
+    dialog.query = ""
+    ui.find(LongList, dialog).scroll_y = .2
+    ui.advance(.2)
+    ui.key(DOWN)
+    assert keys.target.text == "Option 0"
+
+
+def test_enter_chooses_the_only_one_that_is_found(ui, keys, picker):
+    dialog, chosen = picker
+    Window.dispatch("on_textinput", "7")                      # a scanner sends its Enter at once
+    ui.key_down(ENTER)
+    ui.key(ENTER)
+    ui.advance(.5)
+    assert (chosen, dialog.is_open) == ([27], False)
+    ui.advance(.5)
+    assert keys.target.text == "One"
+
+
+def test_enter_where_nothing_is_found_stays_in_the_search_field(ui, keys, picker):
+    dialog, chosen = picker
+    Window.dispatch("on_textinput", "x")
+    ui.key(ENTER)
+    ui.key(DOWN)
+    assert (dialog.is_open, chosen, dock.field is not None) == (True, [], True)
+
+
+@pytest.mark.parametrize(("key", "text", "modifiers"), [(ord("c"), "c", ("ctrl",)), (SPACE, " ", ()), (283, chr(283), ())])
+def test_other_keys_are_not_typed(ui, keys, key, text, modifiers):
+    ui.show(page_of("One"), (300, 300))
+    dialog = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(9)], hint="Search", nothing="Nothing found")
+    dialog.open()
+    ui.advance(.5)
+    ui.key_down(key, text, modifiers)
+    ui.advance(.1)
+    assert (dock.field, dialog.query) == (None, "")
+    dialog.dismiss()
+    ui.advance(.5)
+
+
+def test_only_the_topmost_dialog_is_reached_and_what_was_before_it_comes_back(ui, keys):
+    ui.show(page_of("One", "Two"), (300, 300))
+    ui.key(TAB)
+    dialog = ConfirmDialog(title="Sure?", text="It is gone then.", confirm="Delete", decline="Keep")
+    dialog.open()
+    ui.advance(.5)
+    ui.key(TAB)
+    assert [target.text for target in keys.targets()] == ["Keep", "Delete"]
+    assert keys.target.text == "Keep"
+    Window.dispatch("on_keyboard", ESCAPE, 0, "", [])
+    assert dialog.parent                                 # it fades away
+    assert {target.text for target in keys.targets()} == {"One", "Two"}
+    ui.advance(.5)
+
+
+def opening(*words: str) -> tuple[ScrollPage, list[ChoiceDialog]]:
+    """A page whose buttons open a choice, and those that were opened."""
+    page, opened = page_of(*words), []
+
+    def choose(*_args) -> None:
+        opened.append(ChoiceDialog(title="Choose", options=[Option(n, str(n)) for n in range(9)], hint="Search"))
+        opened[-1].open()
+
+    for button in page.ids.column.children:
+        button.bind(on_release=choose)
+    return page, opened
+
+
+def close(ui) -> None:
+    """A field is left by the first Escape."""
+    while dock.field is not None or any(getattr(top, "is_open", False) for top in Window.children):
+        ui.key(ESCAPE)
+    ui.advance(.5)
+
+
+@pytest.mark.parametrize("does", ["nothing", "tabs", "types", "types and tabs"])
+@pytest.mark.parametrize("by", ["Enter", "a finger"])
+def test_after_escape_the_round_goes_on_where_the_dialog_was_opened(ui, keys, by, does):
+    page, opened = opening("One", "Two", "Three")
+    ui.show(page, (300, 300))
+    if by == "Enter":
+        ui.key(TAB)
+        ui.key(TAB)
+        ui.key(ENTER)
+    else:
+        ui.tap_text("Two")
+    ui.advance(.5)
+    assert len(opened) == 1
+    if "types" in does:
+        ui.key(ord("7"), "7")
+    if "tabs" in does:
+        ui.key(TAB)
+    close(ui)
+    if by == "Enter" or "tabs" in does:
+        assert keys.target.text == "Two"
+    else:
+        assert keys.target is None                            # whoever uses a finger sees no ring
+    ui.key(TAB)
+    assert keys.target.text == "Three"
+
+
+def test_what_stands_where_the_opener_was_has_the_ring_when_that_is_gone(ui, keys):
+    page, _opened = opening("One", "Two", "Three")
+    ui.show(page, (300, 300))
+    for key in (TAB, TAB, ENTER, TAB):
+        ui.key(key)
+    ui.advance(.5)
+    page.ids.column.remove_widget(next(button for button in page.ids.column.children if button.text == "Two"))
+    ui.advance()
+    close(ui)
+    assert keys.target.text == "Three"
+
+
+def test_one_escape_too_many_hides_the_ring_and_keeps_its_place(ui, keys):
+    ui.show(page_of("One", "Two", "Three"), (300, 300))
+    for key in (TAB, TAB, ESCAPE):
+        ui.key(key)
+    assert keys.target is None
+    ui.key(TAB)
+    assert keys.target.text == "Three"
+
+
+def test_from_a_menu_through_a_dialog_the_ring_comes_back_to_what_opened_the_menu(ui, keys):
+    page = ui.show(page_of("One"), (300, 300))
+    dots = page.ids.column.children[0]
+    menu = Menu(anchor=dots, items=[MenuItem("edit", "Edit"), MenuItem("rename", "Rename")])
+    menu.bind(on_choose=lambda *_args: ConfirmDialog(title="Sure?", text="Really", confirm="Yes", decline="No").open())
+    page.add_widget(CommandButton(text="Other", height=64))
+    ui.key(TAB)
+    menu.open()
+    ui.advance(.5)
+    ui.key(TAB)
+    ui.key(TAB)
+    ui.key(ENTER)
+    ui.advance(.5)
+    ui.key(TAB)
+    assert keys.target.text == "No"
+    close(ui)
+    assert keys.target is dots
+    assert not keys._openers
+
+
+def test_dialogs_that_fingers_opened_are_let_go(ui, keys):
+    page, opened = opening("One")
+    ui.show(page, (300, 300))
+    ui.tap_text("One")
+    ui.advance(.5)
+    opened[0].dismiss()
+    ui.advance(1)
+    assert not keys._openers
