@@ -199,10 +199,11 @@ class FormModel(FormFields):
         self.begin(Draft.of(schedule).copy())
 
     def begin_at(self, robot_id: int, at: datetime) -> None:
-        """A new schedule of that robot at that instant; what was entered for another new one stays, unless that is being saved."""
+        """A new schedule of that robot at that instant; what was entered for another new one stays, unless that is being
+        saved or is for a group."""
         self._wait_no_more()
         untouched = self._draft in (self._empty, self._offered)
-        goes_on = self._draft.is_new and not self.saving
+        goes_on = self._draft.is_new and not self.saving and self._draft.group_id is None
         draft, show = (self._draft, self._show_draft) if goes_on else (self._fresh(), self.begin)
         local = at.astimezone(ZoneInfo(draft.timezone)).replace(tzinfo=None)
         offered = replace(draft.with_day(local.date()).aimed_at(robot_id), at=local.time())

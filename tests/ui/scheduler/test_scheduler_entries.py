@@ -6,6 +6,7 @@ from datetime import date, time
 
 import pytest
 
+from app.domain.models import Group
 from app.screens.scheduler.cards import FormCard
 from app.screens.scheduler.draft import Draft, Kind
 from app.widgets.buttons import IconButton, Segment
@@ -183,3 +184,14 @@ def test_what_was_entered_before_a_finger_gave_it_a_time_is_one(screen, containe
     plan.begin_at(aino, 8.)                                   # in the place of a schedule in which nothing was changed
     plan.edit(named(container, "Night stock count", "Aino").id)
     assert [draft.priority for draft in plan.form.aside] == [3]
+
+
+def test_what_was_entered_for_a_group_is_put_aside_by_a_finger_on_the_free_time_of_a_robot(screen, container, ui):
+    """It is meant for any of them: nobody aims it at one by a touch."""
+    plan, aino = screen.plan, named(container, KITS, "Aino").robot_id
+    group = container.catalogue.save_group(Group("Hall 1", (aino,)))
+    settle(screen, ui)
+    plan.form.set(group_id=group.id, robot_id=None, finish_by_minutes=30)
+    plan.begin_at(aino, 8.)
+    assert (plan.form.draft.target, said(screen)) == (aino, [PUT_ASIDE.format("New schedule")])
+    assert [(draft.group_id, draft.finish_by_minutes) for draft in plan.form.aside] == [(group.id, 30)]
