@@ -27,6 +27,7 @@ from app.screens.common.alarms_view import (
     tab_words,
     way_to,
 )
+from app.screens.common.presses import DOUBLE_TAP
 from app.screens.common.shell import Shell
 from app.screens.frame.facts import FrameServices, OpenIssues
 from app.screens.frame.view import OpenIssue, issue_entry, late_line, open_issues, seconds_left
@@ -37,7 +38,6 @@ from app.widgets.lists import RecycledRow, Row
 from app.widgets.surfaces import TonedSurface
 
 PAGE = 50                                # past alarms that are read at first, and whenever the last one comes into sight
-SECOND_TAP = 1.0                         # s within which it is the same press, and in which nobody has read what has just come
 EMPTY: Mapping[str, Callable[[], str]] = {
     "open": lambda: _("No alarms. Everything is as it should be."),
     "put_off": lambda: _("Nothing else is open. What is shelved comes back by itself."),
@@ -129,8 +129,8 @@ class AlarmsDialog(Dialog):
         now = Clock.get_time()
         if now < self._rests_until:
             return
-        self._rests_until = now + SECOND_TAP
-        self.dispatch("on_acknowledge", [key for key in self._in_sight() if now - self._came[key] >= SECOND_TAP])
+        self._rests_until = now + DOUBLE_TAP
+        self.dispatch("on_acknowledge", [key for key in self._in_sight() if now - self._came[key] >= DOUBLE_TAP])
 
     def on_acknowledge(self, keys: Sequence[tuple[str, int]]) -> None:
         """These rows were acknowledged."""

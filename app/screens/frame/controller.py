@@ -15,6 +15,7 @@ from app.screens.common.alarms_view import Act, Here, bell, is_shelved
 from app.screens.common.given import GivenNames
 from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.options import Option
+from app.screens.common.presses import DOUBLE_TAP
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of, help_rank
 from app.screens.common.shell import Shell
@@ -31,7 +32,6 @@ from app.widgets.snackbar import Message
 
 NAVIGATION = (("home", "home-variant-outline", "home-variant"), ("scheduler", "calendar-clock-outline", "calendar-clock"),
               ("logs", "text-box-outline", "text-box"), ("settings", "cog-outline", "cog"))
-SECOND_TAP = 1.0                         # s within which it is the same press
 T = TypeVar("T")
 
 
@@ -200,7 +200,7 @@ class FrameController:
     def _press_banner(self, _frame: Frame) -> None:
         """What it says has changed under the finger by a second tap at once."""
         if Clock.get_time() >= self._rests_until:
-            self._rests_until = Clock.get_time() + SECOND_TAP
+            self._rests_until = Clock.get_time() + DOUBLE_TAP
             self._do(self._banner.act, self._banner.about)
 
     def _do(self, act: Act, about: int | None) -> None:

@@ -57,7 +57,7 @@ def test_what_is_out_of_sight_is_not_acknowledged(app, alarms, ui):
 
 
 def test_a_second_tap_acknowledges_nothing_more(app, alarms, ui, monkeypatch):
-    monkeypatch.setattr(frame_alarms, "SECOND_TAP", 1e3)
+    monkeypatch.setattr(frame_alarms, "DOUBLE_TAP", 1e3)
     for number in range(9):
         alarms.raise_("emergency_stop", f"robot:{70 + number}", robot=f"Robot {number}")
     ui.wait(lambda: ui.find(TopBar).bell_count == "9")
@@ -76,7 +76,7 @@ def test_a_second_tap_acknowledges_nothing_more(app, alarms, ui, monkeypatch):
 
 
 def test_what_has_only_just_come_is_not_acknowledged_unread(app, alarms, ui, monkeypatch):
-    monkeypatch.setattr(frame_alarms, "SECOND_TAP", 1e3)
+    monkeypatch.setattr(frame_alarms, "DOUBLE_TAP", 1e3)
     alarms.raise_("app_was_off", "app")
     alarms.raise_("clock_stepped", "clock", seconds=40)
     ui.wait(lambda: ui.find(TopBar).bell_count == "2")
@@ -210,7 +210,7 @@ def test_a_tap_on_what_the_banner_has_just_moved_presses_nothing(app, alarms, ui
 
 def test_the_second_tap_on_the_banner_is_the_same_press(app, alarms, ui, monkeypatch):
     """It says something else by then, at which nobody has looked."""
-    monkeypatch.setattr(controller, "SECOND_TAP", 1e3)
+    monkeypatch.setattr(controller, "DOUBLE_TAP", 1e3)
     for seconds in (40, 50):
         alarms.raise_("app_was_off", str(seconds))
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(TopBar).bell_count == "2")

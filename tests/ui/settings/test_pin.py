@@ -9,7 +9,7 @@ from kivy.core.window import Window
 from app.domain.clock import SystemClock
 from app.domain.models import Robot
 from app.screens.common.pin_dialog import PinDialog
-from app.screens.frame.controller import SECOND_TAP
+from app.screens.frame.controller import DOUBLE_TAP
 from app.screens.settings.gate import LEFT_ALONE_S
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
@@ -231,7 +231,7 @@ def test_everything_of_the_operators_stays_free(site, app, ui):
     ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge"))
     ui.wait(lambda: not site.container.alarms.open())
     assert not ui.find_all(PinDialog)
-    ui.skip(SECOND_TAP)
+    ui.skip(DOUBLE_TAP)
     site.container.alarms.raise_("unauthorized", f"robot:{robot.id}", robot="Aino")
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).action == "Open settings")
     ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Open settings"))
