@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import gc
 import threading
+import time
 import weakref
 from functools import partial
 from itertools import pairwise
@@ -191,6 +192,18 @@ def test_threads_that_a_crowd_needed_end_with_it(ui, bus, count, stay):
     background.close()
     with pytest.raises(RuntimeError):
         background.run(lambda: "late")
+
+
+def test_what_was_asked_before_the_end_is_done_and_what_runs_apart_is_not_waited_for(ui, bus):
+    """The services close after the window: a number that was stepped a moment before has to be saved by then."""
+    background, done, go = Background(bus, workers=1), [], threading.Event()
+    for _n in range(3):
+        background.run(lambda: go.wait(5), apart="check-up")
+    background.run(lambda: time.sleep(.05))                   # s
+    background.run(lambda: done.append("saved"), done.append)
+    background.close()
+    assert done == ["saved"]
+    go.set()
 
 
 def test_cancelled_work_delivers_nothing(ui, background):

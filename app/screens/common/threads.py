@@ -5,7 +5,7 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Hashable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -18,6 +18,7 @@ log = logging.getLogger(__name__)
 
 APART = 2                    # threads for each kind of work that runs apart
 STAYING = 4                  # threads that wait for more work, as many as a screen keeps busy
+LAST_WORDS = .5              # s at most that a window which closes waits for what was asked of the tablet; a robot may take longer
 
 
 class UiBus:
@@ -135,13 +136,12 @@ class Threads:
 
     def __init__(self, name: str, most: int) -> None:
         self.pool = ThreadPoolExecutor(most, thread_name_prefix=f"ui-{name}")
-        self.jobs: set[Job] = set()
+        self.jobs: dict[Job, Future[None]] = {}
         self.peak = 0                        # most jobs at a time, and so threads: one is made where all have work
 
     def submit(self, job: Job, call: Callable[..., None], *args: object) -> None:
-        self.jobs.add(job)
+        self.jobs[job] = self.pool.submit(call, job, *args)
         self.peak = max(self.peak, len(self.jobs))
-        self.pool.submit(call, job, *args)
 
 
 class Background:
@@ -186,12 +186,14 @@ class Background:
         return not self._pending
 
     def close(self) -> None:
-        """Take no more work and deliver nothing more; what runs runs to its end."""
+        """Take no more work and deliver nothing more. What was pressed is still done, as what a person has entered is not lost; what runs
+        apart only runs to its end."""
         self._is_closed = True
         for job in self._pending:
             job.cancel()
-        for threads in self._threads.values():
-            threads.pool.shutdown(wait=False, cancel_futures=True)
+        for name, threads in self._threads.items():
+            threads.pool.shutdown(wait=False, cancel_futures=bool(name))
+        wait([each for name, threads in self._threads.items() if not name for each in threads.jobs.values()], LAST_WORDS)
 
     def _work(self, job: Job, work: Callable[[], Any], done: Callable[[Any], object] | None,
               failed: Callable[[BaseException], object] | None, key: Hashable | None) -> None:
@@ -215,7 +217,7 @@ class Background:
         """Names of work come and go with robots and files, and robots that hang keep many threads busy at once. What isn't needed any more
         would wait for ever, each thread with its reader of the database."""
         for name, threads in list(self._threads.items()):
-            threads.jobs.discard(job)
+            threads.jobs.pop(job, None)
             if not threads.jobs and (name or threads.peak > STAYING):
                 threads.pool.shutdown(wait=False)
                 del self._threads[name]
