@@ -141,8 +141,8 @@ class SchedulerApp(MDApp):
         self._keys.stop()
         if self.shell is not None:
             self.shell.dialogs.close_all()
+            self.shell.navigator.close()     # a screen may say something when it is left
             self.shell.snackbars.clear()
-            self.shell.navigator.close()
             self.shell.background.close()
         self.container = self.shell = self._frame = self._gate = self._keyboard = self._poll = None
         self.much_has_gone()

@@ -111,7 +111,8 @@ class HomeCommands(HomeState):
 
     def _agreed(self, robot: Robot, key: tuple[str, int], name: str) -> None:
         """To cancel what only waited when that was asked; of what runs by now it is another question."""
-        if self.facts.robot == robot and any(entry.key == key and entry.runs for entry in self.queue):
+        shown = self.facts.robot
+        if shown is not None and shown.id == robot.id and any(entry.key == key and entry.runs for entry in self.queue):
             self.cancel(key)
         elif not self._presses.is_same(OfRobot(key, robot.id)):
             self._cancel(robot, key, name)
@@ -127,11 +128,13 @@ class HomeCommands(HomeState):
         self._act(OfRobot(key, robot.id),
                   lambda: operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number),
                   lambda left: say_cancelled(self._shell, self._services.catalogue, name, left, self._reader.request),
-                  lambda problem: self._not_cancelled(problem, robot, number, name))
+                  lambda problem: self._not_cancelled(problem, robot, key, name))
         self._show()
 
-    def _not_cancelled(self, problem: BaseException, robot: Robot, number: int, name: str) -> None:
-        self._cancelling.discard((robot.id, number))
+    def _not_cancelled(self, problem: BaseException, robot: Robot, key: tuple[str, int], name: str) -> None:
+        kind, number = key
+        if kind == "item":                   # executions are numbered by themselves
+            self._cancelling.discard((robot.id, number))
         if isinstance(problem, Rejected) and problem.status in GONE:
             self._say(_("{mission} had already ended").format(mission=name), "information-outline")
         else:

@@ -13,7 +13,7 @@ from kivy.metrics import dp, sp
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.presses import OfRobot, Presses
-from app.screens.common.shell import Shell
+from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeTall, HomeWide
@@ -49,7 +49,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._asked_for: tuple[int, int] | None = None        # robot and mission whose parameters are shown
         self._wanted: tuple[MissionParameter, ...] = ()       # the parameters that it has
         self._is_asking = self._is_known = False              # the robot for them, and whether it has answered
-        self._runs_when_known = False                         # Run was pressed meanwhile
+        self._pressed: tuple[str, str] | None = None          # mission and robot or group: Run was pressed meanwhile
         self._seen_running: dict[OnRobot, datetime] = {}
         self._cancelling: set[OnRobot] = set()
         self._clearing: set[int] = set()                      # ids of robots whose queues are being cleared
@@ -75,6 +75,9 @@ class HomeViewModel(HomeCommands, ViewModel):
         if robot_id is not None:
             self.fleet.leave()
             self.select_robot(robot_id)
+
+    def closed(self) -> None:
+        self._run_no_more()
 
     def _changed(self, event: Changed) -> None:
         """Robots that are only chips are updated by the tick."""
@@ -109,6 +112,8 @@ class HomeViewModel(HomeCommands, ViewModel):
         if "robot" in self.busy:                              # the choice of a moment ago is on its way to the database
             facts = facts.about(self.facts.settings.selected_robot_id)
         self.facts = facts
+        if self._target.group_id is not None and chosen_group(facts, self._target) is None:
+            self._aim(Target())                               # it was deleted
         self._note_running()
         self._learning.look(facts)
         self.waiting.take(facts)
@@ -150,7 +155,8 @@ class HomeViewModel(HomeCommands, ViewModel):
         is_shown = self.facts.robot is not None and robot_id == self.facts.robot.id
         self.facts = self.facts.about(robot_id)
         if not is_shown:
-            self._chosen, self._target = None, Target()
+            self._aim(Target())
+            self._chosen = None
             self._show()
         self._keep_selection()
 
@@ -187,16 +193,20 @@ class HomeViewModel(HomeCommands, ViewModel):
         if target == MANY_GROUPS:
             self._shell.dialogs.choose(_("Run on"), group_options(self.facts), self.choose_target)
             return
-        self._target = Target(target[1]) if target[0] == "group" else Target()
+        self._aim(Target(target[1]) if target[0] == "group" else Target())
         if (group := chosen_group(self.facts, self._target)) is not None:
             self._learning.learn_names(group.members)
         self._show()
 
     def go_first(self, wanted: bool) -> None:
         """Of Run now on a group: before everything else."""
-        self._target = replace(self._target, first=wanted)
-        self.goes_first = wanted
+        self._aim(replace(self._target, first=wanted))
         self._show()
+
+    def _aim(self, target: Target) -> None:
+        """What was pressed for another one is not run on this."""
+        self._run_no_more()
+        self._target, self.goes_first = target, target.first
 
     def _ask_parameters(self) -> None:
         """Ask the robot which parameters the chosen mission has."""
@@ -205,7 +215,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         if wanted == self._asked_for:
             return
         self._asked_for = wanted
-        self._runs_when_known = False
+        self._run_no_more()
         self._take_parameters(wanted, None)
         self._ask_robot()
 
@@ -228,11 +238,37 @@ class HomeViewModel(HomeCommands, ViewModel):
         if asked_for != self._asked_for:
             return
         self._wanted, self.asks, self._is_known, self._is_asking = found or (), bool(found), found is not None, False
-        runs, self._runs_when_known = self._runs_when_known and self.is_open, False
-        if runs and found is None:
+        if self._pressed is None:
+            return
+        if self.run.off:
+            self._run_no_more(self.run.text)
+            return
+        self._end_waiting()
+        if found is None:
             self._run({})
-        elif runs:
+        else:
             self.run_now()
+
+    def _wait_to_run(self) -> None:
+        """Run was pressed before it is known what the mission asks for."""
+        aim = chosen_group(self.facts, self._target) or self.facts.robot
+        self._pressed = self.run.mission, aim.name if aim is not None else ""
+        self._presses.begin("run")
+        if not self._is_asking:
+            self._ask_robot()
+
+    def _end_waiting(self) -> None:
+        self._pressed = None
+        self._presses.end("run")
+
+    def _run_no_more(self, why: str = "") -> None:
+        """What Run was pressed for is not what is shown any more, or can't be run: it is not started, and that is said."""
+        if self._pressed is not None:
+            mission, robot = self._pressed
+            self._end_waiting()
+            self._say(_("{mission} was not started on {robot}. {why}").format(
+                mission=mission, robot=robot, why=why or _("It was not known yet what it asks for")), "alert-circle-outline",
+                seconds=PROBLEM_SECONDS)
 
     # ------------------------------------------------------------------ what the operator presses
     def run_now(self) -> None:
@@ -240,9 +276,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         if self.run.off or self._presses.is_same("run"):
             return
         if not self._is_known and not self.card.old:
-            self._runs_when_known = True
-            if not self._is_asking:
-                self._ask_robot()
+            self._wait_to_run()
         elif self._wanted:
             dialog, asked_for = RunDialog(self._wanted, vm=self), self._asked_for
             dialog.bind(on_run=lambda _dialog, values: self._run(values) if asked_for == self._asked_for else None)

@@ -1,0 +1,132 @@
+"""What an operator does on Home between a press and a late answer of the robot: on real services and a simulated robot."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.domain.models import Group, InvalidInput
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
+from app.widgets.dialogs import ConfirmDialog
+from app.widgets.rows import QueueRow, RobotChip
+from tests.ui.home.operator import choose, is_shown_pending, is_shown_running, pend, press, run
+from tests.ui.whole_app import GUIDS, api
+
+NOT_KNOWN = "was not started on Aino. It was not known yet what it asks for"
+
+
+def press_run_before_it_is_known_what_is_asked_for(home, ui, mission: str, seconds: float = 4.0) -> None:
+    """The button is busy until the robot has told that, so late."""
+    home.site.add_missions(mission)
+    fault = {"kind": "late", "method": "GET", "path": f"/missions/{GUIDS[mission]}", "count": None, "seconds": seconds}
+    home.aino.control({"fault": fault})
+    ui.wait(lambda: ui.find_all(ChoiceChip, text=mission))
+    run(ui, mission)
+    assert ui.find(CommandButton, text="Run on Aino").busy
+
+
+@pytest.fixture
+def group(home) -> Group:
+    catalogue = home.site.container.catalogue
+    return catalogue.save_group(Group("Fleet", tuple(robot.id for robot in catalogue.robots())))
+
+
+def test_run_is_busy_until_it_is_known_that_nothing_is_asked_for(home, ui):
+    press_run_before_it_is_known_what_is_asked_for(home, ui, "Charge to 80 %", 1.0)
+    ui.tap(ui.find(CommandButton, text="Run on Aino"))
+    ui.wait(lambda: home.site.container.history.open() and home.root_vm.busy == [])
+    assert len(home.site.container.history.open()) == 1
+
+
+def leave(home, ui) -> None:
+    """And come back before the robot answers."""
+    home.shell.go("logs")
+    ui.advance()
+    home.shell.go("home")
+
+
+def choose_another_robot(_home, ui) -> None:
+    ui.tap(ui.find(RobotChip, name="Veikko"))
+
+
+def choose_another_mission(_home, ui) -> None:
+    choose(ui, "Deliver")
+
+
+@pytest.mark.parametrize(("act", "mission"), [(leave, "Deliver kits to line 2"), (choose_another_robot, "Bring pallet to dock"),
+                                              (choose_another_mission, "Waste to compactor")])
+def test_run_that_waits_for_the_robot_comes_to_nothing_when_something_else_is_chosen_and_says_so(home, ui, act, mission):
+    press_run_before_it_is_known_what_is_asked_for(home, ui, mission)
+    act(home, ui)
+    ui.wait(lambda: f"{mission} {NOT_KNOWN}" in home.shell.snackbars.texts)
+    assert "run" not in home.root_vm.busy
+    ui.wait(lambda: home.shell.background.idle)
+    assert not home.site.container.history.open()
+
+
+def test_run_that_waits_for_the_robot_starts_nothing_on_a_group_that_is_chosen_meanwhile(home, ui, group):
+    press_run_before_it_is_known_what_is_asked_for(home, ui, "Move coils to press")
+    ui.tap(ui.find(ChoiceChip, text="Any of Fleet"))
+    ui.wait(lambda: f"Move coils to press {NOT_KNOWN}" in home.shell.snackbars.texts)
+    ui.wait(lambda: home.shell.background.idle)
+    assert not home.site.container.history.open()
+
+
+def test_run_that_waits_for_a_robot_that_is_stopped_meanwhile_says_so(home, ui):
+    press_run_before_it_is_known_what_is_asked_for(home, ui, "Return to charger")
+    home.aino.control({"emergency_stop": True})
+    ui.wait(lambda: "Return to charger was not started on Aino. Aino is stopped" in home.shell.snackbars.texts)
+    assert not home.site.container.history.open()
+
+
+def test_what_runs_by_now_is_stopped_only_after_that_question_whatever_has_become_known_of_its_robot(home, ui):
+    catalogue = home.site.container.catalogue
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: is_shown_pending(ui))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    ui.wait(lambda: ui.find_all(ConfirmDialog))
+    catalogue.save_robot(replace(home.root_vm.facts.robot, name="Aino 2"))
+    api(home.aino, "PUT", "/status", state_id=3)
+    ui.wait(lambda: is_shown_running(ui) and home.root_vm.facts.robot.name == "Aino 2")
+    press(ui, "Cancel it")
+    assert "Stop Deliver?" in ui.texts()
+    press(ui, "Let it run")
+    assert home.aino.state()["queue"][-1]["state"] == "Executing"
+
+
+def test_what_is_being_cancelled_is_said_although_a_start_with_the_number_of_that_item_could_not_be(home, ui, monkeypatch):
+    def fail(_execution_id: int) -> None:
+        raise InvalidInput("execution", "it has ended")
+
+    pend(home)
+    number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
+    ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", number)])
+    home.aino.control({"fault": {"kind": "late", "path": f"/mission_queue/{number}", "method": "DELETE", "count": 1, "seconds": 6.0}})
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    press(ui, "Cancel it")
+    ui.wait(lambda: "Being cancelled" in ui.texts(ui.find(QueueRow)))
+    monkeypatch.setattr(home.site.container.operator, "cancel_execution", fail)
+    home.root_vm._cancel(home.root_vm.facts.robot, ("execution", number), "Deliver")
+    ui.wait(lambda: ("execution", number) not in home.root_vm.busy)
+    assert "Being cancelled" in ui.texts(ui.find(QueueRow))
+
+
+def test_a_start_on_a_group_that_was_chosen_anew_goes_first_only_where_that_is_seen(home, ui, group):
+    vm = home.root_vm
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Any of Fleet"))
+    choose(ui, "Any of Fleet")
+    vm.go_first(True)
+    choose(ui, "Aino")
+    choose(ui, "Any of Fleet")
+    assert (vm.run.can_be_first, vm.goes_first) == (True, False)
+
+
+def test_run_is_aimed_at_the_robot_that_it_names_when_the_group_is_gone(home, ui, group):
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Any of Fleet"))
+    choose(ui, "Any of Fleet")
+    home.site.container.catalogue.remove_group(group.id)
+    ui.wait(lambda: not ui.find_all(ChoiceChip, text="Any of Fleet"))
+    run(ui, "Home")
+    ui.wait(lambda: home.shell.snackbars.texts)
+    assert home.shell.snackbars.texts == ["Home is sent to Aino"]
