@@ -36,13 +36,16 @@ class IdlePage(SettingsPage):
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._problems: dict[int, str] = {}
-        self._minutes: dict[int, int] = {}               # chosen and not saved: stepped just now, or while there is no rule to save them in
+        self._minutes: dict[int, int] = {}               # chosen and not read yet, or while there is no rule to save them in
         self._list, self._empty = self.ids.idle_list.__self__, self.ids.no_robots.__self__
 
     def show(self) -> None:
         facts = self.context.facts
+        panels = idle_panels(facts)
+        read = {panel.key: panel.minutes for panel in panels}
+        self._minutes = {key: minutes for key, minutes in self._minutes.items() if read.get(key) != minutes}
         self.vm.panels = [replace(panel, minutes=self._minutes.get(panel.key, panel.minutes), problem=self._problems.get(panel.key, ""))
-                          for panel in idle_panels(facts)]
+                          for panel in panels]
         self.show_one(self._list if facts.robots else self._empty, (self._list, self._empty))
 
     def reached(self, **intent: Any) -> None:
@@ -74,18 +77,27 @@ class IdlePage(SettingsPage):
         if not options:
             self._show_problem(robot, _("There are no missions yet: add them under Missions"))
             return
-        idle = robot.idle or IdleRule(0)
         self.context.shell.dialogs.choose(
-            _("Idle mission of {robot}").format(robot=robot.name), options,
-            lambda mission_id: self._save(robot, replace(idle, mission_id=mission_id)), selected=idle.mission_id or None)
+            _("Idle mission of {robot}").format(robot=robot.name), options, lambda mission_id: self._save_mission(robot, mission_id),
+            selected=robot.idle.mission_id if robot.idle is not None else None)
+
+    def _save_mission(self, robot: Robot, mission_id: int) -> None:
+        """Of the rule as it is now: minutes that were stepped may have been saved while the mission was chosen."""
+        now = self.context.facts.robot(robot.id) or robot
+        self._save(robot, replace(now.idle or IdleRule(0), mission_id=mission_id))
 
     def _save(self, robot: Robot, rule: IdleRule) -> None:
         self._problems.pop(robot.id, None)
         self.context.pass_over(("idle", robot.id))
-        minutes = self._minutes.pop(robot.id, rule.after_minutes)
+        minutes = self._minutes.get(robot.id, rule.after_minutes)
         self.context.change(
             lambda: self.context.services.catalogue.save_idle_rule(robot.id, rule.mission_id, minutes, rule.enabled),
-            lambda problem: self._show_problem(robot, sentence_of(problem)))
+            lambda problem: self._not_saved(robot, minutes, problem))
+
+    def _not_saved(self, robot: Robot, minutes: int, problem: BaseException) -> None:
+        if self._minutes.get(robot.id) == minutes:
+            del self._minutes[robot.id]
+        self._show_problem(robot, sentence_of(problem))
 
     def _show_problem(self, robot: Robot, problem: str) -> None:
         self._problems[robot.id] = problem

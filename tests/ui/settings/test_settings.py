@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import gc
+import time
 import weakref
 from threading import Event
 
@@ -135,6 +136,38 @@ def test_idle_automation_of_a_robot(site, app, ui):
     ui.tap(ui.find(Toggle, root=panel))
     ui.wait(lambda: not robots(site)[0].idle.enabled)
     ui.wait(lambda: ui.find(SectionRow, key="idle").note == "off")
+
+
+def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui):
+    robot, _other = site.add_robots()
+    home, deliver = site.add_missions("Home", "Deliver")
+    site.container.catalogue.save_idle_rule(robot.id, home.id, 10)
+    go(ui, "idle")
+    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
+    panel = next(panel for panel in ui.find_all(IdlePanel) if panel.active)
+    ui.tap(ui.find(RepeatButton, root=panel, icon="plus"))
+    panel.act("mission")
+    ui.wait(lambda: robots(site)[0].idle.after_minutes == 15)
+    ui.wait(lambda: app.shell.background.idle)
+    ui.tap(ui.find(OptionRow, text="Deliver"))
+    ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id)
+    assert robots(site)[0].idle.after_minutes == 15
+
+
+def test_minutes_that_are_saved_are_kept_by_who_switches_the_rule_off_before_they_are_read(site, app, ui):
+    robot, _other = site.add_robots()
+    site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 10)
+    go(ui, "idle")
+    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
+    page(app).act(robot.id, "minutes", 15)
+    page(app).context.settle()
+    ends = time.monotonic() + 20
+    while robots(site)[0].idle.after_minutes != 15 and time.monotonic() < ends:      # no frame passes, so the screen reads nothing
+        time.sleep(.01)
+    page(app).act(robot.id, "switch", False)
+    ui.wait(lambda: not robots(site)[0].idle.enabled)
+    ui.wait(lambda: app.shell.background.idle)
+    assert robots(site)[0].idle.after_minutes == 15
 
 
 def stepped(app, ui, field: StepField, icon: str, times: int) -> None:
