@@ -218,7 +218,13 @@ class RobotDialog(FormDialog):
         form.outcome = asking_robot()
         self._context.run(
             lambda: self._context.services.operator.test_connection(robot, password, by_address=by_address),
-            lambda identity: self._passed(asked, identity, then), lambda problem: self._failed(asked, problem))
+            lambda identity: self._if_open(lambda: self._passed(asked, identity, then)),
+            lambda problem: self._if_open(lambda: self._failed(asked, problem)))
+
+    def _if_open(self, then: Callable[[], object]) -> None:
+        """Who has closed the dialog before the robot's answer wants nothing saved, and is asked nothing."""
+        if self.is_open:
+            then()
 
     def _passed(self, asked: tuple[str, ...], identity: Identity, then: Callable[[], object]) -> None:
         form = self.vm
@@ -303,7 +309,8 @@ class RobotDialog(FormDialog):
         def accepted(found: str) -> None:
             self.vm.fingerprint = found
             self._test_again()
-        self._context.run(lambda: self._context.services.operator.presented_fingerprint(asked[0].strip()), shown, self._show_problem)
+        self._context.run(lambda: self._context.services.operator.presented_fingerprint(asked[0].strip()),
+                          lambda found: self._if_open(lambda: shown(found)), self._show_problem)
 
     def _test_again(self) -> None:
         """With the password of what was accepted; the stored one belongs to what was there before."""

@@ -1,0 +1,52 @@
+"""The robot dialog that is closed before the robot has answered."""
+from __future__ import annotations
+
+import pytest
+
+from app.screens.settings.robot_dialog import RobotDialog
+from app.screens.settings.robots import RobotPanel
+from app.widgets.dialogs import ConfirmDialog
+from tests.ui.integrator import enter, fill_in, go, press, robots
+from tests.ui.whole_app import PASSWORD, USER
+
+SLOW = {"kind": "late", "count": None, "seconds": 2.0}
+
+
+@pytest.fixture
+def slow(site):
+    site.fleet.robots[0].control({"fault": SLOW})
+    yield
+    site.fleet.robots[0].control({"fault": None})
+
+
+def test_who_cancels_while_save_tests_the_connection_has_added_nothing(site, app, ui, slow):
+    go(ui, "robots")
+    press(ui, "Add robot")
+    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
+    press(ui, "Save robot", dialog)
+    assert dialog.vm.testing
+    press(ui, "Cancel", dialog)
+    ui.wait(lambda: app.shell.background.idle)
+    assert robots(site) == []
+    assert app.shell.snackbars.texts == []
+
+
+def test_nothing_is_asked_of_a_robot_whose_dialog_is_closed(site, app, ui):
+    """The machine that answers is another one."""
+    site.add_robots()
+    veikko = site.fleet.robots[1]
+    go(ui, "robots")
+    ui.wait(lambda: all(panel.badge.startswith("Connected") for panel in ui.find_all(RobotPanel)) and ui.find_all(RobotPanel))
+    site.container.catalogue.remove_robot(robots(site)[1].id)
+    ui.wait(lambda: len(ui.find_all(RobotPanel)) == 1)
+    press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
+    dialog = ui.find(RobotDialog)
+    enter(ui, dialog.ids.address_field, veikko.url)
+    enter(ui, dialog.ids.password_field, PASSWORD)
+    veikko.control({"fault": SLOW})
+    press(ui, "Test connection", dialog)
+    assert dialog.vm.testing
+    press(ui, "Cancel", dialog)
+    ui.wait(lambda: app.shell.background.idle)
+    veikko.control({"fault": None})
+    assert ui.find_all(ConfirmDialog) == []
