@@ -5,6 +5,7 @@ from datetime import UTC, date, datetime, time, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
 
+from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
 from app.domain.models import InvalidInput
@@ -39,18 +40,31 @@ class HoldDialog(FormDialog):
         self._end = hold_view.HOUR
         self._chosen: datetime | None = None
         super().__init__(**kwargs)
+        self._tick = Clock.create_trigger(self._tell, 1, interval=True)
         self.fbind("reason", self._show)
         self._show()
 
+    def open(self) -> None:
+        super().open()
+        self._tick()
+
+    def on_dismiss(self, *args: Any) -> None:
+        self._tick.cancel()
+        super().on_dismiss(*args)
+
     def _show(self, *_args: Any) -> None:
+        self._tell()
+        self.reason_problem = self.end_problem = self.problem = ""
+
+    def _tell(self, _dt: float = 0.0) -> None:
+        """As it is now: an end that counts from the press moves on, and the hold that there is may end."""
         now = self._services.clock.now()
         self.robot = hold_view.robot_name(self._facts, int(self.robot_id))
         self.reasons = hold_view.reason_chips(self.reason)
         self.ends = hold_view.end_chips(self._end, self._chosen, self._zone, now)
         end = hold_view.end_of(self._end, self._chosen, self._zone, now)
         self.follows = hold_view.what_follows(end, self._zone, now, hold_view.shares(self._facts, int(self.robot_id)))
-        self.present = hold_view.held_sentence(hold_view.held(self._facts, int(self.robot_id)), self._zone, now)
-        self.reason_problem = self.end_problem = self.problem = ""
+        self.present = hold_view.held_sentence(hold_view.held(self._facts, int(self.robot_id), now), self._zone, now)
 
     # ------------------------------------------------------------------ what is chosen
     def choose_robot(self) -> None:

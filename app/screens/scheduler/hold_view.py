@@ -70,9 +70,9 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
             *(Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in facts.robots)]
 
 
-def held(facts: SchedulerFacts, robot_id: int) -> Hold | None:
+def held(facts: SchedulerFacts, robot_id: int, now: datetime) -> Hold | None:
     """The hold that a new one would replace."""
-    return next((hold for hold in facts.holds if (hold.robot_id or ALL) == robot_id), None)
+    return next((hold for hold in facts.holds if (hold.robot_id or ALL) == robot_id and not hold.is_over(now)), None)
 
 
 def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:

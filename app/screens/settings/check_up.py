@@ -116,7 +116,8 @@ class CheckUp(EventDispatcher):
 
     def _choose(self, names: Sequence[str]) -> None:
         self.asking_missions, self.outcome = False, NoticeView()
-        self._context.shell.dialogs.choose(_("Mission"), view.mission_options(names), self._chosen, selected=self.mission)
+        if self._dialog is not None:
+            self._context.shell.dialogs.choose(_("Mission"), view.mission_options(names), self._chosen, selected=self.mission)
 
     def _not_asked(self, problem: BaseException) -> None:
         self.asking_missions, self.outcome = False, view.refused(problem)

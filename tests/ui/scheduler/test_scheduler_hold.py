@@ -114,6 +114,23 @@ def test_what_is_held_already_is_shown_and_released_in_the_dialog(screen, contai
     assert container.holds.current() == []
 
 
+def test_the_dialog_says_until_when_it_would_hold_now_however_long_it_is_open(screen, container, ui):
+    veikko = named(container, "Collect empties", "Veikko").robot_id
+    container.holds.hold("Audit", container.clock.now() + timedelta(minutes=5), veikko)
+    settle(screen, ui)
+    press(screen, ui, "Hold")
+    dialog = ui.find(HoldDialog)
+    ui.tap(ui.find(PickField, root=dialog, label="What is held"))
+    ui.tap(ui.find(OptionRow, root=ui.find(ChoiceDialog), text="Veikko"))
+    settle(screen, ui)
+    assert dialog.follows.startswith("Starts wait until 15:38;")
+    assert dialog.present.startswith("Held since ")
+    container.clock.step(600)
+    ui.advance(1.5)
+    assert dialog.follows.startswith("Starts wait until 15:48;")
+    assert dialog.present == ""
+
+
 def test_the_timeline_says_until_when_everything_is_held_and_its_button_releases_it(screen, container, ui):
     container.holds.hold("Maintenance", container.clock.now() + timedelta(hours=3))
     settle(screen, ui)

@@ -258,6 +258,18 @@ def test_one_of_the_robots_own_missions_may_be_chosen(site, app, ui, aino):
     assert dialog.vm.mission_word == name
 
 
+def test_nobody_chooses_a_mission_for_a_check_up_whose_dialog_is_closed(site, app, ui, aino):
+    dialog = opened(ui)
+    try_with_a_mission(ui, dialog)
+    aino.control({"fault": {"kind": "late", "count": None, "seconds": 1.0}})
+    ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
+    assert dialog.vm.asking_missions
+    ui.key(ESCAPE)
+    ui.wait(lambda: not dialog.vm.asking_missions)
+    aino.control({"fault": None})
+    assert ui.find_all(ChoiceDialog) == []
+
+
 def test_what_is_planned_soon_goes_first_and_is_named(site, app, ui, aino):
     mission, = site.add_missions(next(iter(GUIDS)))
     at = (site.container.clock.now() + timedelta(minutes=3)).replace(second=0, microsecond=0)

@@ -58,10 +58,10 @@ def test_a_time_that_was_picked_is_shown_on_its_chip():
 
 
 def test_a_present_hold_is_shown_for_what_is_chosen():
-    assert hold_view.held_sentence(hold_view.held(facts(), hold_view.ALL), ZONE, NOW) == "Held since 14:02 until 15:38 · Maintenance"
-    assert hold_view.held_sentence(hold_view.held(facts(), 1), ZONE, NOW) == ""
+    assert hold_view.held_sentence(hold_view.held(facts(), hold_view.ALL, NOW), ZONE, NOW) == "Held since 14:02 until 15:38 · Maintenance"
+    assert hold_view.held_sentence(hold_view.held(facts(), 1, NOW), ZONE, NOW) == ""
     endless = replace(HOLD, until=None, reason="", robot_id=1)
-    assert hold_view.held_sentence(hold_view.held(facts(holds=(endless,)), 1), ZONE, NOW) == "Held since 14:02, until it is released"
+    assert hold_view.held_sentence(hold_view.held(facts(holds=(endless,)), 1, NOW), ZONE, NOW) == "Held since 14:02, until it is released"
 
 
 @pytest.mark.parametrize(("robot", "until", "text"), [
