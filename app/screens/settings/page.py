@@ -62,7 +62,8 @@ class PageContext:
         self.facts = SettingsFacts()
         self.is_shown = is_shown
         self._resting: dict[Hashable, Callable[[], object]] = {}       # what saves the numbers that were stepped
-        self._rest = Clock.create_trigger(self.settle, RESTS)
+        self._rest = Clock.create_trigger(self._settle, RESTS)
+        self._pages_left = 0
 
     def now(self) -> datetime:
         return self.services.clock.now()
@@ -82,8 +83,12 @@ class PageContext:
         return self.shell.background.run(work, done, not_done, key=key, apart=apart)
 
     def change(self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None) -> None:
-        """Make a change, then read the facts again."""
-        self.run(work, lambda _result: self.refresh(), failed)
+        """Make a change, then read the facts again. What went wrong is said by a message where the page has been left by then."""
+        page = self._pages_left
+
+        def not_done(problem: BaseException) -> None:
+            (failed if failed is not None and page == self._pages_left else self.shell.say_problem)(problem)
+        self.run(work, lambda _result: self.refresh(), not_done)
 
     def save(self, failed: Callable[[BaseException], object] | None = None, **changes: Any) -> None:
         """Change settings, at once."""
@@ -96,13 +101,18 @@ class PageContext:
             self._rest.cancel()
             self._rest()
         else:
-            self.settle()
+            self._settle()
 
     def pass_over(self, what: Hashable) -> None:
         """What was stepped there is not wanted any more."""
         self._resting.pop(what, None)
 
-    def settle(self, *_args: object) -> None:
+    def page_left(self) -> None:
+        """The open page, for another one or for another screen."""
+        self._settle()
+        self._pages_left += 1
+
+    def _settle(self, *_args: object) -> None:
         """Save what was stepped."""
         self._rest.cancel()
         resting, self._resting = self._resting, {}

@@ -74,7 +74,7 @@ class SettingsViewModel(ViewModel):
 
     def closed(self) -> None:
         self._waiting.clear()
-        self.context.settle()
+        self.context.page_left()
 
     def retranslated(self) -> None:
         self.show()
@@ -190,7 +190,7 @@ class SettingsScreen(ScreenBase):
     # ------------------------------------------------------------------ sections
     def open(self, section: str, **intent: Any) -> None:
         """Show a section."""
-        self.vm.context.settle()
+        self.vm.context.page_left()
         self.vm.current = section
         self.vm.is_narrow_open = True
         self.vm.show()

@@ -160,7 +160,7 @@ def test_minutes_that_are_saved_are_kept_by_who_switches_the_rule_off_before_the
     go(ui, "idle")
     ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
     page(app).act(robot.id, "minutes", 15)
-    page(app).context.settle()
+    page(app).context._settle()
     ends = time.monotonic() + 20
     while robots(site)[0].idle.after_minutes != 15 and time.monotonic() < ends:      # no frame passes, so the screen reads nothing
         time.sleep(.01)
@@ -400,6 +400,18 @@ def test_nothing_passes_for_a_setting_before_settings_are_read(site, app, ui, mo
     ui.wait(lambda: ui.find_all(SectionRow, key="scheduler"))
     ui.tap(ui.find(SectionRow, key="scheduler"))
     assert ui.find(StepField, heading="Ask the robots every (s)").value == POLL
+
+
+@pytest.mark.parametrize("leave", [lambda app, ui: app.shell.go("home"), lambda app, ui: go(ui, "display")], ids=["screen", "section"])
+def test_a_number_that_could_not_be_saved_when_its_page_was_left_is_told(site, app, ui, monkeypatch, leave):
+    def refuse(**_changes):
+        raise DatabaseUnavailable("The disk is full")
+
+    go(ui, "scheduler")
+    ui.tap(ui.find(RepeatButton, root=ui.find(StepField, heading="Ask the robots every (s)"), icon="plus"))
+    monkeypatch.setattr(site.container.catalogue, "change_settings", refuse)
+    leave(app, ui)
+    ui.wait(lambda: app.shell.snackbars.texts == ["The disk is full"])
 
 
 # ---------------------------------------------------------------------- a low window
