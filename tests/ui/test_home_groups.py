@@ -229,6 +229,25 @@ def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
     ui.wait(lambda: home.site.container.history.get(row.id).robot == "Veikko")
 
 
+def test_what_runs_by_the_time_that_cancel_is_pressed_on_its_card_is_stopped_only_after_that_question(home, hall, ui):
+    stop_both(home, ui)
+    run_on_any(ui, "Deliver")
+    ui.wait(lambda: ui.find_all(WaitingRow))
+    row, = home.site.container.history.open()
+    home.shell.go("scheduler")
+    vm = home.shell.navigator.screen("scheduler").vm
+    ui.wait(lambda: home.shell.background.idle and any(one.id == row.id for one in vm._facts.past))
+    vm.open_bars([("execution", row.id)], home.root)
+    ui.wait(lambda: ui.find_all(MenuRow, text="Cancel"))
+    for robot in home.site.fleet.robots:
+        api(robot, "PUT", "/status", state_id=3)
+    ui.wait(lambda: any((one.id, one.state) == (row.id, State.EXECUTING) for one in vm._facts.past))
+    ui.tap(ui.find(MenuRow, text="Cancel"))
+    ui.wait(lambda: "Stop Deliver?" in ui.texts())
+    press(ui, "Let it run")
+    assert home.site.container.history.get(row.id).cancel_code is None
+
+
 def test_the_missions_to_run_on_a_group_say_which_robot_lacks_them(home, hall, ui):
     veikko = hall.members[1]
     home.site.container.catalogue.save_mission(Mission("Deliver", "00000000-0000-0000-0000-000000000000", robot_id=veikko))

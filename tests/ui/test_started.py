@@ -349,7 +349,7 @@ class Operator:
 
 @pytest.fixture
 def starts(world):
-    return GroupStarts(Operator(), None, world.shell, lambda: None, lambda _execution: None)
+    return GroupStarts(Operator(), None, world.shell, lambda: None, lambda _execution: None, lambda _id: world.row)
 
 
 def test_what_is_released_at_once_is_not_said_to_be_held_after_that(world, starts, ui):
@@ -384,6 +384,18 @@ def test_a_start_that_was_tried_is_cancelled_only_after_a_question_as_it_can_not
     ui.advance(.3)
     assert (world.told, ui.find(ConfirmDialog).title, ui.find(ConfirmDialog).text) == ([], "Cancel Kits?", "This can't be undone.")
     ui.tap(ui.find(CommandButton, text="Cancel it"))
+    assert world.told == ["Kits is being cancelled"]
+
+
+def test_a_start_that_runs_by_the_time_that_its_cancelling_is_agreed_to_is_stopped_only_after_that_question(world, starts, ui):
+    world.row = waits = replace(UNBOUND, attempts=1)
+    starts.cancel(waits)
+    ui.advance(.5)
+    world.row = replace(waits, state=State.EXECUTING, robot_id=1, robot="Aino")
+    ui.tap(ui.find(CommandButton, text="Cancel it"))
+    ui.advance(.5)
+    assert (world.told, ui.find(ConfirmDialog).title) == ([], "Stop Kits?")
+    ui.tap(ui.find(CommandButton, text="Stop it"))
     assert world.told == ["Kits is being cancelled"]
 
 

@@ -8,7 +8,7 @@ from typing import TypeVar
 from app.domain import choice
 from app.domain.models import Execution, Group, Mission, Robot, Settings, State, Wait
 from app.i18n import _
-from app.screens.common.cancelled import ask_to_cancel, is_undoable, say_cancelled
+from app.screens.common.cancelled import ask_to_cancel, ask_to_stop, is_undoable, say_cancelled
 from app.screens.common.holding import HAND, about_start, hold_at, until_words
 from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
@@ -56,11 +56,13 @@ def lacking_words(names: Sequence[str]) -> str:
 
 class GroupStarts:
     """Each in the background, one at a time on a start; ``changed()`` when one has ended, well or not. ``follow(execution)`` says what
-    becomes of one that was given to a robot."""
+    becomes of one that was given to a robot. ``present(id)`` is a start as it was last read: what a menu or a question is about may have
+    begun since."""
 
     def __init__(self, operator: Operator, catalogue: Catalogue, shell: Shell, changed: Callable[[], object],
-                 follow: Callable[[Execution], object]) -> None:
+                 follow: Callable[[Execution], object], present: Callable[[int], Execution | None]) -> None:
         self._operator, self._catalogue, self._shell, self._changed, self._follow = operator, catalogue, shell, changed, follow
+        self._present = present
         self._busy: set[int] = set()                          # ids of executions that something is being done to
 
     def give(self, row: Execution, robots: Sequence[Option]) -> None:
@@ -76,14 +78,25 @@ class GroupStarts:
                                    [Option(each, word(each)) for each in LEVELS], chosen, selected=level(row.priority))
 
     def cancel(self, row: Execution) -> None:
+        row = self._present(row.id) or row
+
         def cancel() -> None:
             self._do(row, lambda: self._operator.cancel_execution(row.id),
                      lambda left: say_cancelled(self._shell, self._catalogue, self._name(row), left, self._changed))
 
-        if is_undoable(row):
+        def agreed() -> None:
+            now = self._present(row.id)
+            if now is not None and now.state is State.EXECUTING:
+                self.cancel(now)
+            else:
+                cancel()
+
+        if row.state is State.EXECUTING:
+            ask_to_stop(self._shell, self._name(row), row.robot, cancel)
+        elif is_undoable(row):
             cancel()
         else:
-            ask_to_cancel(self._shell, self._name(row), row.robot, cancel)
+            ask_to_cancel(self._shell, self._name(row), row.robot, agreed)
 
     def hold(self, row: Execution, held: bool) -> None:
         """Keep it back, or let it go."""

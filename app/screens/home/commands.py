@@ -9,7 +9,7 @@ from app.domain.models import Robot
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected, RobotError
 from app.screens.common import questions
-from app.screens.common.cancelled import ask_to_cancel, is_undoable, say_cancelled
+from app.screens.common.cancelled import ask_to_cancel, ask_to_stop, is_undoable, say_cancelled
 from app.screens.common.presses import OfRobot, Presses
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Refresher
@@ -104,10 +104,7 @@ class HomeCommands(HomeState):
         if not entry.runs:
             ask_to_cancel(self._shell, name, robot.name if entry.number else "", lambda: self._agreed(robot, key, name))
             return
-        self._shell.dialogs.confirm(
-            _("Stop {mission}?").format(mission=name), _("{robot} is on its way: it stops where it is, and does not go on with this "
-                                                         "mission.").format(robot=robot.name),
-            _("Stop it"), lambda: self._cancel(robot, key, name), danger=True, decline=_("Let it run"))
+        ask_to_stop(self._shell, name, robot.name, lambda: self._cancel(robot, key, name))
 
     def _agreed(self, robot: Robot, key: tuple[str, int], name: str) -> None:
         """To cancel what only waited when that was asked; of what runs by now it is another question."""

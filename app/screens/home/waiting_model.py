@@ -49,7 +49,8 @@ class WaitingModel(WaitingState):
     def __init__(self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]) -> None:
         super().__init__()
         self._services, self._shell = services, shell
-        self._starts = GroupStarts(services.operator, services.catalogue, shell, changed, follow)
+        self._starts = GroupStarts(services.operator, services.catalogue, shell, changed, follow,
+                                   lambda number: next((row for row in self._facts.open if row.id == number), None))
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
         self._given: dict[int, WaitingStart] = {}             # to a robot, which has not said that it has them

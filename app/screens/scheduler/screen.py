@@ -65,7 +65,8 @@ class SchedulerViewModel(OnTimeline):
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
                                        done=self._refresher.request)
-        self.group_starts = GroupStarts(services.operator, services.catalogue, shell, self._refresher.request, self._started.follow)
+        self.group_starts = GroupStarts(services.operator, services.catalogue, shell, self._refresher.request, self._started.follow,
+                                        lambda number: next((one for one in self._facts.past if one.id == number), None))
         self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.take_again)
         self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
