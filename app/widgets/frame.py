@@ -1,6 +1,6 @@
 """The frame around all screens: top bar, banner when needed, body, bottom navigation. Built once; the screens change in its ``body``."""
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, OptionProperty, StringProperty
+from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.relativelayout import RelativeLayout
 from kivy.uix.screenmanager import NoTransition
@@ -175,6 +175,7 @@ class Frame(Surface):
     alarm_action = StringProperty()
     alarm_urgent = BooleanProperty(False)
     alarm_calm = BooleanProperty(False)
+    alarm_about = ObjectProperty(None, allownone=True)       # what its button would do, and with what
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
     items = ListProperty()
@@ -183,21 +184,27 @@ class Frame(Surface):
     __events__ = ("on_go", "on_pick_robot", "on_solve", "on_list_alarms")
 
     def __init__(self, **kwargs):
-        self._rests_until = 0.
+        self._rests_until = self._banner_rests_until = 0.
         super().__init__(**kwargs)
         self.ids.banner_place.fbind("height", self._moved)
 
     def _moved(self, *_):
         self._rests_until = Clock.get_time() + SETTLES
 
+    def on_alarm_about(self, *_):
+        """A finger may be on its way to what the banner said before."""
+        self._banner_rests_until = Clock.get_time() + SETTLES
+
     @property
     def has_just_moved(self) -> bool:
-        """Whether a tap on the page would not be meant for it."""
-        return Clock.get_time() < self._rests_until
+        """Whether a tap on the page or on the banner would not be meant for it."""
+        return Clock.get_time() < max(self._rests_until, self._banner_rests_until)
 
     def on_touch_down(self, touch):
+        now, banner = Clock.get_time(), self.ids.banner_place
         is_on_page = self.ids.nav.top <= touch.y <= self.ids.bar.y
-        return (is_on_page and self.has_just_moved) or super().on_touch_down(touch)
+        is_for_before = (is_on_page and now < self._rests_until) or (banner.collide_point(*touch.pos) and now < self._banner_rests_until)
+        return is_for_before or super().on_touch_down(touch)
 
     def on_go(self, name):
         """A screen of the navigation bar was tapped."""

@@ -208,6 +208,23 @@ def test_a_tap_on_what_the_banner_has_just_moved_presses_nothing(app, alarms, ui
     assert app.shell.navigator.current == "settings"
 
 
+def test_a_finger_on_its_way_to_one_banner_presses_nothing_of_the_next(container, app, alarms, ui):
+    """Whoever wants to hold what starts in a moment must not release a hold that is told when it has started."""
+    alarms.raise_("app_was_off", "app")
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    ui.advance(2)
+    container.holds.hold("Audit")
+    ui.wait(lambda: ui.find(AlarmBanner).action == "Release")
+    ui.advance()
+    button = ui.find(CommandButton, ui.find(AlarmBanner), text="Release")
+    ui.tap_at(*button.to_window(*button.center))
+    ui.wait(lambda: app.shell.background.idle)
+    assert len(container.holds.current()) == 1
+    ui.advance(1)
+    ui.tap(button)
+    ui.wait(lambda: not container.holds.current())
+
+
 def test_the_second_tap_on_the_banner_is_the_same_press(app, alarms, ui, monkeypatch):
     """It says something else by then, at which nobody has looked."""
     monkeypatch.setattr(controller, "DOUBLE_TAP", 1e3)
