@@ -162,8 +162,8 @@ class RobotMap(Chart):
 
 
 class WholeMap(RobotMap):
-    """All of the map, never cropped, with every robot on it: ``robots`` = (x, y, heading, tone, name), and a scale; ``metres`` is the
-    map's width."""
+    """All of the map, never cropped, with every robot on it, and a scale; ``metres`` is the map's width. ``robots`` = (x, y, heading,
+    tone, name): the first is uppermost, and its name is shown; those of the others unless they would cover that or the robot."""
     robots = ListProperty()
     metres = NumericProperty(0)
     watch = (*RobotMap.watch, "robots", "metres")
@@ -178,14 +178,20 @@ class WholeMap(RobotMap):
 
     def _names(self):
         super()._names()
-        for robot in self.robots:
-            x, y = self._point(robot.x, robot.y)
-            self._robot(x, y, robot.heading, robot.tone)
+        for robot in reversed(self.robots):
+            self._robot(*self._point(robot.x, robot.y), robot.heading, robot.tone)
+        taken = []
         for robot in self.robots:                # above all robots
             x, y = self._point(robot.x, robot.y)
             half = self.width_of(robot.name) / 2 + dp(4)
             x = min(max(x, self.x + half + dp(4)), self.right - half - dp(4))
-            self._plate((x - half, y - dp(22) - sp(20), x + half, y - dp(22)), robot.name, tk.ink, ring=True)
+            areas = [(x - half, low, x + half, low + sp(20)) for low in (y - dp(22) - sp(20), y + dp(22))]
+            area = next((area for area in areas if self.y < area[1] and area[3] < self.top
+                         and not any(touch_each_other(area, other) for other in taken)), None)
+            if area is not None:
+                self._plate(area, robot.name, tk.ink, ring=True)
+                taken.append(area)
+            taken.append(self._around(*self._point(robot.x, robot.y), dp(12)))
         if self.metres > 0:
             self._scale()
 

@@ -9,6 +9,7 @@ from kivy.core.window import Window
 from kivy.metrics import dp, sp
 
 from app.screens.home.cards import PlaceMap, RobotMessage, RobotPlace
+from app.screens.home.map import Marker
 from app.services.robots.map_picture import Place
 from app.widgets.robot_map import RobotMap, WholeMap
 from app.widgets.rows import RobotChip
@@ -115,7 +116,7 @@ def test_garbage_for_a_map_is_no_map_and_one_line_in_the_log(site, ui, caplog, p
     assert len([record for record in caplog.records if "map of Aino" in record.getMessage()]) == 1
 
 
-class Told(PlaceMap):
+class Told:
     """Notes where it writes."""
 
     def text(self, words, x, y, *args, **kwargs):
@@ -128,13 +129,38 @@ class Told(PlaceMap):
         super().draw()
 
 
+class ToldPlace(Told, PlaceMap):
+    pass
+
+
+class ToldWhole(Told, WholeMap):
+    def draw(self):
+        self.tones = []
+        super().draw()
+
+    def _robot(self, x, y, heading, tone):
+        self.tones.append(tone)
+        super()._robot(x, y, heading, tone)
+
+
 @pytest.mark.parametrize("at", [(.9, .1), (.97, .12), (.8, .15)])
 def test_no_name_of_a_place_is_under_the_icon_that_enlarges_the_map(ui, at):
     places = [Place("Compactor", *at), Place("Home", .2, .5)]
-    chart = Told(places=places, size_hint=(None, None), size=(350, 135))
+    chart = ToldPlace(places=places, size_hint=(None, None), size=(350, 135))
     Window.add_widget(chart)
     ui.advance(.1)
     assert "Home" in chart.written
     if "Compactor" in chart.written:
         x, y, width = chart.written["Compactor"]
         assert x + width / 2 <= chart.right - dp(34) or y - sp(9) >= chart.y + dp(34)
+
+
+def test_where_robots_stand_together_the_first_is_uppermost_and_no_name_lies_over_another(ui):
+    home = [Marker(.3, .5, 0, tone, name) for tone, name in (
+        ("fault", "Sisu · Stopped"), ("attention", "Veikko · Look at it"), ("accent", "Aino"))]
+    chart = ToldWhole(robots=[*home, Marker(.7, .5, 0, "accent", "Toivo")], size_hint=(None, None), size=(700, 400))
+    Window.add_widget(chart)
+    ui.advance(.1)
+    assert chart.tones[-1] == "fault"
+    assert set(chart.written) == {"Sisu · Stopped", "Veikko · Look at it", "Toivo"}       # the third has no room left
+    assert abs(chart.written["Sisu · Stopped"][1] - chart.written["Veikko · Look at it"][1]) > sp(20)

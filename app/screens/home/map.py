@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime
+from operator import itemgetter
 
 from app.domain.message import render
 from app.domain.problems import in_words
@@ -11,7 +12,7 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import words_of
 from app.screens.common.robot_appearance import is_old
-from app.screens.common.robot_groups import group_of, look_of
+from app.screens.common.robot_groups import group_of, help_rank, look_of
 from app.screens.home.facts import HomeFacts
 from app.services.robots.map_picture import MapPicture, Place
 
@@ -43,7 +44,8 @@ class Marker:
 
 
 def robots_on_map(facts: HomeFacts, now: datetime) -> tuple[Marker, ...]:
-    """All that are on the selected robot's map, where each was last seen; one that no longer answers is grey."""
+    """All that are on the selected robot's map, where each was last seen: what needs help first, then the selected one. One that no longer
+    answers is grey."""
     found = []
     for robot in facts.robots:
         snapshot = facts.snapshots.get(robot.id)
@@ -52,12 +54,14 @@ def robots_on_map(facts: HomeFacts, now: datetime) -> tuple[Marker, ...]:
             continue
         if (at := facts.map.fraction(status.position.x, status.position.y)) is not None:
             old = is_old(snapshot, now, facts.settings)
-            look = look_of(group_of(robot, snapshot, old, facts.settings))
+            group = group_of(robot, snapshot, old, facts.settings)
+            look = look_of(group)
             is_normal = look.tone == "neutral" and not old
             tone = "offline" if old else "accent" if is_normal else look.tone
             name = robot.name if is_normal else _("{robot} · {state}").format(robot=robot.name, state=look.word)
-            found.append(Marker(*at, facts.map.heading(status.position.orientation), tone, name))
-    return tuple(found)
+            marker = Marker(*at, facts.map.heading(status.position.orientation), tone, name)
+            found.append(((help_rank(group), robot != facts.robot), marker))
+    return tuple(marker for _rank, marker in sorted(found, key=itemgetter(0)))
 
 
 def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:

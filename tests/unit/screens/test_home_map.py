@@ -78,5 +78,12 @@ def test_all_robots_on_the_map_are_there_the_abnormal_ones_in_words() -> None:
     assert (marker.x, marker.y) == HALL.fraction(18.0, 12.0)
 
 
+def test_those_that_need_help_come_first_and_then_the_one_that_is_shown() -> None:
+    facts = replace(FACTS, settings=replace(FACTS.settings, selected_robot_id=2), snapshots={
+        1: snapshot(1, READY), 2: snapshot(2, EXECUTING), 3: snapshot(3, STOPPED)})
+    assert [marker.name.split(" ")[0] for marker in robots_on_map(facts, NOW)] == [
+        FACTS.robots[2].name, FACTS.robots[1].name, FACTS.robots[0].name]
+
+
 def test_without_a_map_nobody_is_on_it() -> None:
     assert robots_on_map(replace(FACTS, map=None), NOW) == ()
