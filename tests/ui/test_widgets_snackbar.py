@@ -221,3 +221,15 @@ def test_undo_is_hit_beside_its_word(ui, bars):
         left, y = word.to_window(word.x, word.center_y)
         ui.tap_at(left + x if x < 0 else left + word.width + x, y)
     assert undone == ["undo"] * 2
+
+
+def test_undo_stands_where_it_always_stands_and_never_is_a_cross_there(ui, bars):
+    places = []
+    for stays in (False, True):
+        bars.undo("Home on Veikko is deleted", "Undo", lambda: None, stays=stays)
+        ui.advance(.3)
+        bar = ui.find(Snackbar)
+        places.append((bar.ids.snack_button.x, bar.ids.snack_button.right))
+        bars.clear()
+        ui.advance(.3)
+    assert places[0] == places[1]
