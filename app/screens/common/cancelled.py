@@ -22,12 +22,12 @@ def ask_to_cancel(shell: Shell, mission: str, robot: str, agreed: Callable[[], o
     shell.dialogs.confirm(_("Cancel {mission}?").format(mission=mission), text, _("Cancel it"), agreed, danger=True, decline=_("Keep it"))
 
 
-def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], object]) -> None:
-    """What that robot is on."""
-    shell.dialogs.confirm(
-        _("Stop {mission}?").format(mission=mission),
-        _("{robot} is on its way: it stops where it is, and does not go on with this mission.").format(robot=robot),
-        _("Stop it"), agreed, danger=True, decline=_("Let it run"))
+def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], object], following: str = "") -> None:
+    """What that robot is on; ``following`` is the next in its queue, as far as known."""
+    text = _("{robot} is on its way: it stops where it is, and does not go on with this mission.").format(robot=robot)
+    if following:
+        text += " " + _("It then goes on with {mission}, the next in its queue.").format(mission=following)
+    shell.dialogs.confirm(_("Stop {mission}?").format(mission=mission), text, _("Stop it"), agreed, danger=True, decline=_("Let it run"))
 
 
 def say_cancelled(shell: Shell, catalogue: Catalogue, mission: str, left: Execution | None, changed: Callable[[], object]) -> None:

@@ -243,6 +243,16 @@ def test_what_runs_is_stopped_only_after_a_question(home, ui):
     assert execution.reason.code is ReasonCode.USER_CANCELLED
 
 
+def test_who_stops_a_mission_is_told_what_the_robot_goes_on_with(home, ui):
+    run(ui, "Deliver")
+    ui.wait(lambda: is_shown_running(ui))
+    api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"])
+    ui.wait(lambda: ui.find_all(QueueRow, number="1", mission="Home"))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    assert "Stop Deliver?" in ui.texts()
+    assert any("goes on with Home, the next in its queue" in text for text in ui.texts())
+
+
 def test_what_the_robot_could_not_be_told_is_not_cancelled_yet(home, ui):
     pend(home)
     run(ui, "Deliver")
