@@ -46,7 +46,7 @@ class ResetReport:
             self._tell(robot, _("The errors of {robot} are reset; press Resume to continue"), "check")
         elif Clock.get_time() >= until:
             self._asked = None
-            self._tell(robot, _("{robot} has got Reset errors, but its error stands") if status else
+            self._tell(robot, _("{robot} has got Reset errors, but its error stands: see to its cause, then reset again") if status else
                        _("{robot} has got Reset errors and not answered since"), "alert-circle-outline", PROBLEM_SECONDS)
 
     def _tell(self, robot: Robot, text: str, icon: str, seconds: float = SECONDS) -> None:

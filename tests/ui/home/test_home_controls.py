@@ -116,7 +116,7 @@ def test_reset_errors_says_that_they_are_gone_only_when_they_are(home, ui):
     ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
     press(ui, "Reset errors")                                 # its cause is still there
     ui.wait(lambda: home.shell.snackbars.texts == ["Aino has got Reset errors"])
-    ui.wait(lambda: home.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands"])
+    ui.wait(lambda: home.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands: see to its cause, then reset again"])
     home.aino.control({"error": None})
     home.shell.snackbars.clear()
     press(ui, "Reset errors")

@@ -98,9 +98,9 @@ def failed(home, ui):
 
 def test_that_an_error_stands_is_said_for_longer_than_that_it_was_reset(failed, ui):
     press(ui, "Reset errors")
-    ui.wait(lambda: failed.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands"])
+    ui.wait(lambda: failed.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands: see to its cause, then reset again"])
     ui.advance(6)
-    assert failed.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands"]
+    assert failed.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands: see to its cause, then reset again"]
     ui.advance(2.5)
     assert failed.shell.snackbars.texts == []
 
