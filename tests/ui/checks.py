@@ -2,11 +2,12 @@
 
 Clipped text, broken words, text under 14 sp, text and widgets that leave their place or overlap in their box, touch targets under 48 dp
 (64 with gloves), gaps between targets under 8 dp, hidden widgets that swallow touches, and the contrast of every pair of colours that the
-widgets use. What a canvas draws it does not see.
+widgets use; fields that are not level, and bars over targets. What else a canvas draws it does not see.
 """
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import pytest
 from kivy.core.window import Window
@@ -19,6 +20,7 @@ from kivy.uix.scrollview import ScrollView
 from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
+from app.widgets.fields import FieldBase
 from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
 from app.widgets.tokens import COLOURS, THEMES, TONES, tk
@@ -89,7 +91,8 @@ def problems(root: Widget) -> list[str]:
             found.append(f"small target {name_of(widget)}: {widget.width:.0f}×{widget.height:.0f}")
         if isinstance(widget, BoxLayout):
             found += _box_problems(widget)
-    return [*found, *_gap_problems(targets), *swallowed_touches(root)]
+        found += _level_problems(widget)
+    return [*found, *_gap_problems(targets), *_bar_problems(targets), *swallowed_touches(root)]
 
 
 # ---------------------------------------------------------------------- touches
@@ -211,6 +214,14 @@ def _box_problems(box: BoxLayout) -> Iterator[str]:
                 yield f"{name_of(a)} overlaps {name_of(b)}"
 
 
+def _level_problems(box: Widget) -> Iterator[str]:
+    """Fields beside each other whose labels are not: one has more lines below it."""
+    fields = [child for child in box.children if isinstance(child, FieldBase)]
+    for a, b in combinations(fields, 2):
+        if min(a.top, b.top) - max(a.y, b.y) > SLACK and abs(a.top - b.top) > SLACK:
+            yield f"{name_of(a)} is not level with {name_of(b)}: {a.top:.0f}, {b.top:.0f}"
+
+
 def _gap_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[str]:
     seen = [(widget, above, visible_area(widget, above)) for widget, above in targets]
     seen = [(widget, above, place) for widget, above, place in seen if place is not None]
@@ -221,6 +232,17 @@ def _gap_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[
             gap = max(bx - aright, ax - bright, by - atop, ay - btop)
             if gap < dp(GAP) - SLACK:
                 yield f"gap {gap:.0f} px between {name_of(a)} and {name_of(b)}"
+
+
+def _bar_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[str]:
+    """Targets under the bar of what scrolls them."""
+    for widget, above in targets:
+        for view in above:
+            if isinstance(view, ScrollView) and view.bar_width and view.do_scroll_y and view.viewport_size[1] > view.height + SLACK:
+                bar = area(view)[2] - view.bar_margin
+                _left, low, right, high = area(widget)
+                if right > bar - view.bar_width + SLACK and min(high, area(view)[3]) - max(low, area(view)[1]) > SLACK:
+                    yield f"the bar of {name_of(view)} lies on {name_of(widget)}: {bar - view.bar_width:.0f}–{bar:.0f} / {right:.0f}"
 
 
 def _one_field(a_above: tuple[Widget, ...], b_above: tuple[Widget, ...]) -> bool:

@@ -64,3 +64,25 @@ def test_a_hidden_command_lets_the_touch_through_to_what_lies_under_it(ui, hidde
     command.bind(on_release=lambda _button: pressed.append("hidden"))
     ui.tap_at(*command.center)
     assert pressed == ["under"]
+
+
+def test_fields_that_are_not_level_are_found(ui):
+    root = laid_out(ui, """MDGridLayout:
+            cols: 2
+            StepField:
+                label: 'Left'
+                help: 'several lines of help ' * 9
+            StepField:
+                label: 'Right'""")
+    assert [found for found in checks.problems(root) if "level" in found]
+
+
+def test_a_bar_over_a_target_is_found_and_one_beside_it_is_none(ui):
+    root = laid_out(ui, """ScrollView:
+            bar_width: 4
+            CommandButton:
+                text: 'Go'
+                height: 900""")
+    assert [found for found in checks.problems(root) if "the bar of" in found]
+    root.children[0].children[0].bar_margin = -12
+    assert not [found for found in checks.problems(root) if "the bar of" in found]

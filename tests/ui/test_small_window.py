@@ -35,6 +35,7 @@ from app.screens.home.facts import HomeFacts
 from app.screens.home.fleet import Count
 from app.screens.home.fleet_page import CountChip, Counts
 from app.screens.home.screen import HomeScreen
+from app.screens.home.waiting_model import WaitingDialog
 from app.screens.settings.idle import IdlePanel
 from app.screens.settings.missions import MissionRow
 from app.screens.settings.places import PlaceRow
@@ -42,6 +43,7 @@ from app.services.live.holds import Hold
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.display import ValueTile
+from app.widgets.fields import StepField
 from app.widgets.frame import AlarmBanner, Frame
 from app.widgets.number_pad import PadKey
 from app.widgets.pages import LowPage
@@ -230,6 +232,23 @@ def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(ui, size
         first = ui.find_all(kind)[0]
         assert checks.visible_area(first, checks.parents(first))[3] - checks.area(page)[1] > 60
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
+def test_fields_beside_each_other_are_level_whatever_is_below_them(ui):
+    with window(ui, (1024, 600), 1.3, "fi") as rig:
+        screen = Plant(rig).screen(rig, "scheduler")
+        ui.advance(.3)
+        assert len(ui.find_all(StepField, root=screen)) > 3
+        assert "\n".join(checks.problems(screen)) == ""
+
+
+def test_the_bar_of_the_list_of_what_waits_lies_on_no_button(ui):
+    with window(ui, (1024, 600)) as rig:
+        rig.dialogs = Dialogs(animate=False)
+        home(rig, sample.WITH_WAITING).vm.waiting.show_all()
+        ui.advance(.3)
+        assert "\n".join(checks.problems(ui.find(WaitingDialog))) == ""
+        rig.dialogs.close_all()
 
 
 @pytest.mark.parametrize("size", [(600, 480), (800, 480), (800, 1280), (1024, 600)], ids="{0[0]}x{0[1]}".format)
