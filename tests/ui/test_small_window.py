@@ -33,7 +33,7 @@ from app.screens.home.cards import (
 )
 from app.screens.home.facts import HomeFacts
 from app.screens.home.fleet import Count
-from app.screens.home.fleet_page import CountChip, Counts
+from app.screens.home.fleet_page import CountChip, Counts, SmallTile
 from app.screens.home.screen import HomeScreen
 from app.screens.home.waiting_model import WaitingDialog
 from app.screens.settings.idle import IdlePanel
@@ -297,6 +297,18 @@ def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small, issues):
     head, tiles = ui.find(Counts), ui.find(PanelGrid)
     assert head.to_window(0, head.top)[1] <= ui.find(Frame).ids.body.to_window(0, ui.find(Frame).ids.body.top)[1] + 1
     assert tiles.height >= 40
+
+
+@pytest.mark.parametrize(("scale", "gloves"), [(1.0, False), (1.0, True), (1.3, False), (1.3, True)])
+def test_of_fifty_robots_the_words_of_two_rows_are_seen_below_a_banner(ui, scale, gloves):
+    with window(ui, (1024, 600), scale, "fi", gloves=gloves) as rig:
+        fleet(rig, 50)
+        ui.advance(.5)
+        assert ui.find(AlarmBanner).height > 60
+        tops = {round(tile.to_window(*tile.pos)[1]) for tile in ui.find_all(SmallTile)
+                if all(checks.is_seen(label) for label in ui.find_all(Label, root=tile))}
+        assert len(tops) >= 2
+        assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
 @pytest.mark.parametrize("small", [pytest.param(((600, 480), "plain"), id="600x480")], indirect=True)

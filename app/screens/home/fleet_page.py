@@ -157,6 +157,15 @@ class Counts(StackLayout):
             for name, value in vars(count).items():
                 setattr(chip, name, value)
 
+    def height_in(self, width: float, _row_width: float) -> float:
+        """How high they are in as many rows as they take in ``width`` px; what their own widths are, ``row_width`` follows."""
+        rows, taken = 1, 0.
+        for chip in reversed(self.children):
+            if taken and taken + chip.width > width:
+                rows, taken = rows + 1, 0.
+            taken += chip.width + self.spacing[0]
+        return sum(chip.height for chip in self.children[:1]) * rows + self.spacing[1] * (rows - 1)
+
     def _measure(self, *_: Any) -> None:
         self.row_width = sum(chip.width for chip in self.children) + self.spacing[0] * max(0, len(self.children) - 1)
 
