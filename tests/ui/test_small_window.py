@@ -30,6 +30,7 @@ from app.screens.home.cards import (
     QueueCard,
     RobotCard,
     RobotControls,
+    RobotStrip,
 )
 from app.screens.home.facts import HomeFacts
 from app.screens.home.fleet import Count
@@ -309,6 +310,18 @@ def test_of_fifty_robots_the_words_of_two_rows_are_seen_below_a_banner(ui, scale
                 if all(checks.is_seen(label) for label in ui.find_all(Label, root=tile))}
         assert len(tops) >= 2
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
+
+
+def test_the_way_back_to_all_robots_takes_no_more_room_than_its_button_and_is_level_with_what_is_blocked(ui):
+    with window(ui, (1024, 600), 1.3, "fi") as rig:
+        fleet(rig, 50).leave()
+        ui.advance(.5)
+        strip = ui.find(RobotStrip)
+        button, line = ui.find(CommandButton, root=strip), ui.find(BlockedLine, root=strip)
+        assert line.text
+        assert checks.is_seen(button)
+        assert strip.height == button.height
+        assert abs(line.center_y - button.center_y) < 1
 
 
 @pytest.mark.parametrize("small", [pytest.param(((600, 480), "plain"), id="600x480")], indirect=True)
