@@ -77,10 +77,11 @@ def test_fields_that_are_not_level_are_found(ui):
     assert [found for found in checks.problems(root) if "level" in found]
 
 
-def test_a_bar_over_a_target_is_found_and_one_beside_it_is_none(ui):
+def test_a_bar_over_an_edge_is_found_and_one_beside_it_is_none(ui):
     root = laid_out(ui, """ScrollView:
             bar_width: 4
             CommandButton:
+                style: 'outlined'
                 text: 'Go'
                 height: 900""")
     assert [found for found in checks.problems(root) if "the bar of" in found]
