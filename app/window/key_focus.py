@@ -68,6 +68,15 @@ def _around(target) -> tuple[float, float, float, float]:
     return left, bottom, right - left, top - bottom
 
 
+def _reveal(target) -> None:
+    """Scroll what it is in."""
+    for view in parents(target)[1:]:
+        if isinstance(view, LongList):
+            view.reveal(_row_of(target).key)
+        elif isinstance(view, ScrollView) and any(inside.height > view.height or inside.width > view.width for inside in view.children):
+            view.scroll_to(target, padding=dp(24), animate=False)
+
+
 def _far(target, other, right, up) -> float:
     """How far the other one is in that direction, from edge to edge: twice as far for what it is to the side. Of those that are equally far
     the one whose middle is best in line; infinite: it is not in that direction."""
@@ -289,11 +298,7 @@ class KeyFocus:
         if self.target is not None and top != parents(self.target)[-1:] and not isinstance(top[0], Overlay):
             self._left.append(self.target)
         self.target = target
-        for view in parents(target)[1:]:
-            if isinstance(view, LongList):
-                view.reveal(_row_of(target).key)
-            elif isinstance(view, ScrollView) and any(inside.height > view.height or inside.width > view.width for inside in view.children):
-                view.scroll_to(target, padding=dp(24), animate=False)
+        _reveal(target)
         if isinstance(target, FieldInput):
             target.focus = True              # which shows it in its own way
             target.select_all()
@@ -311,6 +316,9 @@ class KeyFocus:
         seen = target in self.targets() and not (isinstance(target, FieldInput) and target.focus)
         place = (*_around(target), *tk.ink) if seen else None
         if place != self._shown:
+            if seen and self._shown is not None:
+                _reveal(target)              # it has moved: what it did may have pushed it out of sight
+                place = (*_around(target), *tk.ink)
             self._clear()
             self._shown = place
             if place is not None:

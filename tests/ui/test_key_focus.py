@@ -6,6 +6,7 @@ from kivy.core.window import Window
 from kivy.graphics import Color, SmoothLine
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.floatlayout import FloatLayout
+from kivy.uix.widget import Widget
 from kivy.utils import get_hex_from_color
 
 from app.screens.common.options import Option
@@ -16,6 +17,7 @@ from app.widgets.display import SectionCard
 from app.widgets.fields import FieldInput, FormField
 from app.widgets.long_list import LongList
 from app.widgets.panel_grid import PanelGrid
+from app.widgets.scrolling import ScrollPage
 from app.widgets.timeline import Timeline
 from app.widgets.tokens import tk
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB
@@ -55,6 +57,20 @@ def test_the_ring_does_not_lie_on_the_border_of_the_card(ui, keys):
 
 def ring_lines(before) -> list[SmoothLine]:
     return [part for part in Window.canvas.after.children if part not in before and isinstance(part, SmoothLine)]
+
+
+def test_what_is_pushed_out_of_sight_while_it_has_the_ring_is_scrolled_back(ui, keys):
+    """As the outcome of a test of the connection does to its button."""
+    page = ScrollPage()
+    above, button = Widget(size_hint_y=None, height=200), CommandButton(text="Test", height=64)
+    for widget in (above, button):
+        page.add_widget(widget)
+    ui.show(page, (300, 300))
+    ui.key(TAB)
+    assert keys.target is button
+    above.height = 400
+    ui.advance(.2)
+    assert checks.is_seen(button)
 
 
 def test_the_ring_follows_the_card_that_it_is_kept_inside_of(ui, keys):
