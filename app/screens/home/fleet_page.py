@@ -164,7 +164,7 @@ class Counts(StackLayout):
             if taken and taken + chip.width > width:
                 rows, taken = rows + 1, 0.
             taken += chip.width + self.spacing[0]
-        return sum(chip.height for chip in self.children[:1]) * rows + self.spacing[1] * (rows - 1)
+        return float(sum(chip.height for chip in self.children[:1]) * rows + self.spacing[1] * (rows - 1))
 
     def _measure(self, *_: Any) -> None:
         self.row_width = sum(chip.width for chip in self.children) + self.spacing[0] * max(0, len(self.children) - 1)

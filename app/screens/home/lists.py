@@ -109,6 +109,8 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
     for e in facts.not_in_queue:
         if e.state in (State.WAITING, State.SUBMITTING):
             entry = _waiting(facts, e, now)
+        elif e.cancel_code:                  # the robot has it no more, or about to be seen as ended
+            entry = QueueEntry(("execution", e.id), facts.given.run(e), icon="cancel")
         else:                                # the robot has it, but its queue was read before that; the entry stays where it is
             number += 1
             entry = QueueEntry(("execution", e.id), facts.given.run(e), _since(facts, e), str(number))
@@ -218,7 +220,7 @@ def blocked(facts: HomeFacts) -> Blocked:
 def queue_note(facts: HomeFacts, now: datetime) -> str:
     """How many run and wait; of a robot that doesn't answer, when that was read."""
     running = sum(1 for item in facts.snapshot.queue if item.state is QueueState.EXECUTING)
-    waiting = len(facts.snapshot.queue) + len(facts.not_in_queue) - running
+    waiting = len(facts.snapshot.queue) - running + sum(1 for e in facts.not_in_queue if not e.cancel_code)
     if is_old(facts.snapshot, now, facts.settings) and facts.snapshot.queue_read_at is not None:
         return _("as of {time}").format(time=formats.clock_time(facts.snapshot.queue_read_at, facts.settings.timezone))
     parts = []

@@ -15,7 +15,7 @@ from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.frame import TopBar
 from app.widgets.panel_grid import PanelGrid
 from app.widgets.rows import RobotChip
-from app.widgets.text import BodyStrong, Txt
+from app.widgets.text import BodyStrong, Ico, Txt
 from tests.support import home_facts as sample
 from tests.ui.fleet.operator import add_robots, counted, go_back, see, settle, tiles
 from tests.ui.whole_app import shown
@@ -190,8 +190,12 @@ def test_a_count_filters_until_it_is_tapped_again(container, robots, ui):
     with shown(container, ui):
         see(container, robots[2], sample.STOPPED)
         ui.wait(lambda: "1 stopped" in counted(ui))
-        ui.tap(ui.find(CountChip, text="1 stopped"))
+        chip = ui.find(CountChip, text="1 stopped")
+        places = [each.pos[:] for each in ui.find_all(CountChip)]
+        ui.tap(chip)
         assert tiles(ui) == [robots[2].name]
+        assert ui.find_all(Ico, chip, icon="close")
+        assert [each.pos[:] for each in ui.find_all(CountChip)] == places       # nothing moves under the finger
         see(container, robots[2], sample.READY)
         ui.wait(lambda: not tiles(ui))
         assert counted(ui) == ["0 stopped", "6 ready"]

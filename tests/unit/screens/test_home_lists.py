@@ -116,6 +116,14 @@ def test_what_is_being_cancelled_cannot_be_cancelled_again():
     assert not rows["execution", 1].cancellable
 
 
+def test_what_the_robot_has_dropped_waits_for_nothing_while_its_end_is_not_seen_yet():
+    stopped = replace(RUNNING, cancel_code=ReasonCode.USER_CANCELLED)
+    facts = replace(with_aino(READY, QUEUE[2:]), open=(stopped,))
+    waits, leaves = queue_entries(facts, NOW)
+    assert (waits.number, leaves.number, leaves.icon, leaves.origin) == ("1", "", "cancel", "Being cancelled")
+    assert queue_note(facts, NOW) == "1 waiting"
+
+
 def test_robots_number_their_items_alike():
     facts = replace(FACTS, cancelling=frozenset({(VEIKKO.id, 103)}))
     assert "Being cancelled" not in [row.origin for row in queue_entries(facts, NOW)]
