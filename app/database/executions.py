@@ -39,6 +39,9 @@ class Elsewhere(NamedTuple):
     at: datetime
 
 
+IDENTIFIER_LENGTH = 36                   # characters of a position's, as robots write it: nobody reads that
+
+
 @dataclass(frozen=True)
 class ExecutionFilter:
     """Which executions are wanted; None or an empty text: any."""
@@ -48,9 +51,11 @@ class ExecutionFilter:
     triggers: Sequence[Trigger] | None = None
     start: datetime | None = None        # of the planned instant, included
     end: datetime | None = None          # not included
-    text: str = ""                       # somewhere in the names of mission, schedule or robot, or in the robot's message, in whatever case
+    text: str = ""                       # somewhere in the names of mission, schedule or robot, in the robot's message, or in a text that
+                                         # the mission was given, in whatever case
     group: str | None = None             # its name then, of those that any robot of a group could take
     reasons: Sequence[ReasonCode] = ()   # or that ended for one of these, where a text is wanted
+    values: Sequence[str] = ()           # or whose mission was given one of these identifiers, where a text is wanted
 
 
 @dataclass(frozen=True)
@@ -439,7 +444,11 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
     if text := wanted.text.strip():
         demand(f"""(instr(casefold(mission || char(10) || schedule || char(10) || robot || char(10)
                                || coalesce(json_extract(reason_details, '$.message'), '')), ?)
-                    OR reason_code IN ({placeholders(wanted.reasons)}))""", text.casefold(), *wanted.reasons)
+                    OR reason_code IN ({placeholders(wanted.reasons)})
+                    OR parameters <> '{{}}' AND EXISTS (SELECT 1 FROM json_each(parameters) WHERE type = 'text'
+                        AND (value IN ({placeholders(wanted.values)})
+                             OR length(value) < {IDENTIFIER_LENGTH} AND instr(casefold(value), ?))))""",
+               text.casefold(), *wanted.reasons, *wanted.values, text.casefold())
     return " AND ".join(parts), values
 
 

@@ -65,6 +65,11 @@ class Given:
         """Whether there is one of which only a robot knows the name."""
         return any(_IDENTIFIER.fullmatch(str(value)) and value not in self.names for value in values.values())
 
+    def positions_with(self, text: str) -> tuple[str, ...]:
+        """Identifiers of those in whose names that is, in whatever case."""
+        wanted = text.strip().casefold()
+        return tuple(str(key) for key, name in self.names.items() if wanted and wanted in name.casefold())
+
     def _word(self, guid: str, name: str, value: Any) -> str:
         parameter = next((each for each in self.parameters.get(guid, ()) if each.name == name), MissionParameter(name))
         if known := next((label for key, label in parameter.choices if key == value and type(key) is type(value)),

@@ -74,7 +74,7 @@ def execution_filter(filters: Filters, now: datetime, zone: ZoneInfo) -> Executi
         robot_ids=None if filters.group else filters.robot_ids, group=filters.group.name if filters.group else None,
         mission=filters.mission, states=filters.states or None,
         triggers=filters.triggers or None, start=period_start(filters.period, now, zone), end=period_end(filters.period, now, zone),
-        text=filters.text.strip(), reasons=codes_with(filters.text.strip(), _) if filters.text.strip() else ())
+        text=filters.text.strip(), reasons=codes_with(filters.text.strip(), _) if filters.text.strip() else (), values=filters.values)
 
 
 def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> LogsFacts:

@@ -84,7 +84,7 @@ class LogsViewModel(ViewModel):
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
         self._figures_refresher = Refresher(shell, self._start_reading_figures, self._take_figures)
         self._presses = Presses()
-        self._search_soon = Clock.create_trigger(lambda _dt: self.set_filters(text=self.query), SEARCH_DELAY_S)
+        self._search_soon = Clock.create_trigger(self._search, SEARCH_DELAY_S)
 
     # ------------------------------------------------------------------ reading
     def opened(self, execution_id: int | None = None, anew: bool = False, seen: tuple[str, Filters] | None = None) -> None:
@@ -300,6 +300,9 @@ class LogsViewModel(ViewModel):
             self.query = text
             self._search_soon.cancel()
             self._search_soon()
+
+    def _search(self, _dt: float) -> None:
+        self.set_filters(text=self.query, values=self._shell.given.known.positions_with(self.query))
 
     def show_everything(self) -> None:
         """Clear the filters of the list; period and robot stay."""

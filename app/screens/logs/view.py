@@ -51,6 +51,7 @@ class Filters:
     mission: str | None = None
     triggers: tuple[Trigger, ...] = ()
     text: str = ""
+    values: tuple[str, ...] = ()         # identifiers of positions in whose names that text is
     group: OfGroup | None = None         # in place of the robot
 
     @property

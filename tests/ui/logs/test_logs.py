@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import csv
 import threading
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from kivy.core.window import Window
 
 from app.database.executions import ExecutionFilter
 from app.domain.models import State
+from app.domain.robot import MissionParameter
 from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS
 from app.services.history.kpi import KpiFilter
@@ -203,6 +205,18 @@ def test_a_search_finds_reasons_too(screen, ui, typed, reason):
     settle(screen, ui)
     assert screen.logs.rows
     assert all(row.reason.startswith(reason) for row in screen.logs.rows)
+
+
+def test_a_search_finds_the_position_that_a_row_names(screen, container, ui):
+    """The history keeps it as robots want it; what they call it is shown."""
+    guid = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
+    run = replace(container.history.page(failures(container)).rows[0], id=None, token="to-dock", queue_id=None, parameters={"goal": guid})
+    added = container.db.write(lambda c: container.repositories.executions.add(c, run))
+    screen.shell.given.take("m-1", (MissionParameter("goal", "Position", choices=((guid, "Cold store"),), sets="position"),))
+    tap(screen, ui, ui.find(IconButton, icon="magnify"))
+    ui.type(ui.find(SearchField), "COLD")
+    settle(screen, ui)
+    assert [(row.key, row.mission) for row in screen.logs.rows] == [(added.id, f"{run.mission} · Cold store")]
 
 
 def test_where_nothing_is_found_the_screen_says_what_to_do(screen, ui):

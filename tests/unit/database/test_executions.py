@@ -195,6 +195,9 @@ def test_the_newest_ended_ones_of_all_robots(db, row):
 
 
 # ---------------------------------------------------------------------- history
+DOCK = "3d7c7c40-ce85-11ef-904a-000e8e9884eb"
+
+
 @pytest.fixture
 def history(db, row):
     """Twelve rows, two of each planned instant."""
@@ -203,7 +206,8 @@ def history(db, row):
         state = (*ENDED_STATES, State.WAITING)[number % 6]
         planned = NOON + timedelta(minutes=number // 2)
         values = {"robot_id": number % 3 + 1, "robot": f"R{number % 3 + 1}", "schedule_id": number, "planned_at": planned,
-                  "trigger": Trigger.MANUAL if number % 4 == 0 else Trigger.SCHEDULED, "mission": "Päivä" if number < 6 else "Home"}
+                  "trigger": Trigger.MANUAL if number % 4 == 0 else Trigger.SCHEDULED, "mission": "Päivä" if number < 6 else "Home",
+                  "parameters": {"Position": DOCK, "Pallets": 2, "Note": "Erä 7"} if number == 5 else {}}
         rows.append(add(db, ended(row, state, **values) if state is not State.WAITING else row(**values)))
     return rows
 
@@ -232,6 +236,9 @@ def test_pages_join_to_the_whole_newest_first(db, history, size):
     (ExecutionFilter(text="PÄIVÄ"), lambda e: e.mission == "Päivä"),
     (ExecutionFilter(text=" r3 "), lambda e: e.robot == "R3"),
     (ExecutionFilter(text="%"), lambda e: False),
+    (ExecutionFilter(text="ERÄ"), lambda e: e.schedule_id == 5),
+    (ExecutionFilter(text="dock", values=[DOCK]), lambda e: e.schedule_id == 5),       # as a robot calls it
+    (ExecutionFilter(text=DOCK[:8]), lambda e: False),                                 # nobody reads that
     (ExecutionFilter(robot_ids=[1], text="home", states=[State.COMPLETED]),
      lambda e: e.robot_id == 1 and e.mission == "Home" and e.state is State.COMPLETED)])
 def test_filters_on_pages_counts_and_the_stream(db, history, wanted, keeps):
