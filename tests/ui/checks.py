@@ -2,7 +2,7 @@
 
 Clipped text, broken words, text under 14 sp, text and widgets that leave their place or overlap in their box, touch targets under 48 dp
 (64 with gloves), gaps between targets under 8 dp, hidden widgets that swallow touches, and the contrast of every pair of colours that the
-widgets use; fields that are not level, and bars over edges. What else a canvas draws it does not see.
+widgets use; fields that are not level, and bars over buttons. What else a canvas draws it does not see.
 """
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from kivy.uix.scrollview import ScrollView
 from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
+from app.widgets.buttons import CommandButton
 from app.widgets.fields import FieldBase
 from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
@@ -235,9 +236,9 @@ def _gap_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[
 
 
 def _bar_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[str]:
-    """Edges of targets under the bar of what scrolls them."""
+    """Edges of buttons under the bar of what scrolls them; a row has a margin for it."""
     for widget, above in targets:
-        if getattr(widget, "line_color", (0, 0, 0, 0))[3] == 0:
+        if not isinstance(widget, CommandButton) or widget.line_color[3] == 0:
             continue
         for view in above:
             if isinstance(view, ScrollView) and view.bar_width and view.do_scroll_y and view.viewport_size[1] > view.height + SLACK:
