@@ -37,7 +37,7 @@ COLOURS = {
     "accent_on":       ("#063C49", "#C9F0F6", "#FFFFFF"),
     "accent_solid":    ("#0B5A6B", "#1A7F91", "#003F4D"),     # a filled button: never the brightest area of a dark screen
     "accent_mid":      ("#3E8494", "#4A98A6", "#1F6B7A"),     # large areas of data
-    "accent_soft":     ("#A9CDD5", "#2D6470", "#6B99A3"),
+    "accent_soft":     ("#A9CDD5", "#2D6470", "#6D9DA3"),
     # states: <s> on a surface, <s>_bg tint, <s>_on text on the tint, <s>_solid for the loudest use
     "fault":           ("#B3261E", "#FF9E94", "#8A0000"),
     "fault_bg":        ("#FCE6E3", "#4B1814", "#8A0000"),

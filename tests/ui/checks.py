@@ -270,7 +270,7 @@ TEXT_PAIRS = [
     *((ink, ground) for ink in ("ink", "ink2", "ink3", *TONES) for ground in ("bg", "surface", "surface2")),
     *((f"{tone}_on", f"{tone}_bg") for tone in TONES),
     *(("solid_ink", f"{tone}_solid") for tone in ("fault", "action", "done", "neutral", "offline", "accent")),
-    ("ink2", "map_floor"), ("ink2", "closed"), ("accent_ink", "accent"), ("amber_ink", "attention_solid"),
+    ("ink2", "map_floor"), ("ink2", "closed"), ("accent_ink", "accent"), ("ink", "accent_soft"), ("amber_ink", "attention_solid"),
     ("snack_ink", "snack"), ("snack_accent", "snack"),
 ]
 PART_PAIRS = [

@@ -94,11 +94,11 @@ class HomeCommands(HomeState):
     def cancel(self, key: tuple[str, int]) -> None:
         """One entry of the queue: ours by the execution, others' by the item. Asked about first is what runs, and what can't be undone."""
         robot = self.facts.robot
-        if robot is None or self._presses.is_same(OfRobot(key, robot.id)):
-            return
         entry = next((entry for entry in self.queue if entry.key == key), None)
-        name = entry.mission if entry else ""
-        if entry is None or (not entry.runs and self._is_undoable(key)):
+        if robot is None or entry is None or self._presses.is_same(OfRobot(key, robot.id)):
+            return                           # without an entry: it went in the frame of the press
+        name = entry.mission
+        if not entry.runs and self._is_undoable(key):
             self._cancel(robot, key, name)
             return
         if not entry.runs:

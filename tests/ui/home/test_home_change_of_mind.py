@@ -130,3 +130,9 @@ def test_run_is_aimed_at_the_robot_that_it_names_when_the_group_is_gone(home, ui
     run(ui, "Home")
     ui.wait(lambda: home.shell.snackbars.texts)
     assert home.shell.snackbars.texts == ["Home is sent to Aino"]
+
+
+def test_a_cross_whose_row_goes_in_the_same_frame_cancels_nothing_and_says_nothing(home, ui):
+    home.root_vm.cancel(("item", 999_999))
+    ui.wait(lambda: home.shell.background.idle)
+    assert home.shell.snackbars.texts == []
