@@ -356,9 +356,16 @@ def test_cancelling_one_of_ours_that_has_just_ended_keeps_how_it_ended(home, ui)
     ui.wait(lambda: not rows(ui))
 
 
-def test_an_item_that_the_robot_does_not_know_any_more_had_ended(home, ui):
-    home.root_vm.cancel(("item", 999999))
-    ui.wait(lambda: any("had already ended" in text for text in ui.texts()))
+def test_an_item_that_the_robot_does_not_know_any_more_had_ended(home, ui, monkeypatch):
+    pend(home)
+    operator = home.site.container.operator
+    cancel_item, unknown = operator.cancel_item, 999_999
+    monkeypatch.setattr(operator, "cancel_item", lambda robot_id, _number: cancel_item(robot_id, unknown))
+    api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"])
+    ui.wait(lambda: rows(ui))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    press(ui, "Cancel it")
+    ui.wait(lambda: "Home had already ended" in ui.texts())
 
 
 def test_a_robot_that_is_gone_while_pausing_is_reported_in_one_sentence(home, ui):
