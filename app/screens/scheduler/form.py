@@ -217,8 +217,9 @@ class FormModel(FormFields):
         view = replace(view, closable=not self._draft.is_new or self._is_entered)
         is_moved = self._draft.base is not None and self._draft.dragged == self._draft.times
         if is_moved and not self._is_stored:
-            text = _("Not saved yet. Until then it starts as before.") if self._draft.kind is Kind.ONCE else \
-                _("Not saved yet. Saving moves all its starts like this one.")
+            is_skipped = any(number == self.editing for number, _at in self._facts.skips)
+            text = _("Not saved yet. Saving moves all its starts like this one.") if self._draft.kind is not Kind.ONCE else \
+                _("Not saved yet. Until then it is skipped.") if is_skipped else _("Not saved yet. Until then it starts as before.")
             view = replace(view, skip_why=text) if view.has_skip else \
                 replace(view, warnings=(WarningRow(text, quiet=True), *view.warnings))
         self.view = view

@@ -2,13 +2,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import date, time, timedelta
+from datetime import UTC, date, datetime, time, timedelta
 
 import pytest
 from kivy.metrics import dp
 from kivy.tests.common import UnitTestTouch
 
-from app.domain.models import Robot
+from app.domain.models import Robot, Schedule
 from app.screens.scheduler.cards import FormCard, HoursPart, TimeControls, TimelineLegend
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton, MenuChip
@@ -16,6 +16,7 @@ from app.widgets.plan_rows import DayLine
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import LONG, Timeline
+from tests.support import month
 from tests.ui import checks
 from tests.ui.planner import (
     KITS,
@@ -111,6 +112,23 @@ def test_a_planned_start_that_is_dragged_is_changed_by_save_and_not_before(scree
     save(screen, ui)
     assert screen.plan.form.draft.dragged is None
     assert named(container, "Night stock count", "Aino").start.time() == time(20, 30)
+
+
+def test_of_a_dragged_start_that_is_skipped_meanwhile_nobody_says_that_it_starts(screen, container, ui):
+    kits, at = named(container, KITS, "Aino"), datetime(2026, 11, 20, 15, 0, tzinfo=UTC)
+    once = container.catalogue.save_schedule(Schedule("", kits.robot_id, kits.mission_id, datetime(2026, 11, 20, 17, 0), month.ZONE))
+    settle(screen, ui)
+    screen.plan.move_start(("schedule", once.id, at), 9.)
+    settle(screen, ui)
+
+    def said() -> list[str]:
+        view = screen.plan.form.view
+        return [text for text in (view.skip_why, *(row.text for row in view.warnings)) if text.startswith("Not saved yet")]
+
+    assert said() == ["Not saved yet. Until then it starts as before."]
+    container.pausing.skip(once.id, at)
+    settle(screen, ui)
+    assert said() == ["Not saved yet. Until then it is skipped."]
 
 
 # ---------------------------------------------------------------------- many robots
