@@ -23,7 +23,6 @@ from app.widgets.keyboard import BoardKey, DockedKeyboard
 from app.widgets.rows import SectionRow
 from app.widgets.scrolling import ScrollPage
 from app.widgets.snackbar import Snackbar
-from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk
 from app.window.application import SchedulerApp
 from tests.ui.driver import Driver
@@ -164,7 +163,7 @@ def says(ui: Driver, text: str) -> bool:
 
 
 def undo(ui: Driver) -> None:
-    ui.tap(ui.find(Tap, root=ui.find(Snackbar)))
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
 
 
 # ---------------------------------------------------------------------- what is saved

@@ -13,7 +13,6 @@ from app.screens.scheduler.cards import FormCard
 from app.widgets.buttons import CommandButton
 from app.widgets.fields import PickField
 from app.widgets.snackbar import Snackbar
-from app.widgets.surfaces import Tap
 from tests.services import test_suggestions as month_of_kits
 from tests.support.clock import VirtualClock
 from tests.ui.planner import opened, save, settle
@@ -54,7 +53,7 @@ def kits(container):
 
 def undo(app, ui, text: str) -> None:
     ui.wait(lambda: ui.find_all(Snackbar, text=text))
-    ui.tap(ui.find(Tap, ui.find(Snackbar, text=text)))
+    ui.tap(ui.find(root=ui.find(Snackbar, text=text), text="Undo"))
     settle(app, ui)
 
 

@@ -201,7 +201,7 @@ def test_a_place_and_the_missions_that_use_it(site, app, ui):
     ui.tap(ui.find(IconButton, row, icon="delete-outline"))
     ui.wait(lambda: ui.find_all(Snackbar, text="Dock 2 deleted"))
     ui.wait(lambda: not ui.find_all(PlaceRow))
-    ui.tap(ui.find(Tap, ui.find(Snackbar, text="Dock 2 deleted")))
+    ui.tap(ui.find(root=ui.find(Snackbar, text="Dock 2 deleted"), text="Undo"))
     ui.wait(lambda: ui.find_all(PlaceRow))
     turn_to(ui, "Missions")
     assert page(app).vm.part == "missions"
