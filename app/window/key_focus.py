@@ -75,6 +75,7 @@ def _reveal(target) -> None:
             view.reveal(_row_of(target).key)
         elif isinstance(view, ScrollView) and any(inside.height > view.height or inside.width > view.width for inside in view.children):
             view.scroll_to(target, padding=dp(24), animate=False)
+            view.update_from_scroll()        # now: where it is in the next frame would be another move, which scrolls again
 
 
 def _far(target, other, right, up) -> float:

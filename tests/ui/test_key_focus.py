@@ -4,6 +4,7 @@ from __future__ import annotations
 import pytest
 from kivy.core.window import Window
 from kivy.graphics import Color, SmoothLine
+from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.floatlayout import FloatLayout
 from kivy.uix.widget import Widget
@@ -71,6 +72,28 @@ def test_what_is_pushed_out_of_sight_while_it_has_the_ring_is_scrolled_back(ui, 
     above.height = 400
     ui.advance(.2)
     assert checks.is_seen(button)
+
+
+class Area(ButtonBehavior, Widget):
+    """That is pressed, of whatever height."""
+
+
+@pytest.mark.parametrize("height", [280, 400])
+def test_a_page_stands_still_below_a_target_that_it_has_no_room_for(ui, keys, height):
+    page = ScrollPage()
+    above, area = Widget(size_hint_y=None, height=200), Area(size_hint_y=None, height=height)
+    for widget in (above, area, Widget(size_hint_y=None, height=200)):
+        page.add_widget(widget)
+    ui.show(page, (300, 300))
+    ui.key(TAB)
+    assert keys.target is area
+    above.height = 300
+    ui.advance(.5)
+    places = []
+    for _frame in range(6):
+        ui.advance()
+        places.append(area.to_window(*area.pos))
+    assert len(set(places)) == 1
 
 
 def test_the_ring_follows_the_card_that_it_is_kept_inside_of(ui, keys):
