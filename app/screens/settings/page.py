@@ -83,11 +83,15 @@ class PageContext:
         return self.shell.background.run(work, done, not_done, key=key, apart=apart)
 
     def change(self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None) -> None:
-        """Make a change, then read the facts again. What went wrong is said by a message where the page has been left by then."""
+        """Make a change, then read the facts again. What went wrong is said by a message too where the page has been left by then."""
         page = self._pages_left
 
         def not_done(problem: BaseException) -> None:
-            (failed if failed is not None and page == self._pages_left else self.shell.say_problem)(problem)
+            if failed is not None:
+                failed(problem)
+            if failed is None or page != self._pages_left:
+                self.shell.say_problem(problem)
+
         self.run(work, lambda _result: self.refresh(), not_done)
 
     def save(self, failed: Callable[[BaseException], object] | None = None, **changes: Any) -> None:

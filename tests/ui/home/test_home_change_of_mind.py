@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from app.domain.models import Group, InvalidInput
+from app.screens.home.run_dialog import RunDialog
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.rows import QueueRow, RobotChip
@@ -130,6 +131,21 @@ def test_run_is_aimed_at_the_robot_that_it_names_when_the_group_is_gone(home, ui
     run(ui, "Home")
     ui.wait(lambda: home.shell.snackbars.texts)
     assert home.shell.snackbars.texts == ["Home is sent to Aino"]
+
+
+def test_values_that_were_entered_for_a_group_that_is_gone_run_on_no_robot(home, ui, group):
+    home.site.add_missions("Wait at home")
+    ui.wait(lambda: ui.find_all(ChoiceChip, text="Any of Fleet") and ui.find_all(ChoiceChip, text="Wait at home"))
+    choose(ui, "Wait at home")
+    choose(ui, "Any of Fleet")
+    ui.wait(lambda: ui.find_all(CommandButton, text="Enter values and run"))
+    press(ui, "Enter values and run")
+    dialog = ui.find(RunDialog)
+    home.site.container.catalogue.remove_group(group.id)
+    ui.wait(lambda: not home.root_vm.facts.groups)
+    dialog.run({"Time": "00:00:05.000000"})
+    ui.wait(lambda: home.shell.background.idle)
+    assert not home.site.container.history.open()
 
 
 def test_a_cross_whose_row_goes_in_the_same_frame_cancels_nothing_and_says_nothing(home, ui):

@@ -414,6 +414,23 @@ def test_a_number_that_could_not_be_saved_when_its_page_was_left_is_told(site, a
     ui.wait(lambda: app.shell.snackbars.texts == ["The disk is full"])
 
 
+def test_minutes_that_could_not_be_saved_when_settings_were_left_are_not_shown_as_saved(site, app, ui, monkeypatch):
+    def refuse(*_rule):
+        raise DatabaseUnavailable("The disk is full")
+
+    robot, _other = site.add_robots()
+    site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 10)
+    go(ui, "idle")
+    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
+    monkeypatch.setattr(site.container.catalogue, "save_idle_rule", refuse)
+    page(app).act(robot.id, "minutes", 15)
+    app.shell.go("home")
+    ui.wait(lambda: app.shell.snackbars.texts == ["The disk is full"])
+    app.shell.go("settings")
+    ui.wait(lambda: app.shell.background.idle and ui.find_all(IdlePanel))
+    assert next(panel.minutes for panel in ui.find_all(IdlePanel) if panel.active) == 10
+
+
 # ---------------------------------------------------------------------- a low window
 @pytest.fixture
 def low_window():
