@@ -251,8 +251,7 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def _wait_to_run(self) -> None:
         """Run was pressed before it is known what the mission asks for."""
-        aim = chosen_group(self.facts, self._target) or self.facts.robot
-        self._pressed = self.run.mission, aim.name if aim is not None else ""
+        self._pressed = self._aim_in_words()
         self._presses.begin("run")
         if not self._is_asking:
             self._ask_robot()
@@ -263,12 +262,19 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def _run_no_more(self, why: str = "") -> None:
         """What Run was pressed for is not what is shown any more, or can't be run: it is not started, and that is said."""
-        if self._pressed is not None:
-            mission, robot = self._pressed
+        if (pressed := self._pressed) is not None:
             self._end_waiting()
-            self._say(_("{mission} was not started on {robot}. {why}").format(
-                mission=mission, robot=robot, why=why or _("It was not known yet what it asks for")), "alert-circle-outline",
-                seconds=PROBLEM_SECONDS)
+            self._say_not_started(pressed, why or _("It was not known yet what it asks for"))
+
+    def _aim_in_words(self) -> tuple[str, str]:
+        """Mission and robot or group of Run now."""
+        aim = chosen_group(self.facts, self._target) or self.facts.robot
+        return self.run.mission, aim.name if aim is not None else ""
+
+    def _say_not_started(self, pressed: tuple[str, str], why: str) -> None:
+        mission, robot = pressed
+        self._say(_("{mission} was not started on {robot}. {why}").format(mission=mission, robot=robot, why=why), "alert-circle-outline",
+                  seconds=PROBLEM_SECONDS)
 
     # ------------------------------------------------------------------ what the operator presses
     def run_now(self) -> None:
@@ -278,11 +284,23 @@ class HomeViewModel(HomeCommands, ViewModel):
         if not self._is_known and not self.card.old:
             self._wait_to_run()
         elif self._wanted:
-            dialog, asked_for = RunDialog(self._wanted, vm=self), self._asked_for
-            dialog.bind(on_run=lambda _dialog, values: self._run(values) if asked_for == self._asked_for else None)
-            self._shell.dialogs.open(dialog)
+            self._ask_for_values()
         else:
             self._run({})
+
+    def _ask_for_values(self) -> None:
+        """They run on what they were entered for, or not at all."""
+        asked, pressed = (self._asked_for, self._target), self._aim_in_words()
+
+        def entered(_dialog: RunDialog, values: Mapping[str, Any]) -> None:
+            if asked == (self._asked_for, self._target):
+                self._run(values)
+            else:
+                self._say_not_started(pressed, _("Robot, group or mission has changed meanwhile"))
+
+        dialog = RunDialog(self._wanted, vm=self)
+        dialog.bind(on_run=entered)
+        self._shell.dialogs.open(dialog)
 
     def _run(self, parameters: Mapping[str, Any]) -> None:
         """One press, one mission: the token is made here, and the button waits until the execution is on disk."""

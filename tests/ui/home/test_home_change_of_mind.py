@@ -144,6 +144,7 @@ def test_values_that_were_entered_for_a_group_that_is_gone_run_on_no_robot(home,
     home.site.container.catalogue.remove_group(group.id)
     ui.wait(lambda: not home.root_vm.facts.groups)
     dialog.run({"Time": "00:00:05.000000"})
+    assert home.shell.snackbars.texts == ["Wait at home was not started on Fleet. Robot, group or mission has changed meanwhile"]
     ui.wait(lambda: home.shell.background.idle)
     assert not home.site.container.history.open()
 
