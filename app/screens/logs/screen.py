@@ -79,12 +79,12 @@ class LogsViewModel(ViewModel):
         self._more = MoreFigures()
         self._states: StatesFacts | None = None
         self._row_cache = view.RowCache()
-        self._given = GivenNames(services.robot_missions, services.clock, shell, self._show_rows)
+        self._given = GivenNames(services.robot_missions, services.clock, shell, self._learnt)
         self._next_page: Job | None = None
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
         self._figures_refresher = Refresher(shell, self._start_reading_figures, self._take_figures)
         self._presses = Presses()
-        self._search_soon = Clock.create_trigger(self._search, SEARCH_DELAY_S)
+        self._search_soon = Clock.create_trigger(lambda _dt: self.set_filters(text=self.query), SEARCH_DELAY_S)
 
     # ------------------------------------------------------------------ reading
     def opened(self, execution_id: int | None = None, anew: bool = False, seen: tuple[str, Filters] | None = None) -> None:
@@ -112,7 +112,9 @@ class LogsViewModel(ViewModel):
             self._runs_refresher.request()
 
     def _start_reading(self) -> Callable[[], LogsFacts]:
-        filters, rows = self._filters, min(MAX_ROWS, max(PAGE, len(self._facts.rows)))
+        """With the names as they are known by now: the robots may tell more while a search is open."""
+        self._filters = filters = replace(self._filters, values=self._shell.given.known.positions_with(self._filters.text))
+        rows = min(MAX_ROWS, max(PAGE, len(self._facts.rows)))
         return lambda: read_facts(self._services, filters, rows)
 
     def _take(self, facts: LogsFacts) -> None:
@@ -182,6 +184,12 @@ class LogsViewModel(ViewModel):
         self.rows = self._row_cache.rows(facts.rows, now, facts.zone, facts.usual_s, self.opened_run, facts.expected,
                                          facts.elsewhere, self._shell.given.known)
         self._given.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))
+
+    def _learnt(self) -> None:
+        """What positions are called: a search may find more."""
+        self._show_rows()
+        if self._filters.text:
+            self._runs_refresher.request()
 
     def _show_figures(self) -> None:
         if self._figures is None:
@@ -300,9 +308,6 @@ class LogsViewModel(ViewModel):
             self.query = text
             self._search_soon.cancel()
             self._search_soon()
-
-    def _search(self, _dt: float) -> None:
-        self.set_filters(text=self.query, values=self._shell.given.known.positions_with(self.query))
 
     def show_everything(self) -> None:
         """Clear the filters of the list; period and robot stay."""

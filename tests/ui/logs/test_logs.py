@@ -219,6 +219,20 @@ def test_a_search_finds_the_position_that_a_row_names(screen, container, ui):
     assert [(row.key, row.mission) for row in screen.logs.rows] == [(added.id, f"{run.mission} · Cold store")]
 
 
+def test_a_search_finds_a_position_whose_name_is_learnt_after_it_was_typed(screen, container, ui):
+    """As after a start of the app, when the robots are asked for the names of what is shown."""
+    guid = "b2d5f119-5d0f-11ef-93c1-0001297b6e20"
+    run = replace(container.history.page(failures(container)).rows[0], id=None, token="to-ramp", queue_id=None, parameters={"goal": guid})
+    container.db.write(lambda c: container.repositories.executions.add(c, run))
+    tap(screen, ui, ui.find(IconButton, icon="magnify"))
+    ui.type(ui.find(SearchField), "ramp")
+    settle(screen, ui)
+    assert not screen.logs.rows
+    screen.logs._given._take("m-2", (MissionParameter("goal", "Position", choices=((guid, "North ramp"),), sets="position"),))
+    settle(screen, ui)
+    assert [row.mission for row in screen.logs.rows] == [f"{run.mission} · North ramp"]
+
+
 def test_where_nothing_is_found_the_screen_says_what_to_do(screen, ui):
     tick(screen, ui, "Outcome", "Not run")
     tick(screen, ui, "Trigger", "Idle")
