@@ -16,6 +16,7 @@ from kivy.properties import NumericProperty
 from kivy.uix.label import Label
 
 from app.i18n import translator
+from app.screens.common import threads
 from app.screens.common.threads import STAYING
 from app.screens.common.view_model import Background, Navigator, Refresher, ScreenBase, UiBus, ViewModel
 from app.widgets.frame import Screens
@@ -194,13 +195,14 @@ def test_threads_that_a_crowd_needed_end_with_it(ui, bus, count, stay):
         background.run(lambda: "late")
 
 
-def test_what_was_asked_before_the_end_is_done_and_what_runs_apart_is_not_waited_for(ui, bus):
+def test_what_was_asked_before_the_end_is_done_and_what_runs_apart_is_not_waited_for(ui, bus, monkeypatch):
     """The services close after the window: a number that was stepped a moment before has to be saved by then."""
+    monkeypatch.setattr(threads, "LAST_WORDS", 30)
     background, done, go = Background(bus, workers=1), [], threading.Event()
     for _n in range(3):
-        background.run(lambda: go.wait(5), apart="check-up")
+        background.run(lambda: done.append(go.wait(5)), apart="check-up")
     background.run(lambda: time.sleep(.05))                   # s
-    background.run(lambda: done.append("saved"), done.append)
+    background.run(lambda: done.append("saved"))
     background.close()
     assert done == ["saved"]
     go.set()

@@ -110,6 +110,8 @@ def test_what_is_being_cancelled_is_said_although_a_start_with_the_number_of_tha
     monkeypatch.setattr(home.site.container.operator, "cancel_execution", fail)
     home.root_vm._cancel(home.root_vm.facts.robot, ("execution", number), "Deliver")
     ui.wait(lambda: ("execution", number) not in home.root_vm.busy)
+    home.root_vm.take(home.root_vm.facts)                     # as when it is read again
+    ui.advance()
     assert "Being cancelled" in ui.texts(ui.find(QueueRow))
 
 

@@ -152,6 +152,8 @@ def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui
     ui.tap(ui.find(OptionRow, text="Deliver"))
     ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id)
     assert robots(site)[0].idle.after_minutes == 15
+    site.container.catalogue.save_idle_rule(robot.id, deliver.id, 30)
+    ui.wait(lambda: next(panel.minutes for panel in ui.find_all(IdlePanel) if panel.active) == 30)
 
 
 def test_minutes_that_are_saved_are_kept_by_who_switches_the_rule_off_before_they_are_read(site, app, ui):
