@@ -175,7 +175,7 @@ class Frame(Surface):
     alarm_action = StringProperty()
     alarm_urgent = BooleanProperty(False)
     alarm_calm = BooleanProperty(False)
-    alarm_about = ObjectProperty(None, allownone=True)       # what its button would do, and with what
+    alarm_about = ObjectProperty(None, allownone=True)       # differs where its button would do something else, or to something else
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
     items = ListProperty()

@@ -1,12 +1,17 @@
 """The frame around the screens: what it shows, where it leads, and who gives way where there is no room."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from kivy.graphics import StencilUse
 from kivy.metrics import Metrics
 from kivymd.uix.screen import MDScreen
 
 from app.domain.models import THEMES
+from app.screens.common.alarms_view import Act
+from app.screens.frame.controller import show_banner
+from app.screens.frame.view import BannerView
 from app.widgets.frame import AlarmBanner, Frame, NavIndicator, NavItem, TopBar
 from app.widgets.text import Txt
 from app.widgets.tokens import apply_theme, tk
@@ -146,3 +151,12 @@ def test_the_date_gives_way_where_there_is_no_room(ui):
     bar.width = 560
     ui.advance()
     assert "Fri 20 Nov 2026" not in ui.texts()
+
+
+def test_a_finger_on_its_way_to_hold_one_start_does_not_hold_all(ui):
+    window, late = frame(ui), BannerView("Late", action="Hold", act=Act.HOLD)
+    show_banner(window, late)
+    ui.advance(2)
+    assert not window.has_just_moved
+    show_banner(window, replace(late, action="Hold all"))
+    assert window.has_just_moved

@@ -64,8 +64,7 @@ def _reason(alarm: Alarm) -> str:
 
 
 def _is_cause(error: Alarm, ended: Alarm) -> bool:
-    """Whether it is an error of the robot that ended this run: it says the same about then, or does not say
-    why."""
+    """Whether it is an error of the robot that ended this run: it says the same about then, or does not say why."""
     reason, problem = ended.details.get("reason"), render(error.details.get("problem", ""))
     if not isinstance(reason, Mapping) or reason.get("code") != ReasonCode.ROBOT_ABORTED or abs(_began(error) - _began(ended)) > APART:
         return False

@@ -47,7 +47,7 @@ def show_bar(frame: Frame, bar: BarView) -> None:
 def show_banner(frame: Frame, view: BannerView) -> None:
     frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
     frame.alarm_others, frame.alarm_action, frame.alarm_urgent, frame.alarm_calm = view.others, view.action, view.urgent, view.calm
-    frame.alarm_about = view.act, view.about
+    frame.alarm_about = view.act, view.about, view.action    # the word tells one late start from several
 
 
 def _listed(executions: Sequence[Execution]) -> frozenset[object]:

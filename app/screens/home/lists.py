@@ -109,7 +109,7 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
     for e in facts.not_in_queue:
         if e.state in (State.WAITING, State.SUBMITTING):
             entry = _waiting(facts, e, now)
-        elif e.cancel_code:                  # the robot has it no more, or about to be seen as ended
+        elif e.cancel_code:                  # it waits for nothing: the robot has dropped it, and is read again before it has ended here
             entry = QueueEntry(("execution", e.id), facts.given.run(e), icon="cancel")
         else:                                # the robot has it, but its queue was read before that; the entry stays where it is
             number += 1
