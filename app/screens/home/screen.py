@@ -42,6 +42,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         super().__init__()
         self._services, self._shell = services, shell
         self.fleet = FleetViewModel(services, shell, self.select_robot)
+        self.fleet.fbind("is_shown", self._robot_left)
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
@@ -78,6 +79,10 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def closed(self) -> None:
         self._run_no_more()
+
+    def _robot_left(self, _fleet: FleetViewModel, shows_all: bool) -> None:
+        if shows_all:
+            self._run_no_more()
 
     def _changed(self, event: Changed) -> None:
         """Robots that are only chips are updated by the tick."""

@@ -46,6 +46,11 @@ def leave(home, ui) -> None:
     home.shell.go("home")
 
 
+def go_back_to_all_robots(home, _ui) -> None:
+    home.root_vm.fleet.many = True
+    home.root_vm.fleet.come_back()
+
+
 def choose_another_robot(_home, ui) -> None:
     ui.tap(ui.find(RobotChip, name="Veikko"))
 
@@ -55,7 +60,8 @@ def choose_another_mission(_home, ui) -> None:
 
 
 @pytest.mark.parametrize(("act", "mission"), [(leave, "Deliver kits to line 2"), (choose_another_robot, "Bring pallet to dock"),
-                                              (choose_another_mission, "Waste to compactor")])
+                                              (choose_another_mission, "Waste to compactor"),
+                                              (go_back_to_all_robots, "Wait at home")])
 def test_run_that_waits_for_the_robot_comes_to_nothing_when_something_else_is_chosen_and_says_so(home, ui, act, mission):
     press_run_before_it_is_known_what_is_asked_for(home, ui, mission)
     act(home, ui)
