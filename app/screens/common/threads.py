@@ -193,13 +193,17 @@ class Background:
             job.cancel()
         for name, threads in self._threads.items():
             threads.pool.shutdown(wait=False, cancel_futures=bool(name))
-        wait([each for name, threads in self._threads.items() if not name for each in threads.jobs.values()], LAST_WORDS)
+        pressed = [each for name, threads in self._threads.items() if not name for each in threads.jobs.values()]
+        for late in wait(pressed, LAST_WORDS).not_done:
+            late.cancel()                    # unless it runs
 
     def _work(self, job: Job, work: Callable[[], Any], done: Callable[[Any], object] | None,
               failed: Callable[[BaseException], object] | None, key: Hashable | None) -> None:
         try:
             result = work()
         except Exception as problem:
+            if self._is_closed:              # nobody is told any more
+                log.error("work in the background failed", exc_info=problem)
             self._bus.post(partial(self._deliver, job, key, partial(self._tell, problem, failed)))
         else:
             self._bus.post(lambda: self._deliver(job, key, lambda: done(result) if done is not None else None))

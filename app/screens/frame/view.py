@@ -82,7 +82,7 @@ class BannerView:
     others: str = ""
     action: str = ""
     act: Act = Act.NOTHING
-    about: int | None = None             # id of the robot or alarm that ``act`` is about
+    about: int | None = None             # id of the robot, alarm or start that ``act`` is about
     urgent: bool = False                 # larger: nobody has acknowledged it for long
     calm: bool = False                   # somebody has acknowledged it
 
@@ -179,7 +179,8 @@ def _late(issues: OpenIssues, settings: Settings, now: datetime) -> BannerView:
         return BannerView(text, note, "attention", HAND, "", _("Show"), Act.LATE_STARTS)
     left = seconds_left(going, now)
     first = ngettext("{n} late mission starts in {s} s", "{n} late missions start in {s} s", count).format(n=count, s=left)
-    return BannerView(first, note, "attention", "timer-alert-outline", "", _("Hold") if count == 1 else _("Hold all"), Act.HOLD)
+    action, about = (_("Hold"), going[0].id) if count == 1 else (_("Hold all"), None)
+    return BannerView(first, note, "attention", "timer-alert-outline", "", action, Act.HOLD, about)
 
 
 def late_line(execution: Execution, given: Given, settings: Settings) -> str:

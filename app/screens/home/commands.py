@@ -104,7 +104,7 @@ class HomeCommands(HomeState):
         if not entry.runs:
             ask_to_cancel(self._shell, name, robot.name if entry.number else "", lambda: self._agreed(robot, key, name))
             return
-        following = next((each.mission for each in self.queue if each.number and not each.runs and each.cancellable), "")
+        following = next((each.mission for each in self.queue if each.number and each.cancellable), "") if entry.loud else ""
         ask_to_stop(self._shell, name, robot.name, lambda: self._cancel(robot, key, name), following)
 
     def _agreed(self, robot: Robot, key: tuple[str, int], name: str) -> None:

@@ -251,6 +251,13 @@ def test_who_stops_a_mission_is_told_what_the_robot_goes_on_with(home, ui):
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     assert "Stop Deliver?" in ui.texts()
     assert any("goes on with Home, the next in its queue" in text for text in ui.texts())
+    press(ui, "Let it run")
+    ui.wait(lambda: home.shell.dialogs.top is None)
+    press(ui, "Pause")                                        # and then with nothing, until somebody resumes
+    ui.wait(lambda: any(" · held, started " in origin for _mission, origin in rows(ui)[:1]))
+    ui.tap(ui.find(IconButton, ui.find(QueueRow)))
+    assert "Stop Deliver?" in ui.texts()
+    assert not any("goes on with" in text for text in ui.texts())
 
 
 def test_what_the_robot_could_not_be_told_is_not_cancelled_yet(home, ui):
