@@ -33,7 +33,7 @@ def group(home) -> Group:
 
 
 def test_run_is_busy_until_it_is_known_that_nothing_is_asked_for(home, ui):
-    press_run_before_it_is_known_what_is_asked_for(home, ui, "Charge to 80 %", 1.0)
+    press_run_before_it_is_known_what_is_asked_for(home, ui, "Charge to 80 %", 2.5)
     ui.tap(ui.find(CommandButton, text="Run on Aino"))
     ui.wait(lambda: home.site.container.history.open() and home.root_vm.busy == [])
     assert len(home.site.container.history.open()) == 1
