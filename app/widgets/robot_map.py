@@ -163,7 +163,8 @@ class RobotMap(Chart):
 
 class WholeMap(RobotMap):
     """All of the map, never cropped, with every robot on it, and a scale; ``metres`` is the map's width. ``robots`` = (x, y, heading,
-    tone, name): the first is uppermost, and its name is shown; those of the others unless they would cover that or the robot."""
+    tone, name): the first is uppermost. A name is shown where it has room above or below its robot and covers neither a name nor a robot
+    before it."""
     robots = ListProperty()
     metres = NumericProperty(0)
     watch = (*RobotMap.watch, "robots", "metres")
