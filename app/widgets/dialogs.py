@@ -90,6 +90,7 @@ class Overlay(MDDialog, Fade):
 
     def dismiss(self, *_):
         if self._is_open:
+            dock.leave(self)
             Window.unbind(on_keyboard=self._key, on_resize=self._place)
             super().dismiss()
 

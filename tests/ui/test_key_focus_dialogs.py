@@ -78,7 +78,8 @@ def test_what_is_typed_in_a_dialog_goes_into_its_first_field(ui, keys, comes_as_
 @pytest.fixture
 def picker(ui, keys) -> Iterator[tuple[ChoiceDialog, list[object]]]:
     """Whose search field is typed into, and what is chosen in it."""
-    ui.show(page_of("One"), (300, 300))
+    ui.show(page_of("Zero", "One", "Two"), (300, 300))
+    ui.key(TAB)
     ui.key(TAB)
     dialog, chosen = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(30)], hint="Search"), []
     dialog.bind(on_choose=lambda _dialog, key: chosen.append(key))
@@ -120,9 +121,13 @@ def test_enter_chooses_the_only_one_that_is_found(ui, keys, picker):
     ui.key_down(ENTER)
     ui.key(ENTER)
     ui.advance(.5)
-    assert (chosen, dialog.is_open) == ([27], False)
+    assert (chosen, dialog.is_open, dock.field) == ([27], False, None)
     ui.advance(.5)
     assert keys.target.text == "One"
+    ui.key(TAB)
+    assert keys.target.text == "Two"
+    ui.key(ENTER)
+    assert chosen == [27]
 
 
 def test_enter_where_nothing_is_found_stays_in_the_search_field(ui, keys, picker):
