@@ -231,8 +231,9 @@ class KeyFocus:
         if self.target is None and self._begin is not None:
             self.target = self._nearest(self._begin)
         at = reached.index(self.target) if self.target in reached else -1 if by > 0 else len(reached)
-        if self._turn_list(by, reached[at + by] if 0 <= at + by < len(reached) else None, 0 if by > 0 else Window.width):
-            return
+        following = reached[at + by] if 0 <= at + by < len(reached) else None
+        if self.target in reached and self._turn_list(by, following, 0 if by > 0 else Window.width):
+            return                           # of a row below a dialog nothing follows
         for n in range(1, len(reached) + 1):
             target = reached[(at + n * by) % len(reached)]
             if not target.disabled and getattr(target, "is_tab_stop", True):

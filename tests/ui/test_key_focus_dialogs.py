@@ -75,6 +75,25 @@ def test_what_is_typed_in_a_dialog_goes_into_its_first_field(ui, keys, comes_as_
     ui.advance(.5)
 
 
+@pytest.mark.parametrize("key", [TAB, DOWN])
+def test_the_ring_goes_from_a_row_of_a_long_list_into_its_menu(ui, keys, key):
+    rows = LongList(viewclass="OptionRow", data=[Option(n, f"Option {n}", "star") for n in range(40)])
+    ui.show(rows, (300, 300))
+    ui.key(TAB)
+    assert keys.target.text == "Option 0"
+    menu = Menu(anchor=keys.target, items=[MenuItem("edit", "Edit", "pencil"), MenuItem("delete", "Delete", "delete")])
+    menu.open()
+    ui.advance(.5)
+    ui.key(key)
+    assert keys.target.text == "Edit"
+    ui.key(key)
+    assert keys.target.text == "Delete"
+    menu.dismiss()
+    ui.advance(.5)
+    ui.key(key)
+    assert keys.target.text == "Option 1"
+
+
 @pytest.fixture
 def picker(ui, keys) -> Iterator[tuple[ChoiceDialog, list[object]]]:
     """Whose search field is typed into, and what is chosen in it."""
