@@ -111,7 +111,7 @@ class ParameterFields(BoxLayout):
     one of them is changed; ``missing`` says what is to be entered first, in words that kv gives, and is empty once nothing is."""
     fields = ListProperty()
     map = ObjectProperty(None, allownone=True)
-    problems = ObjectProperty({})
+    problems = ObjectProperty({}, force_dispatch=True)
     missing = StringProperty()
     choose_first = StringProperty("{field}")
     enter_first = StringProperty("{field}")
@@ -159,7 +159,8 @@ class ParameterFields(BoxLayout):
     def on_entered(self, values):
         """One of them was changed."""
 
-    def _entered(self, *_):
+    def _entered(self, view, _value):
+        view.problem = ""                    # of what was there before
         self._look_for_empty()
         self.dispatch("on_entered", self.values())
 

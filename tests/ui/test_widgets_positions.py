@@ -46,6 +46,22 @@ def keys():
     keys.stop()
 
 
+def test_what_was_wrong_with_a_value_is_no_longer_said_once_another_is_entered(ui):
+    load_kv("widgets/flow")
+    speed = MissionParameter("speed", "Speed", "Float", default=1.5, maximum=2)
+    fields = ui.show(ParameterFields(fields=fields_of([GOAL, speed])), (600, 200))
+    problems = {"goal": "Choose one", "speed": "At most 2"}
+    fields.problems = problems
+    goal, typed = ui.find(ListRow, fields), ui.find(FormField, fields)
+    assert (goal.problem, typed.problem) == ("Choose one", "At most 2")
+    goal.chosen = "g-1"
+    assert (goal.problem, typed.problem) == ("", "At most 2")
+    typed.text = "1.2"
+    assert typed.problem == ""
+    fields.problems = dict(problems)         # the same again
+    assert (goal.problem, typed.problem) == ("Choose one", "At most 2")
+
+
 def press(ui, *codes: int) -> None:
     for code in codes:
         ui.key_down(code)

@@ -18,7 +18,7 @@ class RunDialog(FormDialog):
     which."""
     vm = ObjectProperty(NO_STATE, rebind=True)
     fields = ListProperty()
-    problems = ObjectProperty({})            # by name of the parameter
+    problems = ObjectProperty({}, force_dispatch=True)         # by name of the parameter
     missing = StringProperty()
 
     __events__ = ("on_run",)
