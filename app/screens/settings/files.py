@@ -55,13 +55,17 @@ class FileModel(EventDispatcher):
             self._show()
         else:
             self._at, self.path = Path(place), ""
-            self._ask(self.pick if not self._stem else lambda: None)
+            self._ask(self._list if not self._stem else lambda: None)
 
     def pick(self) -> None:
-        """The file was tapped: choose from the list, or type another name."""
+        """The file was tapped: choose from those that are there now, or type another name."""
         if self._stem:
             self.choose(ANOTHER)
-        elif self._offer is not None and self._offer[3]:
+        else:
+            self._ask(self._list)
+
+    def _list(self) -> None:
+        if self._offer is not None and self._offer[3]:
             self._context.shell.dialogs.choose(_word(self._offer[1]), [
                 Option(str(file.path), file.path.name, "file-document-outline", self._note(file)) for file in self._offer[3]],
                 self._picked, selected=self.path)

@@ -49,6 +49,18 @@ def test_the_configuration_goes_out_without_secrets_and_says_where(site, app, ui
     ui.wait(lambda: row.model.problem.endswith("exists already; choose another name"))
 
 
+def test_a_file_that_came_while_none_was_there_is_found_by_a_tap_on_the_field(site, app, ui):
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    ui.wait(lambda: row.model.places)
+    assert row.model.name == "No file .json there"
+    (site.documents / "late.json").write_text("{}", encoding="utf-8")
+    ui.tap(ui.find(PickField, row))
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    assert [option.text for option in ui.find(ChoiceDialog).options] == ["late.json"]
+    assert not ui.find(CommandButton, row, text="Import").disabled
+
+
 def test_what_was_exported_can_be_imported_at_once(site, app, ui):
     go(ui, "data")
     importing = file_row(ui, "Import from")
