@@ -46,6 +46,7 @@ class CalmScroll(ScrollView):
 
     def __init__(self, **kwargs):
         kwargs.setdefault("effect_cls", ScrollEffect)
+        kwargs.setdefault("always_overscroll", False)        # what has room lies at the upper edge, however far it was scrolled
         super().__init__(**kwargs)
 
     def on_touch_down(self, touch):

@@ -23,3 +23,15 @@ def test_a_page_is_shaded_where_more_follows(ui, height, scroll_y, more):
     ui.advance(.1)
     assert page.more_below is more
     assert (shade_of(page) > 0) is more
+
+
+def test_a_scrolled_page_that_has_room_after_all_lies_at_its_upper_edge(ui):
+    page = ScrollPage()
+    content = Widget(size_hint_y=None, height=300)
+    page.add_widget(content)
+    ui.show(page, (300, 200))
+    ui.wheel(page, 20)
+    assert page.scroll_y == 0
+    page.height = 600                        # the tablet was turned
+    ui.advance(.1)
+    assert content.to_window(0, content.top)[1] == page.to_window(0, page.top)[1]
