@@ -13,7 +13,7 @@ from kivymd.uix.selectioncontrol import MDSwitch
 from kivymd.uix.snackbar import MDSnackbar
 
 from app.domain.models import THEMES
-from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip, SwitchFace, Toggle
+from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip, Segment, Segments, SwitchFace, Toggle
 from app.widgets.chart import Meter, WorkingRing
 from app.widgets.snackbar import Snackbar, Snackbars
 from app.widgets.text import Ico, Txt
@@ -123,6 +123,13 @@ def test_a_disabled_toggle_is_faint_and_deaf(ui):
     assert not toggle.active
     assert toggle.opacity < 1
     assert ui.find(SwitchFace).state_layer_color[3] == 0
+
+
+def test_disabled_segments_are_faint(ui):
+    segments = ui.show(Segments(options=[(1, "One"), (2, "Two")], selected=1), (200, 48))
+    assert {segment.opacity for segment in ui.find_all(Segment)} == {1}
+    segments.disabled = True
+    assert all(segment.opacity < 1 for segment in ui.find_all(Segment))
 
 
 # ------------------------------------------------------------------ progress
