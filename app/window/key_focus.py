@@ -315,7 +315,7 @@ class KeyFocus:
         if target is None or not parents(target):
             self.forget()
             return
-        seen = target in self.targets() and not (isinstance(target, FieldInput) and target.focus)
+        seen = target in self.targets() and dock.field is None           # else keys go to the field
         place = (*_around(target), *tk.ink) if seen else None
         if place != self._shown:
             if seen and self._shown is not None:

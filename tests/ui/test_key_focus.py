@@ -140,6 +140,22 @@ def test_the_ring_is_drawn_while_keys_are_used(ui, keys):
     assert keys.target is None
 
 
+def test_the_ring_rests_while_a_field_that_its_button_opened_takes_the_keys(ui, keys):
+    page = page_of("Search")
+    field = FormField(label="Words")
+    page.add_widget(field)
+    ui.show(page, (300, 300))
+    before = ring_at()
+    ui.key(TAB)
+    assert ring_at() > before
+    field.focus = True
+    ui.advance(.1)
+    assert ring_at() == before
+    field.focus = False
+    ui.advance(.1)
+    assert ring_at() > before
+
+
 @pytest.mark.parametrize("key", [ENTER, SPACE])
 def test_enter_presses_what_has_the_ring_once(ui, keys, key):
     page = ui.show(page_of("One", "Two"), (300, 300))
