@@ -193,6 +193,11 @@ class DateDialog(FormDialog):
             self.dispatch("on_pick", self.chosen)
             self.dismiss()
 
+    def takes_key(self, key, text):
+        if key in ENTER:
+            self.picked()
+        return key in ENTER or super().takes_key(key, text)
+
     def allowed(self, day: date) -> bool:
         return not (self.first and day < self.first) and not (self.last and day > self.last)
 

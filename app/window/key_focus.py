@@ -15,6 +15,7 @@ from app.widgets.dock import dock
 from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.long_list import LongList, Seat
+from app.widgets.pickers import DayCell
 from app.widgets.surfaces import Passive
 from app.widgets.tokens import tk
 
@@ -172,9 +173,7 @@ class KeyFocus:
             if not is_held:
                 choice.chosen(found[0].key)
         elif found:
-            rows, x = choice.ids.option_list.__self__, _middle(dock.field)[0]
-            rows.reveal(found[0].key)
-            Clock.schedule_once(lambda _dt: self._go_to_row(rows, found[0].key, x), 0)
+            self._reveal_row(choice.ids.option_list.__self__, found[0].key, _middle(dock.field)[0])
         return True
 
     def _key_up(self, _window, key, *_args):
@@ -245,13 +244,26 @@ class KeyFocus:
         self._come_back()
         targets = self.targets()
         if self.target not in targets:
-            self._step(1)
+            if not self._go_to_chosen(targets):
+                self._step(1)
             return
         far = {target: away for target in targets if (away := _far(self.target, target, right, up)) < math.inf}
         beside = [target for target in far if isinstance(target, KeySeat) and target.parent is self.target.parent]
         found = min(beside or far, key=far.__getitem__, default=None)
         if not (up and self._turn_list(-up, found, self.target.to_window(*self.target.center)[0])) and found is not None:
             self._go(found)
+
+    def _go_to_chosen(self, targets) -> bool:
+        """In a dialog in which one is chosen: to what is chosen now, of a list else to its first."""
+        top = next((parents(target)[-1] for target in targets), None)
+        if isinstance(top, ChoiceDialog) and (options := top.found()):
+            chosen = next((option for option in options if option.selected), options[0])
+            self._reveal_row(top.ids.option_list.__self__, chosen.key, top.center_x)
+            return True
+        day = next((target for target in targets if isinstance(target, DayCell) and target.selected), None)
+        if day is not None:
+            self._go(day)
+        return day is not None
 
     def _turn_list(self, by: int, following, x: float) -> bool:
         """Whether the ring goes to a row of a long list that is not there yet, since ``following`` is outside of the list; to what is
@@ -260,9 +272,12 @@ class KeyFocus:
         key = rows.key_beside(row.key, by) if rows is not None and row is not None else None
         if key is None or (following is not None and (_list_of(following) is rows)):
             return False
+        self._reveal_row(rows, key, x)
+        return True
+
+    def _reveal_row(self, rows, key, x) -> None:
         rows.reveal(key)
         Clock.schedule_once(lambda _dt: self._go_to_row(rows, key, x), 0)
-        return True
 
     def _go_to_row(self, rows, key, x) -> None:
         found = [target for target in self.targets() if _list_of(target) is rows and _row_of(target).key == key]

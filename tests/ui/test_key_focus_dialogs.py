@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import time
+from datetime import date, time
 
 import pytest
 from kivy.core.window import Window
@@ -12,7 +12,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Menu
 from app.widgets.dock import dock
 from app.widgets.long_list import LongList
-from app.widgets.pickers import TimeDialog
+from app.widgets.pickers import DateDialog, TimeDialog
 from app.widgets.scrolling import ScrollPage
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, SPACE, TAB
 from tests.ui.ring import page_of
@@ -280,3 +280,35 @@ def test_dialogs_that_fingers_opened_are_let_go(ui, keys):
     opened[0].dismiss()
     ui.advance(1)
     assert not keys._openers
+
+
+@pytest.mark.parametrize(("selected", "reached"), [([3], "Option 3"), ([], "Option 0")])
+def test_arrows_begin_at_what_is_chosen_in_a_list_and_not_at_the_cross(ui, keys, selected, reached):
+    ui.show(page_of("One"), (300, 300))
+    dialog = ChoiceDialog(title="Robot", options=[Option(n, f"Option {n}") for n in range(5)], selected=selected)
+    dialog.open()
+    ui.advance(.5)
+    ui.key(DOWN)
+    ui.advance(.1)
+    assert keys.target.text == reached
+    close(ui)
+
+
+def test_enter_confirms_the_day_that_is_chosen_and_arrows_begin_at_it(ui, keys):
+    ui.show(page_of("One"), (300, 300))
+    dialog, picked = DateDialog(chosen=date(2026, 11, 20), today=date(2026, 11, 18)), []
+    dialog.bind(on_pick=lambda _dialog, day: picked.append(day))
+    dialog.open()
+    ui.advance(.5)
+    ui.key(ENTER)
+    ui.advance(.5)
+    assert picked == [date(2026, 11, 20)]
+    dialog = DateDialog(chosen=date(2026, 11, 20), today=date(2026, 11, 18))
+    dialog.open()
+    ui.advance(.5)
+    ui.key(DOWN)
+    assert keys.target.day == date(2026, 11, 20)
+    ui.key(DOWN)
+    ui.key(ENTER)
+    ui.advance(.3)
+    assert dialog.chosen == date(2026, 11, 27)
