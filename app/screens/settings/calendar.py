@@ -9,7 +9,7 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.domain.models import DayException, InvalidInput
-from app.i18n import _
+from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.settings import calendar_view as view
@@ -145,10 +145,10 @@ class CalendarPart(EventDispatcher):
         self.outcome = view.import_result(result)
         self._context.refresh()
         if result.timed:
-            title, text = view.timed_question(result)
-            self._context.shell.dialogs.confirm(title, text, _("Close them"), lambda: self.file.run(
+            (title, text), n = view.timed_question(result), len(result.timed)
+            self._context.shell.dialogs.confirm(title, text, ngettext("Close it", "Close them", n), lambda: self.file.run(
                 self._context, lambda _path: self._services.calendar_files.import_days(str(result.path), with_timed=True), self._imported),
-                decline=_("Leave them open"))
+                decline=ngettext("Leave it open", "Leave them open", n))
 
 
 class CalendarCard(SectionCard):

@@ -171,7 +171,7 @@ def test_an_appointment_in_a_calendar_file_closes_its_day_only_when_that_is_chos
     assert (question.title, question.text.splitlines()[1:]) == ("Close the day of 1 appointment too?", ["Meeting: Fri 27 Nov"])
     assert [entry.name for entry in entries(site)] == ["Audit"]
     assert says(ui, "1 appointment with times of day closes nothing")
-    press(ui, "Close them" if closes else "Leave them open", question)
+    press(ui, "Close it" if closes else "Leave it open", question)
     if closes:
         ui.wait(lambda: [entry.name for entry in entries(site)] == ["Audit", "Meeting"])
         ui.wait(lambda: says(ui, "1 closed day imported"))
