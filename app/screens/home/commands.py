@@ -38,6 +38,10 @@ class HomeCommands(HomeState):
         """The facts have changed."""
         raise NotImplementedError
 
+    def _read_anew(self) -> None:
+        """Something was just done: what is being read may have been begun before, and is dropped."""
+        raise NotImplementedError
+
     def pause_or_resume(self) -> None:
         robot, operator = self.facts.robot, self._services.operator
         if robot is None or self._presses.is_same(key := OfRobot("pause", robot.id)):
@@ -156,7 +160,7 @@ class HomeCommands(HomeState):
         def ended(call: Callable[[], object]) -> None:
             self._presses.end(key)
             call()
-            self._reader.request()
+            self._read_anew()
 
         def succeeded(outcome: T) -> None:
             self._presses.rest(key)

@@ -112,6 +112,10 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._is_plan_old = False
         return lambda: read(self._services, known, seen_running)
 
+    def _read_anew(self) -> None:
+        self._is_plan_old = True                              # a reading that is dropped may have been the one that knew
+        self._reader.read_anew()
+
     def take(self, facts: HomeFacts) -> None:
         """Show what was read."""
         if "robot" in self.busy:                              # the choice of a moment ago is on its way to the database

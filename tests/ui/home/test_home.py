@@ -1,12 +1,15 @@
 """Home as an operator uses it: what is seen, which robot it is about, and where its lists lead."""
 from __future__ import annotations
 
+import threading
 from datetime import timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.connection import DatabaseUnavailable
 from app.domain.models import Schedule
+from app.screens.home import screen
 from app.screens.home.cards import FinishedRow, PlannedRow, RobotHead
+from app.screens.home.facts import HomeFacts, read
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.rows import LogRow, OptionRow, RobotChip, ScheduleRow
@@ -64,6 +67,28 @@ def test_what_was_read_of_another_robot_is_not_offered_on_the_one_just_chosen(ho
     assert (view.facts.robot, view.run.chips, view.run.text) == (veikko, (), "Choose a mission")
     ui.wait(lambda: view.run.chips)
     assert view.facts.robot == veikko
+
+
+def test_what_began_to_be_read_before_a_choice_was_written_never_takes_it_back(home, ui, monkeypatch):
+    """However late it arrives: the other robot would be under a finger that is on its way to Run."""
+    view, container, begun, go, seen = home.root_vm, home.site.container, threading.Event(), threading.Event(), []
+
+    def read_late(*args: object) -> HomeFacts:
+        facts = read(*args)
+        if not begun.is_set():
+            begun.set()
+            assert go.wait(20)
+        return facts
+
+    monkeypatch.setattr(screen, "read", read_late)
+    view.open()
+    ui.wait(begun.is_set)
+    ui.tap(ui.find(RobotChip, name="Veikko"))
+    veikko = view.facts.robot
+    ui.wait(lambda: container.settings().selected_robot_id == veikko.id and "robot" not in view.busy)
+    go.set()
+    ui.wait(lambda: seen.append(view.facts.robot) or (view.run.chips and len(seen) > 20))
+    assert set(seen) == {veikko}
 
 
 def test_a_choice_of_a_robot_that_can_not_be_written_is_taken_back(home, ui, monkeypatch):
