@@ -9,7 +9,7 @@ from functools import cached_property
 from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
-from app.domain.robot import QueueItem, QueueState
+from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.holding import hold_at, hold_of_run
 from app.screens.common.name_order import by_name
@@ -32,6 +32,8 @@ PAUSED = "paused"                        # the activity
 LONGEST_QUEUE = 200                      # items of a robot's queue that are shown; the others are counted
 
 OnRobot = tuple[int, int]                # a robot's id and the number of an item in its queue: robots number theirs alike
+
+Standing = tuple[int, RobotState | None, tuple[RobotProblem, ...]]      # a robot's id, its state and errors
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,13 @@ class HomeFacts:
     map: MapPicture | None = None                       # that the selected robot is on
     cancelling: frozenset[OnRobot] = frozenset()        # items that the operator has just asked to be gone
     clearing: frozenset[int] = frozenset()              # ids of robots whose queues the operator is just having cleared
+    reset_in_vain: frozenset[Standing] = frozenset()    # errors that stand although they were reset
     seen_running: Mapping[OnRobot, datetime] = field(default_factory=dict)   # since when this tablet has seen an item run
     activities: tuple[ActivitySpan, ...] = ()           # what the selected robot was seen doing since what it executes has begun
+
+    @property
+    def is_reset_in_vain(self) -> bool:
+        return standing(self.snapshot) in self.reset_in_vain
 
     @property
     def robot(self) -> Robot | None:
@@ -187,6 +194,12 @@ class HomeFacts:
             return ours.mission
         guid = item.mission_id or ""
         return self._mission_names.get(guid) or self.names.get(guid)
+
+
+def standing(snapshot: RobotSnapshot) -> Standing:
+    """What keeps the robot from working, to be known again."""
+    status = snapshot.status
+    return snapshot.robot_id, status.state if status else None, status.errors if status else ()
 
 
 def read(services: HomeServices, known: HomeFacts | None = None, seen_running: Mapping[OnRobot, datetime] | None = None) -> HomeFacts:

@@ -9,7 +9,7 @@ from kivy.clock import Clock
 from app.domain.models import Robot
 from app.i18n import _
 from app.screens.common.shell import PROBLEM_SECONDS
-from app.screens.home.facts import HomeFacts
+from app.screens.home.facts import HomeFacts, Standing, standing
 from app.screens.home.view import has_errors
 from app.widgets.snackbar import SECONDS
 
@@ -22,6 +22,7 @@ class ResetReport:
     def __init__(self, say: Callable[[str, str, Hashable, float], object]) -> None:
         self._say = say
         self._asked: tuple[int, datetime, float] | None = None        # which robot, since when, and until when its answer is waited for
+        self.in_vain: frozenset[Standing] = frozenset()       # errors that were reset and stand
 
     def begin(self, robot: Robot, pressed_at: datetime) -> None:
         """The robot has taken Reset errors."""
@@ -30,10 +31,11 @@ class ResetReport:
 
     def forget(self) -> None:
         """It may be long ago when this screen is shown again."""
-        self._asked = None
+        self._asked, self.in_vain = None, frozenset()
 
     def look(self, facts: HomeFacts) -> None:
         """Say that the errors are gone as soon as they are, or after a while that they are not."""
+        self.in_vain &= {standing(snapshot) for snapshot in facts.snapshots.values()}
         if self._asked is None:
             return
         robot_id, since, until = self._asked
@@ -46,6 +48,8 @@ class ResetReport:
             self._tell(robot, _("The errors of {robot} are reset; press Resume to continue"), "check")
         elif Clock.get_time() >= until:
             self._asked = None
+            if status is not None:
+                self.in_vain |= {standing(seen)}
             self._tell(robot, _("{robot} has got Reset errors, but its error stands: see to its cause, then reset again") if status else
                        _("{robot} has got Reset errors and not answered since"), "alert-circle-outline", PROBLEM_SECONDS)
 

@@ -225,7 +225,9 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
     if has_errors(status):
         tone, said = "fault" if status.state is RobotState.ERROR else "attention", _errors(status) or status.mission_text or _("An error")
         if can_reset(status):
-            return MissionView(_("What the robot says"), said, _("Reset errors clears it; the robot then waits for Resume"), tone)
+            hint = _("Reset errors did not clear it: see to its cause first") if facts.is_reset_in_vain else \
+                _("Reset errors clears it; the robot then waits for Resume")
+            return MissionView(_("What the robot says"), said, hint, tone)
         return MissionView(_("What to do now"), _("It can't be reset from here: check the robot itself"), said, tone)
     if facts.running is not None:
         return _running(facts, facts.running, now)

@@ -105,6 +105,17 @@ def test_that_an_error_stands_is_said_for_longer_than_that_it_was_reset(failed, 
     assert failed.shell.snackbars.texts == []
 
 
+def test_the_card_promises_nothing_of_reset_once_it_did_not_help(failed, ui):
+    promise = "Reset errors clears it; the robot then waits for Resume"
+    stands = "Reset errors did not clear it: see to its cause first"
+    assert promise in ui.texts()
+    press(ui, "Reset errors")
+    ui.wait(lambda: stands in ui.texts())
+    assert not ui.find(CommandButton, text="Reset errors").disabled
+    failed.aino.control({"error": {"code": 10121, "description": "Failed to reach goal position 'Line 2'"}})
+    ui.wait(lambda: promise in ui.texts())
+
+
 def test_what_became_of_a_reset_is_not_said_after_another_screen_was_shown(failed, ui):
     press(ui, "Reset errors")
     ui.wait(lambda: failed.shell.snackbars.texts == ["Aino has got Reset errors"])
