@@ -206,6 +206,11 @@ class Frame(Surface):
         is_for_before = (is_on_page and now < self._rests_until) or (banner.collide_point(*touch.pos) and now < self._banner_rests_until)
         return is_for_before or super().on_touch_down(touch)
 
+    def banner_pressed(self, event):
+        """By a key too, and by a finger that was put down before."""
+        if Clock.get_time() >= self._banner_rests_until:
+            self.dispatch(event)
+
     def on_go(self, name):
         """A screen of the navigation bar was tapped."""
 

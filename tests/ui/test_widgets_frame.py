@@ -12,9 +12,11 @@ from app.domain.models import THEMES
 from app.screens.common.alarms_view import Act
 from app.screens.frame.controller import show_banner
 from app.screens.frame.view import BannerView
+from app.widgets.buttons import CommandButton
 from app.widgets.frame import AlarmBanner, Frame, NavIndicator, NavItem, TopBar
 from app.widgets.text import Txt
 from app.widgets.tokens import apply_theme, tk
+from app.window.key_focus import ENTER, TAB
 from tests.ui import checks
 from tests.ui.drawn import fired
 
@@ -153,10 +155,27 @@ def test_the_date_gives_way_where_there_is_no_room(ui):
     assert "Fri 20 Nov 2026" not in ui.texts()
 
 
-def test_a_finger_on_its_way_to_hold_one_start_does_not_hold_all(ui):
-    window, late = frame(ui), BannerView("Late", action="Hold", act=Act.HOLD)
+@pytest.mark.parametrize("by_key", [False, True])
+def test_what_is_on_its_way_to_hold_one_start_does_not_hold_all(ui, keys, by_key):
+    window, late, pressed = frame(ui), BannerView("Late", action="Hold", act=Act.HOLD), []
+    window.bind(on_solve=pressed.append)
     show_banner(window, late)
     ui.advance(2)
-    assert not window.has_just_moved
+    if by_key:
+        while getattr(keys.target, "text", "") != "Hold":
+            ui.key(TAB)
+    button = ui.find(CommandButton, text="Hold")
+
+    def press() -> None:
+        if by_key:
+            ui.key(ENTER)
+            ui.advance(.2)
+        else:
+            ui.tap_at(*button.to_window(*button.center))
+
     show_banner(window, replace(late, action="Hold all"))
-    assert window.has_just_moved
+    press()
+    assert pressed == []
+    ui.advance(1)
+    press()
+    assert pressed == [window]
