@@ -105,6 +105,8 @@ class MissionsPage(SettingsPage):
             self.turn_to("places" if intent.get("places") else "missions")
         if intent.get("add"):
             self.add()
+        if "found" in intent:
+            self._offer(*intent["found"])
 
     def begin(self) -> None:
         """The button that is shown while there are no missions."""
@@ -164,15 +166,26 @@ class MissionsPage(SettingsPage):
         self.vm.fetching = True
         self.vm.outcome = NoticeView(_("Asking {robot} for its missions …").format(robot=robot.name), icon="timer-sand")
         self.context.run(lambda: self.context.services.operator.fetch_missions(robot.id), lambda found: self._fetched(robot, found),
-                      self._not_fetched)
+                         lambda problem: self._not_fetched(robot, problem))
 
-    def _not_fetched(self, problem: BaseException) -> None:
+    def _not_fetched(self, robot: Robot, problem: BaseException) -> None:
         self.vm.fetching = False
         self.vm.outcome = went_wrong(problem)
+        if not self.is_on_screen:
+            self.context.shell.say_not_done(problem, robot, _("Fetch missions"))
 
     def _fetched(self, robot: Robot, found: Sequence[MissionInfo]) -> None:
+        """Who has gone elsewhere meanwhile is not asked there."""
         self.vm.fetching = False
         self.vm.outcome = NoticeView()
+        if self.is_on_screen:
+            self._offer(robot, found)
+        else:
+            shell = self.context.shell
+            shell.snackbars.undo(_("{robot} has told its missions").format(robot=robot.name), _("Choose"),
+                                 lambda: shell.go("settings", section="missions", found=(robot, found)), stays=True)
+
+    def _offer(self, robot: Robot, found: Sequence[MissionInfo]) -> None:
         offered = offers(found, self.context.facts.missions, robot.id)
         if sentence := fetched_sentence(offered, robot):
             self.vm.outcome = done(sentence) if offered else NoticeView(sentence, tone="attention", icon="alert")

@@ -162,6 +162,10 @@ class SettingsPage(BoxLayout):
         """Whether something is under way whose end it has to show."""
         return False
 
+    @property
+    def is_on_screen(self) -> bool:
+        return self.context.is_shown() and self.get_parent_window() is not None
+
     def reached(self, **intent: Any) -> None:
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
 

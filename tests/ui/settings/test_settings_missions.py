@@ -1,10 +1,12 @@
 """Settings, Missions: from a robot's list, by hand, favourites, what is missing, and Undo."""
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 from datetime import datetime
 
 from app.domain.models import Mission, Schedule
+from app.mir.errors import TimedOut
 from app.screens.settings.missions import MissionDialog, MissionRow
 from app.screens.settings.robots import RobotPanel
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
@@ -12,16 +14,21 @@ from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.display import Notice
 from app.widgets.fields import PickBox, SearchField
 from app.widgets.rows import OptionRow, SectionRow
+from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
 from tests.ui.integrator import enter, go, missions, page, press, says, undo
 from tests.ui.whole_app import GUIDS
 
 
-def fetch(ui, robot: str) -> ChoiceDialog:
+def ask(ui, robot: str) -> None:
     ui.wait(lambda: ui.find_all(CommandButton, text="Fetch from robot", disabled=False))
-    press(ui, "Fetch from robot")
+    ui.tap(ui.find_all(CommandButton, text="Fetch from robot", disabled=False)[-1])
     ui.wait(lambda: ui.find_all(OptionRow, text=robot))
     ui.tap(ui.find(OptionRow, text=robot))
+
+
+def fetch(ui, robot: str) -> ChoiceDialog:
+    ask(ui, robot)
     ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
     return ui.find(ChoiceDialog)
 
@@ -52,13 +59,43 @@ def test_when_everything_is_here_that_is_said(site, app, ui):
     ui.wait(lambda: says(ui, f"All {len(found)} missions of Veikko are already added"))
 
 
+def test_who_has_gone_elsewhere_is_not_asked_there_but_told_that_the_missions_are_here(site, app, ui):
+    site.add_robots()
+    site.fleet.robots[0].control({"fault": {"kind": "late", "path": "/missions", "count": None, "seconds": 2.0}})
+    go(ui, "missions")
+    ask(ui, "Aino")
+    go(ui, "about")
+    ui.wait(lambda: app.shell.snackbars.texts == ["Aino has told its missions"])
+    assert app.shell.dialogs.top is None
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Choose"))
+    ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
+    assert ui.find(SectionRow, key="missions").selected
+
+
+def test_who_has_gone_elsewhere_is_told_that_the_robot_did_not_tell_its_missions(site, app, ui, monkeypatch):
+    left = threading.Event()
+
+    def fetch_missions(_robot_id: int) -> None:
+        assert left.wait(20)
+        raise TimedOut
+
+    site.add_robots()
+    monkeypatch.setattr(site.container.operator, "fetch_missions", fetch_missions)
+    go(ui, "missions")
+    ask(ui, "Aino")
+    app.shell.go("logs")
+    left.set()
+    ui.wait(lambda: app.shell.snackbars.texts)
+    said, = app.shell.snackbars.texts
+    assert "Fetch missions" in said
+    assert "Aino" in said
+
+
 def test_a_robot_that_is_gone_while_its_missions_are_asked_for(site, app, ui):
     site.add_robots()
     go(ui, "missions")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Fetch from robot", disabled=False))
     site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
-    ui.tap(ui.find_all(CommandButton, text="Fetch from robot", disabled=False)[-1])
-    ui.tap(ui.find(OptionRow, text="Aino"))
+    ask(ui, "Aino")
     ui.wait(lambda: ui.find_all(Notice, tone="fault"))
     assert not ui.find(CommandButton, text="Fetch from robot").busy
 
