@@ -184,5 +184,5 @@ def settings(site: Plant) -> Settings:
 
 
 def is_saved(site: Plant, app: SchedulerApp) -> bool:
-    """Settings shows what is saved; before, it may still overwrite what is typed next."""
+    """Settings has read what is saved."""
     return page(app).context.facts.settings == settings(site)

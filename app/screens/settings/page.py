@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Hashable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import date, datetime
 from typing import Any, TypeVar, cast
 from zoneinfo import ZoneInfo
@@ -50,17 +50,28 @@ def _unasked(*_args: object, declined: Callable[[], object] | None = None, **_gi
         declined()
 
 
+@dataclass(eq=False)
+class _Choice:
+    """Settings that were chosen here and have not been read since."""
+    settings: Mapping[str, Any]
+    is_written: bool = False
+
+
 class PageContext:
     """What every section works with: the services, the window, the latest facts, and a way to run work in the background.
 
-    ``refresh()`` reads the facts again. ``is_shown`` says whether Settings is.
+    ``refresh()`` reads the facts again, and drops what is just being read: that may be from before. ``is_shown`` says whether Settings is,
+    ``show()`` shows the facts.
     """
 
-    def __init__(self, services: SettingsServices, shell: Shell, refresh: Callable[[], object], is_shown: Callable[[], bool]) -> None:
+    def __init__(self, services: SettingsServices, shell: Shell, refresh: Callable[[], object], is_shown: Callable[[], bool],
+                 show: Callable[[], object]) -> None:
         self.services, self.refresh = services, refresh
         self.shell = replace(shell, dialogs=cast(Any, _DialogsWhile(is_shown, shell.dialogs)))
         self.facts = SettingsFacts()
-        self.is_shown = is_shown
+        self.is_shown, self._show = is_shown, show
+        self._stored = self.facts.settings
+        self._choices: list[_Choice] = []
         self._resting: dict[Hashable, Callable[[], object]] = {}       # what saves the numbers that were stepped
         self._rest = Clock.create_trigger(self._settle, RESTS)
         self._pages_left = 0
@@ -82,21 +93,45 @@ class PageContext:
             (failed or self.shell.say_problem)(problem)
         return self.shell.background.run(work, done, not_done, key=key, apart=apart)
 
-    def change(self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None) -> None:
-        """Make a change, then read the facts again. What went wrong is said by a message too where the page has been left by then."""
-        page = self._pages_left
+    def change(self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None, **settings: Any) -> None:
+        """Make a change, then read the facts again. The ``settings`` that it changes are shown as they were chosen from now on, and the
+        next choice begins with them. What went wrong is said by a message too where the page has been left by then."""
+        page, choice = self._pages_left, _Choice(settings)
+
+        def done(_result: object) -> None:
+            choice.is_written = True
+            self.refresh()
 
         def not_done(problem: BaseException) -> None:
+            self._choices.remove(choice)
+            self._show_choices()
             if failed is not None:
                 failed(problem)
             if failed is None or page != self._pages_left:
                 self.shell.say_problem(problem)
 
-        self.run(work, lambda _result: self.refresh(), not_done)
+        self._choices.append(choice)
+        self.run(work, done, not_done)
+        self._show_choices()
 
     def save(self, failed: Callable[[BaseException], object] | None = None, **changes: Any) -> None:
         """Change settings, at once."""
-        self.change(lambda: self.services.catalogue.change_settings(**changes), failed)
+        self.change(lambda: self.services.catalogue.change_settings(**changes), failed, **changes)
+
+    def take(self, facts: SettingsFacts) -> None:
+        """What was read since the last change was written; what is not written yet stays as it was chosen."""
+        self._choices = [choice for choice in self._choices if not choice.is_written]
+        self._stored, self.facts = facts.settings, facts
+        self._choose()
+
+    def _choose(self) -> None:
+        chosen = {name: value for choice in self._choices for name, value in choice.settings.items()}
+        self.facts = replace(self.facts, settings=replace(self._stored, **chosen))
+
+    def _show_choices(self) -> None:
+        self._choose()
+        if self.is_shown():
+            self._show()
 
     def save_at_rest(self, what: Hashable, save: Callable[[], object]) -> None:
         """Save a number when nobody steps it any more, or its page is left: what lies on the way to it must have no effect."""

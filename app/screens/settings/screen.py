@@ -57,7 +57,7 @@ class SettingsViewModel(ViewModel):
         super().__init__()
         self._services, self._shell = services, shell
         self._refresher: Refresher[SettingsFacts] = Refresher(shell, lambda: lambda: read(services), self._take)
-        self.context = PageContext(services, shell, self._refresher.request, lambda: self.is_open)
+        self.context = PageContext(services, shell, self._refresher.read_anew, lambda: self.is_open, self.show)
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
         self.has_facts = False                           # nothing is shown before the first reading: defaults would look like settings
         self._waiting: list[Callable[[], object]] = []   # for the first facts of this visit
@@ -84,7 +84,8 @@ class SettingsViewModel(ViewModel):
             self._refresher.request()
 
     def _take(self, facts: SettingsFacts) -> None:
-        self.context.facts, self.has_facts = replace(facts, given=self._shell.given.known), True
+        self.context.take(replace(facts, given=self._shell.given.known))
+        self.has_facts = True
         self._learn_missions(facts)
         self._given.look(facts.robots, ((schedule.robot_id, mission.guid, schedule.parameters) for schedule in facts.schedules
                                         if (mission := facts.mission(schedule.mission_id)) is not None))

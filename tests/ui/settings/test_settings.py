@@ -450,3 +450,59 @@ def test_all_sections_are_in_sight_in_a_low_window_with_their_values(low_window,
         assert checks.is_seen(row)
         assert row.height >= 48
     assert checks.problems(ui.find(SectionList)) == []
+
+
+# ---------------------------------------------------------------------- what is still being read
+@pytest.fixture
+def hold_readings(monkeypatch):
+    """Called, what is read from then on arrives only after what comes back was called, as it was when the reading began."""
+    go_on = Event()
+
+    def reading(*args):
+        facts = read(*args)
+        assert go_on.wait(30)
+        return facts
+
+    def hold():
+        monkeypatch.setattr(settings_module, "read", reading)
+        return go_on.set
+
+    yield hold
+    go_on.set()
+
+
+def test_a_second_day_takes_the_first_one_not_back(site, app, ui, hold_readings):
+    """However slowly the tablet reads: both were tapped."""
+    go(ui, "constraints")
+    hold_readings()
+    ui.tap(ui.find(Segment, text="Mon"))
+    ui.wait(lambda: "MO" not in settings(site).working_days)
+    ui.tap(ui.find(Segment, text="Tue"))
+    ui.wait(lambda: settings(site).working_days == ("WE", "TH", "FR"))
+
+
+def test_a_number_that_is_typed_stays_while_the_one_chosen_before_is_still_being_read(site, app, ui, hold_readings):
+    site.container.catalogue.change_settings(minimum_battery_percent=30)
+    go(ui, "constraints")
+    field = ui.find(StepField)
+    ui.wait(lambda: is_saved(site, app) and not field.disabled)
+    go_on = hold_readings()
+    ui.tap(ui.find(Segment, text="20\N{NO-BREAK SPACE}%"))
+    ui.wait(lambda: settings(site).minimum_battery_percent == 20)
+    enter(ui, field, "45")
+    go_on()
+    ui.wait(lambda: is_saved(site, app))
+    assert field.text == "45"
+    field.focus = False
+    ui.wait(lambda: settings(site).minimum_battery_percent == 45)
+
+
+def test_what_could_not_be_saved_is_shown_as_it_was(site, app, ui, monkeypatch):
+    def refuse(**_changes):
+        raise DatabaseUnavailable("The disk is full")
+
+    go(ui, "constraints")
+    monkeypatch.setattr(site.container.catalogue, "change_settings", refuse)
+    ui.tap(ui.find(Segment, text="Mon"))
+    ui.wait(lambda: says(ui, "The disk is full"))
+    assert ui.find(Segment, text="Mon").selected
