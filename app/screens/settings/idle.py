@@ -12,6 +12,7 @@ from app.i18n import _
 from app.screens.common.problems import sentence_of
 from app.screens.settings.missions_view import idle_panels, mission_options
 from app.screens.settings.page import PageContext, SettingsPage
+from app.services.catalogue.catalogue import Edit
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 
@@ -65,12 +66,12 @@ class IdlePage(SettingsPage):
         elif action == "mission" or (values[0] and robot.idle is None):
             self._choose_mission(robot)                  # a rule can't be switched on without a mission
         elif robot.idle is not None:
-            self._save(robot, replace(robot.idle, enabled=values[0]))
+            self._save(robot, enabled=values[0])
 
     def _save_minutes(self, robot_id: int) -> None:
         robot = self.context.facts.robot(robot_id)
         if robot is not None and robot.idle is not None:
-            self._save(robot, robot.idle)
+            self._save(robot)
 
     def _choose_mission(self, robot: Robot) -> None:
         options = mission_options(self.context.facts, robot)
@@ -78,24 +79,23 @@ class IdlePage(SettingsPage):
             self._show_problem(robot, _("There are no missions yet: add them under Missions"))
             return
         self.context.shell.dialogs.choose(
-            _("Idle mission of {robot}").format(robot=robot.name), options, lambda mission_id: self._save_mission(robot, mission_id),
+            _("Idle mission of {robot}").format(robot=robot.name), options, lambda mission_id: self._save(robot, mission_id=mission_id),
             selected=robot.idle.mission_id if robot.idle is not None else None)
 
-    def _save_mission(self, robot: Robot, mission_id: int) -> None:
-        """Of the rule as it is now: minutes that were stepped may have been saved while the mission was chosen."""
-        now = self.context.facts.robot(robot.id) or robot
-        self._save(robot, replace(now.idle or IdleRule(0), mission_id=mission_id))
-
-    def _save(self, robot: Robot, rule: IdleRule) -> None:
+    def _save(self, robot: Robot, **changes: Any) -> None:
+        """Of the rule as it is stored by then, with the minutes that were chosen: what is shown may be older."""
         self._problems.pop(robot.id, None)
         self.context.pass_over(("idle", robot.id))
-        minutes = self._minutes.get(robot.id, rule.after_minutes)
-        self.context.change(
-            lambda: self.context.services.catalogue.save_idle_rule(robot.id, rule.mission_id, minutes, rule.enabled),
-            lambda problem: self._not_saved(robot, minutes, problem))
+        minutes = self._minutes.get(robot.id)
+        if minutes is not None:
+            changes["after_minutes"] = minutes
 
-    def _not_saved(self, robot: Robot, minutes: int, problem: BaseException) -> None:
-        if self._minutes.get(robot.id) == minutes:
+        def save(edit: Edit) -> Robot:
+            return edit.set_idle_rule(robot.id, replace(edit.the_robot(robot.id).idle or IdleRule(0), **changes))
+        self.context.change(lambda: self.context.services.catalogue.edit(save), lambda problem: self._not_saved(robot, minutes, problem))
+
+    def _not_saved(self, robot: Robot, minutes: int | None, problem: BaseException) -> None:
+        if minutes is not None and self._minutes.get(robot.id) == minutes:
             del self._minutes[robot.id]
         self._show_problem(robot, sentence_of(problem))
 

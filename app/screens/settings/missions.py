@@ -125,7 +125,7 @@ class MissionsPage(SettingsPage):
         if mission is None:
             return
         if action == "favourite":
-            self.context.change(lambda: self.context.services.catalogue.save_mission(replace(mission, favourite=values[0])))
+            self._mark(mission_id, values[0])
         elif action == "edit":
             self.context.shell.dialogs.open(MissionDialog(self.context, mission))
         elif action == "remove":
@@ -133,6 +133,11 @@ class MissionsPage(SettingsPage):
 
     def add(self) -> None:
         self.context.shell.dialogs.open(MissionDialog(self.context))
+
+    def _mark(self, mission_id: int, favourite: bool) -> None:
+        """Nothing else of it: what is stored by now may be newer than what is shown."""
+        self.context.change(lambda: self.context.services.catalogue.edit(
+            lambda edit: edit.save_mission(replace(edit.the_mission(mission_id), favourite=favourite))))
 
     def _remove(self, mission: Mission) -> None:
         """Ask first where more goes than the mission. Undo brings it all back."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 import gc
 import time
 import weakref
+from dataclasses import replace
 from threading import Event
 
 import pytest
@@ -15,6 +16,7 @@ from app.screens.settings import screen as settings_module
 from app.screens.settings.constraints import ConstraintsPage
 from app.screens.settings.facts import read
 from app.screens.settings.idle import IdlePanel
+from app.screens.settings.missions import MissionRow
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import AddPanel, RobotPanel
@@ -417,14 +419,14 @@ def test_a_number_that_could_not_be_saved_when_its_page_was_left_is_told(site, a
 
 
 def test_minutes_that_could_not_be_saved_when_settings_were_left_are_not_shown_as_saved(site, app, ui, monkeypatch):
-    def refuse(*_rule):
+    def refuse(_work):
         raise DatabaseUnavailable("The disk is full")
 
     robot, _other = site.add_robots()
     site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 10)
     go(ui, "idle")
     ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
-    monkeypatch.setattr(site.container.catalogue, "save_idle_rule", refuse)
+    monkeypatch.setattr(site.container.catalogue, "edit", refuse)
     page(app).act(robot.id, "minutes", 15)
     app.shell.go("home")
     ui.wait(lambda: app.shell.snackbars.texts == ["The disk is full"])
@@ -479,6 +481,34 @@ def test_a_second_day_takes_the_first_one_not_back(site, app, ui, hold_readings)
     ui.wait(lambda: "MO" not in settings(site).working_days)
     ui.tap(ui.find(Segment, text="Tue"))
     ui.wait(lambda: settings(site).working_days == ("WE", "TH", "FR"))
+
+
+def test_a_mission_that_is_saved_is_kept_by_who_switches_the_rule_off_before_it_is_read(site, app, ui, hold_readings):
+    robot, _other = site.add_robots()
+    home, deliver = site.add_missions("Home", "Deliver")
+    site.container.catalogue.save_idle_rule(robot.id, home.id, 10)
+    go(ui, "idle")
+    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
+    hold_readings()
+    panel = next(panel for panel in ui.find_all(IdlePanel) if panel.active)
+    panel.act("mission")
+    ui.wait(lambda: ui.find_all(OptionRow, text="Deliver"))
+    ui.tap(ui.find(OptionRow, text="Deliver"))
+    ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id and not ui.find_all(ChoiceDialog))
+    ui.tap(ui.find(Toggle, root=panel))
+    ui.wait(lambda: not robots(site)[0].idle.enabled)
+    assert robots(site)[0].idle.mission_id == deliver.id
+
+
+def test_a_star_takes_no_new_name_of_a_mission_back(site, app, ui, hold_readings):
+    mission, = site.add_missions("Home", favourite=False)
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow, name="Home"))
+    hold_readings()
+    site.container.catalogue.save_mission(replace(mission, name="Back home"))
+    ui.find(MissionRow, name="Home").act("favourite", True)
+    ui.wait(lambda: site.container.catalogue.missions()[0].favourite)
+    assert site.container.catalogue.missions()[0].name == "Back home"
 
 
 def test_a_number_that_is_typed_stays_while_the_one_chosen_before_is_still_being_read(site, app, ui, hold_readings):
