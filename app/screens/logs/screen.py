@@ -81,6 +81,7 @@ class LogsViewModel(ViewModel):
         self._row_cache = view.RowCache()
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._learnt)
         self._next_page: Job | None = None
+        self._story: Job | None = None                # of the run that was asked for
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
         self._figures_refresher = Refresher(shell, self._start_reading_figures, self._take_figures)
         self._presses = Presses()
@@ -101,7 +102,11 @@ class LogsViewModel(ViewModel):
         elif execution_id is None:
             self._runs_refresher.read()
         else:
-            self._shell.background.run(lambda: self._services.ledger.get(execution_id), self._open_run, self._shell.say_problem)
+            self._story = self._shell.background.run(lambda: self._services.ledger.get(execution_id), self._open_run,
+                                                     self._shell.say_problem)
+
+    def closed(self) -> None:
+        self._forget_story()
 
     def retranslated(self) -> None:
         self._show()
@@ -111,17 +116,22 @@ class LogsViewModel(ViewModel):
         if event.topic is not Topic.SNAPSHOT:
             self._runs_refresher.request()
 
-    def _start_reading(self) -> Callable[[], LogsFacts]:
+    def _start_reading(self) -> Callable[[], tuple[int, LogsFacts]]:
         """With the names as they are known by now: the robots may tell more while a search is open."""
         self._filters = filters = replace(self._filters, values=self._shell.given.known.positions_with(self._filters.text))
         rows = min(MAX_ROWS, max(PAGE, len(self._facts.rows)))
-        return lambda: read_facts(self._services, filters, rows)
+        return lambda: (rows, read_facts(self._services, filters, rows))
 
-    def _take(self, facts: LogsFacts) -> None:
-        if facts.filters == self._filters:           # else they are being read again
-            self._facts = facts
-            self._show()
-            self._figures_refresher.read()
+    def _take(self, reading: tuple[int, LogsFacts]) -> None:
+        rows, facts = reading
+        if facts.filters != self._filters:           # they are being read again
+            return
+        if min(len(self._facts.rows), MAX_ROWS) > rows:      # more were loaded meanwhile
+            self._runs_refresher.request()
+            return
+        self._facts = facts
+        self._show()
+        self._figures_refresher.read()
 
     def _start_reading_figures(self) -> Callable[[], tuple[Filters, Figures, MoreFigures | None, StatesFacts | None]]:
         """They are computed from many rows, so the list does not wait for them."""
@@ -145,9 +155,11 @@ class LogsViewModel(ViewModel):
             return
 
         def loaded(page: LogsFacts) -> None:
-            if facts.filters == self._filters == self._facts.filters:
-                self._facts = self._facts.with_more(page)
+            if self._facts is facts:
+                self._facts = facts.with_more(page)
                 self._show_rows()
+            elif facts.filters == self._filters == self._facts.filters:
+                self.load_more()                     # the list was read again meanwhile: this page does not follow its last row
 
         self._next_page = self._shell.background.run(lambda: read_next_page(self._services, facts), loaded, self._shell.say_problem)
 
@@ -160,6 +172,11 @@ class LogsViewModel(ViewModel):
         zone = ZoneInfo(self._services.settings().timezone)
         self.opened_run = execution.id
         self._show_runs(Filters(period_with(execution.planned_at, self._services.clock.now(), zone)))
+
+    def _forget_story(self) -> None:
+        """Somebody has gone on: it must take nothing away that was chosen since."""
+        if self._story is not None:
+            self._story.cancel()
 
     def _show_runs(self, filters: Filters) -> None:
         """Their part of the screen, without a search."""
@@ -257,6 +274,7 @@ class LogsViewModel(ViewModel):
         self._use(replace(self._filters, **changes))
 
     def _use(self, filters: Filters) -> None:
+        self._forget_story()
         if filters != self._filters:
             if filters.period is not self._filters.period:
                 self._states = None              # all of it is looked at first
