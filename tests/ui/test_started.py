@@ -249,6 +249,14 @@ def test_each_try_to_reach_a_robot_says_no_more_than_the_first(world, ui):
     assert world.told == []
 
 
+def test_a_robot_known_to_be_silent_is_said_to_be_waited_for_even_when_it_was_tried_before_that_was_read(world, ui):
+    world.row = replace(SILENT, wait=Wait.RETRY, wait_details={"problem": "it refused the connection"}, attempts=1)
+    world.reports.follow(SILENT, is_silent=True)
+    ui.advance()
+    [told] = world.told
+    assert told.startswith("Kits waits for an answer of Aino, until ")
+
+
 def test_a_start_of_a_group_that_has_got_a_robot_is_said_to_wait_for_its_answer(world, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)

@@ -148,13 +148,13 @@ class StartReports:
         is_retried = is_unsent and found.wait is Wait.RETRY
         if is_unsent and each.is_early and found.robot_id is None and found.wait is Wait.ROBOT:
             return
-        if each.said and each.is_late and (words is None or is_retried):
-            return                                            # that it is not answered has been said, and each try says no more
+        if each.is_late and (words is None or is_retried):
+            if not each.said:
+                self._say(key, each, unanswered(found, given))
+            return                                            # each try says no more
         if words is not None:
             each.is_late = is_retried
             self._say(key, each, words)
-        elif each.is_late:
-            self._say(key, each, unanswered(found, given))
         elif each.said:                                       # what kept it back is over
             self.follow(found)
 

@@ -70,7 +70,7 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
     ui.wait(lambda: len(entries(site)) == 1)
     [stored] = entries(site)
     assert stored == DayException("Summer break", TODAY, date(2026, 11, 27), id=stored.id)
-    ui.wait(lambda: [row.note for row in ui.find_all(DaysRow)] == ["Fri 20 Nov – Fri 27 Nov · closed"])
+    ui.wait(lambda: [row.note for row in ui.find_all(DaysRow)] == ["Fri 20 Nov – Fri 27 Nov · closed"] and not ui.find_all(DaysDialog))
     assert [cell.text for cell in ui.find_all(MonthDay, status="closed")] == [str(day) for day in range(20, 28)]
 
     tap(ui, MonthDay, text="23")                              # a day of it opens it
@@ -79,7 +79,7 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
     ui.tap(ui.find(Toggle, root=dialog))
     press(ui, "Save", dialog)
     ui.wait(lambda: entries(site)[0].yearly)
-    ui.wait(lambda: ui.find_all(DaysRow, note="Fri 20 Nov – Fri 27 Nov · closed · every year"))
+    ui.wait(lambda: ui.find_all(DaysRow, note="Fri 20 Nov – Fri 27 Nov · closed · every year") and not ui.find_all(DaysDialog))
 
     tap(ui, IconButton, icon="trash-can-outline")
     ui.wait(lambda: entries(site) == [])

@@ -274,7 +274,7 @@ def test_what_is_planned_soon_goes_first_and_is_named(site, app, ui, aino):
     mission, = site.add_missions(next(iter(GUIDS)))
     at = (site.container.clock.now() + timedelta(minutes=3)).replace(second=0, microsecond=0)
     site.container.catalogue.save_schedule(Schedule("Night count", robots(site)[0].id, mission.id, at.replace(tzinfo=None), "UTC",
-                                                           respect_working_days=False))
+                                                    respect_working_days=False))
     before = state_of(aino)
     dialog = opened(ui)
     try_with_a_mission(ui, dialog)
