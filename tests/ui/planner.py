@@ -13,7 +13,7 @@ from app.container import Container
 from app.domain.models import Schedule
 from app.domain.robot import MissionParameter
 from app.screens.scheduler.cards import FormCard
-from app.screens.scheduler.facts import HOURS
+from app.screens.scheduler import facts
 from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog, Menu, MenuRow
@@ -48,9 +48,7 @@ def show_anew(app, ui) -> None:
     app.plan.listed.listing = Listing()
     app.plan.form.clear()
     app.plan.form.aside = []
-    app.plan.to_now()
-    while app.plan.timeline.hours != HOURS:
-        app.plan.zoom(app.plan.timeline.hours < HOURS)
+    app.plan._show_window(facts.Window())
     settle(app, ui)
     for scrolled in ui.find_all(ScrollView):
         scrolled.scroll_y = 1

@@ -47,6 +47,7 @@ def app(shared_app, container, ui):
         container.alarms.database_works()
         container.clock.step((month.NOW - container.clock.now()).total_seconds())
         shared_app.stored.put_back()
+        ui.skip(1e3)                         # what rests after a press takes presses again, however long a test lets it rest
 
     begin_anew(shared_app, ui, put_back)
     assert not ui.find_all(AlarmBanner)
