@@ -12,8 +12,8 @@ from kivy.uix.scrollview import ScrollView
 from app.container import Container
 from app.domain.models import Schedule
 from app.domain.robot import MissionParameter
-from app.screens.scheduler.cards import FormCard
 from app.screens.scheduler import facts
+from app.screens.scheduler.cards import FormCard
 from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog, Menu, MenuRow

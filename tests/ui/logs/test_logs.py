@@ -24,6 +24,7 @@ from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.frame import Frame
 from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.snackbar import Snackbar
+from tests.support.stored import Stored
 from tests.ui import checks
 from tests.ui.logbook import settle, show_anew, tap
 
@@ -365,6 +366,7 @@ def test_rows_that_were_loaded_stay_when_a_reading_from_before_arrives(screen, u
 
 
 def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, container, ui, monkeypatch):
+    before = Stored(container)
     tap(screen, ui, ui.find(Segment, text="All"))
     go_on, begun = held_back(monkeypatch, "read_next_page")
     ui.find(RunsList).scroll_y = 0
@@ -377,6 +379,7 @@ def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, 
     shown = [row.key for row in screen.logs.rows]
     assert len(shown) == 200
     assert shown == [row.id for row in container.history.page(ExecutionFilter(), size=200).rows]
+    before.put_back()
 
 
 @pytest.mark.parametrize("then", [lambda screen, ui: ui.tap(ui.find(Segment, text="Today")), lambda screen, ui: screen.shell.go("home")],
