@@ -35,6 +35,14 @@ def screen(logs, ui):
     return logs
 
 
+@pytest.fixture
+def put_back(container):
+    """What the test adds to the history is taken out of it again."""
+    before = Stored(container)
+    yield
+    before.put_back()
+
+
 def tick(app, ui, chip: str, *options: str) -> None:
     """Tap a filter and, in the list that opens, some options; then the button that shows them."""
     tap(app, ui, ui.find(ChoiceChip, text=chip))
@@ -209,6 +217,7 @@ def test_a_search_finds_reasons_too(screen, ui, typed, reason):
     assert all(row.reason.startswith(reason) for row in screen.logs.rows)
 
 
+@pytest.mark.usefixtures("put_back")
 def test_a_search_finds_the_position_that_a_row_names(screen, container, ui):
     """The history keeps it as robots want it; what they call it is shown."""
     guid = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
@@ -221,6 +230,7 @@ def test_a_search_finds_the_position_that_a_row_names(screen, container, ui):
     assert [(row.key, row.mission) for row in screen.logs.rows] == [(added.id, f"{run.mission} · Cold store")]
 
 
+@pytest.mark.usefixtures("put_back")
 def test_a_search_finds_a_position_whose_name_is_learnt_after_it_was_typed(screen, container, ui):
     """As after a start of the app, when the robots are asked for the names of what is shown."""
     guid = "b2d5f119-5d0f-11ef-93c1-0001297b6e20"
@@ -365,8 +375,8 @@ def test_rows_that_were_loaded_stay_when_a_reading_from_before_arrives(screen, u
     assert {*seen, 200} == {200}
 
 
+@pytest.mark.usefixtures("put_back")
 def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, container, ui, monkeypatch):
-    before = Stored(container)
     tap(screen, ui, ui.find(Segment, text="All"))
     go_on, begun = held_back(monkeypatch, "read_next_page")
     ui.find(RunsList).scroll_y = 0
@@ -379,7 +389,6 @@ def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, 
     shown = [row.key for row in screen.logs.rows]
     assert len(shown) == 200
     assert shown == [row.id for row in container.history.page(ExecutionFilter(), size=200).rows]
-    before.put_back()
 
 
 @pytest.mark.parametrize("then", [lambda screen, ui: ui.tap(ui.find(Segment, text="Today")), lambda screen, ui: screen.shell.go("home")],
