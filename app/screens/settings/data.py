@@ -64,9 +64,9 @@ class DataPage(SettingsPage):
 
     def import_configuration(self, *, may_delete: bool = False) -> None:
         files = self.context.services.files
-        self.vm.configuration_outcome = NoticeView()
-        self.vm.import_configuration.run(self.context, lambda path: files.import_configuration(path, may_delete=may_delete),
-                                         self._configuration_read)
+        if self.vm.import_configuration.run(self.context, lambda path: files.import_configuration(path, may_delete=may_delete),
+                                            self._configuration_read):
+            self.vm.configuration_outcome = NoticeView()
 
     def export_log(self) -> None:
         if self.vm.export_log.run(self.context, self.context.services.files.export_history, self._log_written):
@@ -77,16 +77,18 @@ class DataPage(SettingsPage):
         for file in (self.vm.export_configuration, self.vm.import_configuration):            # the next name is free, and this one is there
             file.reached(self.context, self.context.services.files)
 
-    def _configuration_read(self, found: Sequence[Message] | DeletesRuns) -> None:
+    def _configuration_read(self, found: Sequence[Message] | DeletesRuns) -> bool:
+        """Whether it was imported: what it deletes is asked first."""
         if isinstance(found, DeletesRuns):
             self.ask_to_delete(
                 found.count,
                 _("The file lowers the number of runs that are kept to {limit}. The oldest ones beyond that are deleted for ever.").format(
                     limit=found.limit),
                 _("Import and delete"), lambda: self.import_configuration(may_delete=True))
-            return
+            return False
         self.vm.configuration_outcome = import_result(found)
         self.context.refresh()
+        return True
 
     def _log_written(self, path: Path) -> None:
         self.vm.log_outcome = done(_("Log written"), str(path))

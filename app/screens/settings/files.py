@@ -113,18 +113,17 @@ class FileModel(EventDispatcher):
             size=max(1, round(file.size / 1000)))
 
     def run(self, context: PageContext, work: Callable[[str], T], done: Callable[[T], object]) -> bool:
-        """Run ``work(path)`` in the background, then ``done(result)``; a problem is shown at the field. False while it runs, and for a
-        second tap."""
-        if self.busy or self._presses.is_same("write"):
+        """Run ``work(path)`` in the background, then ``done(result)``, which is False where nothing is done yet; a problem is shown at the
+        field. False while it runs, and for a second tap."""
+        if self.busy or self._presses.is_same("run"):
             return False
         self.busy, self.problem = True, ""
         path = self.path
 
         def ended(result: T) -> None:
             self.busy = False
-            if self._stem:                                    # else reading it again finds nothing new
-                self._presses.rest("write")
-            done(result)
+            if done(result) is not False:
+                self._presses.rest("run")
 
         def failed(problem: BaseException) -> None:
             self.busy, self.problem = False, sentence_of(problem)

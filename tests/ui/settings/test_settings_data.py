@@ -99,8 +99,25 @@ def test_a_configuration_comes_in_with_a_list_of_what_changed(site, app, ui):
     ui.wait(lambda: outcome(app, "configuration").text == "2 changes imported")
     assert settings(site).retry_limit == 3
     assert [mission.name for mission in missions(site)] == ["Deliver"]
+    ui.advance(1)
     press(ui, "Import", row)
     ui.wait(lambda: outcome(app, "configuration").text == "The file contains nothing new")
+
+
+def test_the_second_tap_on_import_leaves_the_list_of_what_the_first_has_changed(site, app, ui):
+    robot = site.add_robots()[0]
+    (site.documents / "plant.json").write_text(json.dumps({"format": "amr-scheduler/1", "robots": [
+        {"name": robot.name, "address": "http://192.0.2.7", "username": robot.username}]}), encoding="utf-8")
+    go(ui, "data")
+    row = file_row(ui, "Import from")
+    ui.wait(lambda: row.model.path)
+    press(ui, "Import", row)
+    ui.wait(lambda: outcome(app, "configuration").text)
+    changed = outcome(app, "configuration")
+    assert changed.tone == "attention"                        # the robot needs its password
+    press(ui, "Import", row)
+    ui.wait(lambda: app.shell.background.idle)
+    assert outcome(app, "configuration") == changed
 
 
 def test_an_unusable_configuration_is_one_sentence_and_changes_nothing(site, app, ui):
@@ -131,6 +148,7 @@ def test_a_result_does_not_stay_beside_what_went_wrong_after_it(site, app, ui):
     press(ui, "Import", row)
     ui.wait(lambda: outcome(app, "configuration").text)
     file.write_text("{", encoding="utf-8")
+    ui.advance(1)
     press(ui, "Import", row)
     ui.wait(lambda: row.model.problem)
     assert outcome(app, "configuration").text == ""
