@@ -172,12 +172,16 @@ def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> Run
     text, icon, off = _("Run on any of {group}").format(group=group.name), "play", False
     if hold is not None and hold.is_copy:
         text, off = _("Nothing is sent from this tablet"), True
+    elif not group.members:
+        text, off = _("{group} has no robot").format(group=group.name), True
     elif not members:
         text, off = _("No robot of {group} is switched on").format(group=group.name), True
     elif mission is None:
         text, off = _no_mission(facts), True
     elif mission.robot_id is not None and not any(other.name == mission.name and other.robot_id is None for other in facts.entered):
         text, off = _("This mission is for one robot only"), True
+    elif len(lacking(mission, members, facts.all_missions, facts.known)) == len(members):
+        text, off = _("No robot of {group} has this mission").format(group=group.name), True
     note = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
     if hold is not None and not off:
         icon, (text, note) = HAND, _what_a_held_run_does(hold, closes_at, zone, now)

@@ -75,7 +75,7 @@ def _panel(facts: SettingsFacts, group: Group) -> GroupPanelView:
     schedules = sum(schedule.group_id == group.id for schedule in facts.schedules)
     note = ngettext("{n} schedule", "{n} schedules", schedules).format(n=schedules) if schedules else _("no schedule uses it")
     missions = ngettext("{n} not on every robot", "{n} not on every robot", gaps).format(n=gaps) if gaps else \
-        _("on all its robots") if lines and all(cell == HAS for line in lines for cell in line.cells) else "–"
+        _("on all its robots") if lines and all(set(line.cells) == {HAS} for line in lines) else "–"
     return GroupPanelView(
         ("group", group.id), group.name, note, robots=robots_phrase(facts, group.members), hand_over=hand_over_names()[group.hand_over],
         keep_free=ngettext("{n} robot", "{n} robots", group.keep_free).format(n=group.keep_free) if group.keep_free else _("no robot"),

@@ -164,6 +164,18 @@ def test_the_table_shows_which_robot_lacks_which_mission(site, app, ui, known, p
     assert [(row.name, row.note, list(row.cells)) for row in sorted(rows, key=lambda row: -row.y)] == lines
 
 
+def test_a_group_whose_robots_were_deleted_has_missions_on_none(site, app, ui):
+    _aino, veikko = site.add_robots()
+    site.add_missions("Deliver")
+    site.container.catalogue.save_group(Group("Night", (veikko.id,)))
+    go(ui, "robots")
+    turn_to(ui, "Groups")
+    ui.wait(lambda: ui.find(GroupPanel).missions == "on all its robots")
+    site.container.catalogue.remove_robot(veikko.id)
+    ui.wait(lambda: ui.find(GroupPanel).robots == "none yet")
+    assert ui.find(GroupPanel).missions == "–"
+
+
 def test_the_table_follows_what_the_robots_have_while_it_is_open(site, app, ui, monkeypatch):
     monkeypatch.setattr(missions, "ASK_AGAIN_AFTER", 0.0)
     site.add_robots()

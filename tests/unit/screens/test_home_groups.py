@@ -186,6 +186,10 @@ def test_without_groups_run_now_is_as_ever():
 
 @pytest.mark.parametrize(("change", "text", "off"), [
     ({"robots": (replace(AINO, enabled=False), replace(VEIKKO, enabled=False))}, "No robot of Hall 1 is switched on", True),
+    ({"groups": (Group("Hall 1", id=5),)}, "Hall 1 has no robot", True),
+    ({"known": {1: {"other"}, 2: {"other"}}}, "No robot of Hall 1 has this mission", True),
+    ({"known": {1: {"other"}, 2: {KITS.guid}}}, "Run on any of Hall 1", False),
+    ({"known": {1: {"other"}}}, "Run on any of Hall 1", False),                       # the other one may have it
     ({"missions": (Mission("Own", "g", 77, robot_id=1),)}, "This mission is for one robot only", True),
     ({"holds": (Hold("Audit"),)}, "Queue, held", False)])
 def test_what_stands_in_the_way_is_on_the_button(change, text, off):
