@@ -85,13 +85,26 @@ class Shell:
         else:                                # of the disk, say, or of a host name: it names no robot
             self.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
 
-    def offer_undo(self, text: str, undo: Callable[[], object], undone: Callable[[], object], *, stays: bool = False) -> None:
+    def offer_undo(self, text: str, undo: Callable[[], object], undone: Callable[[], object], *, stays: bool = False,
+                   behind: str = "") -> None:
         """Say with ``text`` what was done, and offer to undo it, for some seconds or as long as it ``stays``. Where ``undo()``, in the
-        background, raises InvalidInput, its sentence is said and the offer stays: somebody can mend that and try again."""
+        background, raises InvalidInput, its sentence is said and the offer stays: somebody can mend that and try again. ``behind`` the
+        guard of a screen it is offered as long as the guard has not let pass."""
         def refused(problem: BaseException) -> None:
             if isinstance(problem, InvalidInput):
-                self.offer_undo(sentence_of(problem), undo, undone, stays=True)
+                self.offer_undo(sentence_of(problem), undo, undone, stays=True, behind=behind)
             else:
                 log.error("could not be undone", exc_info=problem)
                 self.say_problem(problem)
-        self.snackbars.undo(text, _("Undo"), lambda: self.background.run(undo, lambda _none: undone(), refused), stays=stays)
+
+        def pressed() -> None:
+            offer()
+            self.navigator.past_guard(behind, passed)
+
+        def passed() -> None:
+            self.snackbars.end(pressed)
+            self.background.run(undo, lambda _none: undone(), refused)
+
+        def offer() -> None:
+            self.snackbars.undo(text, _("Undo"), pressed, stays=stays, about=pressed)
+        offer()

@@ -224,7 +224,7 @@ class Navigator(EventDispatcher):
     """
     current = StringProperty()
     all_robots = BooleanProperty(False)  # were looked at last, and not the selected one alone
-    guard: Callable[[str, Callable[[], object]], object] | None = None     # asked before a screen is shown; calls what shows it, or not
+    guard: Callable[[str, Callable[[], object]], object] | None = None     # asked before a screen is shown; proceeds, or not
 
     def __init__(self, manager: MDScreenManager, builders: Mapping[str, Callable[[], ScreenBase]], **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -235,10 +235,14 @@ class Navigator(EventDispatcher):
 
     def go(self, name: str, **intent: Any) -> None:
         """Show the screen ``name``, unless the guard asks for something first. Raises KeyError for an unknown one."""
+        self.past_guard(name, lambda: self._go(name, intent))
+
+    def past_guard(self, name: str, proceed: Callable[[], object]) -> None:
+        """Do what only somebody may do who may see the screen ``name``, perhaps after the guard has asked, perhaps never."""
         if self.guard is None:
-            self._go(name, intent)
+            proceed()
         else:
-            self.guard(name, lambda: self._go(name, intent))
+            self.guard(name, proceed)
 
     def _go(self, name: str, intent: dict[str, Any]) -> None:
         screen = self.screen(name)

@@ -35,25 +35,24 @@ class Gate:
         self._access, self._clock, self._shell = services.access, services.clock, shell
         self._dialog: PinDialog | None = None
         self._proceed: Callable[[], object] = lambda: None
-        self._is_open = False
         self._used_at = 0.0
         self._tick = Clock.create_trigger(self._every_second, 1, interval=True)
 
     def start(self) -> None:
         self._shell.navigator.guard = self.passes
-        self._shell.navigator.bind(current=self._went)
+        self._shell.navigator.bind(current=self._used)
         Window.bind(on_touch_down=self._used, on_touch_up=self._used, on_keyboard=self._used, on_textinput=self._used)
         self._tick()
 
     def stop(self) -> None:
         self._tick.cancel()
         self._shell.navigator.guard = None
-        self._shell.navigator.unbind(current=self._went)
+        self._shell.navigator.unbind(current=self._used)
         Window.unbind(on_touch_down=self._used, on_touch_up=self._used, on_keyboard=self._used, on_textinput=self._used)
 
     def passes(self, screen: str, proceed: Callable[[], object]) -> None:
         """Let pass at once, or after the right PIN."""
-        if screen != BEHIND or self._is_open or not self._access.is_set():
+        if screen != BEHIND or self._shell.navigator.current == BEHIND or not self._access.is_set():
             proceed()
             return
         self._proceed = proceed
@@ -80,7 +79,6 @@ class Gate:
         dialog.busy = False
         if verdict.is_right:
             dialog.dismiss()
-            self._is_open = True
             self._used()
             self._proceed()
             return
@@ -107,13 +105,8 @@ class Gate:
         dialog.waiting = wait_s > 0
 
     def _used(self, *_args: Any) -> None:
-        """Something was touched or typed."""
+        """Something was touched or typed, or another screen is shown."""
         self._used_at = self._clock.monotonic()
-
-    def _went(self, _navigator: object, screen: str) -> None:
-        self._used()
-        if screen != BEHIND:
-            self._is_open = False
 
     def _every_second(self, _dt: float) -> None:
         if self._dialog is not None and not self._access.is_set():        # removed by command

@@ -159,10 +159,11 @@ class PageContext:
             save()
 
     def remove(self, work: Callable[[], Removed], text: str) -> None:
-        """Delete something at once, say so with ``text``, and offer to undo it until that is closed by hand."""
+        """Delete something at once, say so with ``text``, and offer to undo it until that is closed by hand, wherever that is pressed
+        only to whom Settings is open."""
         def removed(what: Removed) -> None:
             self.refresh()
-            self.shell.offer_undo(text, lambda: self.services.catalogue.restore(what), self.refresh, stays=True)
+            self.shell.offer_undo(text, lambda: self.services.catalogue.restore(what), self.refresh, stays=True, behind="settings")
         self.run(work, removed)
 
     def say(self, text: str, icon: str = "check") -> None:

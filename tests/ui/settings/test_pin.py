@@ -11,15 +11,16 @@ from app.domain.models import Robot
 from app.screens.common.pin_dialog import PinDialog
 from app.screens.frame.controller import DOUBLE_TAP
 from app.screens.settings.gate import LEFT_ALONE_S
+from app.screens.settings.robot_dialog import RobotDialog
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.frame import AlarmBanner, NavItem
 from app.widgets.number_pad import PadKey
 from app.widgets.rows import SectionRow
 from app.widgets.tokens import tk
 from tests.ui import checks
-from tests.ui.integrator import go, says
+from tests.ui.integrator import go, says, undo
 
 F1, TAB = 282, 9
 
@@ -266,3 +267,36 @@ def test_an_answer_that_comes_late_asks_nothing_on_another_screen(site, app, ui)
     assert not app.shell.background.idle
     ui.wait(lambda: app.shell.background.idle)
     assert (current(app), ui.find_all(ChoiceDialog)) == ("home", [])
+
+
+def test_what_was_deleted_there_comes_back_behind_the_pin_only(site, app, ui):
+    site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, "distributor"), "distributor")
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    unlock(ui, app)
+    ui.wait(lambda: ui.find_all(CommandButton, text="Edit"))
+    ui.tap(ui.find(CommandButton, text="Edit"))
+    ui.tap(ui.find(CommandButton, ui.find(RobotDialog), text="Delete robot"))
+    ui.wait(lambda: ui.find_all(ConfirmDialog))
+    ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Delete robot"))
+    ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])
+    ui.tap(ui.find(NavItem, name="home"))
+    undo(ui)
+    ui.tap(ui.find(IconButton, root=ui.find(PinDialog), icon="close"))
+    ui.advance(.6)
+    assert (site.container.catalogue.robots(), app.shell.snackbars.texts) == ([], ["Aino deleted"])
+    undo(ui)
+    press(ui, "4711")
+    ui.wait(lambda: [robot.name for robot in site.container.catalogue.robots()] == ["Aino"])
+    assert (app.shell.snackbars.texts, current(app)) == ([], "home")
+    to_settings(ui)
+    assert ui.find_all(PinDialog)                              # it was for that alone
+
+
+def test_whoever_sets_it_is_in_already(site, app, ui):
+    to_settings(ui)
+    ui.wait(lambda: ui.find_all(SectionRow))
+    site.container.access.set_pin("4711")
+    app.shell.go("settings", section="data")                   # as an alarm leads there
+    assert not ui.find_all(PinDialog)
+    ui.wait(lambda: app.shell.navigator.screen("settings").vm.current == "data")
