@@ -15,7 +15,7 @@ from app.services.files import exports, places, reading
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, PickField
-from app.widgets.rows import OptionRow
+from app.widgets.rows import OptionRow, SectionRow
 from tests.ui.integrator import enter_path, go, missions, page, press, reveal, settings
 from tests.ui.whole_app import GUIDS
 
@@ -176,6 +176,17 @@ def test_log_and_backup_say_where_they_are(site, app, ui):
     ui.wait(lambda: outcome(app, "backup").text == "Backup made")
     assert outcome(app, "backup").note.startswith(str(site.container.db.path.parent))
     ui.wait(lambda: page(app).vm.backups.startswith("1 backup"))
+
+
+def test_a_backup_that_was_brought_meanwhile_is_there_when_the_section_is_opened(site, app, ui):
+    go(ui, "data")
+    page(app).back_up()
+    ui.wait(lambda: page(app).vm.backups.startswith("1 backup"))
+    ui.tap(ui.find(SectionRow, key="about"))
+    made = page(app).context.facts.backups[0].path
+    made.with_name("manual-2026-01-05T100000Z.db").write_bytes(made.read_bytes())
+    ui.tap(ui.find(SectionRow, key="data"))
+    ui.wait(lambda: page(app).vm.backups.startswith("2 backups"))
 
 
 # ---------------------------------------------------------------------- a stick
