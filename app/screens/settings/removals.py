@@ -39,10 +39,12 @@ def robot_question(facts: SettingsFacts, robot: Robot) -> str:
     """What goes with it, and what stays."""
     goes = _question(facts, _schedules_on(facts, robot), _other_of(facts, robot))
     groups = [group.name for group in facts.groups if robot.id in group.members]
+    alone = [group.name for group in facts.groups if group.members == (robot.id,)]
     left = ngettext("It leaves the group {groups}.", "It leaves the groups {groups}.", len(groups)).format(
         groups=_several(groups, ", ")) if groups else ""
+    empty = _("No robot is left in {groups}: what waits for one is cancelled.").format(groups=_several(alone, ", ")) if alone else ""
     stays = _("Its runs stay in the history. On the robot itself nothing changes.")
-    return "\n".join(filter(None, (goes, left, stays)))
+    return "\n".join(filter(None, (goes, left, empty, stays)))
 
 
 def robot_sentence(facts: SettingsFacts, robot: Robot) -> str:

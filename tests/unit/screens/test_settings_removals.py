@@ -49,8 +49,15 @@ def test_a_robot_names_its_schedules_and_groups_as_far_as_they_can_be_read():
     assert question[0] == "These 9 schedules go with it:"
     assert question[1:8] == [*(f"Round {n}" for n in range(6)), "and 3 more"]
     assert question[9:11] == ["This goes with it: its idle automation.", "It leaves the group Hall 1."]
+    assert not any("No robot is left" in line for line in question)
     assert removals.robot_sentence(facts(), AINO) == "Aino deleted, and with it: 1 schedule, its idle automation"
     assert removals.robot_sentence(facts(), SISU) == "Sisu deleted, and with it: 1 mission that only this robot has"
+
+
+def test_a_robot_says_which_group_is_empty_without_it():
+    night = Group("Night", (AINO.id,), id=2)
+    question = removals.robot_question(facts(groups=(HALL, night)), AINO).splitlines()
+    assert question[-3:-1] == ["It leaves the groups Hall 1, Night.", "No robot is left in Night: what waits for one is cancelled."]
 
 
 def test_a_group_names_its_schedules_and_what_waits():
