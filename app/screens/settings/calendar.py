@@ -135,10 +135,11 @@ class CalendarPart(EventDispatcher):
 
     # ------------------------------------------------------------------ a file
     def import_days(self) -> None:
-        self.outcome = NoticeView()
-        self.file.run(self._context, self._services.calendar_files.import_days, self._imported)
+        if self.file.run(self._context, self._services.calendar_files.import_days, self._imported):
+            self.outcome = NoticeView()
 
-    def _imported(self, result: Imported) -> None:
+    def _imported(self, result: Imported) -> bool:
+        """Whether that is all: what to do with appointments is asked."""
         if result.added:
             day = max(result.added[0].first_day, self._context.today())
             self._chosen_month = day.year, day.month
@@ -149,6 +150,7 @@ class CalendarPart(EventDispatcher):
             self._context.shell.dialogs.confirm(title, text, ngettext("Close it", "Close them", n), lambda: self.file.run(
                 self._context, lambda _path: self._services.calendar_files.import_days(str(result.path), with_timed=True), self._imported),
                 decline=ngettext("Leave it open", "Leave them open", n))
+        return not result.timed
 
 
 class CalendarCard(SectionCard):
