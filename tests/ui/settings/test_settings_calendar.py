@@ -150,6 +150,7 @@ def test_a_calendar_file_is_imported_and_says_how_many_days_it_brought(site, app
     press(ui, "Import", row)
     ui.wait(lambda: says(ui, "The file contains nothing new"))
     (site.documents / "noise.ics").write_bytes(b"\x00\xff nothing")
+    ui.advance(1)
     enter_path(ui, row, "noise.ics")
     press(ui, "Import", row)
     ui.wait(lambda: says(ui, "is not a calendar file (.ics)"))
