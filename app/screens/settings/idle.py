@@ -1,14 +1,18 @@
 """Settings, Idle automation: per robot a mission that starts when the robot has had nothing to do for some minutes."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
-from app.domain.models import IdleRule, Robot
+from app.domain.models import Connection, IdleRule, Mission, Robot
+from app.domain.robot import MissionParameter
 from app.i18n import _
+from app.screens.common.parameters_view import fields_of, problems_of
 from app.screens.common.problems import sentence_of
 from app.screens.settings.missions_view import idle_panels, mission_options
 from app.screens.settings.page import PageContext, SettingsPage
@@ -65,8 +69,10 @@ class IdlePage(SettingsPage):
             self.context.save_at_rest(("idle", robot.id), lambda: self._save_minutes(robot.id))
         elif action == "mission" or (values[0] and robot.idle is None):
             self._choose_mission(robot)                  # a rule can't be switched on without a mission
+        elif robot.idle is not None and values[0]:
+            self._save_if_it_asks_nothing(robot, robot.idle.mission_id, enabled=True)
         elif robot.idle is not None:
-            self._save(robot, enabled=values[0])
+            self._save(robot, enabled=False)
 
     def _save_minutes(self, robot_id: int) -> None:
         robot = self.context.facts.robot(robot_id)
@@ -79,8 +85,28 @@ class IdlePage(SettingsPage):
             self._show_problem(robot, _("There are no missions yet: add them under Missions"))
             return
         self.context.shell.dialogs.choose(
-            _("Idle mission of {robot}").format(robot=robot.name), options, lambda mission_id: self._save(robot, mission_id=mission_id),
+            _("Idle mission of {robot}").format(robot=robot.name), options, partial(self._save_if_it_asks_nothing, robot),
             selected=robot.idle.mission_id if robot.idle is not None else None)
+
+    def _save_if_it_asks_nothing(self, robot: Robot, mission_id: int, **changes: Any) -> None:
+        """What a mission asks for nobody gives it when its robot is idle. A robot that doesn't answer is not asked."""
+        def save(_problem: object = None) -> None:
+            self._save(robot, mission_id=mission_id, **changes)
+
+        def told(mission: Mission, asked: Sequence[MissionParameter]) -> None:
+            labels = [field.label for field in fields_of(asked) if field.name in problems_of(asked)]
+            if not labels:
+                save()
+                return
+            self._show_problem(robot, _("{mission} asks for {values}, which only a schedule or Run now can give").format(
+                mission=mission.name, values=", ".join(labels)))
+
+        mission = self.context.facts.mission(mission_id)
+        if mission is None or self.context.facts.snapshot(robot.id).connection is not Connection.CONNECTED:
+            save()
+            return
+        self.context.run(lambda: self.context.services.robot_missions.parameters(robot.id, mission.guid), partial(told, mission), save,
+                         key=("idle", robot.id), apart="parameters")
 
     def _save(self, robot: Robot, **changes: Any) -> None:
         """Of the rule as it is stored by then, with the minutes that were chosen: what is shown may be older."""

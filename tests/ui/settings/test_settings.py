@@ -11,7 +11,7 @@ import pytest
 from kivy.core.window import Window
 
 from app.database.errors import DatabaseUnavailable
-from app.domain.models import Robot
+from app.domain.models import Connection, Robot
 from app.screens.settings import screen as settings_module
 from app.screens.settings.constraints import ConstraintsPage
 from app.screens.settings.facts import read
@@ -138,6 +138,29 @@ def test_idle_automation_of_a_robot(site, app, ui):
     ui.tap(ui.find(Toggle, root=panel))
     ui.wait(lambda: not robots(site)[0].idle.enabled)
     ui.wait(lambda: ui.find(SectionRow, key="idle").note == "off")
+
+
+def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
+    """Nobody is there to give it: the robot would refuse it at every idle time."""
+    aino, _sisu = site.add_robots()
+    home, go_to = site.add_missions("Home", "Go to position")
+    ui.wait(lambda: site.container.snapshots.get(aino.id).connection is Connection.CONNECTED)
+    go(ui, "idle")
+    ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
+    panel = ui.find(IdlePanel, name="Aino")
+    ui.tap(ui.find(Toggle, root=panel))
+    ui.tap(ui.find(OptionRow, text="Go to position"))
+    ui.wait(lambda: panel.problem == "Go to position asks for Position, which only a schedule or Run now can give")
+    assert robots(site)[0].idle is None
+    site.container.catalogue.save_idle_rule(aino.id, go_to.id, 10, False)      # as a file may bring it
+    ui.wait(lambda: panel.mission == "Go to position")
+    ui.tap(ui.find(Toggle, root=panel))
+    ui.wait(lambda: panel.problem.startswith("Go to position asks for Position"))
+    assert not robots(site)[0].idle.enabled
+    ui.tap(ui.find(PickBox, root=panel))
+    ui.tap(ui.find(OptionRow, text="Home"))
+    ui.wait(lambda: robots(site)[0].idle.mission_id == home.id)
+    ui.wait(lambda: not panel.problem)
 
 
 def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui):
