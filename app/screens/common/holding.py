@@ -60,6 +60,15 @@ def held_until(hold: Hold | None, closes_at: datetime) -> datetime | None:
     return hold.until if hold is not None and hold.until is not None and hold.until < closes_at else None
 
 
+def run_words(hold: Hold | None, silent: Robot | None, closes_at: datetime, zone: str, now: datetime) -> tuple[str, str] | None:
+    """Text and icon of what starts a mission that something keeps from being sent at once: a hold, or that its robot does not answer."""
+    if hold is not None:
+        until = held_until(hold, closes_at)
+        text = _("Queue, held") if until is None else _("Queue, held until {time}").format(time=formats.day_or_time(until, zone, now))
+        return text, HAND
+    return (_("Send when {robot} answers").format(robot=silent.name), "timer-sand") if silent is not None else None
+
+
 def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> str:
     """What an open execution waits for. ``hold`` is what holds it, where that is known: what becomes of it follows from when that ends."""
     if execution.state is not State.WAITING or execution.wait is not Wait.HOLD or (hold is None and not execution.held):

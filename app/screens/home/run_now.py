@@ -11,7 +11,7 @@ from app.domain.models import Execution, Group, HandOver, Robot
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.group_starts import lacking, lacking_words
-from app.screens.common.holding import HAND, held_until, hold_at
+from app.screens.common.holding import held_until, hold_at, run_words
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import STOPPED, is_old
 from app.screens.home.facts import HomeFacts
@@ -67,19 +67,18 @@ def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datet
     """Text and icon of the button, and the note beside the heading: where it runs, or until when it waits at most."""
     zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
     at_most = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
-    if hold is not None:
-        text, note = _what_a_held_run_does(hold, closes_at, zone, now)
-        return text, HAND, note or _("on {robot}").format(robot=robot.name)
-    if is_old(facts.snapshot, now, facts.settings):
-        return _("Send when {robot} answers").format(robot=robot.name), "timer-sand", at_most
-    return _("Run on {robot}").format(robot=robot.name), "play", _("on {robot}").format(robot=robot.name)
+    words = run_words(hold, robot if is_old(facts.snapshot, now, facts.settings) else None, closes_at, zone, now)
+    note = _held_note(hold, closes_at, zone, now) or _("on {robot}").format(robot=robot.name)
+    if words is None:
+        return _("Run on {robot}").format(robot=robot.name), "play", note
+    return *words, at_most if hold is None else note
 
 
-def _what_a_held_run_does(hold: Hold, closes_at: datetime, zone: str, now: datetime) -> tuple[str, str]:
-    """Text of the button, and the note beside the heading where it may never be sent."""
-    if (until := held_until(hold, closes_at)) is not None:
-        return _("Queue, held until {time}").format(time=formats.day_or_time(until, zone, now)), ""
-    return _("Queue, held"), _("skipped at {time} unless released").format(time=formats.day_and_time(closes_at, zone, now))
+def _held_note(hold: Hold | None, closes_at: datetime, zone: str, now: datetime) -> str:
+    """Beside the heading, where it may never be sent."""
+    if hold is None or held_until(hold, closes_at) is not None:
+        return ""
+    return _("skipped at {time} unless released").format(time=formats.day_and_time(closes_at, zone, now))
 
 
 def _low_battery(facts: HomeFacts, robot: Robot, now: datetime) -> str:
@@ -183,8 +182,8 @@ def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> Run
     elif len(lacking(mission, members, facts.all_missions, facts.known)) == len(members):
         text, off = _("No robot of {group} has this mission").format(group=group.name), True
     note = _("waits until {time} at most").format(time=formats.day_and_time(closes_at, zone, now))
-    if hold is not None and not off:
-        icon, (text, note) = HAND, _what_a_held_run_does(hold, closes_at, zone, now)
+    if not off and (words := run_words(hold, None, closes_at, zone, now)) is not None:
+        (text, icon), note = words, _held_note(hold, closes_at, zone, now)
     elif group.hand_over is HandOver.AT_ONCE and hold is None:
         note = _("at once, also to a busy robot")
     return replace(run, text=text, icon="play" if off else icon, off=off, low_battery="", note=note)

@@ -15,6 +15,7 @@ from app.screens.common.priorities import word
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import span_of
+from app.screens.scheduler.view import run_item
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
 
@@ -47,7 +48,7 @@ def _waiting_items(execution: Execution) -> list[MenuItem]:
             MenuItem("cancel", _("Cancel"), "close", disabled=off)]
 
 
-def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
+def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
     """Of a planned start: how long it will take, as far as that is known, and what keeps it back."""
     hold, ends = facts.hold_of(run), run.begins + timedelta(seconds=run.usual_s or ASSUMED_S)
     usual, slow = formats.duration(run.usual_s), formats.duration(run.slow_s)
@@ -62,7 +63,7 @@ def start_card(facts: SchedulerFacts, run: PlannedRun) -> Card:
         held = _("Held until it is released") if hold.until is None else sentence(
             Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _)
     items = (MenuItem("skip", _("Skip this one"), "skip-next"), MenuItem("edit", _("Edit schedule"), "pencil-outline"),
-             MenuItem("run", _("Run now"), "play"))
+             run_item(facts, run.schedule, now))
     when = f"{foreseen.whose(run)} · {_from_to(facts, run.begins, ends)}"
     contested = [conflicts.sentence(each.code, each.at, each.details, facts.zone, _) for each in Contested(facts.conflicts).of(run)]
     way = _("To change its time, press and hold its bar and drag it") if run.begins == run.at else ""

@@ -121,7 +121,7 @@ class OnTimeline(ViewModel):
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:
-                    return bar_card.start_card(self._facts, run), {
+                    return bar_card.start_card(self._facts, run, self._services.clock.now()), {
                         "edit": lambda: self.edit(number), "skip": lambda: self.actions.skip(run.schedule, at),
                         "run": lambda: self.actions.run_now(run.schedule)}
         return None

@@ -223,7 +223,7 @@ class SchedulerViewModel(OnTimeline):
             calls[key](schedule)
 
         title, text = view.menu_title(self._facts, schedule)
-        self._shell.dialogs.menu(anchor, title, view.schedule_menu(schedule, self._services.clock.now()), chosen, text)
+        self._shell.dialogs.menu(anchor, title, view.schedule_menu(self._facts, schedule, self._services.clock.now()), chosen, text)
 
     def hold(self) -> None:
         """Keep everything, or one robot, from being sent anything; while everything is held, release it."""

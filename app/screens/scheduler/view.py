@@ -11,7 +11,7 @@ from app.domain import rules
 from app.domain.models import Execution, Mission, Robot, Schedule, Settings, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
-from app.screens.common.holding import held_next, held_note
+from app.screens.common.holding import held_next, held_note, run_words
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.robot_appearance import silence_word
 from app.screens.scheduler import of_groups
@@ -260,11 +260,19 @@ def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
     return (name, " · ".join(filter(None, (what, where)))) if name else (what, where)
 
 
-def schedule_menu(schedule: Schedule, now: datetime) -> list[MenuItem]:
+def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> MenuItem:
+    """To start it now, whatever its time is: what a press on it does, as Home's button."""
+    hold = facts.hold(schedule.robot_id, schedule.group_id, now)
+    silent = facts.robot(schedule.robot_id) if schedule.robot_id in facts.silent else None
+    words = run_words(hold, silent, rules.closes_at(now, None, facts.settings), facts.settings.timezone, now)
+    return MenuItem("run", *(words or (_("Run now"), "play")))
+
+
+def schedule_menu(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> list[MenuItem]:
     """What can be done with it."""
     return [
         MenuItem("edit", _("Edit"), "pencil-outline"),
-        MenuItem("run", _("Run now"), "play"),
+        run_item(facts, schedule, now),
         MenuItem("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
         MenuItem("resume", _("Resume now"), "play-circle-outline") if schedule.is_paused(now) else
         MenuItem("pause", _("Pause until a day"), "pause-circle-outline", disabled=not (schedule.enabled and schedule.next_at)),

@@ -4,7 +4,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import Reason, ReasonCode, State
+from app.domain.models import Connection, Reason, ReasonCode, State
 from app.screens.common import execution_appearance
 from app.screens.common.given import Given
 from app.screens.scheduler import bar_card, view
@@ -45,10 +45,23 @@ def test_what_missions_are_given_stands_beside_their_names():
     rows = (*view.schedule_rows(given, NOW), *(row for row in view.days(given, NOW) if not row.heading),
             *view.schedule_rows(given, NOW, listing=view.Listing(query="dock 3")))
     assert [row.mission for row in rows] == 3 * ["Deliver kits · Dock 3"]
-    cards = bar_card.start_card(given, given.planned[0]), bar_card.run_card(given, started, NOW)
+    cards = bar_card.start_card(given, given.planned[0], NOW), bar_card.run_card(given, started, NOW)
     assert [card.title for card in cards] == 2 * ["Deliver kits · Dock 3"]
     assert "Deliver kits · Dock 3" in [bar.label for lane in timeline(given, NOW).lanes for bar in lane.bars]
     assert {(robot, values["goal"]) for robot, _guid, values in given.given_to()} == {(1, goal["goal"])}
+
+
+@pytest.mark.parametrize(("known", "text", "icon"), [
+    ({}, "Run now", "play"),
+    ({"holds": (Hold("Maintenance", NOW + timedelta(minutes=10), NOW),)}, "Queue, held until 14:48", "hand-back-right-outline"),
+    ({"holds": (Hold("Maintenance", None, NOW),)}, "Queue, held", "hand-back-right-outline"),
+    ({"holds": (Hold("Maintenance", None, NOW, robot_id=2),)}, "Run now", "play"),
+    ({"silent": {1: Connection.UNREACHABLE}}, "Send when Aino answers", "timer-sand")])
+def test_what_starts_it_now_says_what_it_does(known, text, icon):
+    """In its menu and on the card of its bar, as Home does."""
+    given = facts(schedules=(HOURLY,), planned=(planned(22),), **known)
+    for items in (view.schedule_menu(given, HOURLY, NOW), bar_card.start_card(given, given.planned[0], NOW).items):
+        assert [(item.text, item.icon) for item in items if item.key == "run"] == [(text, icon)]
 
 
 def test_schedules_are_listed_by_words_robot_and_name():
@@ -131,7 +144,7 @@ def test_a_name_of_its_own_is_shown_and_one_made_of_mission_and_robot_is_not():
     assert [(row.mission, row.name) for row in rows] == [("Deliver kits", ""), ("Deliver kits", "Morning round")]
     days = view.days(facts(planned=(planned(22, schedule=made), planned(30, schedule=own))), NOW)
     assert [(row.mission, row.name) for row in days if row.time] == [("Deliver kits", ""), ("Deliver kits", "Morning round")]
-    assert bar_card.start_card(facts(), planned(30, schedule=own)).text.splitlines()[0] == "Morning round"
+    assert bar_card.start_card(facts(), planned(30, schedule=own), NOW).text.splitlines()[0] == "Morning round"
 
 
 def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():

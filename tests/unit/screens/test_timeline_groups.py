@@ -84,7 +84,7 @@ def test_a_start_that_waits_or_has_ended_is_no_lack_of_robots_to_come():
 
 
 def test_the_card_and_the_days_say_what_none_of_the_robots_has():
-    assert "No robot of Hall 1 has the mission Kits" in bar_card.start_card(FACTS, LACKING).text
+    assert "No robot of Hall 1 has the mission Kits" in bar_card.start_card(FACTS, LACKING, NOW).text
     [row] = [row for row in view.days(replace(FACTS, planned=(LACKING,)), NOW) if not row.heading]
     assert (row.note, row.condition) == ("no robot of the group has the mission", "no robot of the group has the mission")
 
@@ -103,11 +103,11 @@ def test_the_legend_says_what_the_hatching_means():
 
 
 def test_the_card_at_the_bar_says_that_it_is_a_forecast():
-    assert bar_card.start_card(FACTS, FOUND).text.split("\n") == [
+    assert bar_card.start_card(FACTS, FOUND, NOW).text.split("\n") == [
         "any of Hall 1 (≈ Sisu) · Fri 20 Nov 13:04–13:14",
         "A forecast: Sisu will probably take it. Which robot of Hall 1 comes is decided at its time.", "Usually 10 min"]
-    assert "No robot of Hall 1 is foreseen" in bar_card.start_card(FACTS, NOT_FOUND).text
-    assert "forecast" not in bar_card.start_card(FACTS, FIXED).text
+    assert "No robot of Hall 1 is foreseen" in bar_card.start_card(FACTS, NOT_FOUND, NOW).text
+    assert "forecast" not in bar_card.start_card(FACTS, FIXED, NOW).text
 
 
 def test_the_list_of_days_names_the_group_and_the_robot_foreseen():
@@ -122,7 +122,7 @@ def test_the_card_of_a_bar_that_can_be_dragged_says_so():
     can = {bar.key[1:]: bar.movable for lane in lanes(FACTS).values() for bar in lane.bars if bar.key[0] == "schedule"}
     assert set(can.values()) == {True, False}
     for run in FACTS.planned:
-        assert (HOW_TO_MOVE in bar_card.start_card(FACTS, run).text) is can[run.schedule.id, run.at]
+        assert (HOW_TO_MOVE in bar_card.start_card(FACTS, run, NOW).text) is can[run.schedule.id, run.at]
 
 
 # ---------------------------------------------------------------------- conflicts
@@ -145,7 +145,7 @@ def test_what_wants_a_robot_or_a_place_with_too_many_others_is_hatched_and_its_c
     for key in hatched:
         assert list(found[key].overlaps) == [(bar.start, bar.end) for bar in found[key].bars]
     run = FIXED if conflict is BEHIND else FOUND
-    told = [line for line in bar_card.start_card(facts, run).text.split("\n") if line != HOW_TO_MOVE]
+    told = [line for line in bar_card.start_card(facts, run, NOW).text.split("\n") if line != HOW_TO_MOVE]
     assert told[-1] == (words or "Usually 10 min")
     assert (("overlap", "Overlap or conflict") in timeline(facts, NOW).legend) == bool(hatched)
 
