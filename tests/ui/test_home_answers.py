@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
+from kivy.metrics import sp
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.label import Label
 from kivy.uix.widget import Widget
@@ -164,4 +165,6 @@ def test_a_question_stands_at_the_top_of_a_panel_that_is_higher_than_it_needs(ui
 def test_what_to_do_at_an_emergency_stop_is_seen_without_scrolling(ui, usual):
     screen = home(usual, stopped(), issues=OpenIssues(ALARMS))
     ui.advance(.5)
-    assert [checks.is_seen(label) for label in labels(ui, screen.vm.card.mission.name)] == [True]
+    [instruction] = labels(ui, screen.vm.card.mission.name)
+    assert checks.is_seen(instruction)
+    assert instruction.font_size >= sp(20)                   # as large as a value

@@ -64,11 +64,19 @@ def test_all_is_not_well_while_an_alarm_is_shelved(container, robots, ui):
         ui.wait(lambda: "All well" not in ui.texts())
 
 
+def are_at_least(tiles: list[FleetTile], width: float, height: float) -> bool:
+    return min(round(tile.width) for tile in tiles) >= width and min(round(tile.height) for tile in tiles) >= height
+
+
 def test_above_twenty_the_tiles_are_small(container, ui):
-    add_robots(container, 18)
+    add_robots(container, 17)
     with shown(container, ui):
+        ui.wait(lambda: len(ui.find_all(LargeTile)) > 4)
+        assert are_at_least(ui.find_all(LargeTile), 296, 112)
+        container.catalogue.save_robot(Robot("Robot 18", "10.40.13.18", "scheduler"), "secret")
         ui.wait(lambda: ui.find_all(SmallTile))
         assert not ui.find_all(LargeTile)
+        assert are_at_least(ui.find_all(SmallTile), 144, 84)
 
 
 def test_up_to_twenty_four_fill_a_wide_page(container, ui):

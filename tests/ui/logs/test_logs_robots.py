@@ -96,6 +96,7 @@ def test_the_bands_are_zoomed_and_moved_by_buttons(screen, ui):
     tap(screen, ui, ui.find(Segment, text="7 days"))
     bands = ui.find(ActivityBands)
     whole, days = [lane.spans for lane in bands.lanes], [tick.label for tick in bands.ticks]
+    assert by_icon(ui, "magnify-minus-outline").x < by_icon(ui, "magnify-plus-outline").x
     assert by_icon(ui, "magnify-minus-outline").disabled
     assert by_icon(ui, "chevron-left").disabled
     for _ in range(3):

@@ -207,6 +207,7 @@ def tick(screen, ui, *names: str) -> None:
 # ---------------------------------------------------------------------- the timeline's window
 def test_the_timeline_is_zoomed_paged_and_brought_back_by_buttons(screen, ui):
     timeline, vm = ui.find(Timeline), screen.plan
+    assert ui.find(IconButton, icon="magnify-minus-outline").x < ui.find(IconButton, icon="magnify-plus-outline").x
     ui.tap(ui.find(IconButton, icon="magnify-plus-outline"))
     ui.wait(lambda: timeline.hours == 12 and "12 h" in ui.texts())
     for _ in range(3):
