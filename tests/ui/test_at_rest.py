@@ -5,6 +5,7 @@ import pytest
 
 from app.domain.models import Connection
 from tests.support.home_facts import READY
+from tests.ui.fleet.operator import add_robots
 from tests.ui.wear import SECTIONS
 from tests.ui.whole_app import shown
 
@@ -23,7 +24,15 @@ def robots_answer(container) -> None:
 @pytest.mark.parametrize("place", PLACES, ids=lambda place: "-".join([place[0], *place[1].values()]))
 def test_at_rest_next_to_nothing_is_drawn(container, silent_robots, ui, place):
     """The robots are read every two seconds, and answer the same each time."""
-    name, intent = place
+    at_rest(container, ui, *place)
+
+
+def test_neither_is_it_of_fifty_robots(container, silent_robots, ui):
+    add_robots(container, 47)
+    at_rest(container, ui, "home", {})
+
+
+def at_rest(container, ui, name: str, intent: dict[str, str]) -> None:
     container.ledger.make([container.ledger.moves.completed(run, 240.0, 2.0) for run in container.history.open()])
     robots_answer(container)
     container.clock.advance(5)               # words like "in 22 min" change after a full minute
