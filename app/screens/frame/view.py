@@ -67,7 +67,7 @@ def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now:
     """One robot in the list to choose from; the icon of one that needs help stands out."""
     hold, old = hold_at(holds, robot.id, now) if robot.enabled else None, is_old(snapshot, now, settings)
     state, group = state_appearance(robot, snapshot, old), group_of(robot, snapshot, old, settings)
-    battery = battery_appearance(snapshot.status, settings)
+    battery = battery_appearance(None if old else snapshot.status, settings)
     return Option(robot.id, robot.name, state.icon, f"{state_and_hold(state.word, hold)} · {battery.text}",
                   tone=look_of(group).tone if group in NEEDS_HELP else "neutral")
 

@@ -44,7 +44,7 @@ def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -
     mission = next((m for m in missions if m.id == chosen), missions[0] if len(missions) == 1 else None)
     shown = [m for m in missions if m.favourite] or missions[:CHIPS]
     chips = tuple(Option(m.id, m.name, "star" if m.favourite else "", selected=m is mission) for m in shown)
-    status = facts.snapshot.status
+    status = None if is_old(facts.snapshot, now, facts.settings) else facts.snapshot.status
     hold, off = facts.hold(robot.id, now), False
     text, icon, note = _what_run_does(facts, robot, hold, now)
     if not missions:

@@ -16,7 +16,7 @@ from app.screens.frame.view import banner, issue_entry, open_issues, picker_titl
 from app.services.live.alarms import SENTENCES
 from app.services.live.holds import Hold
 from tests.support.alarms import alarm
-from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago, snapshot
+from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, RUNNING, SETTINGS, VEIKKO, ago, silent, snapshot
 
 DOCK = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
 ROBOTS = {robot.id: robot for robot in FACTS.robots}
@@ -53,6 +53,7 @@ def test_the_list_of_robots_shows_state_and_battery():
     assert robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Hold(robot_id=1)]).note.startswith("Executing, held · ")
     option = robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
     assert (option.text, option.note) == ("Aino", "Executing · 78 %")
+    assert robot_option(AINO, silent(AINO, EXECUTING, minutes=4), SETTINGS, NOW).note == "No answer · –"      # old, not as it is now
 
 
 def test_the_robots_that_need_help_stand_out_among_those_to_choose_from():

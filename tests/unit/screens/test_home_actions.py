@@ -4,6 +4,8 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import timedelta
 
+import pytest
+
 from app.domain.models import Connection
 from app.domain.robot import RobotProblem, RobotState
 from app.screens.home.facts import HomeFacts
@@ -150,8 +152,10 @@ def test_data_of_another_tablet_can_only_be_looked_at():
     assert (copy.text, copy.off) == ("Nothing is sent from this tablet", True)
 
 
-def test_to_a_silent_robot_it_is_sent_when_it_answers():
-    silent = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE)
+@pytest.mark.parametrize("last_seen", [EXECUTING, STOPPED])
+def test_to_a_silent_robot_it_is_sent_when_it_answers(last_seen):
+    """Also to one that was stopped when it was last heard of: nobody knows that it still is."""
+    silent = with_aino(last_seen, age=300, connection=Connection.UNREACHABLE)
     run = view(silent, chosen=2).run
     assert (run.text, run.off, run.note) == ("Send when Aino answers", False, "waits until 14:53 at most")
 
