@@ -48,7 +48,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self._chosen: int | None = None
         self._asked_for: tuple[int, int] | None = None        # robot and mission whose parameters are shown
-        self._wanted: tuple[MissionParameter, ...] = ()       # the parameters that it has
+        self._wanted: Sequence[MissionParameter] = ()       # the parameters that it has
         self._is_asking = self._is_known = False              # the robot for them, and whether it has answered
         self._pressed: tuple[str, str] | None = None          # mission and robot or group: Run was pressed meanwhile
         self._seen_running: dict[OnRobot, datetime] = {}
@@ -237,13 +237,15 @@ class HomeViewModel(HomeCommands, ViewModel):
 
         def told(found: Sequence[MissionParameter]) -> None:
             self._shell.given.take(mission.guid, found)
-            self._take_parameters(wanted, tuple(found))
+            self._take_parameters(wanted, found)
 
         self._shell.background.run(lambda: self._services.robot_missions.parameters(robot.id, mission.guid), told,
-                                   lambda _problem: self._take_parameters(wanted, None), key=("home", "parameters"), apart="parameters")
+                                   lambda _problem: self._take_parameters(wanted, self._shell.given.known.parameters.get(mission.guid)),
+                                   key=("home", "parameters"), apart="parameters")
 
-    def _take_parameters(self, asked_for: tuple[int, int] | None, found: tuple[MissionParameter, ...] | None) -> None:
-        """None: there is no answer; Run asks once more, and is sent without any where that brings none either."""
+    def _take_parameters(self, asked_for: tuple[int, int] | None, found: Sequence[MissionParameter] | None) -> None:
+        """As this robot or, where it does not answer, another one has told them. None: no answer; Run asks once more, and is sent without
+        any where that brings none either."""
         if asked_for != self._asked_for:
             return
         self._wanted, self.asks, self._is_known, self._is_asking = found or (), bool(found), found is not None, False

@@ -1,7 +1,7 @@
 """The part of the form that asks the robot what the chosen mission asks for. Save waits for the answer, but not for long."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -23,7 +23,7 @@ Asked = tuple[int | None, str, Mapping[str, Any]]             # robot, guid of t
 
 
 class AsksRobot(EventDispatcher):
-    """Until the robot answers, and where it doesn't, the parameters are those of the schedule."""
+    """Until the robot answers, and where neither it nor another one has told them, the parameters are those of the schedule."""
     saving = BooleanProperty(False)
     parameters = ListProperty()          # fields of the chosen mission
     problems = ObjectProperty({})        # by name of the parameter
@@ -102,7 +102,8 @@ class AsksRobot(EventDispatcher):
 
         self._shell.background.run(
             lambda: self._ask_robot(robot_id, mission.guid), told,
-            lambda _problem: self._robot_answered(wanted, None), key=("scheduler", "parameters"), apart="parameters")
+            lambda _problem: self._robot_answered(wanted, self._shell.given.known.parameters.get(mission.guid)),
+            key=("scheduler", "parameters"), apart="parameters")
 
     def _asked_robot(self) -> int | None:
         """Of a group, the first that is switched on: what a mission asks for is the same on all of them."""
@@ -123,8 +124,8 @@ class AsksRobot(EventDispatcher):
         self._services.robot_missions.learn_names(robot_id)
         return tuple(self._services.robot_missions.parameters(robot_id, guid))
 
-    def _robot_answered(self, asked: Asked, found: tuple[MissionParameter, ...] | None) -> None:
-        """None: it did not. Perhaps the form is about another mission by now."""
+    def _robot_answered(self, asked: Asked, found: Sequence[MissionParameter] | None) -> None:
+        """Or another robot has before; None: none did. Perhaps the form is about another mission by now."""
         if asked != self._asked_of:
             return
         if found is not None:
@@ -149,7 +150,7 @@ class AsksRobot(EventDispatcher):
                 lambda: maps.learn(robot_id, map_id), lambda found: setattr(self, "map", found) if asked == self._asked_of else None,
                 lambda _problem: None, key=("scheduler", "map"), apart="maps")
 
-    def _parameters_are_known(self, found: tuple[MissionParameter, ...]) -> None:
+    def _parameters_are_known(self, found: Sequence[MissionParameter]) -> None:
         """Or will not be soon. Save, where that has waited for it; but nobody has seen fields that appear just now."""
         self._wait_no_longer.cancel()
         self._is_asking, waits, self._saves_when_known = False, self._saves_when_known, False

@@ -8,6 +8,7 @@ from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import FormField
 from app.widgets.flow import PositionRow
+from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.positions import PositionsMap
 from app.widgets.rows import LogRow, RobotChip
 from tests.ui.home.operator import choose, press, rows, run, visible_rows
@@ -117,6 +118,26 @@ def test_run_asks_once_more_for_the_parameters_that_the_robot_did_not_tell(home,
     assert ui.find_all(CommandButton, text="Run on Aino")
     home.aino.control({"fault": None})
     press(ui, "Run on Aino")
+    ui.wait(lambda: ui.find_all(RunDialog))
+    assert not home.site.container.history.open()
+
+
+def test_what_another_robot_has_told_is_asked_for_where_the_robot_does_not_answer(home, ui):
+    """It would be queued without what it needs, and refused as soon as the robot answers."""
+    home.site.add_missions("Go to position")
+    ui.tap(ui.find(RobotChip, name="Veikko"))
+    ui.wait(lambda: ui.find(TopBar).robot == "Veikko" and ui.find_all(ChoiceChip, text="Go to position"))
+    choose(ui, "Go to position")
+    ui.wait(lambda: home.shell.background.idle)
+    home.aino.control({"reboot_seconds": 60})
+    ui.wait(lambda: ui.find_all(AlarmBanner))
+    ui.advance(1)                                             # it has moved what is below it
+    ui.tap(ui.find(RobotChip, name="Aino"))
+    ui.wait(lambda: ui.find(TopBar).robot == "Aino" and "No answer" in ui.texts() and ui.find_all(ChoiceChip, text="Go to position"))
+    choose(ui, "Go to position")
+    ui.wait(lambda: home.shell.background.idle)
+    assert ui.find(CommandButton, text="Enter values").icon == "timer-sand"
+    press(ui, "Enter values")
     ui.wait(lambda: ui.find_all(RunDialog))
     assert not home.site.container.history.open()
 

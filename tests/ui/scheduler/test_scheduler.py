@@ -9,6 +9,8 @@ import pytest
 
 from app.domain.models import Between, Overlap, RobotSnapshot
 from app.domain.robot import MissionParameter, Pose, RobotStatus
+from app.mir.errors import Unreachable
+from app.screens.common.given import NOTHING_KNOWN
 from app.screens.scheduler.cards import FormCard, FormWarning, StartChip
 from app.screens.scheduler.form_view import Steps
 from app.screens.scheduler.step_dialog import StepDialog
@@ -255,6 +257,23 @@ def test_saving_waits_for_what_the_mission_asks_for(screen, container, ui, monke
     ui.wait(lambda: ui.find_all(FormField, label="Note"))
     assert len(schedules(container)) == before
     assert "The mission asks for values: enter them, then save" in ui.texts()
+
+
+def test_what_another_robot_has_told_is_asked_for_where_the_robot_does_not_answer(screen, container, ui, monkeypatch):
+    silent = next(robot.id for robot in container.catalogue.robots() if robot.name == "Aino")
+
+    def parameters(robot_id: int, _guid: str) -> tuple[MissionParameter, ...]:
+        if robot_id == silent:
+            raise Unreachable(code="no_answer", address="10.40.12.21")
+        return (MissionParameter("note", "Note", "String"),)
+
+    monkeypatch.setattr(container.robot_missions, "parameters", parameters)
+    monkeypatch.setattr(screen.shell.given, "known", NOTHING_KNOWN)
+    choose(screen, ui, "Mission", "Bring pallet to dock")
+    assert not ui.find_all(FormField, label="Note")
+    for robot in ("Veikko", "Aino"):
+        choose(screen, ui, "Robot", robot)
+        ui.wait(lambda: ui.find_all(FormField, label="Note"))
 
 
 def test_missions_that_the_robot_lacks_are_not_offered_for_it(screen, container, ui, monkeypatch):
