@@ -102,6 +102,7 @@ class SchedulerFacts:
     more: Mapping[int, datetime] = field(default_factory=dict)       # by schedule: from when on it has starts that are not in ``planned``
     past: tuple[Execution, ...] = ()     # planned within the window and before now, open ones included; and skipped ones to come
     holds: tuple[Hold, ...] = ()                                     # set by persons and not over
+    own_hold: Hold | None = None                                     # the tablet's: its clock is wrong, or its data another tablet's
     usual_s: Mapping[tuple[int, str], float] = field(default_factory=dict)   # how long open missions take, by robot and guid
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # of the missions that a robot has, by its id and their guid
     typed: frozenset[tuple[int, str]] = frozenset()                  # of these, those known from Settings only
@@ -205,6 +206,7 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         schedules=schedules,
         last={schedule.id: last for schedule in schedules if (last := _last(history, schedule, now)) is not None},
         planned=planned.runs, conflicts=planned.conflicts, more=planned.more, past=past, holds=tuple(services.holds.current()),
+        own_hold=next((hold for hold in services.holds.all_active() if hold.clock or hold.is_copy), None),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
         typed=frozenset(key for key, one in usual.items() if one.typed), silent=silent(services.snapshots, robots), skips=skips)

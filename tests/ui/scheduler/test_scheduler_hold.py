@@ -7,8 +7,9 @@ from app.domain.models import DayException, State
 from app.screens.scheduler.hold import HoldDialog
 from app.services.files import ics
 from app.services.live.holds import Holds
-from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.dialogs import ChoiceDialog
+from app.services.live.tablet import IS_COPY
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
+from app.widgets.dialogs import ChoiceDialog, MenuRow
 from app.widgets.fields import PickField
 from app.widgets.frame import Frame
 from app.widgets.long_list import LongList
@@ -19,7 +20,7 @@ from app.widgets.snackbar import Snackbar
 from app.widgets.timeline import Timeline
 from app.widgets.tokens import tk
 from tests.support.planner import insert_due
-from tests.ui.planner import KITS, choose, menu, named, pick_day, press, save, settle
+from tests.ui.planner import KITS, choose, menu, named, pick_day, press, row, save, settle, show_anew
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 
@@ -261,3 +262,13 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
     days = {row.heading: row.note for row in screen.shell.navigator.screen("scheduler").vm.days if row.heading}
     assert days["Mon 23 Nov"].endswith("not a working day: Stocktaking")
     assert days["Tomorrow, Sat 21 Nov"].endswith("extra working day: Fair")
+
+
+def test_the_menu_of_a_schedule_says_that_a_copy_sends_nothing_too(screen, container, ui, monkeypatch):
+    monkeypatch.setattr(container.holds, "is_copy", IS_COPY)
+    show_anew(screen, ui)
+    settle(screen, ui)
+    ui.advance(1)
+    ui.tap(ui.find(IconButton, row(ui, named(container, "Collect empties", "Veikko")), icon="dots-vertical"))
+    ui.advance(.3)
+    assert ui.find(MenuRow, text="Nothing is sent from this tablet").disabled

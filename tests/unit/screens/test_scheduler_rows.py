@@ -56,6 +56,8 @@ def test_what_missions_are_given_stands_beside_their_names():
     ({"holds": (Hold("Maintenance", NOW + timedelta(minutes=10), NOW),)}, "Queue, held until 14:48", "hand-back-right-outline"),
     ({"holds": (Hold("Maintenance", None, NOW),)}, "Queue, held", "hand-back-right-outline"),
     ({"holds": (Hold("Maintenance", None, NOW, robot_id=2),)}, "Run now", "play"),
+    ({"own_hold": Hold(clock=True)}, "Queue, held", "hand-back-right-outline"),
+    ({"own_hold": Hold(is_copy=True)}, "Nothing is sent from this tablet", "play"),
     ({"silent": {1: Connection.UNREACHABLE}}, "Send when Aino answers", "timer-sand")])
 def test_what_starts_it_now_says_what_it_does(known, text, icon):
     """In its menu and on the card of its bar, as Home does."""
