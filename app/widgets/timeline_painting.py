@@ -1,8 +1,9 @@
 """What a timeline looks like: ``Frame`` says what is drawn and where, each function paints a part of it on the open canvas."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any, NamedTuple
 
 from kivy.metrics import dp, sp
@@ -15,6 +16,7 @@ from app.widgets.tokens import tk
 AXIS = 28                # dp, above the lanes
 FOLD = 72                # dp of folded time
 BEYOND = .5              # of what is seen, drawn on either side of it
+SEEN = 4                 # lanes that are in sight at once
 UPPER = 8                # lanes, which are in sight before any are scrolled
 
 Span = tuple[float, float]               # left and right end in px
@@ -162,14 +164,22 @@ def _paint_fold(frame: Frame, x: float, x2: float, words: str) -> None:
         longer = f"{lines[-1]} {word}".replace("– ", "–").strip()
         is_room = width_of(longer) <= room and not lines[-1].endswith(",")
         lines = [*lines[:-1], longer] if not lines[-1] or is_room else [*lines, word]
-    if max(map(width_of, lines)) > room or len(lines) * line_height > min(4, len(frame.lanes)) * frame.lane_height:
+    if max(map(width_of, lines)) > room:
         return
-    for lane in range(0, len(frame.lanes), 4):
-        middle = frame.bottom_of_axis - frame.lane_height * (lane + min(4, len(frame.lanes) - lane) / 2)
-        for n, line in enumerate(lines):
-            y = middle + line_height * ((len(lines) - 1) / 2 - n)
-            box(x + dp(4), y - line_height / 2, room, line_height, tk.surface)
-            text(line, (x + x2) / 2, y, tk.ink2, ax=.5)
+    for first, count in stretches(frame.lanes):
+        if len(lines) * line_height <= count * frame.lane_height:
+            middle = frame.bottom_of_axis - frame.lane_height * (first + count / 2)
+            for n, line in enumerate(lines):
+                y = middle + line_height * ((len(lines) - 1) / 2 - n)
+                box(x + dp(4), y - line_height / 2, room, line_height, tk.surface)
+                text(line, (x + x2) / 2, y, tk.ink2, ax=.5)
+
+
+def stretches(lanes: Sequence[Any]) -> Iterator[tuple[int, int]]:
+    """Where robots' lanes follow each other: the first, and how many, at most as many as are seen at once."""
+    for is_line, numbers in groupby(range(len(lanes)), lambda n: bool(lanes[n].line)):
+        found = [] if is_line else list(numbers)
+        yield from ((found[n], min(SEEN, len(found) - n)) for n in range(0, len(found), SEEN))
 
 
 # ---------------------------------------------------------------------- lanes

@@ -20,6 +20,7 @@ from app.screens.frame.view import top_bar
 from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.screen import SchedulerScreen
+from app.screens.scheduler.timeline import IDLE
 from app.services.suggestions.find import Cause, Finding, Option
 from app.services.suggestions.find import Kind as ChangeKind
 from app.services.suggestions.suggestions import Advice
@@ -144,7 +145,9 @@ picture("scheduler-crowd-week", sizes=(LANDSCAPE,))(crowd(168.))
 
 
 def fifty(container: Container) -> None:
-    """Robots enough to scroll, a third of them with something to do."""
+    """Robots enough to scroll, in two halls but for the first; a third of them with something to do."""
+    halls: tuple[list[int], list[int]] = ([], [])
+
     def furnish(c: Any) -> None:
         missions, r = container.repositories.missions.all(c), container.repositories
         known = {robot.name for robot in r.robots.all(c)}
@@ -152,12 +155,15 @@ def fifty(container: Container) -> None:
             if one.name in known:
                 continue
             robot = r.robots.add(c, replace(one, id=None))
+            halls[n > 26].append(robot.id)
             if n % 3 == 0:
                 start = datetime(2026, 11, 20, 15 + n % 5, n)
                 r.schedules.add(c, Schedule(f"S{n}", robot.id, missions[n % len(missions)].id, start, month.ZONE,
                                             changed_at=month.NOW, next_at=start.replace(tzinfo=UTC) - timedelta(hours=2)))
 
     container.db.write(furnish)
+    for n, members in enumerate(halls, 2):
+        container.catalogue.save_group(Group(f"Hall {n}", tuple(members)))
 
 
 @picture("scheduler-fifty", sizes=EVERY_SIZE)
@@ -169,7 +175,7 @@ def fifty_robots(studio: Any) -> Any:
 def fifty_below(studio: Any) -> Any:
     """Scrolled to those with nothing planned, which are opened."""
     stand = Stand(studio, "scheduler", prepare=fifty)
-    stand.vm.open_idle()
+    stand.vm.open_line(IDLE)
     stand.settle()
     next(widget for widget in stand.screen.walk() if type(widget).__name__ == "HoursPart").scroll_y = .64
     return stand.settle()

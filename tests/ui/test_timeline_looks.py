@@ -123,6 +123,13 @@ def test_no_line_of_the_time_is_seen_in_a_lane_that_stands_for_several(ui):
     assert any((bottom, top) == pytest.approx((lane.y, lane.y + 1)) for bottom, top in boxes)            # its own edge is
 
 
+@pytest.mark.parametrize(("lines", "found"), [
+    ("", []), ("RR", [(0, 2)]), ("RRRRRRL", [(0, 4), (4, 2)]), ("LLRRRL", [(2, 3)]), ("RLLRR", [(0, 1), (3, 2)])])
+def test_a_break_says_what_is_left_out_where_no_lane_that_stands_for_several_covers_it(lines, found):
+    lanes = [Lane("", line="Hall 1") if kind == "L" else Lane("Aino") for kind in lines]
+    assert list(timeline_painting.stretches(lanes)) == found
+
+
 def test_names_of_bars_are_whole_in_what_is_seen_of_them_also_after_a_drag(ui):
     chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 12, "Kits"), Bar("b", 20, 20.2, "Empties")))], hours=24), (800, 100))
     y = chart.center_y

@@ -1,7 +1,7 @@
 """What the Scheduler uses of the app, and what it shows at one moment: read on a background thread, from the database only."""
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
@@ -66,7 +66,7 @@ class Window:
     hours: float = HOURS
     unfolded: frozenset[datetime] = frozenset()
     robots: frozenset[int] = frozenset()                             # by id; none: all
-    idle_too: bool = False                                           # robots without anything to show have their lanes
+    opened: frozenset[Hashable] = frozenset()                        # lines that stand for several lanes, which are shown
 
     def start(self, now: datetime, zone: ZoneInfo) -> datetime:
         """UTC instant of the left edge."""

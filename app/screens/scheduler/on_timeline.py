@@ -71,9 +71,9 @@ class OnTimeline(ViewModel):
     def _robots_chosen(self, robots: list[int]) -> None:
         self._show_window(replace(self._window, robots=frozenset(robots)))
 
-    def open_idle(self) -> None:
-        """The lanes of robots with nothing planned, or one line for them."""
-        self._show_window(replace(self._window, idle_too=not self._window.idle_too))
+    def open_line(self, key: Hashable) -> None:
+        """The lanes that a line stands for, or the line alone."""
+        self._show_window(replace(self._window, opened=self._window.opened ^ {key}))
 
     def _show_window(self, window: Window) -> None:
         """Show at once what has been read already; the rest comes with the next reading."""

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 from itertools import pairwise
@@ -26,6 +26,7 @@ THIN = 1 / 250                           # of what is seen: bars this short, tha
 MERGED_FROM = 3                          # of them
 UNEVEN = 0.2                             # of an interval: so much sooner or later a run may begin that follows every so many minutes
 ROOM = 4                                 # lanes that are seen at once
+MANY = 12                                # lanes with bars; of more those of a group are one line
 IDLE = "idle"                            # key of the line for robots without a bar
 CONTENDING = ("planned", "running")      # states of bars that need their robot
 SPANS = (6, 12, 24, 48, 96, 168)         # hours to choose from
@@ -141,15 +142,19 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     groups = [group for group in facts.groups if any(robot.id in group.members for robot in shown)]
     thin = window.hours * THIN
     of_groups = (_group_lane(facts, group, planned["group", group.id], contested["group", group.id], now, read, thin) for group in groups)
-    of_robots = (_lane(facts, robot, planned[robot.id], contested[robot.id], now, read, thin) for robot in shown)
-    lanes = (*(lane for lane in of_groups if lane.bars), *of_robots)         # first what has no robot: it may need a person
+    of_robots = [_lane(facts, robot, planned[robot.id], contested[robot.id], now, read, thin) for robot in shown]
+    waiting = [lane for lane in of_groups if lane.bars]
+    lanes: Sequence[Lane] = (*waiting, *of_robots)
     closed = tuple(axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded))
     folds = [band for band in closed if band.kind == "folded"]
     if window.left is None:                              # what moves with the time doesn't begin amid a fold
         first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
     seen = Range(origin, first, _right_edge(first, window.hours, folds))
+    if not robots:
+        of_robots = _with_groups(facts, of_robots, window.opened, seen)
+    lanes = _with_idle_last((*waiting, *of_robots), window.opened)           # first what has no robot: it may need a person
     return TimelineView(
-        origin, lanes=_with_idle_last(lanes, window.idle_too), bands=(*closed, *axis.held(facts, now, read)),
+        origin, lanes=tuple(lanes), bands=(*closed, *axis.held(facts, now, read)),
         robots=_robots_word(facts, robots), is_filtered=bool(robots), legend=tuple(_legend(lanes, closed, contested.values(), seen)),
         ticks=tuple(tick for tick in axis.ticks(facts.zone, read, read.at(now), step, window.hours)
                     if not any(fold.start <= tick.hour < fold.end for fold in folds)),
@@ -166,13 +171,44 @@ def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
     return end
 
 
-def _with_idle_last(lanes: Sequence[Lane], idle_too: bool) -> tuple[Lane, ...]:
+def _with_groups(facts: SchedulerFacts, lanes: list[Lane], opened: Collection[Hashable], seen: Range) -> list[Lane]:
+    """Of many robots with bars those of a group are one line, below which they are if they are wanted."""
+    busy = {lane.key: lane for lane in lanes if lane.bars}
+    if len(busy) <= MANY:
+        return lanes
+    lines: list[Lane] = []
+    for group in facts.groups:
+        members = [lane for number, lane in busy.items() if number in group.members]
+        if len(members) > 1:
+            key, words = ("robots of", group.id), _group_line(facts, group, members, seen)
+            lines += [Lane("", key=key, line=words, is_open=key in opened), *(members if key in opened else ())]
+            busy = {number: lane for number, lane in busy.items() if lane not in members}
+    return [*lines, *(lane for lane in lanes if not lane.bars or lane.key in busy)]
+
+
+def _group_line(facts: SchedulerFacts, group: Group, lanes: Sequence[Lane], seen: Range) -> str:
+    """Whose lanes it stands for, and what is seen on them: how many starts are to come, and what went wrong."""
+    def is_seen(at: datetime) -> bool:
+        return seen.low <= seen.at(at) < seen.high
+
+    robots = {lane.key for lane in lanes}
+    starts = sum(run.lane in robots and is_seen(run.begins) for run in facts.planned)
+    failed = sum(run.robot_id in robots and run.state is State.FAILED and is_seen(run.planned_at) for run in facts.past)
+    is_contended = any(end > seen.low and start < seen.high for lane in lanes for start, end in lane.overlaps)
+    return " · ".join(filter(None, (
+        group.name, ngettext("{n} robot", "{n} robots", len(lanes)).format(n=len(lanes)),
+        ngettext("{n} start", "{n} starts", starts).format(n=starts) if starts else _("nothing planned"),
+        ngettext("{n} failed run", "{n} failed runs", failed).format(n=failed) if failed else "", _("Overlap") if is_contended else "")))
+
+
+def _with_idle_last(lanes: Sequence[Lane], opened: Collection[Hashable]) -> tuple[Lane, ...]:
     """Of many robots those without a bar are one line, below which they are if they are wanted."""
-    idle = [lane for lane in lanes if not lane.bars]
+    idle = [lane for lane in lanes if not lane.bars and not lane.line]
     if len(lanes) <= ROOM or len(idle) < 2:
         return tuple(lanes)
+    is_open = IDLE in opened
     words = ngettext("{n} robot with nothing planned", "{n} robots with nothing planned", len(idle)).format(n=len(idle))
-    return *(lane for lane in lanes if lane.bars), Lane("", key=IDLE, line=words, is_open=idle_too), *(idle if idle_too else ())
+    return *(lane for lane in lanes if lane not in idle), Lane("", key=IDLE, line=words, is_open=is_open), *(idle if is_open else ())
 
 
 def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:

@@ -10,6 +10,7 @@ from kivy.tests.common import UnitTestTouch
 
 from app.domain.models import Robot, Schedule
 from app.screens.scheduler.cards import FormCard, HoursPart, TimeControls, TimelineLegend
+from app.screens.scheduler.timeline import IDLE
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton, MenuChip
 from app.widgets.plan_rows import DayLine
@@ -164,7 +165,7 @@ def test_among_many_robots_a_finger_still_scrolls_drags_and_rests(screen, contai
     add_robots(container, 20)
     settle(screen, ui)
     if not ui.find(Timeline).lanes[3].is_open:
-        screen.plan.open_idle()
+        screen.plan.open_line(IDLE)
         settle(screen, ui)
     timeline, page = ui.find(Timeline), ui.find(HoursPart)
     x, y = page.to_window(page.center_x, page.center_y)

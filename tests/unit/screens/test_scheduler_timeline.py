@@ -6,10 +6,10 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.domain.models import DayException, Reason, ReasonCode, Robot, State
+from app.domain.models import DayException, Group, Reason, ReasonCode, Robot, State
 from app.screens.scheduler import view
 from app.screens.scheduler.facts import Window
-from app.screens.scheduler.timeline import ASSUMED_S, moved, span_text, timeline, zoomed
+from app.screens.scheduler.timeline import ASSUMED_S, IDLE, MANY, moved, span_text, timeline, zoomed
 from app.services.planning.plan import PlannedRun
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.scheduler_facts import AINO, EMPTIES, EVERY_DAY, HELSINKI, HOURLY, KITS, NOW, SETTINGS, execution, facts, planned
@@ -247,9 +247,38 @@ def test_of_many_robots_those_with_nothing_planned_are_one_line_that_opens():
     shown = lanes()
     assert [(lane.name, lane.line) for lane in shown] == [("R08", ""), ("R31", ""), ("", "48 robots with nothing planned")]
     assert not shown[2].is_open
-    opened = lanes(Window(idle_too=True))
+    opened = lanes(Window(opened=frozenset({IDLE})))
     assert (len(opened), opened[2].is_open, opened[3].name) == (51, True, "R01")
     assert [lane.name for lane in lanes(robots=FLEET[:4], planned=())] == ["R01", "R02", "R03", "R04"]     # all are seen anyway
+
+
+HALLS = (Group("Hall 1", tuple(range(1, 11)), id=3), Group("Hall 2", (5, 11, 12), id=4), Group("Yard", (13, 40), id=5))
+
+
+def starts(count: int) -> tuple[PlannedRun, ...]:
+    return tuple(planned(22 + number, robot=robot) for number, robot in enumerate(FLEET[:count]))
+
+
+def test_of_many_robots_with_something_planned_those_of_a_group_are_one_line_that_opens():
+    """A robot of two groups is in the first; one of them alone needs no line."""
+    failed = execution(State.FAILED, 60, robot_id=2, robot="R02")
+    given = {"groups": HALLS, "planned": starts(MANY + 1), "past": (failed,)}
+    assert [lane.name or lane.line for lane in lanes(**given)] == [
+        "Hall 1 · 10 robots · 10 starts · 1 failed run", "Hall 2 · 2 robots · 2 starts", "R13", "37 robots with nothing planned"]
+    hall = lanes(**given)[0].key
+    opened = lanes(Window(opened=frozenset({hall})), **given)
+    assert [lane.name for lane in opened[1:11]] == [f"R{n:02d}" for n in range(1, 11)]
+    assert [lane.is_open for lane in opened if lane.line] == [True, False, False]
+    chosen = lanes(Window(robots=frozenset(range(1, 31))), **given)
+    assert [lane.name for lane in chosen[:13]] == [f"R{n:02d}" for n in range(1, 14)]       # who chooses robots wants to see them
+    few = lanes(**given | {"planned": starts(MANY), "past": ()})
+    assert [lane.name for lane in few[:-1]] == [f"R{n:02d}" for n in range(1, MANY + 1)]
+
+
+def test_the_legend_is_not_of_lanes_that_are_not_seen():
+    view = timeline(facts(robots=FLEET, groups=HALLS, planned=starts(10), past=tuple(
+        execution(State.COMPLETED, 60, robot_id=number, id=number, ended_at=NOW) for number in range(11, 16))), NOW)
+    assert [entry.kind for entry in view.legend] == ["past", "closed"]
 
 
 def test_lanes_are_those_of_the_robots_that_are_chosen():
