@@ -9,7 +9,8 @@ OUTCOMES = {"completed": "accent_mid", "not_run": "attention_solid", "failed": "
 
 
 class StackedBars(Chart):
-    """One column per day: ``days`` have a ``label`` and a number for each of ``OUTCOMES``; the last day is today."""
+    """One column per day: ``days`` have a ``label``, a ``date`` and a number for each of ``OUTCOMES``; the last day is today. The first and
+    the last one are written with their date, the others, as many as fit, with their label."""
     days = ListProperty()
     watch = ("days",)
 
@@ -28,14 +29,23 @@ class StackedBars(Chart):
             self.box(x0, y, width, 1, tk.grid)
             self.text(str(value), x0 - dp(8), y, tk.ink3, ax=1)
         slot = width / len(self.days)
-        widest = max(self.width_of(day.label, font="RobotoMedium") for day in self.days) + dp(6)
-        every = max(1, -int(-widest // slot))           # names of days, as many as fit
-        for n, (day, values) in enumerate(zip(self.days, columns, strict=True)):
+        for n, values in enumerate(columns):
             self._column(x0 + slot * n, y0, slot, height / top, values)
-            last = n == len(self.days) - 1
-            if (len(self.days) - 1 - n) % every == 0:
-                self.text(day.label, x0 + slot * (n + .5), self.y + dp(8), tk.ink if last else tk.ink3, ax=.5,
-                          font="RobotoMedium" if last else "Roboto")
+        self._name_days(x0, width)
+
+    def _name_days(self, x0, width):
+        first, *others, last = self.days if len(self.days) > 1 else (None, *self.days)
+        y, slot, gap, right = self.y + dp(8), width / len(self.days), dp(8), x0 + width
+        room_right = right - self.text(last.date or last.label, right, y, tk.ink, ax=1, font="RobotoMedium") - gap
+        room_left = x0
+        if first is not None and x0 + self.width_of(first.date or first.label) <= room_right:
+            room_left += self.text(first.date or first.label, x0, y, tk.ink3) + gap
+        widest = max((self.width_of(day.label) for day in others), default=0) + gap
+        every = max(1, -int(-widest // slot))
+        for n, day in enumerate(others, 1):
+            left, middle = x0 + slot * (n + .5) - self.width_of(day.label) / 2, x0 + slot * (n + .5)
+            if (len(self.days) - 1 - n) % every == 0 and left >= room_left and 2 * middle - left <= room_right:
+                self.text(day.label, middle, y, tk.ink3, ax=.5)
 
     def _column(self, x, y, slot, unit, values):
         width = min(dp(28), slot * .62)

@@ -1,12 +1,18 @@
 """Charts: steps, lines, fillings, gaps, and whatever there is to draw."""
 from __future__ import annotations
 
-import pytest
-from kivy.graphics import Mesh, SmoothLine
+from datetime import date, timedelta
+from itertools import pairwise
 
+import pytest
+from kivy.graphics import Mesh, Rectangle, SmoothLine
+from kivy.metrics import sp
+
+from app.screens.logs import kpi_view
 from app.screens.logs.kpi_view import DayBar, RobotBar
 from app.screens.scheduler.timeline import Lane
-from app.widgets.chart import Sparkline, nice_step
+from app.services.history.kpi import DayKpis
+from app.widgets.chart import Sparkline, glyphs, nice_step
 from app.widgets.charts import RobotBars, StackedBars
 from app.widgets.display import KpiCard
 from app.widgets.robot_map import RobotMap
@@ -75,3 +81,23 @@ def test_charts_draw_whatever_there_is(ui, chart):
     widget.size = 2, 2
     ui.advance()
     assert len(widget.canvas.children) <= drawn
+
+
+@pytest.mark.parametrize(("days", "width", "dates"), [
+    (1, 400, ["Fri 20 Nov"]), (2, 400, ["Thu 19 Nov", "Fri 20 Nov"]), (7, 560, ["Sat 14 Nov", "Fri 20 Nov"]),
+    (30, 560, ["Thu 22 Oct", "Fri 20 Nov"]), (30, 280, ["Thu 22 Oct", "Fri 20 Nov"]), (30, 140, ["Fri 20 Nov"])])
+def test_outcomes_per_day_begin_and_end_with_a_date_and_no_day_lies_on_another(ui, days, width, dates):
+    found = [date(2026, 11, 20) - timedelta(days=ago) for ago in reversed(range(days))]
+    shown = kpi_view.outcome_days([DayKpis(day, completed=9, failed=1) for day in found])
+    chart = ui.show(StackedBars(days=shown), (width, 160))
+    words = {}
+    for day in shown:
+        for said in (day.date, day.label):
+            words |= {glyphs(said, sp(14), font): said for font in ("Roboto", "RobotoMedium")}
+    below = [one for one in instructions(chart.canvas) if isinstance(one, Rectangle) and one.texture in words and one.pos[1] < chart.y + 18]
+    spans = sorted((one.pos[0], one.pos[0] + one.size[0]) for one in below)
+    assert [said for said in map(words.get, (one.texture for one in sorted(below, key=lambda one: one.pos[0]))) if " " in said] == dates
+    assert all(end < start for (_start, end), (start, _end) in pairwise(spans))
+    assert spans[-1][1] <= chart.right
+    if days > 2 and width > 200:
+        assert len(spans) > 2

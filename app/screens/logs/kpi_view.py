@@ -62,12 +62,13 @@ class RobotBar:
 
 @dataclass(frozen=True)
 class DayBar:
-    """How many runs of a day ended how."""
+    """How many runs of a day ended how. ``label`` names it among its neighbours."""
     label: str
     completed: int
     not_run: int
     failed: int
     cancelled: int
+    date: str = ""
 
 
 # ---------------------------------------------------------------------- the cards
@@ -315,4 +316,4 @@ def outcome_days(days: Sequence[DayKpis]) -> list[DayBar]:
     names = formats.current().weekdays_short
     long = len(days) > 14
     return [DayBar(str(day.day.day) if long else names[day.day.weekday()], day.completed, day.skipped + day.missed, day.failed,
-                   day.cancelled) for day in days]
+                   day.cancelled, formats.wall_day(day.day)) for day in days]

@@ -324,5 +324,5 @@ def test_bars_compare_robots_and_days():
     assert astuple(aino) == ("Aino", "46 %", "1 d 17 h", pytest.approx(.46, abs=.01), pytest.approx(.141, abs=.01))
     assert veikko == kpi_view.RobotBar("Veikko", "–", "–", 0.0, 0.0)
     assert kpi_view.total_note(FIGURES) == "1 d 17 h total"
-    assert kpi_view.outcome_days(DAYS)[3] == DayBar("Tu", 3, 2, 1, 0)
+    assert kpi_view.outcome_days(DAYS)[3] == DayBar("Tu", 3, 2, 1, 0, "Tue 17 Nov")
     assert kpi_view.outcome_days(DAYS * 3)[3].label == "17"
