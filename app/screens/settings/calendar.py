@@ -220,7 +220,7 @@ class DaysDialog(FormDialog):
 
     def _saved(self, exception: DayException) -> None:
         self.dismiss()
-        self._context.refresh()
+        self._context.was_saved("exceptions", exception)
         self._context.say(_("{name} is in the calendar").format(name=exception.name), icon="calendar-check")
 
     def _refused(self, problem: BaseException) -> None:

@@ -165,7 +165,7 @@ class GroupDialog(FormDialog):
 
     def _saved(self, group: Group) -> None:
         self.dismiss()
-        self._context.refresh()
+        self._context.was_saved("groups", group)
         self._context.say((_("{group} saved") if self._group else _("{group} added")).format(group=group.name))
 
     def _refused(self, problem: BaseException) -> None:

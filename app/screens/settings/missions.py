@@ -279,7 +279,7 @@ class MissionDialog(FormDialog):
 
     def _saved(self, mission: Mission) -> None:
         self.dismiss()
-        self._context.refresh()
+        self._context.was_saved("missions", mission)
         self._context.say((_("{mission} saved") if self._mission else _("{mission} added")).format(mission=mission.name))
 
     def _refused(self, problem: BaseException) -> None:

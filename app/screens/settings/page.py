@@ -124,6 +124,13 @@ class PageContext:
         self._stored, self.facts = facts.settings, facts
         self._choose()
 
+    def was_saved(self, kind: str, it: Any) -> None:
+        """One of the facts of that name, just now: whoever edits it again begins with that."""
+        newest: Any = tuple(it if each.id == it.id else each for each in getattr(self.facts, kind))
+        self.facts = replace(self.facts, **{kind: newest})
+        self._show_choices()
+        self.refresh()
+
     def _choose(self) -> None:
         chosen = {name: value for choice in self._choices for name, value in choice.settings.items()}
         self.facts = replace(self.facts, settings=replace(self._stored, **chosen))

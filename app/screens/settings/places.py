@@ -133,7 +133,7 @@ class PlaceDialog(FormDialog):
 
     def _saved(self, place: Place) -> None:
         self.dismiss()
-        self._context.refresh()
+        self._context.was_saved("places", place)
         self._context.say((_("{place} saved") if self._stored else _("{place} added")).format(place=place.name))
 
     def _refused(self, problem: BaseException) -> None:

@@ -349,7 +349,7 @@ class RobotDialog(FormDialog):
     def _saved(self, robot: Robot) -> None:
         self.vm.saving = False
         self.dismiss()
-        self._context.refresh()
+        self._context.was_saved("robots", robot)
         self._context.say((_("{robot} saved") if self._robot else _("{robot} added")).format(robot=robot.name))
 
     def _refused(self, problem: BaseException) -> None:

@@ -16,7 +16,7 @@ from app.screens.settings import screen as settings_module
 from app.screens.settings.constraints import ConstraintsPage
 from app.screens.settings.facts import read
 from app.screens.settings.idle import IdlePanel
-from app.screens.settings.missions import MissionRow
+from app.screens.settings.missions import MissionDialog, MissionRow
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.robot_dialog import RobotDialog
 from app.screens.settings.robots import AddPanel, RobotPanel
@@ -528,6 +528,24 @@ def test_a_mission_that_is_saved_is_kept_by_who_switches_the_rule_off_before_it_
     ui.tap(ui.find(Toggle, root=panel))
     ui.wait(lambda: not robots(site)[0].idle.enabled)
     assert robots(site)[0].idle.mission_id == deliver.id
+
+
+def test_what_is_edited_again_begins_with_what_was_saved_a_moment_ago(site, app, ui, hold_readings):
+    """Before it is read: else the next Save would take the new name back."""
+    site.add_missions("Home")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow, name="Home"))
+    hold_readings()
+    ui.find(MissionRow, name="Home").act("edit")
+    ui.wait(lambda: ui.find_all(MissionDialog))
+    dialog = ui.find(MissionDialog)
+    enter(ui, dialog.ids.name_field, "Back home")
+    press(ui, "Save mission", dialog)
+    ui.wait(lambda: not ui.find_all(MissionDialog))
+    ui.find(MissionRow).act("edit")
+    ui.wait(lambda: ui.find_all(MissionDialog))
+    assert ui.find(MissionDialog).vm.name == "Back home"
+    assert ui.find(MissionRow).name == "Back home"
 
 
 def test_a_star_takes_no_new_name_of_a_mission_back(site, app, ui, hold_readings):
