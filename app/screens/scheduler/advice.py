@@ -173,8 +173,9 @@ class AdviceModel(AdviceState):
             self._shell.say_problem)
 
     def _answered(self, one: Suggestion, text: str, undo: Callable[[], object]) -> None:
-        """It goes at once; others may be worth telling now."""
-        self._advice = replace(self._advice, suggestions=tuple(each for each in self._advice.suggestions if each is not one))
+        """It goes at once, though it may have been found anew meanwhile; others may be worth telling now."""
+        left = tuple(each for each in self._advice.suggestions if each.schedule.id != one.schedule.id)
+        self._advice = replace(self._advice, suggestions=left)
         self.show()
         self.compute()
 

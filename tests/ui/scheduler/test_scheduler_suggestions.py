@@ -1,6 +1,7 @@
 """Suggestions, as a planner uses them: what often came late, a tap that fills the form, Not now, and undo of both."""
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 from datetime import time, timedelta
 
@@ -139,3 +140,21 @@ def test_what_is_answered_goes_at_once_and_the_dialog_is_not_seen_empty(app, ui,
     ui.wait(is_closed)
     assert (True, False) not in seen
     assert not ui.find_all(CommandButton, icon=BULB)
+
+
+def test_what_is_answered_goes_at_once_though_it_was_found_again_meanwhile(app, container, ui, monkeypatch):
+    """What had begun to be computed before the answer is delivered before it, too."""
+    open_all(app, ui)
+    suggestions = container.suggestions
+    dismiss, compute, answered, computed = suggestions.dismiss, suggestions.compute, threading.Event(), threading.Event()
+    monkeypatch.setattr(suggestions, "dismiss", lambda one: answered.wait(30) and dismiss(one))
+    app.plan.advice.act(kits(container).id, "dismiss")
+    app.plan.advice.compute()
+    ui.wait(lambda: not app.plan.advice.busy)
+    monkeypatch.setattr(suggestions, "compute", lambda: computed.wait(30) and compute())
+    answered.set()
+    ui.wait(lambda: app.plan.advice.busy)
+    assert not app.plan.advice.title
+    computed.set()
+    settle(app, ui)
+    assert not app.plan.advice.title
