@@ -10,7 +10,7 @@ from app.screens.common.threads import forward
 from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
 from app.screens.settings.files import FileRow
 from app.screens.settings.screen import SettingsScreen
-from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import StepField
 from app.widgets.rows import OptionRow, SectionRow
@@ -48,7 +48,7 @@ def restored(screen, ui, asked):
     """In Settings, Data."""
     ui.show(screen)
     screen.shown(section="data")
-    ui.wait(lambda: ui.find_all(FileRow))
+    ui.wait(lambda: ui.find_all(FileRow) and all(ui.find_all(ChoiceChip, row, text="Another place") for row in ui.find_all(FileRow)))
     return asked
 
 

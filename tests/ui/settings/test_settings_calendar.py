@@ -39,7 +39,7 @@ def today() -> Iterator[None]:
 def app(app, ui):
     """With the calendar in sight."""
     go(ui, "constraints")
-    ui.wait(lambda: ui.find_all(MonthDay, text="20", today=True))
+    ui.wait(lambda: ui.find_all(MonthDay, text="20", today=True) and app.shell.background.idle)     # the files' places move it
     return app
 
 
