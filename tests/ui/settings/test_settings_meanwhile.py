@@ -1,0 +1,119 @@
+"""Settings while they are still being read: what was chosen, typed or saved meanwhile is neither taken back nor lost."""
+from __future__ import annotations
+
+from dataclasses import replace
+from threading import Event
+
+import pytest
+
+from app.database.errors import DatabaseUnavailable
+from app.screens.settings import screen as settings_module
+from app.screens.settings.facts import read
+from app.screens.settings.idle import IdlePanel
+from app.screens.settings.missions import MissionDialog, MissionRow
+from app.widgets.buttons import Segment, Toggle
+from app.widgets.dialogs import ChoiceDialog
+from app.widgets.fields import StepField
+from app.widgets.rows import OptionRow
+from tests.ui.integrator import enter, go, is_saved, press, robots, says, settings
+
+
+@pytest.fixture
+def hold_readings(monkeypatch):
+    """Called, what is read from then on arrives only after what comes back was called, as it was when the reading began."""
+    go_on = Event()
+
+    def reading(*args):
+        facts = read(*args)
+        assert go_on.wait(30)
+        return facts
+
+    def hold():
+        monkeypatch.setattr(settings_module, "read", reading)
+        return go_on.set
+
+    yield hold
+    go_on.set()
+
+
+def test_a_second_day_takes_the_first_one_not_back(site, app, ui, hold_readings):
+    """However slowly the tablet reads: both were tapped."""
+    go(ui, "constraints")
+    hold_readings()
+    ui.tap(ui.find(Segment, text="Mon"))
+    ui.wait(lambda: "MO" not in settings(site).working_days)
+    ui.tap(ui.find(Segment, text="Tue"))
+    ui.wait(lambda: settings(site).working_days == ("WE", "TH", "FR"))
+
+
+def test_a_mission_that_is_saved_is_kept_by_who_switches_the_rule_off_before_it_is_read(site, app, ui, hold_readings):
+    robot, _other = site.add_robots()
+    home, deliver = site.add_missions("Home", "Deliver")
+    site.container.catalogue.save_idle_rule(robot.id, home.id, 10)
+    go(ui, "idle")
+    ui.wait(lambda: [panel for panel in ui.find_all(IdlePanel) if panel.active])
+    hold_readings()
+    panel = next(panel for panel in ui.find_all(IdlePanel) if panel.active)
+    panel.act("mission")
+    ui.wait(lambda: ui.find_all(OptionRow, text="Deliver"))
+    ui.tap(ui.find(OptionRow, text="Deliver"))
+    ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id and not ui.find_all(ChoiceDialog))
+    ui.tap(ui.find(Toggle, root=panel))
+    ui.wait(lambda: not robots(site)[0].idle.enabled)
+    assert robots(site)[0].idle.mission_id == deliver.id
+
+
+def test_what_is_edited_again_begins_with_what_was_saved_a_moment_ago(site, app, ui, hold_readings):
+    """Before it is read: else the next Save would take the new name back."""
+    site.add_missions("Home")
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow, name="Home"))
+    hold_readings()
+    ui.find(MissionRow, name="Home").act("edit")
+    ui.wait(lambda: ui.find_all(MissionDialog))
+    dialog = ui.find(MissionDialog)
+    enter(ui, dialog.ids.name_field, "Back home")
+    press(ui, "Save mission", dialog)
+    ui.wait(lambda: not ui.find_all(MissionDialog))
+    ui.find(MissionRow).act("edit")
+    ui.wait(lambda: ui.find_all(MissionDialog))
+    assert ui.find(MissionDialog).vm.name == "Back home"
+    assert ui.find(MissionRow).name == "Back home"
+
+
+def test_a_star_takes_no_new_name_of_a_mission_back(site, app, ui, hold_readings):
+    mission, = site.add_missions("Home", favourite=False)
+    go(ui, "missions")
+    ui.wait(lambda: ui.find_all(MissionRow, name="Home"))
+    hold_readings()
+    site.container.catalogue.save_mission(replace(mission, name="Back home"))
+    ui.find(MissionRow, name="Home").act("favourite", True)
+    ui.wait(lambda: site.container.catalogue.missions()[0].favourite)
+    assert site.container.catalogue.missions()[0].name == "Back home"
+
+
+def test_a_number_that_is_typed_stays_while_the_one_chosen_before_is_still_being_read(site, app, ui, hold_readings):
+    site.container.catalogue.change_settings(minimum_battery_percent=30)
+    go(ui, "constraints")
+    field = ui.find(StepField)
+    ui.wait(lambda: is_saved(site, app) and not field.disabled)
+    go_on = hold_readings()
+    ui.tap(ui.find(Segment, text="20\N{NO-BREAK SPACE}%"))
+    ui.wait(lambda: settings(site).minimum_battery_percent == 20)
+    enter(ui, field, "45")
+    go_on()
+    ui.wait(lambda: is_saved(site, app))
+    assert field.text == "45"
+    field.focus = False
+    ui.wait(lambda: settings(site).minimum_battery_percent == 45)
+
+
+def test_what_could_not_be_saved_is_shown_as_it_was(site, app, ui, monkeypatch):
+    def refuse(**_changes):
+        raise DatabaseUnavailable("The disk is full")
+
+    go(ui, "constraints")
+    monkeypatch.setattr(site.container.catalogue, "change_settings", refuse)
+    ui.tap(ui.find(Segment, text="Mon"))
+    ui.wait(lambda: says(ui, "The disk is full"))
+    assert ui.find(Segment, text="Mon").selected
