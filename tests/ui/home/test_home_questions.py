@@ -29,8 +29,8 @@ def test_a_question_of_the_robot_is_answered_from_the_tablet(home, ui):
     home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 60}})
     ui.wait(lambda: "Is the load secured?" in ui.texts())
     press(ui, "Yes")
+    ui.wait(lambda: "Answer sent to Aino: Yes" in home.shell.snackbars.texts)
     ui.wait(lambda: "Is the load secured?" not in ui.texts())
-    assert any("Answer sent to Aino: Yes" in text for text in home.shell.snackbars.texts)
 
 
 @pytest.mark.parametrize("theme", THEMES)
