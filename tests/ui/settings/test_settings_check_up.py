@@ -8,7 +8,7 @@ import time
 import weakref
 from collections.abc import Iterator
 from dataclasses import replace
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 
 import pytest
 
@@ -29,8 +29,17 @@ from tests.ui.whole_app import GUIDS
 
 
 class Hurried(VirtualClock):
-    """The time of this machine at first, then ``hurry`` times as fast in pauses; as robots are read, these take next to none."""
+    """The time of this machine when it is first asked, then ``hurry`` times as fast in pauses; reading robots takes next to none."""
     hurry = 100.0
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._is_set = False
+
+    def now(self) -> datetime:
+        if not self._is_set:
+            self._now, self._is_set = datetime.now(UTC), True
+        return super().now()
 
     def sleep(self, seconds: float) -> None:
         self.advance(seconds)
@@ -45,7 +54,7 @@ def first_settings():
 @pytest.fixture
 def clock(site, monkeypatch) -> Hurried:
     """Of the check-ups."""
-    clock = Hurried(site.container.clock.now())
+    clock = Hurried()
     for part in (site.container.check_ups, site.container.check_ups._trials):
         monkeypatch.setattr(part, "_clock", clock)
     return clock
@@ -156,20 +165,22 @@ def test_after_a_change_of_the_software_the_panel_asks_for_another(site, app, ui
 
 # ---------------------------------------------------------------------- while it runs
 class Waiting(Hurried):
-    """Stands still at the next pause, until it is let go."""
+    """Stops at the next pause, until it is let go: however long that takes, its time is that of the robots."""
 
-    def __init__(self, now) -> None:
-        super().__init__(now)
+    def __init__(self) -> None:
+        super().__init__()
         self.go_on = threading.Event()
 
     def sleep(self, seconds: float) -> None:
+        began = time.monotonic()
         self.go_on.wait(30)
+        self.advance(time.monotonic() - began)
         super().sleep(seconds)
 
 
 @pytest.fixture
 def waiting(site, aino, monkeypatch) -> Iterator[Waiting]:
-    clock = Waiting(site.container.clock.now())
+    clock = Waiting()
     for part in (site.container.check_ups, site.container.check_ups._trials):
         monkeypatch.setattr(part, "_clock", clock)
     yield clock
