@@ -9,11 +9,12 @@ from typing import Any
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
-from app.domain.models import Connection, IdleRule, Mission, Robot
+from app.domain.models import Connection, IdleRule, Robot
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.parameters_view import fields_of, problems_of
 from app.screens.common.problems import sentence_of
+from app.screens.common.shell import PROBLEM_SECONDS
 from app.screens.settings.missions_view import idle_panels, mission_options
 from app.screens.settings.page import PageContext, SettingsPage
 from app.services.catalogue.catalogue import Edit
@@ -89,24 +90,28 @@ class IdlePage(SettingsPage):
             selected=robot.idle.mission_id if robot.idle is not None else None)
 
     def _save_if_it_asks_nothing(self, robot: Robot, mission_id: int, **changes: Any) -> None:
-        """What a mission asks for nobody gives it when its robot is idle. A robot that doesn't answer is not asked."""
-        def save(_problem: object = None) -> None:
-            self._save(robot, mission_id=mission_id, **changes)
+        """What a mission asks for nobody gives it when its robot is idle. Where that doesn't answer, what another one has told counts; and
+        of several choices the last one, however late the answers are."""
+        mission, given = self.context.facts.mission(mission_id), self.context.shell.given
+        guid = mission.guid if mission is not None else ""
+        answers = mission is not None and self.context.facts.snapshot(robot.id).connection is Connection.CONNECTED
 
-        def told(mission: Mission, asked: Sequence[MissionParameter]) -> None:
+        def told(asked: Sequence[MissionParameter]) -> None:
             labels = [field.label for field in fields_of(asked) if field.name in problems_of(asked)]
-            if not labels:
-                save()
-                return
-            self._show_problem(robot, _("{mission} asks for {values}, which only a schedule or Run now can give").format(
-                mission=mission.name, values=", ".join(labels)))
+            if mission is not None and labels:
+                self._refuse(robot, _("{mission} asks for {values}, which only a schedule or Run now can give").format(
+                    mission=mission.name, values=", ".join(labels)))
+            else:
+                self._save(robot, mission_id=mission_id, **changes)
 
-        mission = self.context.facts.mission(mission_id)
-        if mission is None or self.context.facts.snapshot(robot.id).connection is not Connection.CONNECTED:
-            save()
-            return
-        self.context.run(lambda: self.context.services.robot_missions.parameters(robot.id, mission.guid), partial(told, mission), save,
-                         key=("idle", robot.id), apart="parameters")
+        def known() -> Sequence[MissionParameter]:
+            return given.known.parameters.get(guid, ())
+
+        def ask() -> Sequence[MissionParameter]:
+            return self.context.services.robot_missions.parameters(robot.id, guid)
+
+        self.context.run(ask if answers else known, told, lambda _problem: told(known()), key=("idle", robot.id),
+                         apart="parameters" if answers else "")
 
     def _save(self, robot: Robot, **changes: Any) -> None:
         """Of the rule as it is stored by then, with the minutes that were chosen: what is shown may be older."""
@@ -124,6 +129,12 @@ class IdlePage(SettingsPage):
         if minutes is not None and self._minutes.get(robot.id) == minutes:
             del self._minutes[robot.id]
         self._show_problem(robot, sentence_of(problem))
+
+    def _refuse(self, robot: Robot, why: str) -> None:
+        """Said by a message too where somebody has gone on."""
+        self._show_problem(robot, why)
+        if not self.is_on_screen:
+            self.context.shell.snackbars.show(f"{robot.name}: {why}", icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
 
     def _show_problem(self, robot: Robot, problem: str) -> None:
         self._problems[robot.id] = problem

@@ -7,6 +7,8 @@ from threading import Event
 import pytest
 
 from app.database.errors import DatabaseUnavailable
+from app.domain.models import Connection
+from app.mir.errors import TimedOut
 from app.screens.settings import screen as settings_module
 from app.screens.settings.facts import read
 from app.screens.settings.idle import IdlePanel
@@ -15,7 +17,7 @@ from app.widgets.buttons import Segment, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import StepField
 from app.widgets.rows import OptionRow
-from tests.ui.integrator import enter, go, is_saved, press, robots, says, settings
+from tests.ui.integrator import enter, go, is_saved, page, press, robots, says, settings
 
 
 @pytest.fixture
@@ -79,6 +81,75 @@ def test_what_is_edited_again_begins_with_what_was_saved_a_moment_ago(site, app,
     ui.wait(lambda: ui.find_all(MissionDialog))
     assert ui.find(MissionDialog).vm.name == "Back home"
     assert ui.find(MissionRow).name == "Back home"
+
+
+@pytest.fixture
+def hold_asking(site, monkeypatch):
+    """Called, what missions ask for is told only after what comes back was called; or it is not told, with ``problem``."""
+    go_on, tell = Event(), site.container.robot_missions.parameters
+
+    def hold(problem=None):
+        def parameters(*args):
+            assert go_on.wait(30)
+            if problem is not None:
+                raise problem
+            return tell(*args)
+        monkeypatch.setattr(site.container.robot_missions, "parameters", parameters)
+        return go_on.set
+
+    yield hold
+    go_on.set()
+
+
+def choose(ui, mission: str) -> None:
+    """As Aino's idle mission."""
+    ui.find(IdlePanel, name="Aino").act("mission")
+    ui.wait(lambda: ui.find_all(OptionRow, text=mission))
+    ui.tap(ui.find(OptionRow, text=mission))
+
+
+def test_the_mission_that_was_chosen_last_is_the_idle_mission_though_the_robot_went_silent_meanwhile(site, app, ui, hold_asking):
+    robot, _other = site.add_robots()
+    _home, deliver = site.add_missions("Home", "Deliver")
+    ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
+    go(ui, "idle")
+    ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
+    go_on = hold_asking(TimedOut())
+    choose(ui, "Home")
+    site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
+    ui.wait(lambda: page(app).context.facts.snapshot(robot.id).connection is not Connection.CONNECTED)
+    choose(ui, "Deliver")
+    ui.wait(lambda: robots(site)[0].idle is not None)
+    go_on()
+    ui.wait(lambda: app.shell.background.idle)
+    assert robots(site)[0].idle.mission_id == deliver.id
+
+
+def test_a_robot_that_does_not_answer_is_given_no_mission_that_asks_for_something_as_far_as_that_is_known(site, app, ui):
+    robot, _other = site.add_robots()
+    go_to, = site.add_missions("Go to position")
+    ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
+    app.shell.given.take(go_to.guid, site.container.robot_missions.parameters(robot.id, go_to.guid))
+    site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
+    go(ui, "idle")
+    ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
+    ui.wait(lambda: page(app).context.facts.snapshot(robot.id).connection is not Connection.CONNECTED)
+    choose(ui, "Go to position")
+    ui.wait(lambda: ui.find(IdlePanel, name="Aino").problem.startswith("Go to position asks for Position"))
+    assert robots(site)[0].idle is None
+
+
+def test_who_has_gone_on_is_told_that_a_mission_is_no_idle_mission(site, app, ui, hold_asking):
+    robot, _other = site.add_robots()
+    site.add_missions("Go to position")
+    ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
+    go(ui, "idle")
+    ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
+    go_on = hold_asking()
+    choose(ui, "Go to position")
+    go(ui, "about")
+    go_on()
+    ui.wait(lambda: app.shell.snackbars.texts == ["Aino: Go to position asks for Position, which only a schedule or Run now can give"])
 
 
 def test_a_star_takes_no_new_name_of_a_mission_back(site, app, ui, hold_readings):
