@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Collection, Hashable, Iterable, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 from itertools import pairwise
@@ -151,7 +151,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
         first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
     seen = Range(origin, first, _right_edge(first, window.hours, folds))
     if not robots:
-        of_robots = _with_groups(facts, of_robots, window.opened, seen)
+        of_robots = _with_groups(facts, of_robots, planned, window.opened, seen)
     lanes = _with_idle_last((*waiting, *of_robots), window.opened)           # first what has no robot: it may need a person
     return TimelineView(
         origin, lanes=tuple(lanes), bands=(*closed, *axis.held(facts, now, read)),
@@ -171,7 +171,8 @@ def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
     return end
 
 
-def _with_groups(facts: SchedulerFacts, lanes: list[Lane], opened: Collection[Hashable], seen: Range) -> list[Lane]:
+def _with_groups(facts: SchedulerFacts, lanes: list[Lane], planned: Mapping[Hashable, Sequence[PlannedRun]], opened: Collection[Hashable],
+                 seen: Range) -> list[Lane]:
     """Of many robots with bars those of a group are one line, below which they are if they are wanted."""
     busy = {lane.key: lane for lane in lanes if lane.bars}
     if len(busy) <= MANY:
@@ -180,24 +181,28 @@ def _with_groups(facts: SchedulerFacts, lanes: list[Lane], opened: Collection[Ha
     for group in facts.groups:
         members = [lane for number, lane in busy.items() if number in group.members]
         if len(members) > 1:
-            key, words = ("robots of", group.id), _group_line(facts, group, members, seen)
+            key, words = ("robots of", group.id), _group_line(facts, group, members, planned, seen)
             lines += [Lane("", key=key, line=words, is_open=key in opened), *(members if key in opened else ())]
             busy = {number: lane for number, lane in busy.items() if lane not in members}
     return [*lines, *(lane for lane in lanes if not lane.bars or lane.key in busy)]
 
 
-def _group_line(facts: SchedulerFacts, group: Group, lanes: Sequence[Lane], seen: Range) -> str:
+def _group_line(facts: SchedulerFacts, group: Group, lanes: Sequence[Lane], planned: Mapping[Hashable, Sequence[PlannedRun]],
+                seen: Range) -> str:
     """Whose lanes it stands for, and what is seen on them: how many starts are to come, and what went wrong."""
     def is_seen(at: datetime) -> bool:
         return seen.low <= seen.at(at) < seen.high
 
     robots = {lane.key for lane in lanes}
-    starts = sum(run.lane in robots and is_seen(run.begins) for run in facts.planned)
+    starts = sum(is_seen(run.begins) for robot in robots for run in planned[robot])
     failed = sum(run.robot_id in robots and run.state is State.FAILED and is_seen(run.planned_at) for run in facts.past)
+    is_more = any(schedule.robot_id in robots and seen.at(facts.more[schedule.id]) < seen.high
+                  for schedule in facts.schedules if schedule.id in facts.more)
     is_contended = any(end > seen.low and start < seen.high for lane in lanes for start, end in lane.overlaps)
     return " · ".join(filter(None, (
         group.name, ngettext("{n} robot", "{n} robots", len(lanes)).format(n=len(lanes)),
-        ngettext("{n} start", "{n} starts", starts).format(n=starts) if starts else _("nothing planned"),
+        ngettext("{n} start", "{n} starts", starts).format(n=starts) if starts else "" if is_more else _("nothing planned"),
+        _("and more starts") if is_more else "",
         ngettext("{n} failed run", "{n} failed runs", failed).format(n=failed) if failed else "", _("Overlap") if is_contended else "")))
 
 

@@ -275,6 +275,17 @@ def test_of_many_robots_with_something_planned_those_of_a_group_are_one_line_tha
     assert [lane.name for lane in few[:-1]] == [f"R{n:02d}" for n in range(1, MANY + 1)]
 
 
+def test_the_line_of_a_group_says_that_more_starts_were_not_computed():
+    """It never says that nothing is planned because there is too much."""
+    hourly = tuple(replace(HOURLY, id=robot.id, robot_id=robot.id) for robot in FLEET[:MANY + 1])
+    lines = {"groups": HALLS, "schedules": hourly, "more": {schedule.id: NOW + timedelta(hours=1) for schedule in hourly}}
+    assert [lane.line for lane in lanes(**lines, planned=starts(5))][:2] == [
+        "Hall 1 · 10 robots · 5 starts · and more starts", "Hall 2 · 2 robots · and more starts"]
+    later = lines | {"planned": (), "more": {schedule.id: NOW + timedelta(hours=6) for schedule in hourly}}       # beyond what is seen
+    assert [lane.line for lane in lanes(Window(hours=6), **later)][:2] == [
+        "Hall 1 · 10 robots · nothing planned", "Hall 2 · 2 robots · nothing planned"]
+
+
 def test_the_legend_is_not_of_lanes_that_are_not_seen():
     view = timeline(facts(robots=FLEET, groups=HALLS, planned=starts(10), past=tuple(
         execution(State.COMPLETED, 60, robot_id=number, id=number, ended_at=NOW) for number in range(11, 16))), NOW)
