@@ -289,6 +289,9 @@ class LogsViewModel(ViewModel):
     def choose_part(self, part: str) -> None:
         """What is shown below the figures."""
         if part != self.part:
+            if self._story is not None and not self._story.finished:
+                self._forget_story()
+                self._runs_refresher.read()      # which would have followed it
             self.part = part
             self._show_reach()
             self._figures_refresher.read()
@@ -323,6 +326,7 @@ class LogsViewModel(ViewModel):
     def search(self, text: str) -> None:
         """Search once typing has paused."""
         if text != self.query:
+            self._forget_story()
             self.query = text
             self._search_soon.cancel()
             self._search_soon()

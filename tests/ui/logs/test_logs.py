@@ -391,20 +391,24 @@ def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, 
     assert shown == [row.id for row in container.history.page(ExecutionFilter(), size=200).rows]
 
 
-@pytest.mark.parametrize("then", [lambda screen, ui: ui.tap(ui.find(Segment, text="Today")), lambda screen, ui: screen.shell.go("home")],
-                         ids=["filter", "screen"])
-def test_a_story_that_arrives_late_takes_no_filter_away_that_was_chosen_meanwhile(screen, container, ui, monkeypatch, then):
+@pytest.mark.parametrize("then", [lambda screen, ui: ui.tap(ui.find(Segment, text="Today")), lambda screen, ui: screen.shell.go("home"),
+                                  lambda screen, ui: screen.logs.choose_part("robots"), lambda screen, ui: screen.logs.search("Aino")],
+                         ids=["filter", "screen", "part", "search"])
+def test_a_story_that_arrives_late_takes_nothing_away_that_was_chosen_meanwhile(screen, container, ui, monkeypatch, then):
     old = container.history.page(failures(container)).rows[-1]
     get, go_on = container.ledger.get, threading.Event()
     monkeypatch.setattr(container.ledger, "get", lambda number: go_on.wait(30) and get(number))
     screen.shell.go("logs", execution_id=old.id)
     then(screen, ui)
-    chosen = screen.logs.seen
+    logs = screen.logs
+    chosen = logs.part, logs.query, logs.period
     go_on.set()
+    ui.wait(lambda: screen.shell.background.idle)            # before what is typed is searched for
     settle(screen, ui)
-    assert screen.logs.seen == chosen
-    assert screen.logs.opened_run is None
-    screen.shell.go("logs")
+    assert (logs.part, logs.query, logs.period) == chosen
+    assert logs.opened_run is None
+    screen.shell.go("logs", anew=True)
+    settle(screen, ui)
 
 
 def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, tmp_path, monkeypatch):
