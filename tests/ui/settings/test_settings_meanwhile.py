@@ -188,3 +188,22 @@ def test_what_could_not_be_saved_is_shown_as_it_was(site, app, ui, monkeypatch):
     ui.tap(ui.find(Segment, text="Mon"))
     ui.wait(lambda: says(ui, "The disk is full"))
     assert ui.find(Segment, text="Mon").selected
+
+
+def test_what_is_not_written_yet_stays_as_it_was_chosen_whatever_is_read(site, app, ui, monkeypatch):
+    """And goes back to what is stored where that fails after all."""
+    go_on = Event()
+
+    def refuse(**_changes):
+        assert go_on.wait(30)
+        raise DatabaseUnavailable("The disk is full")
+
+    go(ui, "constraints")
+    monkeypatch.setattr(site.container.catalogue, "change_settings", refuse)
+    ui.tap(ui.find(Segment, text="Mon"))
+    site.add_missions("Home")                                 # so that everything is read
+    ui.wait(lambda: page(app).context.facts.missions)
+    assert not ui.find(Segment, text="Mon").selected
+    go_on.set()
+    ui.wait(lambda: says(ui, "The disk is full"))
+    assert ui.find(Segment, text="Mon").selected

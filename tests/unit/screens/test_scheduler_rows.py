@@ -64,6 +64,7 @@ def test_what_starts_it_now_says_what_it_does(known, text, icon):
     given = facts(schedules=(HOURLY,), planned=(planned(22),), **known)
     for items in (view.schedule_menu(given, HOURLY, NOW), bar_card.start_card(given, given.planned[0], NOW).items):
         assert [(item.text, item.icon) for item in items if item.key == "run"] == [(text, icon)]
+        assert [item.key for item in items if item.disabled and item.key == "run"] == ["run"] * (text == "Nothing is sent from this tablet")
 
 
 def test_schedules_are_listed_by_words_robot_and_name():

@@ -275,6 +275,13 @@ def test_of_many_robots_with_something_planned_those_of_a_group_are_one_line_tha
     assert [lane.name for lane in few[:-1]] == [f"R{n:02d}" for n in range(1, MANY + 1)]
 
 
+def test_the_line_of_a_group_counts_what_is_seen_of_it():
+    line = lanes(Window(hours=6), groups=HALLS, planned=(*starts(MANY + 1), planned(24, robot=FLEET[0]), planned(6 * 60, robot=FLEET[1]),
+                                                         planned(6 * 60 + 1, robot=FLEET[1]), planned(6 * 60, robot=FLEET[10]),
+                                                         planned(6 * 60 + 1, robot=FLEET[10])))
+    assert [lane.line for lane in line][:2] == ["Hall 1 · 10 robots · 11 starts · Overlap", "Hall 2 · 2 robots · 2 starts"]
+
+
 def test_the_line_of_a_group_says_that_more_starts_were_not_computed():
     """It never says that nothing is planned because there is too much."""
     hourly = tuple(replace(HOURLY, id=robot.id, robot_id=robot.id) for robot in FLEET[:MANY + 1])
