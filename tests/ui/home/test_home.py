@@ -6,7 +6,7 @@ from datetime import timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.connection import DatabaseUnavailable
-from app.domain.models import Schedule
+from app.domain.models import Mission, Schedule
 from app.screens.home import screen
 from app.screens.home.cards import FinishedRow, PlannedRow, RobotHead
 from app.screens.home.facts import HomeFacts, read
@@ -89,6 +89,26 @@ def test_what_began_to_be_read_before_a_choice_was_written_never_takes_it_back(h
     go.set()
     ui.wait(lambda: seen.append(view.facts.robot) or (view.run.chips and len(seen) > 20))
     assert set(seen) == {veikko}
+
+
+def test_a_plan_that_was_being_read_when_a_command_was_done_is_read_again(home, ui, monkeypatch):
+    view, container, begun, go = home.root_vm, home.site.container, threading.Event(), threading.Event()
+
+    def read_late(services: object, known: HomeFacts | None = None, *args: object) -> HomeFacts:
+        facts = read(services, known, *args)
+        if known is None and not begun.is_set():
+            begun.set()
+            assert go.wait(20)
+        return facts
+
+    monkeypatch.setattr(screen, "read", read_late)
+    mission = container.catalogue.save_mission(Mission("Quite new", "00000000-0000-0000-0000-0000000000aa"))
+    ui.wait(begun.is_set)
+    view._act("told", lambda: None)
+    ui.wait(lambda: "told" not in view.busy)
+    go.set()
+    ui.wait(lambda: mission.id in [each.id for each in view.facts.missions], 10)
+    container.catalogue.remove_mission(mission.id)
 
 
 def test_a_choice_of_a_robot_that_can_not_be_written_is_taken_back(home, ui, monkeypatch):

@@ -293,6 +293,25 @@ def test_what_was_deleted_there_comes_back_behind_the_pin_only(site, app, ui):
     assert ui.find_all(PinDialog)                              # it was for that alone
 
 
+def test_what_could_not_be_brought_back_stays_behind_the_pin(site, app, ui):
+    aino = Robot("Aino", site.fleet.robots[0].url, "distributor")
+    stored = site.container.catalogue.save_robot(aino, "distributor")
+    site.container.access.set_pin("4711")
+    to_settings(ui)
+    unlock(ui, app)
+    ui.wait(lambda: ui.find_all(CommandButton, text="Edit"))
+    app.shell.navigator.screen("settings").vm.context.remove(lambda: site.container.catalogue.remove_robot(stored.id), "Aino deleted")
+    ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])
+    site.container.catalogue.save_robot(aino, "distributor")                   # its name is taken
+    ui.tap(ui.find(NavItem, name="home"))
+    undo(ui)
+    press(ui, "4711")
+    ui.wait(lambda: app.shell.snackbars.texts not in ([], ["Aino deleted"]))
+    ui.advance(.6)
+    undo(ui)
+    assert ui.find_all(PinDialog)
+
+
 def test_whoever_sets_it_is_in_already(site, app, ui):
     to_settings(ui)
     ui.wait(lambda: ui.find_all(SectionRow))
