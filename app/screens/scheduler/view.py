@@ -261,10 +261,10 @@ def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
 
 
 def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> MenuItem:
-    """To start it now, whatever its time is: what a press on it does, as Home's button."""
+    """To start it now, whatever its time is: what a press on it does or why it does nothing, as Home's button."""
     hold = facts.own_hold or facts.hold(schedule.robot_id, schedule.group_id, now)
-    if hold is not None and hold.is_copy:
-        return MenuItem("run", _("Nothing is sent from this tablet"), "play", disabled=True)
+    if nothing := _("Nothing is sent from this tablet") if hold is not None and hold.is_copy else of_groups.nobody(facts, schedule):
+        return MenuItem("run", nothing, "play", disabled=True)
     silent = facts.robot(schedule.robot_id) if schedule.robot_id in facts.silent else None
     words = run_words(hold, silent, rules.closes_at(now, None, facts.settings), facts.settings.timezone, now)
     return MenuItem("run", *(words or (_("Run now"), "play")))

@@ -32,6 +32,7 @@ from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 
 SEARCH_FROM = 8                          # missions
+TOLD = "missions of a robot"             # what a message is about
 
 
 class MissionRow(RecycledRow, SectionCard):
@@ -105,8 +106,8 @@ class MissionsPage(SettingsPage):
             self.turn_to("places" if intent.get("places") else "missions")
         if intent.get("add"):
             self.add()
-        if "found" in intent:
-            self._offer(*intent["found"])
+        if "found" in intent and (robot := self.context.facts.robot(intent["found"][0])):
+            self._offer(robot, intent["found"][1])
 
     def begin(self) -> None:
         """The button that is shown while there are no missions."""
@@ -169,6 +170,7 @@ class MissionsPage(SettingsPage):
         if self.vm.fetching:
             return
         self.vm.fetching = True
+        self.context.shell.snackbars.end(TOLD)
         self.vm.outcome = NoticeView(_("Asking {robot} for its missions …").format(robot=robot.name), icon="timer-sand")
         self.context.run(lambda: self.context.services.operator.fetch_missions(robot.id), lambda found: self._fetched(robot, found),
                          lambda problem: self._not_fetched(robot, problem))
@@ -188,7 +190,7 @@ class MissionsPage(SettingsPage):
         else:
             shell = self.context.shell
             shell.snackbars.undo(_("{robot} has told its missions").format(robot=robot.name), _("Choose"),
-                                 lambda: shell.go("settings", section="missions", found=(robot, found)), stays=True)
+                                 lambda: shell.go("settings", section="missions", found=(robot.id, found)), stays=True, about=TOLD)
 
     def _offer(self, robot: Robot, found: Sequence[MissionInfo]) -> None:
         offered = offers(found, self.context.facts.missions, robot.id)

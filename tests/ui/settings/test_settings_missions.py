@@ -70,6 +70,17 @@ def test_who_has_gone_elsewhere_is_not_asked_there_but_told_that_the_missions_ar
     ui.tap(ui.find(root=ui.find(Snackbar), text="Choose"))
     ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
     assert ui.find(SectionRow, key="missions").selected
+    app.shell.dialogs.close_all()
+    page(app).reached(found=(99, ()))                         # of a robot that was deleted meanwhile
+    assert app.shell.dialogs.top is None
+    ask(ui, "Aino")
+    go(ui, "about")
+    ui.wait(lambda: app.shell.snackbars.texts == ["Aino has told its missions"])
+    go(ui, "missions")
+    ask(ui, "Aino")
+    assert app.shell.snackbars.texts == []                    # it is asked again
+    site.fleet.robots[0].control({"fault": None})
+    ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
 
 
 def test_who_has_gone_elsewhere_is_told_that_the_robot_did_not_tell_its_missions(site, app, ui, monkeypatch):

@@ -4,13 +4,13 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import Connection, Reason, ReasonCode, State
+from app.domain.models import Connection, Group, Reason, ReasonCode, State
 from app.screens.common import execution_appearance
 from app.screens.common.given import Given
 from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.timeline import ASSUMED_S, timeline
 from app.services.live.holds import Hold
-from tests.support.scheduler_facts import EMPTIES, HOURLY, NOW, execution, facts, planned
+from tests.support.scheduler_facts import EMPTIES, HOURLY, KITS, NOW, execution, facts, planned
 
 
 def test_the_week_has_a_heading_for_every_day():
@@ -65,6 +65,18 @@ def test_what_starts_it_now_says_what_it_does(known, text, icon):
     for items in (view.schedule_menu(given, HOURLY, NOW), bar_card.start_card(given, given.planned[0], NOW).items):
         assert [(item.text, item.icon) for item in items if item.key == "run"] == [(text, icon)]
         assert [item.key for item in items if item.disabled and item.key == "run"] == ["run"] * (text == "Nothing is sent from this tablet")
+
+
+@pytest.mark.parametrize(("members", "has_it", "text"), [
+    ((), True, "Hall 1 has no robot"), ((2,), True, "No robot of Hall 1 is switched on"),
+    ((1, 2), False, "No robot of Hall 1 has this mission"), ((1, 2), True, "Run now")])
+def test_what_no_robot_can_take_now_is_not_offered(members, has_it, text):
+    of_hall = replace(HOURLY, robot_id=None, group_id=3)
+    given = facts(schedules=(of_hall,), groups=(Group("Hall 1", members, id=3),), names={1: {KITS.guid if has_it else EMPTIES.guid: ""}})
+    item = view.run_item(given, of_hall, NOW)
+    assert (item.text, item.disabled) == (text, text != "Run now")
+    off = view.run_item(facts(), replace(HOURLY, robot_id=2), NOW)
+    assert (off.text, off.disabled) == ("Veikko is switched off", True)
 
 
 def test_schedules_are_listed_by_words_robot_and_name():
