@@ -18,6 +18,7 @@ from app.screens.scheduler import axis
 from app.screens.scheduler.axis import Band, Range, Tick
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
+from app.services.live.holds import Hold
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
 
@@ -47,7 +48,7 @@ class Bar(NamedTuple):
     label: str = ""
     state: str = "planned"               # past, failed, skipped, held, running, planned, or about: on whichever robot, that is a forecast
     late: float | None = None            # when nine of ten runs have ended
-    assumed: bool = False                # its length is not known
+    assumed: bool = False                # its length is not known; of one that is held that matters less
     typed: bool = False                  # its length was entered by a person
     movable: bool = False                # to another time, by a finger
     shorter: tuple[str, ...] = ()        # what is said where the label has no room, the best first
@@ -151,7 +152,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
         first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
     seen = Range(origin, first, _right_edge(first, window.hours, folds))
     if not robots:
-        of_robots = _with_groups(facts, of_robots, planned, window.opened, seen)
+        of_robots = _with_groups(facts, of_robots, planned, window.opened, now, seen)
     lanes = _with_idle_last((*waiting, *of_robots), window.opened)           # first what has no robot: it may need a person
     return TimelineView(
         origin, lanes=tuple(lanes), bands=(*closed, *axis.held(facts, now, read)),
@@ -172,7 +173,7 @@ def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
 
 
 def _with_groups(facts: SchedulerFacts, lanes: list[Lane], planned: Mapping[Hashable, Sequence[PlannedRun]], opened: Collection[Hashable],
-                 seen: Range) -> list[Lane]:
+                 now: datetime, seen: Range) -> list[Lane]:
     """Of many robots with bars those of a group are one line, below which they are if they are wanted."""
     busy = {lane.key: lane for lane in lanes if lane.bars}
     if len(busy) <= MANY:
@@ -181,15 +182,15 @@ def _with_groups(facts: SchedulerFacts, lanes: list[Lane], planned: Mapping[Hash
     for group in facts.groups:
         members = [lane for number, lane in busy.items() if number in group.members]
         if len(members) > 1:
-            key, words = ("robots of", group.id), _group_line(facts, group, members, planned, seen)
+            key, words = ("robots of", group.id), _group_line(facts, group, members, planned, now, seen)
             lines += [Lane("", key=key, line=words, is_open=key in opened), *(members if key in opened else ())]
             busy = {number: lane for number, lane in busy.items() if lane not in members}
     return [*lines, *(lane for lane in lanes if not lane.bars or lane.key in busy)]
 
 
 def _group_line(facts: SchedulerFacts, group: Group, lanes: Sequence[Lane], planned: Mapping[Hashable, Sequence[PlannedRun]],
-                seen: Range) -> str:
-    """Whose lanes it stands for, and what is seen on them: how many starts are to come, and what went wrong."""
+                now: datetime, seen: Range) -> str:
+    """Whose lanes it stands for, what is seen on them – starts to come, what went wrong –, and what their notes would say."""
     def is_seen(at: datetime) -> bool:
         return seen.low <= seen.at(at) < seen.high
 
@@ -199,11 +200,15 @@ def _group_line(facts: SchedulerFacts, group: Group, lanes: Sequence[Lane], plan
     is_more = any(schedule.robot_id in robots and seen.at(facts.more[schedule.id]) < seen.high
                   for schedule in facts.schedules if schedule.id in facts.more)
     is_contended = any(end > seen.low and start < seen.high for lane in lanes for start, end in lane.overlaps)
+    held = sum(_own_hold(facts, robot, now) is not None for robot in robots)
+    silent = len(robots & facts.silent.keys())
     return " · ".join(filter(None, (
         group.name, ngettext("{n} robot", "{n} robots", len(lanes)).format(n=len(lanes)),
         ngettext("{n} start", "{n} starts", starts).format(n=starts) if starts else "" if is_more else _("nothing planned"),
         _("and more starts") if is_more else "",
-        ngettext("{n} failed run", "{n} failed runs", failed).format(n=failed) if failed else "", _("Overlap") if is_contended else "")))
+        ngettext("{n} failed run", "{n} failed runs", failed).format(n=failed) if failed else "", _("Overlap") if is_contended else "",
+        _("{n} held").format(n=held) if held else "",
+        ngettext("{n} no answer", "{n} no answer", silent).format(n=silent) if silent else "")))
 
 
 def _with_idle_last(lanes: Sequence[Lane], opened: Collection[Hashable]) -> tuple[Lane, ...]:
@@ -232,7 +237,8 @@ def _legend(lanes: Sequence[Lane], closed: Iterable[Band], contested: Iterable[I
     bars = [bar for lane in lanes for bar in lane.bars if is_seen(bar.start, bar.end)]
     drawn = {"typed" if bar.typed else "assumed" if bar.assumed else bar.state for bar in bars}
     drawn |= {"overlap"} if any(is_seen(*span) for lane in lanes for span in lane.overlaps) else set()
-    drawn |= {"closed"} if any(is_seen(band.start, band.end) for band in closed) else set()
+    has_lanes = any(not lane.line for lane in lanes)
+    drawn |= {"closed"} if has_lanes and any(is_seen(band.start, band.end) for band in closed) else set()
     is_contested = any(_conflicts(runs, seen) for runs in contested)
     words = {"planned": _("Planned"), "about": _("Robot is a forecast"), "typed": _("Length typed"),
              "assumed": _("Length not known yet"), "running": _("Running"),
@@ -249,12 +255,15 @@ def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], co
     bars += [_planned_bar(facts, run, read) for run in planned]
     bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
     more = [at for schedule in facts.schedules if schedule.robot_id == robot.id and (at := facts.more.get(schedule.id)) is not None]
-    hold = next((hold for hold in facts.holds if hold.robot_id == robot.id), None)
-    held = axis.held_until(hold, facts, now) if hold and hold.covers(robot.id, now) else ""
-    said = held or silence_word(facts.silent.get(robot.id)) or robot.model or ""
+    said = axis.held_until(_own_hold(facts, robot.id, now), facts, now) or silence_word(facts.silent.get(robot.id)) or robot.model or ""
     return Lane(robot.name, said if robot.enabled else off_word(robot),
                 (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
                 _joined([*_overlaps(bars), *_conflicts(contested, read)]), robot.id)
+
+
+def _own_hold(facts: SchedulerFacts, robot_id: Hashable, now: datetime) -> Hold | None:
+    """That of this robot alone: one of all robots is a band."""
+    return next((hold for hold in facts.holds if hold.robot_id == robot_id and hold.covers(hold.robot_id, now)), None)
 
 
 def _group_lane(facts: SchedulerFacts, group: Group, planned: Iterable[PlannedRun], contested: Iterable[PlannedRun], now: datetime,
@@ -358,8 +367,8 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
     is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
     return Bar(("schedule", run.schedule.id, run.at), start, start + (run.usual_s or ASSUMED_S) / 3600,
                _("Held: {mission}").format(mission=facts.given.start(run)) if held else foreseen.label(run, facts.given.start(run)), state,
-               late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None,
-               typed=run.usual_s is not None and run.typed, movable=run.begins == run.at,
+               late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None and not held,
+               typed=run.usual_s is not None and run.typed and not held, movable=run.begins == run.at,
                shorter=(foreseen.ABOUT,) if state == "about" else ())
 
 
@@ -367,13 +376,13 @@ def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: 
     begins, ends = span_of(facts, execution, now)
     name = facts.given.run(execution)
     state, label, start = BARS[execution.state], name if execution.state.is_open else "", read.at(begins)
-    key, waits = (execution.robot_id or 0, execution.mission_guid), state == "planned"
-    typed = waits and key in facts.typed
-    assumed = waits and not typed and key not in facts.usual_s
     if facts.is_skipped(execution, now):
         label = _("Not run: {mission}").format(mission=name)
     if execution.state is State.WAITING and facts.hold(execution.robot_id, execution.group_id, now) is not None:
         state, label = "held", _("Held: {mission}").format(mission=name)
+    key, waits = (execution.robot_id or 0, execution.mission_guid), state == "planned"
+    typed = waits and key in facts.typed
+    assumed = waits and not typed and key not in facts.usual_s
     return Bar(("execution", execution.id), start, max(read.at(ends), start + SHORTEST), label, state, typed=typed, assumed=assumed)
 
 

@@ -6,10 +6,11 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.domain.models import DayException, Group, Reason, ReasonCode, Robot, State
+from app.domain.models import Connection, DayException, Group, Reason, ReasonCode, Robot, State
 from app.screens.scheduler import view
 from app.screens.scheduler.facts import Window
 from app.screens.scheduler.timeline import ASSUMED_S, IDLE, MANY, moved, span_text, timeline, zoomed
+from app.services.live.holds import Hold
 from app.services.planning.plan import PlannedRun
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.scheduler_facts import AINO, EMPTIES, EVERY_DAY, HELSINKI, HOURLY, KITS, NOW, SETTINGS, execution, facts, planned
@@ -291,6 +292,30 @@ def test_the_line_of_a_group_says_that_more_starts_were_not_computed():
     later = lines | {"planned": (), "more": {schedule.id: NOW + timedelta(hours=6) for schedule in hourly}}       # beyond what is seen
     assert [lane.line for lane in lanes(Window(hours=6), **later)][:2] == [
         "Hall 1 · 10 robots · nothing planned", "Hall 2 · 2 robots · nothing planned"]
+
+
+def test_the_line_of_a_group_says_which_of_its_robots_get_nothing():
+    """What their lanes would say; a hold of all robots is a band over everything."""
+    holds = (Hold(since=NOW, robot_id=2), Hold(until=NOW - timedelta(hours=1), robot_id=3), Hold(since=NOW))
+    shown = lanes(groups=HALLS, planned=starts(MANY + 1), holds=holds, silent={1: Connection.UNREACHABLE, 40: Connection.UNREACHABLE})
+    assert [lane.line for lane in shown[:2]] == ["Hall 1 · 10 robots · 10 starts · 1 held · 1 no answer", "Hall 2 · 2 robots · 2 starts"]
+
+
+def test_where_only_lines_are_seen_there_is_no_closed_time_to_explain():
+    halls = (replace(HALLS[0], members=tuple(range(1, 51))),)
+    values = {"robots": FLEET, "groups": halls, "planned": starts(50)}
+    assert [entry.kind for entry in timeline(facts(**values), NOW, Window(None, 24)).legend] == []
+    opened = Window(None, 24, opened=frozenset({lanes(**values)[0].key}))
+    assert [entry.kind for entry in timeline(facts(**values), NOW, opened).legend] == ["planned", "closed"]
+
+
+def test_a_start_that_is_held_looks_held_also_where_its_length_is_not_known_or_was_typed():
+    held = (Hold(until=NOW + timedelta(hours=1), robot_id=AINO.id),)
+    waits = execution(State.WAITING, 0)
+    known = facts(holds=held, past=(waits,), planned=(planned(22, None), replace(planned(40), typed=True)), usual_s={}, typed=frozenset())
+    shown = timeline(known, NOW, Window(None, 6))
+    assert [(bar.state, bar.assumed, bar.typed) for bar in shown.lanes[0].bars] == [("held", False, False)] * 3
+    assert [entry.kind for entry in shown.legend] == ["held"]
 
 
 def test_the_legend_is_not_of_lanes_that_are_not_seen():
