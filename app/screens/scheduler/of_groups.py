@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from app.domain.models import Execution, Group, Robot, Schedule
-from app.i18n import _
+from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.group_starts import lacking, lacking_words
 from app.screens.common.options import Option
@@ -39,6 +39,18 @@ def whose(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -> 
     if last is not None and last.robot:
         return _("any of {group} (last: {robot})").format(group=target.name, robot=last.robot)
     return _("any of {group}").format(group=target.name)
+
+
+def line(group: Group, robots: int, starts: int, is_more: bool, failed: int, is_contended: bool, held: int, silent: int) -> str:
+    """What stands for the lanes of so many of its robots: their starts to come (``is_more``: not all are known), what went wrong, and how
+    many of them get nothing."""
+    return " · ".join(filter(None, (
+        group.name, ngettext("{n} robot", "{n} robots", robots).format(n=robots),
+        ngettext("{n} start", "{n} starts", starts).format(n=starts) if starts else "" if is_more else _("nothing planned"),
+        _("and more starts") if is_more else "",
+        ngettext("{n} failed run", "{n} failed runs", failed).format(n=failed) if failed else "", _("Overlap") if is_contended else "",
+        _("{n} held").format(n=held) if held else "",
+        ngettext("{n} no answer", "{n} no answer", silent).format(n=silent) if silent else "")))
 
 
 def nobody_is_on(facts: SchedulerFacts, schedule: Schedule) -> bool:

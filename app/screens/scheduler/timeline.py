@@ -14,7 +14,7 @@ from app.domain.models import Execution, Group, Robot, State
 from app.i18n import _, ngettext, pgettext
 from app.screens.common import foreseen, formats
 from app.screens.common.robot_appearance import off_word, silence_word
-from app.screens.scheduler import axis
+from app.screens.scheduler import axis, of_groups
 from app.screens.scheduler.axis import Band, Range, Tick
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import HOURS, SchedulerFacts, Window, full_hour
@@ -202,13 +202,7 @@ def _group_line(facts: SchedulerFacts, group: Group, lanes: Sequence[Lane], plan
     is_contended = any(end > seen.low and start < seen.high for lane in lanes for start, end in lane.overlaps)
     held = sum(_own_hold(facts, robot, now) is not None for robot in robots)
     silent = len(robots & facts.silent.keys())
-    return " · ".join(filter(None, (
-        group.name, ngettext("{n} robot", "{n} robots", len(lanes)).format(n=len(lanes)),
-        ngettext("{n} start", "{n} starts", starts).format(n=starts) if starts else "" if is_more else _("nothing planned"),
-        _("and more starts") if is_more else "",
-        ngettext("{n} failed run", "{n} failed runs", failed).format(n=failed) if failed else "", _("Overlap") if is_contended else "",
-        _("{n} held").format(n=held) if held else "",
-        ngettext("{n} no answer", "{n} no answer", silent).format(n=silent) if silent else "")))
+    return of_groups.line(group, len(lanes), starts, is_more, failed, is_contended, held, silent)
 
 
 def _with_idle_last(lanes: Sequence[Lane], opened: Collection[Hashable]) -> tuple[Lane, ...]:
