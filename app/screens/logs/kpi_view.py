@@ -317,3 +317,8 @@ def outcome_days(days: Sequence[DayKpis]) -> list[DayBar]:
     long = len(days) > 14
     return [DayBar(str(day.day.day) if long else names[day.day.weekday()], day.completed, day.skipped + day.missed, day.failed,
                    day.cancelled, formats.wall_day(day.day)) for day in days]
+
+
+def days_note(days: Sequence[DayBar]) -> str:
+    """How many there are, which is not what the period has where that is one day, or very long."""
+    return ngettext("{n} day", "{n} days", len(days)).format(n=len(days)) if days else ""

@@ -45,6 +45,7 @@ class LogsViewModel(ViewModel):
     all_robots = BooleanProperty(True)
     kpis = ListProperty()
     utilisation = ListProperty()
+    days_note = StringProperty()
     utilisation_note = StringProperty()
     days = ListProperty()
     rows = ListProperty()
@@ -215,6 +216,7 @@ class LogsViewModel(ViewModel):
             self.kpis, self.utilisation = kpi_view.cards(self._figures), kpi_view.utilisation_bars(self._figures)
             self._show_reach()
             self.utilisation_note, self.days = kpi_view.total_note(self._figures), kpi_view.outcome_days(self._figures.days)
+            self.days_note = kpi_view.days_note(self.days)
             if self.part == "figures":
                 self.figures = more_view.page(self._figures, self._more)
         if self._states is not None and self.part == "robots":

@@ -19,6 +19,7 @@ from app.services.files.history_export import COLUMNS
 from app.services.history.kpi import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog
+from app.widgets.display import CardHead
 from app.widgets.fields import SearchField
 from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.frame import Frame
@@ -123,6 +124,9 @@ def test_a_longer_period_has_more_runs_and_other_figures(screen, ui):
     tap(screen, ui, ui.find(Segment, text="Today"))
     assert screen.logs._facts.count < week
     assert len(screen.logs.days) == 7                         # a history needs more than one day
+    ui.tap(ui.find(Segment, text="Figures"))
+    ui.advance(.2)
+    assert ui.find(CardHead, title="Outcomes per day").note == "7 days"
 
 
 def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(screen, container, ui):
