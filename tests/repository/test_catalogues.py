@@ -1,6 +1,7 @@
 """The catalogues that the app ships: complete, and read as a speaker of the language would write. No kivy."""
 from __future__ import annotations
 
+import re
 from datetime import UTC, datetime, time
 
 import pytest
@@ -29,6 +30,15 @@ def test_no_entry_is_empty_or_fuzzy(language):
     assert len(entries) > 700
     assert [entry for entry in entries if "fuzzy" in entry] == []
     assert [entry for entry in entries if not all(text for name, text in entry.items() if name.startswith("msgstr"))] == []
+
+
+def test_no_screen_tells_an_operator_a_command_for_a_shell():
+    """Those are for who starts the app by one, where its data can't be opened."""
+    commands = {key: text.places for key, text in catalogues.texts_of_code().items()
+                if re.search(r"(?<!\S)--[a-z]|main\.py|\buv run\b|\bsudo\b", key)}
+    assert len(commands) > 2
+    files = {place.split(":")[0] for places in commands.values() for place in places}
+    assert files == {"app/database/connection.py", "app/database/errors.py"}
 
 
 def test_every_language_has_a_name_and_its_own_way_to_write_dates():

@@ -3,10 +3,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 
 from kivy.uix.scrollview import ScrollView
 
 from app.container import Container
+from app.database.executions import ExecutionFilter
+from app.domain.models import State
 from app.screens.common.given import NOTHING_KNOWN
 from app.screens.logs.view import Filters
 from app.widgets.buttons import Segment
@@ -51,3 +54,8 @@ def settle(app, ui: Driver) -> None:
 def tap(app, ui: Driver, widget) -> None:
     ui.tap(widget)
     settle(app, ui)
+
+
+def failures(container) -> ExecutionFilter:
+    """Of the last days."""
+    return ExecutionFilter(states=(State.FAILED,), start=container.clock.now() - timedelta(days=5))

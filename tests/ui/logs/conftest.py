@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.support.stored import Stored
 from tests.ui.logbook import opened
 
 
@@ -20,3 +21,11 @@ def container(shared_container):
 def logs(container, ui):
     with opened(container, ui) as app:
         yield app
+
+
+@pytest.fixture
+def put_back(container):
+    """What the test adds to the history is taken out of it again."""
+    before = Stored(container)
+    yield
+    before.put_back()

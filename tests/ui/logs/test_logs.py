@@ -10,10 +10,7 @@ from pathlib import Path
 import pytest
 from kivy.core.window import Window
 
-from app.database.executions import ExecutionFilter
-from app.domain.models import State
 from app.domain.robot import MissionParameter
-from app.screens.logs import screen as screen_module
 from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS
 from app.services.history.kpi import KpiFilter
@@ -25,23 +22,14 @@ from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.frame import Frame
 from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.snackbar import Snackbar
-from tests.support.stored import Stored
 from tests.ui import checks
-from tests.ui.logbook import settle, show_anew, tap
+from tests.ui.logbook import failures, settle, show_anew, tap
 
 
 @pytest.fixture
 def screen(logs, ui):
     show_anew(logs, ui)
     return logs
-
-
-@pytest.fixture
-def put_back(container):
-    """What the test adds to the history is taken out of it again."""
-    before = Stored(container)
-    yield
-    before.put_back()
 
 
 def tick(app, ui, chip: str, *options: str) -> None:
@@ -113,6 +101,11 @@ def test_a_figure_says_what_it_means(screen, ui):
     assert {"Planned", "Ran"} <= {line.label for line in dialog.rows}
     ui.key(27)
     assert not ui.find_all(FigureDialog)
+
+
+def test_its_parts_stand_on_a_line_of_their_own_above_the_filters(screen, ui):
+    parts, filters = ([ui.find(Segment, text=word) for word in words] for words in (("Runs", "Figures", "Robots"), ("Today", "All")))
+    assert min(part.to_window(0, part.y)[1] for part in parts) >= max(one.to_window(0, one.top)[1] for one in filters)
 
 
 # ---------------------------------------------------------------------- filters
@@ -328,11 +321,6 @@ def test_a_story_comes_into_sight_however_long_its_list_takes_to_be_read(screen,
     ui.wait(lambda: [row.key for row in ui.find_all(LogRow) if row.opened] == [old.id])
 
 
-def failures(container) -> ExecutionFilter:
-    """Of the last days."""
-    return ExecutionFilter(states=(State.FAILED,), start=container.clock.now() - timedelta(days=5))
-
-
 def test_the_list_loads_more_as_it_is_scrolled_until_everything_is_there(screen, container, ui):
     tap(screen, ui, ui.find(Segment, text="All"))
     everything = screen.logs._facts.count
@@ -346,73 +334,6 @@ def test_the_list_loads_more_as_it_is_scrolled_until_everything_is_there(screen,
     assert len(ids) == len(set(ids)) == everything
     planned = [row.planned_at for row in screen.logs._facts.rows]
     assert planned == sorted(planned, reverse=True)
-
-
-def held_back(monkeypatch, name: str):
-    """What ``name`` in the screen's module reads next arrives when what comes back first is set, as it was when that began; then what
-    comes back second is."""
-    real, go_on, begun = getattr(screen_module, name), threading.Event(), threading.Event()
-
-    def late(*args):
-        found = real(*args)
-        if not begun.is_set():
-            begun.set()
-            assert go_on.wait(30)
-        return found
-
-    monkeypatch.setattr(screen_module, name, late)
-    return go_on, begun
-
-
-def test_rows_that_were_loaded_stay_when_a_reading_from_before_arrives(screen, ui, monkeypatch):
-    tap(screen, ui, ui.find(Segment, text="All"))
-    go_on, begun = held_back(monkeypatch, "read_facts")
-    screen.logs._runs_refresher.read()                       # as after any change
-    ui.wait(begun.is_set)
-    ui.find(RunsList).scroll_y = 0
-    ui.wait(lambda: len(screen.logs.rows) == 200)
-    seen = []
-    screen.logs.fbind("rows", lambda _logs, rows: seen.append(len(rows)))
-    go_on.set()
-    settle(screen, ui)
-    assert len(screen.logs.rows) == 200
-    assert {*seen, 200} == {200}
-
-
-@pytest.mark.usefixtures("put_back")
-def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, container, ui, monkeypatch):
-    tap(screen, ui, ui.find(Segment, text="All"))
-    go_on, begun = held_back(monkeypatch, "read_next_page")
-    ui.find(RunsList).scroll_y = 0
-    ui.wait(begun.is_set)
-    mission, robot = container.catalogue.missions()[0], container.catalogue.robots()[0]
-    new = container.operator.run_now(robot.id, mission.id, {})
-    ui.wait(lambda: screen.logs.rows[0].key == new.id)
-    go_on.set()
-    settle(screen, ui)
-    shown = [row.key for row in screen.logs.rows]
-    assert len(shown) == 200
-    assert shown == [row.id for row in container.history.page(ExecutionFilter(), size=200).rows]
-
-
-@pytest.mark.parametrize("then", [lambda screen, ui: ui.tap(ui.find(Segment, text="Today")), lambda screen, ui: screen.shell.go("home"),
-                                  lambda screen, ui: screen.logs.choose_part("robots"), lambda screen, ui: screen.logs.search("Aino")],
-                         ids=["filter", "screen", "part", "search"])
-def test_a_story_that_arrives_late_takes_nothing_away_that_was_chosen_meanwhile(screen, container, ui, monkeypatch, then):
-    old = container.history.page(failures(container)).rows[-1]
-    get, go_on = container.ledger.get, threading.Event()
-    monkeypatch.setattr(container.ledger, "get", lambda number: go_on.wait(30) and get(number))
-    screen.shell.go("logs", execution_id=old.id)
-    then(screen, ui)
-    logs = screen.logs
-    chosen = logs.part, logs.query, logs.period
-    go_on.set()
-    ui.wait(lambda: screen.shell.background.idle)            # before what is typed is searched for
-    settle(screen, ui)
-    assert (logs.part, logs.query, logs.period) == chosen
-    assert logs.opened_run is None
-    screen.shell.go("logs", anew=True)
-    settle(screen, ui)
 
 
 def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, tmp_path, monkeypatch):
