@@ -48,7 +48,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self._chosen: int | None = None
         self._asked_for: tuple[int, int] | None = None        # robot and mission whose parameters are shown
-        self._wanted: Sequence[MissionParameter] = ()       # the parameters that it has
+        self._wanted: Sequence[MissionParameter] = ()         # the parameters that it has
         self._is_asking = self._is_known = False              # the robot for them, and whether it has answered
         self._pressed: tuple[str, str] | None = None          # mission and robot or group: Run was pressed meanwhile
         self._seen_running: dict[OnRobot, datetime] = {}
