@@ -49,8 +49,10 @@ def test_the_keys_of_the_configuration_file() -> None:
         | {f"places[].{key}" for key in document.PLACE} \
         | {f"missions[].{key}" for key in document.MISSION} | {f"schedules[].{key}" for key in document.SCHEDULE}
     assert set(keys()) == known
-    assert {key for key, cells in keys().items() if cells[0] == "yes"} == {
-        f"{name}[].{key}" for name, required in document.REQUIRED.items() for key in required}
+    always = {f"{name}[].{key}" for name, identity in document.IDENTITY.items() for key in identity}
+    assert {key for key, cells in keys().items() if cells[0] == "yes"} == always
+    assert {key for key, cells in keys().items() if cells[0] == "new"} == {
+        f"{name}[].{key}" for name, required in document.REQUIRED.items() for key in required} - always
 
 
 def test_the_example_is_a_configuration() -> None:

@@ -133,6 +133,48 @@ def test_keys_given_are_set_and_the_others_stay(world):
     assert world.take({"format": FORMAT, "missions": [{"name": "Deliver", "guid": "new"}]}) == ["mission Deliver changed: guid"]
 
 
+GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places": [{"name": "Dock", "most": 2}]}
+
+
+@pytest.mark.parametrize(("section", "item", "lines"), [
+    ("robots", {"name": "R2", "hand_over": "when_free"}, ["robot R2 changed: hand_over"]),
+    ("robots", {"name": "R1", "idle": {"after_minutes": 9}}, ["robot R1 changed: idle"]),
+    ("missions", {"name": "Deliver", "favourite": True}, ["mission Deliver changed: favourite"]),
+    ("missions", {"name": "Home", "robot": "R1", "usual_minutes": 3}, ["mission Home of R1 changed: usual_minutes"]),
+    ("groups", {"name": "Hall", "hand_over": "at_once"}, ["group Hall changed: hand_over"]),
+    ("places", {"name": "Dock"}, []),
+    ("schedules", {"name": "Morning", "enabled": False}, ["schedule Morning changed: enabled"]),
+    ("schedules", {"name": "Morning", "mission": "Home"}, ["schedule Morning changed: mission"]),
+    ("schedules", {"name": "Morning", "robot": "R2"}, ["schedule Morning changed: robot"]),
+    ("schedules", {"name": "Morning", "group": "Hall", "overlap": "parallel"},
+     ["schedule Morning changed: overlap, robot, group"])])
+def test_one_that_exists_is_changed_by_its_name_and_what_is_to_be_different(world, section, item, lines):
+    world.take({**FULL, **GROUP_AND_PLACE})
+    assert world.take({"format": FORMAT, section: [item]}) == lines
+
+
+def test_a_schedule_that_is_changed_by_its_name_keeps_everything_else(world):
+    world.take(FULL)
+    before = world.schedules["Morning"]
+    world.take({"format": FORMAT, "schedules": [{"name": "Morning", "priority": 7}]})
+    assert replace(world.schedules["Morning"], priority=before.priority, changed_at=before.changed_at) == before
+
+
+@pytest.mark.parametrize(("section", "item", "missing"), [
+    ("robots", {"name": "R9"}, r"robots\[0\]: 'address' is missing"), ("groups", {"name": "G"}, r"groups\[0\]: 'robots' is missing"),
+    ("places", {"name": "P"}, r"places\[0\]: 'most' is missing"), ("missions", {"name": "M"}, r"missions\[0\]: 'guid' is missing"),
+    ("missions", {"name": "Deliver", "robot": "R1"}, r"missions\[0\]: 'guid' is missing"),
+    ("schedules", {"name": "S", "robot": "R1", "mission": "Home"}, r"schedules\[0\]: 'start' is missing"),
+    ("schedules", {"name": "S", "mission": "Home", "start": "2026-11-23T09:30"}, "name either a robot or a group"),
+    ("schedules", {"enabled": False}, r"schedules\[0\]: 'mission' is missing")])
+def test_a_new_one_has_to_say_what_it_cannot_do_without(world, section, item, missing):
+    world.take(FULL)
+    before = world.everything()
+    with pytest.raises(InvalidInput, match=missing):
+        world.take({"format": FORMAT, section: [item]})
+    assert world.everything() == before
+
+
 def test_an_idle_rule_keeps_what_is_not_said(world):
     world.take(FULL)
     before = world.robots["R1"].idle

@@ -114,17 +114,26 @@ def _check_format(root: Mapping[str, Any]) -> None:
 def _items(section: str, objects: Any, readers: Mapping[str, Read]) -> list[Item]:
     if not isinstance(objects, list):
         raise InvalidInput(section, "{path}: a list is wanted here", path=section)
-    return [_item(f"{section}[{number}]", given, readers, REQUIRED[section]) for number, given in enumerate(objects)]
+    return [_item(f"{section}[{number}]", given, readers, IDENTITY[section]) for number, given in enumerate(objects)]
 
 
 def _item(path: str, given: Any, readers: Mapping[str, Read], required: Sequence[str] = ()) -> Item:
     if not isinstance(given, dict):
         raise InvalidInput(path, "{path}: an object with names and values is wanted here", path=path)
     _check_keys(path, given, set(readers))
+    _check_has(path, given, required)
+    return Item(path, {key: _value(f"{path}.{key}", value, readers[key]) for key, value in given.items()})
+
+
+def check_new(section: str, item: Item) -> None:
+    """Raises InvalidInput for one that is to be added and lacks what cannot be left out then."""
+    _check_has(item.path, item.values, REQUIRED[section])
+
+
+def _check_has(path: str, given: Mapping[str, Any], required: Sequence[str]) -> None:
     for key in required:
         if key not in given:
             raise InvalidInput(f"{path}.{key}", "{path}: {key!r} is missing", path=path, key=key)
-    return Item(path, {key: _value(f"{path}.{key}", value, readers[key]) for key, value in given.items()})
 
 
 def _check_keys(path: str, given: Mapping[str, Any], known: set[str]) -> None:
@@ -298,6 +307,11 @@ SCHEDULE: Mapping[str, Read] = MappingProxyType({
     "parameters": validation.parameters,
 })
 _BETWEEN: Mapping[str, Read] = MappingProxyType({"from": _time_of_day, "to": _time_of_day})
+# What each object has to name: by that it is found among those that exist, whose other keys may be left out.
+IDENTITY: Mapping[str, Sequence[str]] = MappingProxyType({
+    "robots": ("name",), "groups": ("name",), "places": ("name",), "missions": ("name",), "schedules": (),
+    "calendar.days": ("name", "first_day")})
+# What a new one needs.
 REQUIRED: Mapping[str, Sequence[str]] = MappingProxyType({
     "robots": ("name", "address"), "groups": ("name", "robots"), "places": ("name", "most"), "missions": ("name", "guid"),
     "schedules": ("mission", "start"),

@@ -15,7 +15,7 @@ from app.domain.message import Message, message, render
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
 from app.services.catalogue import validation
 from app.services.catalogue.catalogue import Catalogue, Edit
-from app.services.catalogue.configuration.document import Document, Item, at, read
+from app.services.catalogue.configuration.document import Document, Item, at, check_new, read
 from app.services.catalogue.configuration.unnamed import Unnamed
 
 # Written in some 200 ms, while nobody else can write.
@@ -151,6 +151,8 @@ class _Import:
         given = dict(item.values)
         password = given.get("password")
         stored = self._edit.robots.by_name(self._edit.c, given["name"])
+        if stored is None:
+            check_new("robots", item)
         robot = replace(stored or Robot("", ""), **{key: given[key] for key in ("name", *_OF_ROBOT) if key in given})
         saved = self._edit.save_robot(robot, password, is_one_of_many=True)
         if password is not None and given.get("enabled") is False and saved.enabled:
@@ -218,8 +220,11 @@ class _Import:
     def _group(self, item: Item) -> Iterator[Message]:
         given, edit = item.values, self._edit
         stored = edit.groups.by_name(edit.c, given["name"])
-        members = [self._robot_named(name, f"{item.path}.robots").id for name in given["robots"]]
-        values = {key: given[key] for key in ("hand_over", "keep_free") if key in given} | {"members": tuple(sorted(members))}
+        if stored is None:
+            check_new("groups", item)
+        values = {key: given[key] for key in ("hand_over", "keep_free") if key in given}
+        if "robots" in given:
+            values["members"] = tuple(sorted(self._robot_named(name, f"{item.path}.robots").id for name in given["robots"]))
         with _placed(item):
             saved = edit.save_group(replace(stored or Group(given["name"]), **values), may_be_empty=True)
         if stored is None:
@@ -230,8 +235,10 @@ class _Import:
     def _place(self, item: Item) -> Iterator[Message]:
         given, edit = item.values, self._edit
         stored = edit.places.by_name(edit.c, given["name"])
+        if stored is None:
+            check_new("places", item)
         with _placed(item):
-            saved = edit.save_place(replace(stored or Place(given["name"], 1), most=given["most"]))
+            saved = edit.save_place(replace(stored or Place(given["name"], 1), **{key: given[key] for key in ("most",) if key in given}))
         if stored is None:
             yield message("place {name} added", name=saved.name)
         elif saved != stored:
@@ -253,6 +260,8 @@ class _Import:
         robot = None if owner is None else self._robot_named(owner, f"{item.path}.robot")
         robot_id = robot.id if robot else None
         stored = self._edit.missions.by_name(self._edit.c, name, robot_id)
+        if stored is None:
+            check_new("missions", item)
         given = {key: item.values[key] for key in _OF_MISSION if key in item.values}
         saved = self._edit.save_mission(replace(stored or Mission(name, "", robot_id=robot_id), **given))
         uses_others = self._uses(saved, item)
@@ -275,16 +284,21 @@ class _Import:
 
     def _schedule(self, item: Item, taken: set[str]) -> Iterator[Message]:
         given = item.values
-        target = self._target(item)
-        mission = self._mission_named(given["mission"], target, f"{item.path}.mission")
-        values = {key: given[key] for key in _OF_SCHEDULE if key in given} | {
-            "robot_id": target.id if isinstance(target, Robot) else None, "group_id": target.id if isinstance(target, Group) else None,
-            "mission_id": mission.id}
-        if isinstance(target, Robot):
+        stored = self._stored(given["name"]) if given.get("name") else None
+        if stored is None:
+            check_new("schedules", item)
+        target = self._target(item, stored)
+        values = {key: given[key] for key in _OF_SCHEDULE if key in given}
+        if "robot" in given or "group" in given:
+            values |= {"robot_id": target.id if isinstance(target, Robot) else None,
+                       "group_id": target.id if isinstance(target, Group) else None}
+        if "mission" in given:
+            values["mission_id"] = self._mission_named(given["mission"], target, f"{item.path}.mission").id
+        if "robot" in given:
             values.setdefault("finish_by_minutes", None)
-        name = given.get("name") or self._name_of_unnamed(target, mission, values, taken)
+        name = given.get("name") or self._name_of_unnamed(target, values, taken)
         taken.add(name)
-        stored = self._stored(name)
+        stored = stored or self._stored(name)
         if stored is None:
             defaults = {"name": name, "timezone": self._edit.settings.timezone}
             saved = self._edit.save_schedule(Schedule(**{**defaults, **values}))
@@ -295,8 +309,10 @@ class _Import:
         elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
             yield message("schedule {name} changed: {what}", name=saved.name, what=_list(changed))
 
-    def _target(self, item: Item) -> Robot | Group:
+    def _target(self, item: Item, stored: Schedule | None) -> Robot | Group:
         given, edit = item.values, self._edit
+        if stored is not None and "robot" not in given and "group" not in given:
+            return edit.target_of(stored)
         if ("robot" in given) is ("group" in given):
             raise InvalidInput(f"{item.path}.robot", "{path}: name either a robot or a group", path=item.path)
         if "robot" in given:
@@ -306,10 +322,12 @@ class _Import:
         path = f"{item.path}.group"
         raise InvalidInput(path, "{path}: there is no group {name}", path=path, name=given["group"])
 
-    def _name_of_unnamed(self, target: Robot | Group, mission: Mission, values: dict[str, Any], taken: set[str]) -> str:
-        unnamed = self._unnamed.get((target.name, mission.id))
+    def _name_of_unnamed(self, target: Robot | Group, values: dict[str, Any], taken: set[str]) -> str:
+        mission_id: int = values["mission_id"]
+        unnamed = self._unnamed.get((target.name, mission_id))
         if unnamed is None:
-            unnamed = self._unnamed[target.name, mission.id] = Unnamed(names.of_schedule(mission.name, target.name), taken, self._stored)
+            made = names.of_schedule(self._edit.the_mission(mission_id).name, target.name)
+            unnamed = self._unnamed[target.name, mission_id] = Unnamed(made, taken, self._stored)
         return unnamed.name_of(values)
 
     def _stored(self, name: str) -> Schedule | None:
