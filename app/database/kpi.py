@@ -36,7 +36,7 @@ class Span:
 
 @dataclass(frozen=True)
 class RobotSum:
-    """Ended executions of one robot in one state. ``seconds`` sums the durations that are known, ``timed`` counts them."""
+    """Starts of one robot that ended in one state. ``seconds`` sums the durations that are known, ``timed`` counts them."""
     robot_id: int
     state: str
     number: int
@@ -81,7 +81,7 @@ class KpiRepository:
 
     def _by_robot_of_days(self, c: sqlite3.Connection, days: Span) -> Iterator[RobotSum]:
         robots, values = self._of_robots(days)
-        rows = c.execute(f"""SELECT robot_id, state, sum(number), sum(timed), sum(microseconds) / 1e6 FROM ended_days
+        rows = c.execute(f"""SELECT robot_id, state, sum(starts), sum(timed), sum(microseconds) / 1e6 FROM ended_days
                              WHERE day >= ? AND day < ? {robots} GROUP BY robot_id, state""",
                          (days.start, days.end, *values))
         return (RobotSum(*row) for row in rows)
@@ -89,7 +89,7 @@ class KpiRepository:
     def _by_robot_of_rows(self, c: sqlite3.Connection, span: Span) -> list[RobotSum]:
         found: list[RobotSum] = []
         for where, values in self._whose(c, span):
-            rows = c.execute(f"""SELECT coalesce(robot_id, 0), state, count(*), count(duration_s), total(duration_s)
+            rows = c.execute(f"""SELECT coalesce(robot_id, 0), state, sum(starts), count(duration_s), total(duration_s)
                                  FROM executions INDEXED BY executions_by_robot
                                  WHERE {where} AND state IN ({placeholders(ENDED)}) AND ended_at >= ? AND ended_at < ?
                                  GROUP BY robot_id, state""", (*values, *ENDED, span.start, span.end))
@@ -157,7 +157,7 @@ class KpiRepository:
         for where, values in self._whose(c, span, robots):
             for state in ENDED:              # one by one: grouping them would cost twice as much as counting them
                 number, timed, seconds = c.execute(f"""
-                    SELECT count(*), count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_robot
+                    SELECT coalesce(sum(starts), 0), count(duration_s), total(duration_s) FROM executions INDEXED BY executions_by_robot
                     WHERE {where} AND state = ? AND ended_at >= ? AND ended_at < ?""", (*values, state, span.start, span.end)).fetchone()
                 if number:
                     known = found.get(state, (0, 0, 0.0))
@@ -172,7 +172,7 @@ class KpiRepository:
 
     def _outcomes_of_days(self, c: sqlite3.Connection, days: Span) -> Counter[Outcome]:
         robots, values = self._of_robots(days)
-        rows = c.execute(f"""SELECT state, reason_code, is_submitted, sum(number) FROM ended_days
+        rows = c.execute(f"""SELECT state, reason_code, is_submitted, sum(starts) FROM ended_days
                              WHERE day >= ? AND day < ? AND is_scheduled = 1 {robots} GROUP BY state, reason_code, is_submitted""",
                          (days.start, days.end, *values))
         found = Counter[Outcome]()
@@ -186,7 +186,7 @@ class KpiRepository:
         robots, values = self._of_robots(span)
         only = "AND submitted_at IS NOT NULL" if submitted else ""
         number: int = c.execute(f"""
-            SELECT count(*) FROM executions INDEXED BY executions_by_outcome
+            SELECT coalesce(sum(starts), 0) FROM executions INDEXED BY executions_by_outcome
             WHERE ended_at IS NOT NULL AND trigger = 'scheduled' AND state = ? AND reason_code IS ? AND ended_at >= ? AND ended_at < ?
             {robots} {only}""", (state, code, span.start, span.end, *values)).fetchone()[0]
         return number

@@ -189,3 +189,42 @@ CREATE TRIGGER run_durations_complete AFTER UPDATE OF state ON executions
 WHEN NEW.state = 'completed' AND OLD.state <> 'completed' AND NEW.ended_at IS NOT NULL AND NEW.duration_s BETWEEN 0 AND 86400 BEGIN
 {_NOTE_RUN}
 """
+
+_DAY = """substr({0}.ended_at, 1, 10), coalesce({0}.robot_id, 0), {0}.trigger = 'scheduled', {0}.state, coalesce({0}.reason_code, ''),
+        {0}.submitted_at IS NOT NULL"""
+_COUNT = """
+    INSERT INTO ended_days (day, robot_id, is_scheduled, state, reason_code, is_submitted, number, timed, microseconds, starts)
+    SELECT {_DAY}, 1, NEW.duration_s IS NOT NULL, coalesce(CAST(round(NEW.duration_s * 1000000) AS INTEGER), 0), NEW.starts
+    WHERE NEW.ended_at IS NOT NULL
+    ON CONFLICT DO UPDATE SET number = number + 1, timed = timed + excluded.timed, microseconds = microseconds + excluded.microseconds,
+        starts = starts + excluded.starts;""".replace("{_DAY}", _DAY.format("NEW"))
+_UNCOUNT = """
+    UPDATE ended_days SET number = number - 1, timed = timed - (OLD.duration_s IS NOT NULL), starts = starts - OLD.starts,
+        microseconds = microseconds - coalesce(CAST(round(OLD.duration_s * 1000000) AS INTEGER), 0)
+    WHERE (day, robot_id, is_scheduled, state, reason_code, is_submitted) = ({_DAY});""".replace("{_DAY}", _DAY.format("OLD"))
+_DROP_EMPTY = """
+    DELETE FROM ended_days WHERE day = substr(OLD.ended_at, 1, 10) AND number = 0;"""
+
+_STARTS = f"""
+ALTER TABLE executions ADD COLUMN starts INTEGER NOT NULL DEFAULT 1          -- that the row stands for: those of one absence are one row
+    CHECK (starts BETWEEN 1 AND 1000000000);
+ALTER TABLE ended_days ADD COLUMN starts INTEGER NOT NULL DEFAULT 0;         -- that the ``number`` rows stand for
+UPDATE ended_days SET starts = number;
+DROP TRIGGER ended_days_add;
+DROP TRIGGER ended_days_remove;
+DROP TRIGGER ended_days_change;
+CREATE TRIGGER ended_days_add AFTER INSERT ON executions WHEN NEW.ended_at IS NOT NULL BEGIN {_COUNT}
+END;
+CREATE TRIGGER ended_days_remove AFTER DELETE ON executions WHEN OLD.ended_at IS NOT NULL BEGIN {_UNCOUNT} {_DROP_EMPTY}
+END;
+CREATE TRIGGER ended_days_change
+AFTER UPDATE OF ended_at, robot_id, trigger, state, reason_code, submitted_at, duration_s, starts ON executions
+WHEN OLD.ended_at IS NOT NULL OR NEW.ended_at IS NOT NULL BEGIN {_UNCOUNT} {_COUNT} {_DROP_EMPTY}
+END;
+-- figures count starts, from the index alone
+DROP INDEX executions_by_robot;
+DROP INDEX executions_by_outcome;
+CREATE INDEX executions_by_robot ON executions (robot_id, state, ended_at, duration_s, starts) WHERE ended_at IS NOT NULL;
+CREATE INDEX executions_by_outcome ON executions (state, reason_code, ended_at, robot_id, starts)
+    WHERE ended_at IS NOT NULL AND trigger = 'scheduled';
+"""

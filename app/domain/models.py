@@ -295,6 +295,7 @@ class Execution:
     ended_at: datetime | None = None
     duration_s: float | None = None      # by the robot's own clock
     robot_delay_s: float | None = None   # robot's started − ordered
+    starts: int = 1                      # that the row stands for: those that one absence cost a schedule are one row, of the last of them
 
     @property
     def was_never_sent(self) -> bool:

@@ -14,7 +14,7 @@ from app.domain.models import Execution
 from app.domain.reasons import known_zone, sentence
 
 COLUMNS = ("id", "trigger", "schedule", "robot", "mission", "mission_guid", "state", "reason_code", "reason", "planned_at", "created_at",
-           "submitted_at", "started_at", "ended_at", "duration_s", "attempts", "queue_id", "group", "choice")
+           "submitted_at", "started_at", "ended_at", "duration_s", "attempts", "queue_id", "group", "choice", "starts")
 # Where a cell begins that a spreadsheet takes for a formula; inside a text, too, where a spreadsheet separates by semicolons or tabs.
 _FORMULA = re.compile(r'(^|[;\t\r\n])(?=[\s"]*[=+\-@＝＋－＠])')
 
@@ -44,6 +44,7 @@ def _cells(execution: Execution) -> Iterator[object]:
     yield "" if execution.duration_s is None else round(execution.duration_s)
     yield from (execution.attempts, "" if execution.queue_id is None else execution.queue_id)
     yield from (_text(text) for text in (execution.robot_group, chosen(execution.choice, zone) if execution.robot_id else ""))
+    yield execution.starts
 
 
 def _instant(instant: datetime | None, zone: tzinfo) -> str:

@@ -11,6 +11,7 @@ from app.database.executions import ExecutionRepository
 from app.database.robots import RobotRepository
 from app.database.schema import _RUN_DURATIONS, _WAYS, MIGRATIONS
 from app.domain.models import OPEN_STATES, Robot, State
+from tests.support.stored import bring_over
 from tests.unit.database.conftest import NOON
 
 DURATIONS, EXECUTIONS, ROBOTS = DurationRepository(), ExecutionRepository(), RobotRepository()
@@ -88,16 +89,17 @@ def test_from_how_far_away_they_began_is_kept_where_it_is_known(db, ran, row):
     assert (ways(db), len(usual(db))) == ((10.0, 20.0, 30.0), 4)
 
 
-def test_of_those_of_before_it_is_not_known(tmp_path, clock, row):
+def test_of_those_of_before_it_is_not_known(tmp_path, clock, row, db):
     path = tmp_path / "a.db"
     old = Database.open(path, clock=clock, migrations=MIGRATIONS[:MIGRATIONS.index(_WAYS)])
     old.write(lambda c: c.execute("INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a')"))
-    old.write(lambda c: EXECUTIONS.add(c, row(state=State.COMPLETED, ended_at=NOON, duration_s=60.0)))
+    db.write(lambda c: EXECUTIONS.add(c, row(state=State.COMPLETED, ended_at=NOON, duration_s=60.0)))
+    bring_over(db, old)
     old.close()
-    db = Database.open(path, clock=clock)
-    db.write(lambda c: EXECUTIONS.add(c, row(state=State.COMPLETED, ended_at=NOON, duration_s=70.0, approach_m=5.0)))
-    assert (usual(db), ways(db)) == ((60.0, 70.0), (5.0,))
-    db.close()
+    new = Database.open(path, clock=clock)
+    new.write(lambda c: EXECUTIONS.add(c, row(state=State.COMPLETED, ended_at=NOON, duration_s=70.0, approach_m=5.0)))
+    assert (usual(new), ways(new)) == ((60.0, 70.0), (5.0,))
+    new.close()
 
 
 def test_they_go_with_their_robot_and_come_back_with_it(db, ran):
@@ -110,7 +112,7 @@ def test_they_go_with_their_robot_and_come_back_with_it(db, ran):
     assert usual(db) == (60.0, 70.0)
 
 
-def test_of_a_database_of_before_they_are_those_of_its_history(tmp_path, clock, row):
+def test_of_a_database_of_before_they_are_those_of_its_history(tmp_path, clock, row, db):
     path = tmp_path / "a.db"
     old = Database.open(path, clock=clock, migrations=MIGRATIONS[:MIGRATIONS.index(_RUN_DURATIONS)])
     old.write(lambda c: c.execute("INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a'), (2, 'Toivo', 'http://b')"))
@@ -119,12 +121,13 @@ def test_of_a_database_of_before_they_are_those_of_its_history(tmp_path, clock, 
     others = [row(state=State.FAILED, ended_at=NOON + timedelta(days=1), duration_s=1.0), row(),
               *(row(state=State.COMPLETED, ended_at=NOON + timedelta(days=1), duration_s=each) for each in (None, 86_401.0)),
               row(state=State.COMPLETED, ended_at=NOON, duration_s=86_400.0, robot_id=2)]
-    old.write(lambda c: EXECUTIONS.add_many(c, [*runs, *others]))
+    db.write(lambda c: EXECUTIONS.add_many(c, [*runs, *others]))
+    bring_over(db, old)
     old.close()
-    db = Database.open(path, clock=clock)
-    assert usual(db) == tuple(float(n) for n in range(5, 25))
-    assert (usual(db, 2), usual(db, 3)) == ((86_400.0,), None)
-    db.close()
+    new = Database.open(path, clock=clock)
+    assert usual(new) == tuple(float(n) for n in range(5, 25))
+    assert (usual(new, 2), usual(new, 3)) == ((86_400.0,), None)
+    new.close()
 
 
 def test_reading_them_reads_no_more_than_them(db, ran):

@@ -19,7 +19,7 @@ from tests.support.examples import examples
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 HEADER = ("id,trigger,schedule,robot,mission,mission_guid,state,reason_code,reason,planned_at,created_at,submitted_at,started_at,ended_at,"
-          "duration_s,attempts,queue_id,group,choice")
+          "duration_s,attempts,queue_id,group,choice,starts")
 PLAIN = Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid-1", NOON, NOON + timedelta(minutes=15), NOON, "token", "Europe/Helsinki",
                   schedule_id=1, schedule="Morning")
 
@@ -56,13 +56,13 @@ def test_an_ended_row_in_full(db):
         started_at=NOON + timedelta(seconds=20), ended_at=NOON + timedelta(minutes=3), duration_s=159.6, attempts=2, queue_id=77)
     assert text_of(db).split("\r\n")[1] == (
         "1,scheduled,Morning,Aino,Deliver,guid-1,failed,robot_aborted,The robot ended it: no way,2026-11-23T14:00:00+02:00,"
-        "2026-11-23T14:00:00+02:00,2026-11-23T14:00:01+02:00,2026-11-23T14:00:20+02:00,2026-11-23T14:03:00+02:00,160,2,77,,")
+        "2026-11-23T14:00:00+02:00,2026-11-23T14:00:01+02:00,2026-11-23T14:00:20+02:00,2026-11-23T14:03:00+02:00,160,2,77,,,1")
 
 
 def test_an_open_row_has_empty_cells_where_there_is_nothing_yet(db):
     add(db, trigger=Trigger.MANUAL, schedule="", timezone="UTC")
     assert text_of(db).split("\r\n")[1:] == [
-        "1,manual,,Aino,Deliver,guid-1,waiting,,,2026-11-23T12:00:00+00:00,2026-11-23T12:00:00+00:00,,,,,0,,,", ""]
+        "1,manual,,Aino,Deliver,guid-1,waiting,,,2026-11-23T12:00:00+00:00,2026-11-23T12:00:00+00:00,,,,,0,,,,1", ""]
 
 
 def test_of_a_group_it_is_told_which_and_why_that_robot(db):

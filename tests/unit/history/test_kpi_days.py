@@ -20,6 +20,7 @@ from app.services.history.kpi import KpiFilter, Kpis
 from tests.support.clock import VirtualClock
 from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
+from tests.support.stored import bring_over
 
 ENDED = [state for state in State if not state.is_open]
 CODES = {state: [code for code in ReasonCode if Reason(code).state is state] for state in ENDED}
@@ -27,10 +28,11 @@ ROWS = st.lists(st.tuples(st.sampled_from(list(State)), st.integers(1, 4), st.in
                           st.sampled_from(list(Trigger))), max_size=40)
 CHANGES = st.lists(st.tuples(st.integers(0, 39), st.sampled_from(["state", "ended_at", "submitted_at", "duration_s", "gone"]),
                              st.integers(-600, 600), st.sampled_from(ENDED)), max_size=30)
-KEPT = """SELECT day, robot_id, is_scheduled, state, reason_code, is_submitted, number, timed, microseconds FROM ended_days
+KEPT = """SELECT day, robot_id, is_scheduled, state, reason_code, is_submitted, number, timed, microseconds, starts FROM ended_days
           ORDER BY 1, 2, 3, 4, 5, 6"""
 COUNTED = """SELECT substr(ended_at, 1, 10), coalesce(robot_id, 0), trigger = 'scheduled', state, coalesce(reason_code, ''),
-             submitted_at IS NOT NULL, count(*), count(duration_s), coalesce(sum(CAST(round(duration_s * 1000000) AS INTEGER)), 0)
+             submitted_at IS NOT NULL, count(*), count(duration_s), coalesce(sum(CAST(round(duration_s * 1000000) AS INTEGER)), 0),
+             sum(starts)
              FROM executions WHERE ended_at IS NOT NULL GROUP BY 1, 2, 3, 4, 5, 6 ORDER BY 1, 2, 3, 4, 5, 6"""
 
 
@@ -46,10 +48,11 @@ def is_true(c: sqlite3.Connection) -> bool:
 
 
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(rows=ROWS, changes=CHANGES)
-def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, rows, changes):
+@given(rows=ROWS, changes=CHANGES, starts=st.integers(1, 3000))
+def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, rows, changes, starts):
     world.empty()
-    stored = [world.row(state, hours, robot_id=robot, duration_s=seconds, trigger=trigger)
+    stored = [world.row(state, hours, robot_id=robot, duration_s=seconds, trigger=trigger,
+                        starts=starts if state is State.MISSED else 1)
               for state, robot, hours, seconds, trigger in rows]
     assert is_true(world.db.read())
     for number, column, hours, state in changes:
@@ -68,13 +71,6 @@ def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, row
     assert is_true(world.db.read())
     world.empty()
     assert world.db.read().execute("SELECT count(*) FROM ended_days").fetchone()[0] == 0
-
-
-def bring_over(new: Database, old: Database) -> None:
-    """The executions, in the columns that the older database has."""
-    names = [row["name"] for row in old.read().execute("PRAGMA table_info(executions)")]
-    rows = [tuple(row) for row in new.read().execute(f"SELECT {', '.join(names)} FROM executions")]
-    old.write(lambda c: c.executemany(f"INSERT INTO executions ({', '.join(names)}) VALUES ({', '.join('?' * len(names))})", rows))
 
 
 def test_history_of_before_is_counted_when_the_database_is_brought_up_to_date(tmp_path):
@@ -114,6 +110,7 @@ def test_a_long_period_is_the_sum_of_its_days(world, rows, start, end, robots):
         codes = CODES[state]
         at = NOON + timedelta(minutes=minutes)
         world.row(state, minutes / 60, robot_id=robot, trigger=trigger, duration_s=seconds, ended_at=at,
+                  starts=1 + minutes % 7 if state is State.MISSED else 1,
                   submitted_at=at if submitted else None, reason=Reason(codes[code % len(codes)]) if codes else None)
     since, until = (None if minutes is None else NOON + timedelta(minutes=minutes) for minutes in (start, end))
     told = world.kpis.adherence(KpiFilter(since, until, robots))
@@ -131,3 +128,14 @@ def test_a_long_period_is_the_sum_of_its_days(world, rows, start, end, robots):
     assert (told.planned, told.ran, Counter(told.not_run)) == (planned, ran, not_run)
     assert (five.completed, five.failed) == (completed, failed)
     assert five.mission_s == pytest.approx(seconds, abs=1e-4)
+
+
+def test_a_row_that_stands_for_many_starts_counts_as_many(world):
+    world.row(State.MISSED, -1, starts=2016)
+    world.row(State.COMPLETED, -1)
+    [day] = world.kpis.per_day()
+    assert (day.missed, day.completed) == (2016, 1)
+    found = world.kpis.adherence()
+    assert (found.planned, found.ran, found.not_run) == (2017, 1, {ReasonCode.APP_DOWN: 2016})
+    world.afterwards()
+    assert world.kpis.adherence().planned == 2017
