@@ -59,8 +59,8 @@ class RobotRepository:
         """All of it, its idle rule included. What was learned of another machine (another serial number) is forgotten."""
         c.execute("""DELETE FROM check_ups WHERE robot_id = ? AND left_behind IS NULL
                      AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""", (robot.id, robot.serial_number))
-        c.execute("UPDATE robots SET drain_runs = 0, drain_percent = 0, drain_hours = 0 WHERE id = ? AND serial_number <> coalesce(?, '')",
-                  (robot.id, robot.serial_number))
+        c.execute("""UPDATE robots SET drain_runs = 0, drain_percent = 0, drain_hours = 0, failures = 0
+                     WHERE id = ? AND serial_number <> coalesce(?, '')""", (robot.id, robot.serial_number))
         c.execute(f"UPDATE robots SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?", (*_values(robot), robot.id))
         self._put_idle(c, robot)
 
@@ -105,6 +105,17 @@ class RobotRepository:
     def put_drain(self, c: sqlite3.Connection, robot_id: int, serial_number: str | None, drain: Drain) -> None:
         c.execute("UPDATE robots SET drain_runs = ?, drain_percent = ?, drain_hours = ? WHERE id = ? AND serial_number IS ?",
                   (drain.runs, drain.percent, drain.hours, robot_id, serial_number))
+
+    def failures(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, int]:
+        """How many starts these failed since their last success, by id."""
+        return {row[0]: row[1] for row in c.execute(f"SELECT id, failures FROM robots WHERE id IN ({placeholders(ids)})", (*ids,))}
+
+    def note_outcome(self, c: sqlite3.Connection, robot_id: int, went_well: bool) -> None:
+        """It has completed a start, or failed one."""
+        if went_well:
+            c.execute("UPDATE robots SET failures = 0 WHERE id = ? AND failures > 0", (robot_id,))
+        else:
+            c.execute("UPDATE robots SET failures = failures + 1 WHERE id = ?", (robot_id,))
 
     def remove(self, c: sqlite3.Connection, robot_id: int) -> None:
         """Its schedules, idle rule, holds and own missions go with it; history stays."""

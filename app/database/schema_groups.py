@@ -126,6 +126,10 @@ ALTER TABLE robots ADD COLUMN drain_percent REAL NOT NULL DEFAULT 0;         -- 
 ALTER TABLE robots ADD COLUMN drain_hours REAL NOT NULL DEFAULT 0;           -- in this time, of older ones less
 """
 
+_FAILURES = """
+ALTER TABLE robots ADD COLUMN failures INTEGER NOT NULL DEFAULT 0;           -- starts of ours that it failed since its last success
+"""
+
 _NOTE_DURATION = """
     INSERT INTO run_durations (robot_id, mission_guid, ended_at, execution_id, duration_s)
         SELECT id, NEW.mission_guid, NEW.ended_at, NEW.id, NEW.duration_s FROM robots WHERE id = NEW.robot_id

@@ -106,6 +106,14 @@ def _why(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> 
 
 
 def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+    told, failures = _state(robot, zone, translate), robot.get("failures")
+    if not isinstance(failures, int) or failures < 1:
+        return told
+    words = translate("{told}, its last start failed") if failures == 1 else translate("{told}, {count} starts failed in a row")
+    return words.format(told=told, count=failures)
+
+
+def _state(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     if out := robot.get("out"):
         battery = robot.get("battery")
         text = translate(_OUT.get(str(out), "{robot}"))

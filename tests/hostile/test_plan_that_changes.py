@@ -45,6 +45,7 @@ NOTED = {
     "what waits of it in detail": "UPDATE executions SET wait = 'battery' WHERE schedule = 'other'",
     "what a robot accepted": "UPDATE robots SET idle_queue_id = coalesce(idle_queue_id, 0) + 1",
     "what its runs use": "UPDATE robots SET drain_runs = drain_runs + 1",
+    "what it failed": "UPDATE robots SET failures = failures + 1",
     "the history": "UPDATE executions SET robot_delay_s = 1 WHERE state = 'completed'"}
 
 

@@ -159,6 +159,15 @@ def start_refused(site, plan):
     site.run(330)
 
 
+def robot_fails(site, plan):
+    plan(START, recurrence="FREQ=MINUTELY;INTERVAL=10;COUNT=3")
+    for _time in range(3):
+        site.machines["R1"].fail_next = "Failed to reach goal position"
+        site.run(600)
+        site.machines["R1"].clear_errors()
+        site.machines["R1"].resume()
+
+
 def clock_stepped(site, plan):
     site.run(60)
     site.clock.step(-90)
@@ -308,7 +317,7 @@ def question(site, plan):
 
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
-    certificate_untrusted, needs_password, execution_failed, start_refused, execution_skipped, executions_missed, app_was_off,
+    certificate_untrusted, needs_password, execution_failed, start_refused, robot_fails, execution_skipped, executions_missed, app_was_off,
     backup_restored, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, started_twice, unknown_outcome, database,
     backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, check_up_left,
     item_unreadable, pin_guessed, question)}

@@ -121,6 +121,7 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
     "started_twice": lambda: _("cancel what has not run yet and is not wanted"),
     "unmarked_copy": lambda: _("unless somebody wants it, cancel it in the robot's queue"),
+    "robot_fails": lambda: _("see what stops it; others of its groups go first until it completes one"),
     "check_up_outdated": lambda: _("check it up in its settings; until then it is used as one that is not known"),
     "check_up_left": lambda: _("look at the robot; as long as it is held, nothing of the plan is sent to it"),
     "two_tablets": lambda: _("switch the other tablet off, then release the hold"),

@@ -37,7 +37,8 @@ class Out(StrEnum):
 @dataclass(frozen=True)
 class Member:
     """A robot. ``free_s``: until it has nothing more to do. ``is_free``: Ready, with nothing of anybody in its queue, as read a moment ago.
-    ``battery`` in %, ``drain`` in % per hour of running, ``hours`` that it ran today; ``out`` whatever the start."""
+    ``battery`` in %, ``drain`` in % per hour of running, ``hours`` that it ran today, ``failures`` since its
+    last success; ``out`` whatever the start."""
     id: int
     name: str
     is_free: bool = True
@@ -46,6 +47,7 @@ class Member:
     drain: float = USUAL
     hours: float = 0.0
     out: Out | None = None
+    failures: int = 0
 
 
 @dataclass(frozen=True)

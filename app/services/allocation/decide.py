@@ -4,6 +4,7 @@ All that waits is laid on the robots, the most important first, each where its s
 
     seconds until it would be done there + PATIENCE where the robot is busy
     + EVEN for each hour that it ran today more than the one of them that ran least, but no more than PATIENCE
+    + FAILED for each start that it failed since its last success, up to MOST_FAILED of them
     + the delay that this brings to planned starts that are its own or matter more, in seconds of this one's weight
 
 What comes to lie on a free robot is given to it; what comes to lie on a busy one keeps its place there and waits. One at a time to the best
@@ -22,6 +23,8 @@ from app.services.allocation.delay import delay
 
 PATIENCE = 120.0             # s by which a busy robot has to be done sooner than a free one, to be waited for
 EVEN = 30.0                  # s for each hour run today
+FAILED = 300.0               # s for each failure in a row: a free robot that did not fail is taken before it, a busy one soon done too
+MOST_FAILED = 3              # failures that count: with no other robot it still gets every start
 AHEAD = 600.0                # s within which planned starts are protected
 LAST_CALL = 5.0              # s before its window closes a start goes into a queue after all
 RESERVE = 8.0                # % of battery that has to be left when a run ends
@@ -35,6 +38,7 @@ class Option(NamedTuple):
     done_s: float
     lasts_s: float
     is_free: bool
+    failures: int = 0
 
 
 class Why(StrEnum):
@@ -68,7 +72,10 @@ class Decision:
             return None
         if chosen.done_s < min(other.done_s for other in others):
             return Why.SOONEST
-        least = min(other.score for other in others)
+        peers = [other for other in others if other.failures <= chosen.failures]
+        if not peers or chosen.done_s < min(peer.done_s for peer in peers):
+            return None                                          # how often the others failed is told of each of them
+        least = min(peer.score for peer in peers)
         return Why.LESS_RUN if chosen.score < least else Why.AHEAD if chosen.score > least else None
 
 
@@ -152,7 +159,9 @@ class _Board:
             else:
                 done, is_free = self._free_s[robot_id] + lasts, robot_id in self._idle
                 even = min(EVEN * (robot.hours - fewest), PATIENCE)              # never a reason to wait for another robot
-                options.append(Option(done + (0.0 if is_free else PATIENCE) + even, robot_id, done, lasts, is_free))
+                failed = FAILED * min(robot.failures, MOST_FAILED)
+                score = done + (0.0 if is_free else PATIENCE) + even + failed
+                options.append(Option(score, robot_id, done, lasts, is_free, robot.failures))
         options.sort(key=lambda option: (option.score, self._situation.robots[option.robot_id].name))
         return options, out
 

@@ -81,8 +81,8 @@ class Belief:
         self._all, self._seem_free = tuple(sorted(members)), set[int]()
         self._room = GroupStartRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
-        drains = shared.robots.drains(self._c, self._all)
-        self.members = {key: self._member(workers[key], drains.get(key, Drain())) for key in self.robots}
+        self._drains, self._failures = shared.robots.drains(self._c, self._all), shared.robots.failures(self._c, self._all)
+        self.members = {key: self._member(workers[key]) for key in self.robots}
 
     def situation(self, rows: Iterable[Execution], groups: Mapping[int, Group]) -> Situation:
         starts = [self._start(row, groups[row.group_id or 0]) for row in rows]
@@ -104,7 +104,7 @@ class Belief:
         return (instant - self._now).total_seconds()
 
     # ------------------------------------------------------------------ robots
-    def _member(self, worker: RobotWorker, drain: Drain) -> Member:
+    def _member(self, worker: RobotWorker) -> Member:
         robot, status, queue = worker.robot, self._status(worker), self._s.snapshots.get(worker.robot.id).queue
         rows, out = self._executions.open_for(self._c, robot.id), self._out(worker)
         seems_free = out is None and is_free(status, queue, rows)
@@ -114,8 +114,9 @@ class Belief:
             queue, at_work(rows, status))
         return Member(robot.id, robot.name, is_free=seems_free and worker.seen.fresh_status is not None,
                       free_s=0.0 if seems_free else self._free_s(robot, at_work(rows, status)),
-                      battery=None if status is None else status.battery_percentage, drain=drain.per_hour,
-                      hours=self._hours.get(robot.id, 0.0), out=out)
+                      battery=None if status is None else status.battery_percentage,
+                      drain=self._drains.get(robot.id, Drain()).per_hour, hours=self._hours.get(robot.id, 0.0),
+                      failures=self._failures.get(robot.id, 0), out=out)
 
     def _status(self, worker: RobotWorker) -> RobotStatus | None:
         """As read last, of a robot that answers: one that waits for its next read, or is being read, is not silent."""
@@ -226,7 +227,8 @@ class Belief:
         for option in best_first[:MOST_TOLD]:
             member = self.members[option.robot_id]
             robots.append({"robot": member.name} | ({"until": self._in(member.free_s)} if member.id not in self._seem_free
-                                                    else self._metres(member.id, decision)))
+                                                    else self._metres(member.id, decision))
+                          | ({"failures": member.failures} if member.failures else {}))
             if option.robot_id == decision.robot_id and (why := decision.why):
                 robots[-1] |= {"why": why} | ({"done": self._in(option.done_s)} if why == Why.SOONEST else {})
         for robot_id, out in decision.out[:MOST_TOLD - len(robots)]:

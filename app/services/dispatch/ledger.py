@@ -28,6 +28,7 @@ from app.services.planning.wanted import changed_since, why_unwanted
 
 log = logging.getLogger("app.executions")
 _BY_A_PERSON = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)
+TOO_MANY = 3                 # failures in a row, from which on an alarm names the robot
 _ENDS_BY = ("mission", "closes_at", "finish_by", "tried")     # what waits
 
 
@@ -150,10 +151,13 @@ class Ledger:
         nothing: what follows within moments tells more."""
         if not moves:
             return []
-        changed = self._db.write(lambda c: [row for move in moves if (row := self._made(c, move))], patient)
-        for row in changed:
+        made = self._db.write(lambda c: [(move, row) for move in moves if (row := self._made(c, move))], patient)
+        changed = [row for _move, row in made]
+        for move, row in made:
             if not quietly:
                 log.info("%s", describe(row))
+            if move.went_well is not None and move.execution.robot_id is not None:
+                self._judge_robot(move.execution.robot_id, row)
             if row.ended_at is not None:
                 self.grew = True
                 self.alarm_for(row)
@@ -195,6 +199,8 @@ class Ledger:
             self._starts.watch(c, move.watch)
         if made and move.used is not None and made.robot_id is not None:
             self._robots.note_used(c, made.robot_id, made.robot_serial, move.used)
+        if made and move.went_well is not None and move.execution.robot_id is not None:
+            self._robots.note_outcome(c, move.execution.robot_id, move.went_well)
         return made
 
     def _note_in_plan(self, c: Any, row: Execution) -> None:
@@ -383,6 +389,15 @@ class Ledger:
         if code and ended.reason and ended.reason.code not in told_elsewhere:
             self._alarms.raise_(code, _about(ended), mission=ended.mission, robot=ended.robot or ended.robot_group, robot_id=ended.robot_id,
                                 reason=to_store(ended.reason), timezone=ended.timezone)
+
+    def _judge_robot(self, robot_id: int, row: Execution) -> None:
+        """A robot that fails start after start has an alarm until it completes one, whoever plans them. ``row``: the last one."""
+        c = self._db.read()
+        robot, failures = self._robots.get(c, robot_id), self._robots.failures(c, [robot_id]).get(robot_id, 0)
+        if robot is not None and failures >= TOO_MANY:
+            self._alarms.raise_about_robot("robot_fails", robot, count=failures, mission=row.mission)
+        else:
+            self._alarms.clear("robot_fails", f"robot:{robot_id}")
 
     # ------------------------------------------------------------------ inside
     def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:

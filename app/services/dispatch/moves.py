@@ -11,13 +11,14 @@ from app.database.group_starts import Watch
 from app.domain.clock import Clock
 from app.domain.drain import Used
 from app.domain.message import Message
-from app.domain.models import Execution, Reason, Robot, State, Wait
+from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Wait
 from app.domain.robot import QueueItem
 from app.services.dispatch.timing import WATCHED_FOR
 
 NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)       # or at least may be
 WITH_THE_ROBOT = (State.QUEUED, State.EXECUTING)
 MAY_BE_WITH_THE_ROBOT = (State.SUBMITTING, *WITH_THE_ROBOT)
+_THE_ROBOT_FAILED = (ReasonCode.ROBOT_ABORTED, ReasonCode.VANISHED, ReasonCode.REFUSED)
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class Move:
     watch: Watch | None = None
     needs_room: bool = False             # at the places that its mission uses; else it is not made
     used: Used | None = None             # of its robot's battery, where that is known
+    went_well: bool | None = None        # its robot has completed it, or failed it; None: neither
 
     @property
     def is_end_by_judgement(self) -> bool:
@@ -104,7 +106,8 @@ class Moves:
         attempts = execution.attempts + (execution.state is State.WAITING and is_attempt)
         return Move(execution, NOT_WITH_THE_ROBOT, {
             **UNBOUND, "state": State.WAITING, "wait": Wait.ROBOT, "wait_details": {}, "attempts": attempts,
-            "tried": {**execution.tried, str(robot_id): tried}}, self.watch(execution, robot_id) if may_come else None)
+            "tried": {**execution.tried, str(robot_id): tried}}, self.watch(execution, robot_id) if may_come else None,
+            went_well=False if may_come or tried.get("code") in _THE_ROBOT_FAILED else None)
 
     def unbound_again(self, execution: Execution) -> Move:
         """A start of a group that its robot could not begin is for any of them again; nothing is held against this one."""
@@ -141,12 +144,14 @@ class Moves:
         """Seen done; a fast one is first seen so, and then began about now."""
         now = self._clock.now()
         return Move(execution, WITH_THE_ROBOT, {"state": State.COMPLETED, "ended_at": now, "duration_s": duration_s,
-                                                "robot_delay_s": robot_delay_s, "started_at": execution.started_at or now}, used=used)
+                                                "robot_delay_s": robot_delay_s, "started_at": execution.started_at or now},
+                    used=used, went_well=True)
 
     def ended(self, execution: Execution, reason: Reason, expected: Sequence[State] = WITH_THE_ROBOT,
               duration_s: float | None = None) -> Move:
         """Ended with a reason, whose code gives the state."""
-        return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s})
+        return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s},
+                    went_well=False if reason.code in _THE_ROBOT_FAILED else None)
 
     def watch(self, execution: Execution, robot_id: int | None) -> Watch:
         assert robot_id is not None, "it was sent to a robot"

@@ -37,6 +37,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "needs_password": (Priority.HIGH, "{robot} is switched off until its password is entered; nothing is sent"),
     "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
     "start_refused": (Priority.MEDIUM, "{robot} did not take {mission}, which is left to others of {group}: {reason}"),
+    "robot_fails": (Priority.MEDIUM, "{robot} has failed {count} starts in a row, the last one of {mission}"),
     "execution_skipped": (Priority.LOW, "{mission} on {robot} was not run: {reason}"),
     "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, its clock was wrong, "
                                              "or nothing could be written"),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from app.domain.models import DurationEstimate
 from app.services.allocation.belief import CRITICAL, HIGH, LOW, NORMAL, Coming, Member, Out, Situation, Start, weight
-from app.services.allocation.decide import EVEN, LAST_CALL, PATIENCE, RESERVE, Why, decide
+from app.services.allocation.decide import EVEN, FAILED, LAST_CALL, MOST_FAILED, PATIENCE, RESERVE, Why, decide
 from app.services.allocation.delay import delay
 from app.services.allocation.estimates import SHORTEST_S, UNKNOWN_S, remaining, takes
 
@@ -67,6 +67,49 @@ def test_hours_run_never_have_a_start_wait_for_another_robot():
     tired = replace(AINO, hours=12.0)
     assert given_to(start(), robots=(tired, busy(SISU, 1.0), replace(busy(VEIKKO, 1.0), hours=3.0))) == {1: AINO.id}
     assert given_to(start(), robots=(tired, replace(SISU, hours=9.0), replace(VEIKKO, hours=10.0))) == {1: SISU.id}
+
+
+def failed(robot: Member, times: int = 1) -> Member:
+    return replace(robot, failures=times)
+
+
+@pytest.mark.parametrize("times", [1, 3, 1000])
+def test_a_robot_that_failed_is_taken_after_those_that_are_free(times):
+    assert given_to(start(1), start(2), robots=(failed(AINO, times), SISU, VEIKKO)) == {1: SISU.id, 2: VEIKKO.id}
+    far_and_tired = replace(SISU, hours=20.0)
+    assert given_to(start(), robots=(failed(AINO, times), far_and_tired),
+                    takes=lambda robot_id, *_args, slow=False: 300.0 + 100.0 * (robot_id == SISU.id)) == {1: SISU.id}
+
+
+def test_after_one_failure_a_start_does_not_wait_for_a_robot_that_has_just_begun():
+    assert given_to(start(1), start(2), start(3), robots=(failed(AINO), SISU, VEIKKO)) == {1: SISU.id, 2: VEIKKO.id, 3: AINO.id}
+
+
+def test_of_those_that_failed_the_one_that_did_so_less_often():
+    assert given_to(start(), robots=(failed(AINO, 2), failed(SISU, 1))) == {1: SISU.id}
+
+
+def test_with_no_other_it_gets_every_start():
+    assert given_to(start(), robots=(failed(AINO, 1000),)) == {1: AINO.id}
+    assert given_to(start(), robots=(failed(AINO, 1000), replace(SISU, out=Out.HELD))) == {1: AINO.id}
+    assert given_to(start(finish_s=301.0), robots=(failed(AINO, 3), busy(SISU, 60.0))) == {1: AINO.id}
+    soon = Coming("Shift bus", ALL, 60.0, 300.0, CRITICAL)
+    assert given_to(start(), robots=(failed(AINO, 3),), coming=(soon,)) == given_to(start(), robots=(AINO,), coming=(soon,))
+
+
+def test_a_busy_robot_is_waited_for_rather_but_not_for_ever():
+    longest = MOST_FAILED * FAILED - PATIENCE
+    assert given_to(start(), robots=(failed(AINO, 3), busy(SISU, longest - 1))) == {1: None}
+    assert given_to(start(), robots=(failed(AINO, 3), busy(SISU, longest + 1))) == {1: AINO.id}
+
+
+def test_failures_are_no_other_reason_for_the_choice():
+    """Sisu would be done later than Aino, which failed, and ran no less than Veikko, which is farther away."""
+    [decision] = decide(situation(start(), robots=(failed(AINO), SISU, VEIKKO),
+                                  takes=lambda robot_id, *_args, slow=False: 100.0 * robot_id))
+    assert (decision.robot_id, decision.why) == (SISU.id, None)
+    [decision] = decide(situation(start(), robots=(failed(AINO), SISU, replace(VEIKKO, hours=1.0))))
+    assert (decision.robot_id, decision.why) == (SISU.id, Why.LESS_RUN)
 
 
 def test_what_is_laid_on_a_robot_is_there_for_the_next_start():

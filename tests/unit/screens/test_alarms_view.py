@@ -112,6 +112,7 @@ DESTINATIONS = {                         # code: (key as the services give it, w
     "executions_missed": ("plan", LOGS, None), "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
     "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9), "duplicate_running": ("execution:9", HOME, 1),
     "started_twice": ("execution:9", HOME, 1),
+    "robot_fails": ("robot:1", HOME, 1),
     "unmarked_copy": ("execution:9", HOME, 1), "check_up_outdated": ("robot:1", SETUP, 1), "check_up_left": ("robot:1", HOME, 1),
     "database": ("database", DATA, None), "backup_failed": ("backup", DATA, None),
     "late_cancelled": ("execution:9", Act.SHOW_RUN, 9), "adopted_unproven": ("execution:9", Act.SHOW_RUN, 9),
