@@ -92,6 +92,7 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType({
                      ((), "Robots are being asked whether it has run already; waits until {closes_at}")),
 })
 
+_ANSWERED: Sequence[Template] = ((("answer",), "Checking with the robot: {answer}"), ((), "Checking with the robot"))
 _UNDER_WAY: Mapping[State, str] = MappingProxyType({
     State.SUBMITTING: "Checking with the robot",
     State.QUEUED: "In the robot's queue",
@@ -136,6 +137,8 @@ def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, tra
         return _filled_in(_WAITS[execution.wait], details, zone or execution.timezone, translate)
     if execution.state is State.SUBMITTING and execution.revoked is not None:
         return translate("Not sent again; the robot is asked whether it has it")
+    if execution.state is State.SUBMITTING and "answer" in execution.wait_details:
+        return _filled_in(_ANSWERED, execution.wait_details, zone or execution.timezone, translate)
     return translate(_UNDER_WAY[execution.state]) if execution.state in _UNDER_WAY else ""
 
 

@@ -43,6 +43,7 @@ class Fate(StrEnum):
     ANSWER_LOST = "answer_lost"      # handled, the answer never arrives
     LATE = "late"                    # the app gives up, the request is handled later
     ERROR_BEFORE = "error_before"    # 5xx, not handled
+    SAYS_WHY = "says_why"            # 500 with a sentence of the robot's, not handled
     ERROR_AFTER = "error_after"      # handled, then 5xx
     PAGE = "page"                    # handled, then a web page instead of the answer
     CUT = "cut"                      # handled, then half of the answer
@@ -51,7 +52,7 @@ class Fate(StrEnum):
     ASLEEP = "asleep"                # connected, then the tablet sleeps for ``seconds``; the request leaves when it wakes
 
 
-HARMFUL = tuple(fate for fate in Fate if fate not in (Fate.FINE, Fate.SLOW, Fate.NOT_FOUND, Fate.ASLEEP))
+HARMFUL = tuple(fate for fate in Fate if fate not in (Fate.FINE, Fate.SLOW, Fate.NOT_FOUND, Fate.ASLEEP, Fate.SAYS_WHY))
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,9 @@ class SimulatedTransport:
                 network.time_out(timeout.read)
                 raise TimedOut(address=self._name, seconds=timeout.read)
             case Fate.ERROR_BEFORE:
-                return Response(500, b'{"error_code": "internal", "error_human": "no"}', {})
+                return Response(500, b'{"error_code": "internal", "error_human": "Internal server error"}', {})
+            case Fate.SAYS_WHY:
+                return Response(500, b'{"error_human": "Position mirconst-guid not found"}', {})
             case Fate.NOT_FOUND:
                 return Response(404, b'{"error_code": "not_found", "error_human": "Not found"}', {})
         answer = handle()

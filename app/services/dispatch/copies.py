@@ -27,7 +27,8 @@ SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched for what
 DOUBLED_WITHIN = timedelta(minutes=1)   # of a start, and a poll more: what the network may do to a request
 LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too, or that were given up
 # Nobody wanted it not to run.
-MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT, ReasonCode.NO_ROBOT)
+MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT, ReasonCode.NO_ROBOT,
+                 ReasonCode.REFUSED)
 
 
 def looks_like_token(description: str) -> bool:

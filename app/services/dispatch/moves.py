@@ -119,9 +119,10 @@ class Moves:
         expected = (State.SUBMITTING,) if intent.group_id is None else (State.SUBMITTING, State.CANCELLED)
         return Move(intent, expected, {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None})
 
-    def taken(self, execution: Execution) -> Move:
-        """The robot has said so, and has given no number to find it by."""
-        return Move(execution, (State.SUBMITTING,), {"submitted_at": self._clock.now()})
+    def in_doubt(self, execution: Execution, answer: Mapping[str, Any], *, is_taken: bool) -> Move:
+        """The robot has answered, and not with a number to find it by. ``is_taken``: it has said that it took it."""
+        taken = {"submitted_at": self._clock.now()} if is_taken else {}
+        return Move(execution, (State.SUBMITTING,), {"wait_details": answer, **taken})
 
     def attempt_failed(self, execution: Execution, problem: Message, *, may_come: bool, is_first: bool) -> Move:
         """An attempt that certainly put nothing on the robot. One that never reached the POST counts here. ``may_come``: as above.

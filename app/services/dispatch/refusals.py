@@ -4,18 +4,21 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from datetime import datetime, timedelta
+from http import HTTPStatus
 from typing import Any
 
 from app.database.values import to_text
 from app.domain import rules
-from app.domain.message import Message
+from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings
 from app.mir.client import RobotClient
-from app.mir.errors import Rejected, RobotError, Unauthorized
+from app.mir.errors import NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
 from app.services.allocation.belief import Out
 from app.services.dispatch.moves import was_replaced
 
 log = logging.getLogger(__name__)
+
+OF_A_PROXY = (HTTPStatus.BAD_GATEWAY, HTTPStatus.GATEWAY_TIMEOUT)
 
 
 def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason | None:
@@ -34,6 +37,28 @@ def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason
         if error.status == 404:
             return None
     return Reason(ReasonCode.REFUSED, {"problem": error.message})
+
+
+def answer_in_doubt(error: RobotError) -> Mapping[str, Any]:
+    """What is kept of an answer that does not say whether the start was taken: ``answer`` is its sentence, ``is_reason`` whether that tells
+    why the robot can't take it, so that another try would end the same way. Empty: there was no answer."""
+    if isinstance(error, Refusal) and error.reason:
+        sentence = message("the robot answered: {reason} (status {status})", reason=error.reason, status=error.status)
+        return {"answer": sentence, "is_reason": _is_reason(error)}
+    return {"answer": error.message} if isinstance(error, Refusal | NotAMir | Unreadable) else {}
+
+
+def _is_reason(error: Refusal) -> bool:
+    """A robot that is busy (503) or a proxy in front of it may say something else the next time, and so may one that only says that
+    something went wrong."""
+    return isinstance(error, RobotFault) and error.status not in OF_A_PROXY and not _is_name_of_status(error)
+
+
+def _is_name_of_status(error: Refusal) -> bool:
+    try:
+        return str(error.reason).strip(" .").casefold() == HTTPStatus(error.status).phrase.casefold()
+    except ValueError:                                   # a status without a name
+        return False
 
 
 def tried_here(row: Execution, robot: Robot, settings: Settings, now: datetime, out: Out, problem: Message,

@@ -6,8 +6,8 @@ back. Used by the robot's worker only.
 
 A start whose answer was lost is in doubt since before its request left (``_post``). Every 2 s the robot's queue is searched for its token
 (``_reconcile``). Found: it is accepted, nothing is sent again. Not found when the quiet time has passed: the attempt has failed, and is
-tried again within the window and the retry limit. The robot can't be asked until the quiet time has passed and the window has closed: it
-ends as unknown, with an alarm (``_give_up``).
+tried again within the window and the retry limit, unless the robot has answered why it can't take it. The robot can't be asked until the
+quiet time has passed and the window has closed: it ends as unknown, with an alarm (``_give_up``).
 """
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from app.services.dispatch.copies import Copies
 from app.services.dispatch.freedom import can_work
 from app.services.dispatch.moves import taken_back, was_replaced
 from app.services.dispatch.observation import Observation
-from app.services.dispatch.refusals import refusal, tried_here
+from app.services.dispatch.refusals import answer_in_doubt, refusal, tried_here
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
 from app.services.dispatch.waiting import Waiting, robot_off
@@ -294,10 +294,11 @@ class Submission:
                 return
         self._refused(rows, reason)
 
-    def _refused(self, rows: Sequence[Execution], reason: Reason) -> None:
-        """For good by this robot: the end of a start, but one of a group goes to another robot."""
-        self._give_back([row for row in rows if row.group_id is not None], reason=reason)
-        self._ledger.make([self._ledger.moves.ended(row, reason, (row.state,)) for row in rows if row.group_id is None])
+    def _refused(self, rows: Sequence[Execution], reason: Reason, *, may_come: bool = False) -> None:
+        """For good by this robot: the end of a start, but one of a group goes to another robot. ``may_come``: it was sent."""
+        self._give_back([row for row in rows if row.group_id is not None], reason=reason, may_come=may_come)
+        ends, moves = [row for row in rows if row.group_id is None], self._ledger.moves
+        self._ledger.make([moves.given_up(row, reason) if may_come else moves.ended(row, reason, (row.state,)) for row in ends])
         for row in rows:
             self.attempts.pop(row.id, None)
 
@@ -370,8 +371,8 @@ class Submission:
             else:
                 is_taken = isinstance(error, Unnumbered)
                 self._doubt(intent, is_taken=is_taken)          # the quiet time begins now
-                if is_taken:
-                    self._ledger.make([self._ledger.moves.taken(intent)], quietly=True)
+                if answer := answer_in_doubt(error):
+                    self._ledger.make([self._ledger.moves.in_doubt(intent, answer, is_taken=is_taken)], quietly=True)
                 log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._seen.robot.name, error.text)
         else:
             self._accepted(intent, queue_id)
@@ -416,8 +417,16 @@ class Submission:
         if quiet_left > 0:
             attempt.wake_at = self._clock.monotonic() + min(RECONCILE_EVERY, quiet_left)
         else:
-            self._failed([row], message("the robot did not receive it"), waited=True)
+            self._is_not_there(row)
             self._copies.watch_for(row)
+
+    def _is_not_there(self, row: Execution) -> None:
+        """Certainly, so it has failed, or was refused where the robot has said why."""
+        answer = row.wait_details.get("answer")
+        if row.wait_details.get("is_reason") and self._taken_back(row) is None:
+            self._refused([row], Reason(ReasonCode.REFUSED, {"problem": answer}), may_come=True)
+        else:
+            self._failed([row], answer or message("the robot did not receive it"), waited=True)
 
     def _found(self, row: Execution, items: list[QueueItem], left_at: datetime | None = None) -> None:
         """``left_at``: when its request left, where that is known: robots tell their times in no known zone."""
