@@ -34,6 +34,13 @@ def rows(width: int, height: int, channels: int = 1) -> bytes:
     return chunk(b"IDAT", b"".join(packer.compress(row) for _ in range(height)) + packer.flush())
 
 
+def one_colour(width: int, height: int) -> bytes:
+    """As ``rows``, made in no time: zeros are zeros, whether they are pixels or the beginning of a row."""
+    packer, left = zlib.compressobj(1), (width + 1) * height
+    parts = [packer.compress(bytes(min(2**20, left - done))) for done in range(0, left, 2**20)]
+    return chunk(b"IDAT", b"".join(parts) + packer.flush())
+
+
 def png(*chunks: bytes) -> RobotMap:
     return RobotMap("g", "Hall", b"\x89PNG\r\n\x1a\n" + b"".join(chunks) + chunk(b"IEND", b""), 1, 1)
 
@@ -42,6 +49,24 @@ def png(*chunks: bytes) -> RobotMap:
 def test_the_second_header_of_a_picture_is_judged_too(extra):
     with pytest.raises(Unreadable):
         picture_of(png(header(10, 10, GREY), extra, rows(10, 10)))
+
+
+@pytest.mark.parametrize("size", [(1, 50_331_648), (50_331_648, 1), (3, 16_385), (16_385, 3)])
+def test_a_picture_of_one_endless_side_is_not_decoded(size, monkeypatch):
+    monkeypatch.setattr("PIL.PngImagePlugin.PngImageFile.load", lambda *_args: pytest.fail("it was decoded"))
+    with pytest.raises(Unreadable, match="too large"):
+        picture_of(png(header(*size, GREY), one_colour(*size)))
+    with pytest.raises(Unreadable, match="too large"):
+        picture_of(png(header(3, 3, GREY), header(*size, GREY), one_colour(*size)))
+
+
+def test_a_picture_of_one_endless_side_takes_no_memory():
+    assert megabytes_for("png(header(1, 50_331_648, GREY), one_colour(1, 50_331_648))") < 5
+
+
+def test_the_longest_sides_that_are_decoded():
+    for width, height in ((1, 16_384), (16_384, 1)):
+        assert max(picture_of(png(header(width, height, GREY), rows(width, height))).size) == 768
 
 
 def test_a_picture_with_two_headers_takes_no_memory():

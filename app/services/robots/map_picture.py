@@ -19,6 +19,7 @@ from app.domain.robot import MapPosition, Pose, RobotMap
 from app.mir.errors import Unreadable
 
 LARGEST_DECODED = 48 * 1024 * 1024   # bytes of a picture in memory; about twice that is needed to reduce it
+LONGEST_DECODED = 16_384             # px of a side of it: each row costs memory and time of its own, however few pixels are in it
 LONGEST_SIDE = 768                   # px of what is kept: about twice what a card shows, so that thin walls survive being drawn smaller
 WALL_BELOW, FLOOR_ABOVE = 100, 230   # greys of an occupancy map: 0, 254 and 205 for the unknown (ROS map_server; G for robots' pictures)
 UNSEEN_GREY = 205
@@ -92,7 +93,8 @@ def _check_size(image: Any) -> None:
     """Before any of it is decoded: a few bytes may claim to be gigabytes. Pillow goes by the last of several headers, and keeps what is
     neither grey nor of a palette in four bytes per pixel."""
     is_narrow = image.mode in ("1", "L", "P") and "transparency" not in image.info
-    if not 0 < image.width * image.height * (1 if is_narrow else 4) <= LARGEST_DECODED:
+    size = image.width * image.height * (1 if is_narrow else 4)
+    if not 0 < size <= LARGEST_DECODED or max(image.size) > LONGEST_DECODED:
         raise Unreadable(problem=message("the map's picture is too large"))
 
 
