@@ -14,3 +14,10 @@ def test_views_and_facts_import_no_kivy() -> None:
     program = f"import sys\nfor name in {MODULES!r}: __import__('app.screens.' + name)\nprint('kivy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True, text=True)
     assert done.stdout.strip() == "False"
+
+
+def test_unit_tests_import_no_kivy() -> None:
+    """It takes over the root logger and writes into the home directory, so other tests in the process would fail."""
+    program = "import sys, pytest; sys.modules['kivy'] = None; sys.exit(pytest.main(['tests/unit', '--collect-only', '-qq', '-n', '0']))"
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-2000:]

@@ -8,9 +8,7 @@ import pytest
 
 from app.domain.models import Connection
 from app.domain.robot import RobotProblem, RobotState
-from app.screens.home import reset
 from app.screens.home.facts import HomeFacts
-from app.screens.home.reset import ResetReport
 from app.screens.home.view import can_reset, present
 from app.services.live.holds import Hold
 from tests.support.home_facts import (
@@ -169,16 +167,3 @@ def test_under_the_minimum_the_operator_is_asked():
     assert view(with_aino(replace(READY, battery_percentage=None), ()), 2).run.low_battery.startswith("The battery of Aino is not known")
     assert view(FACTS, 2).run.low_battery == ""
     assert view(replace(low, settings=replace(SETTINGS, minimum_battery_percent=None)), 2).run.low_battery == ""
-
-
-@pytest.mark.parametrize("over", [lambda report: report.look(with_aino(READY)), lambda report: report.forget()], ids=["gone", "left"])
-def test_an_error_that_comes_back_was_not_reset_in_vain(monkeypatch, over):
-    """Nor one that is looked at again later: somebody may have seen to its cause."""
-    monkeypatch.setattr(reset, "READ_WITHIN", 0.0)
-    report, failed = ResetReport(lambda *_said: None), with_aino(FAILED)
-    report.begin(AINO, NOW - timedelta(minutes=5))
-    report.look(failed)
-    assert replace(failed, reset_in_vain=report.in_vain).is_reset_in_vain
-    over(report)
-    report.look(failed)
-    assert not replace(failed, reset_in_vain=report.in_vain).is_reset_in_vain

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import timedelta
-from types import SimpleNamespace
 
 import pytest
 
@@ -13,11 +12,9 @@ from app.screens.home import run_now, waiting
 from app.screens.home.lists import planned_starts, queue_entries
 from app.screens.home.run_now import Target
 from app.screens.home.view import present
-from app.screens.home.waiting_model import READ_EVERY, WaitingModel
 from app.services.live.holds import Hold
 from app.services.planning.plan import PlannedRun
 from app.services.planning.planned import nobody
-from tests.support.clock import VirtualClock
 from tests.support.home_facts import AINO, FACTS, KITS, NOW, READY, RUNNING, SETTINGS, VEIKKO, execution, snapshot
 
 HALL = Group("Hall 1", (1, 2), id=5)
@@ -133,16 +130,6 @@ def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state)
     assert (found, start.note, start.is_stuck, start.can_give) == (sent, "Being sent to Veikko", False, False)
     assert waiting.starts_with_a_robot(facts(replace(sent, state=State.QUEUED, queue_id=7)), NOW) == []
     assert waiting.starts_with_a_robot(given, sent.planned_at + timedelta(seconds=1)) == []      # mostly it has it by then
-
-
-def test_what_has_just_been_given_to_a_robot_is_looked_at_again_though_nothing_is_told_of_it_yet():
-    """A robot that hangs changes nothing by which it would be read."""
-    model = WaitingModel(SimpleNamespace(clock=VirtualClock(NOW), operator=None, catalogue=None), None, lambda: None, lambda _row: None)
-    model.take(facts(replace(row(60), robot_id=2, robot="Veikko", state=State.SUBMITTING, planned_at=NOW, created_at=NOW)))
-    assert model.rows == []
-    assert any(model.is_old() for _second in range(READ_EVERY))
-    model.take(facts())
-    assert not any(model.is_old() for _second in range(READ_EVERY))
 
 
 @pytest.mark.parametrize("wait", [Wait.HOLD, Wait.BATTERY, Wait.PLACE, Wait.CLOCK, Wait.ELSEWHERE, Wait.LATE_START])

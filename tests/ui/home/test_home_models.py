@@ -1,0 +1,40 @@
+"""What Home remembers between two readings: errors that were reset, and what has just been handed to a robot."""
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+from types import SimpleNamespace
+
+import pytest
+
+from app.domain.models import Group, State
+from app.screens.home import reset
+from app.screens.home.reset import ResetReport
+from app.screens.home.waiting_model import READ_EVERY, WaitingModel
+from tests.support.clock import VirtualClock
+from tests.support.home_facts import AINO, FACTS, FAILED, NOW, READY, execution, with_aino
+
+
+@pytest.mark.parametrize("over", [lambda report: report.look(with_aino(READY)), lambda report: report.forget()], ids=["gone", "left"])
+def test_an_error_that_comes_back_was_not_reset_in_vain(monkeypatch, over):
+    """Nor one that is looked at again later: somebody may have seen to its cause."""
+    monkeypatch.setattr(reset, "READ_WITHIN", 0.0)
+    report, failed = ResetReport(lambda *_said: None), with_aino(FAILED)
+    report.begin(AINO, NOW - timedelta(minutes=5))
+    report.look(failed)
+    assert replace(failed, reset_in_vain=report.in_vain).is_reset_in_vain
+    over(report)
+    report.look(failed)
+    assert not replace(failed, reset_in_vain=report.in_vain).is_reset_in_vain
+
+
+def test_a_start_just_handed_to_a_robot_is_read_again_until_it_is_over():
+    """A robot that hangs publishes no change on which it would be read."""
+    handed = replace(execution(60, AINO, "Kits", State.SUBMITTING), robot_id=2, robot="Veikko", group_id=5, robot_group="Hall 1",
+                     planned_at=NOW, created_at=NOW)
+    model = WaitingModel(SimpleNamespace(clock=VirtualClock(NOW), operator=None, catalogue=None), None, lambda: None, lambda _row: None)
+    model.take(replace(FACTS, groups=(Group("Hall 1", (1, 2), id=5),), open=(handed,)))
+    assert model.rows == []
+    assert any(model.is_old() for _second in range(READ_EVERY))
+    model.take(FACTS)
+    assert not any(model.is_old() for _second in range(READ_EVERY))
