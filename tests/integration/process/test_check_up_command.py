@@ -20,8 +20,11 @@ from app.process.data_directory import DataDirectory
 from mir_sim.profile import read
 from tests.support.process import ROOT, configuration_of, environment, is_one_line, once_now, prepared, wait_for
 
+# Signals as at a terminal: whoever runs these tests, under nohup or in the background, may ignore them, and a process inherits that.
 QUICK = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 from app.mir.probe import Probe
 from app.services.check_up import pace
 pace.MINUTE, pace.LOAD_S = 2, 1.0
