@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from app import NAME, __version__
 from app.failures import BadInput, Failure
+from app.process import terminal
 
 if TYPE_CHECKING:                          # imported late, so that --help needs nothing
     from app.process.data_directory import DataDirectory
@@ -52,6 +53,7 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: list[str] | None = None) -> int:
     """Returns the exit code: 0 done, 2 bad usage or bad input, 1 anything else; the two latter with one line on stderr."""
     os.umask(0o077)                        # what is created is for its owner only
+    terminal.use_utf8()
     options = parser().parse_args(arguments)
     try:
         _check(options)
@@ -68,7 +70,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _say(problem: object, code: int) -> int:
-    print(f"main.py: {' '.join(str(problem).split())}", file=sys.stderr)
+    terminal.complain(str(problem))
     return code
 
 

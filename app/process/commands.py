@@ -34,6 +34,7 @@ from app.process.lock import InstanceLock
 from app.process.opening import open_container, open_for_reading
 from app.process.requests import MORE_THAN_A_WINDOW, check_up, find_robot, outcome, run_now
 from app.process.restoring import restore_backup
+from app.process.terminal import say
 from app.services.catalogue import configuration
 from app.services.check_up.service import moves
 from app.services.dispatch.worker import RobotWorker
@@ -108,10 +109,7 @@ def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
             raise BadInput(f"{path}: {error}; nothing was changed") from None
 
     changes = _change(directory, import_here, "import", path=str(path), content=content, may_delete=may_delete)["changes"]
-    for line in changes:
-        print(line)
-    if not changes:
-        print("nothing changed")
+    say("\n".join(changes) or "nothing changed")
     return 0
 
 
@@ -126,7 +124,7 @@ def _run_now(directory: DataDirectory, robot: str, mission: str, given: Sequence
     except NoAnswer as error:
         answer = _found_out(directory, token, error)
     _raise_for(answer)
-    print(*([answer["robot"]] if "robot" in answer else []), answer["queue_id"])
+    say(" ".join([*([answer["robot"]] if "robot" in answer else []), str(answer["queue_id"])]))
     return 0
 
 
@@ -247,7 +245,8 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
             raise BadInput(str(error)) from None
 
     # A target that can't be written is found before the robot is asked. Raising leaves an old file as it was.
-    with export_target(options.report) if options.report else contextlib.nullcontext() as file:
+    is_file = bool(options.report) and options.report != "-"
+    with export_target(options.report) if is_file else contextlib.nullcontext() as file:
         try:
             answer = _here_or_by_the_running_app(directory, check_up_here, "check_up", CHECKED_UP_WITHIN, is_taken_over=False,
                                                  robot=options.check_up, is_tried=trial is not None,
@@ -258,8 +257,7 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
             _raise_for(answer)
         if file is not None:
             file.write(answer["document"])
-    if options.report != "-":
-        _write("-", answer["text"].encode("utf-8"))
+    say(answer["document" if options.report == "-" else "text"].rstrip("\n"))
     _raise_for(answer)
     return 0
 
@@ -278,21 +276,21 @@ def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:
 def _remove_pin(directory: DataDirectory) -> int:
     """Whoever may run commands on the data directory may open Settings."""
     answer = _change(directory, lambda container: {"was_set": container.access.remove()}, "remove_pin")
-    print("the PIN for Settings was removed" if answer["was_set"] else "there was no PIN for Settings")
+    say("the PIN for Settings was removed" if answer["was_set"] else "there was no PIN for Settings")
     return 0
 
 
 # ------------------------------------------------------------------ a copied data directory
 def _move_here(directory: DataDirectory) -> int:
     answer = _change(directory, lambda container: {"was_copy": container.tablet.move_here()}, "move_here")
-    print("this machine starts the missions from now on" if answer["was_copy"] else "this machine starts the missions already")
+    say("this machine starts the missions from now on" if answer["was_copy"] else "this machine starts the missions already")
     return 0
 
 
 # ------------------------------------------------------------------ restore
 def _restore(directory: DataDirectory, backup: Path) -> int:
     kept = restore_backup(directory, backup)
-    print(f"{backup} restored" + (f"; the former database is kept as {kept}" if kept else ""))
+    say(f"{backup} restored" + (f"; the former database is kept as {kept}" if kept else ""))
     return 0
 
 

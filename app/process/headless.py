@@ -4,15 +4,15 @@ from __future__ import annotations
 import contextlib
 import queue
 import signal
-import sys
 import time
 from collections.abc import Mapping, Sequence
 
 from app.container import Container
-from app.failures import BadInput
+from app.failures import BadInput, Failure
 from app.process import log_file
 from app.process.data_directory import DataDirectory
 from app.process.host import host
+from app.process.terminal import say_in_passing
 
 DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
 
@@ -23,13 +23,18 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
     stop: queue.SimpleQueue[int] = queue.SimpleQueue()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _frame: stop.put(number))
-    log_file.start(directory.logs, stderr=True)
-    with host(directory, demo=demo_robots) as container:
-        if stop.empty():
-            _say_ready(container, stop)
-        _wait_for(stop, container)
-        if damage := container.runner.damage:
-            raise BadInput(damage.text)
+    try:
+        log_file.start(directory.logs, stderr=True)
+        with host(directory, demo=demo_robots) as container:
+            if stop.empty():
+                _say_ready(container, stop)
+            _wait_for(stop, container)
+            if damage := container.runner.damage:
+                raise BadInput(damage.text)
+    except Failure:
+        for number in (signal.SIGINT, signal.SIGTERM):       # what ends it is said next, perhaps to a terminal that stands still
+            signal.signal(number, signal.SIG_DFL)
+        raise
     return 0
 
 
@@ -47,5 +52,4 @@ def _say_ready(container: Container, stop: queue.SimpleQueue[int]) -> None:
     deadline = container.clock.monotonic() + 5.0
     while not container.engine.is_ready and container.clock.monotonic() < deadline and stop.empty():
         time.sleep(0.02)
-    print("ready", flush=True)
-    sys.stdout.flush()
+    say_in_passing("ready")

@@ -2,16 +2,14 @@
 from __future__ import annotations
 
 import logging
-import logging.handlers
-import os
 import sys
 import threading
 from pathlib import Path
 from time import monotonic
 from types import TracebackType
 
-from app.database.files import NO_LINK
 from app.failures import BadInput
+from app.process.log_sink import RotatingFile, Sink, to_descriptor
 
 FILE_NAME = "amr-scheduler.log"
 BYTES, FILES = 1_000_000, 5
@@ -23,7 +21,7 @@ NEW_LINE = " ⏎ "             # where a line of a traceback or of a robot's tex
 
 log = logging.getLogger(__name__)
 
-_file: Path | None = None
+_file: tuple[Path, Sink] | None = None
 
 
 def shortened(text: str, longest: int) -> str:
@@ -86,45 +84,37 @@ class _FairShare(logging.Filter):
         return fits
 
 
-def _private(path: str, flags: int) -> int:
-    return os.open(path, flags | NO_LINK, 0o600)
-
-
-class _OwnerOnly(logging.handlers.RotatingFileHandler):
-    def _open(self):  # type: ignore[no-untyped-def]
-        return open(self.baseFilename, self.mode, encoding=self.encoding, opener=_private)
-
-    def shouldRollover(self, record: logging.LogRecord) -> bool:
-        """As the library does, without its two file system checks, which cost more than the line itself."""
-        if self.stream is None:
-            self.stream = self._open()       # type: ignore[no-untyped-call]
-        return self.stream.tell() >= self.maxBytes
-
-
 def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
     """Set the root logger up, once per process. If the file can't be written, ``only_to_read`` goes on without it; otherwise raises
     BadInput."""
     global _file
     root = logging.getLogger()
     root.setLevel(logging.INFO)
+    path = directory / FILE_NAME
     try:
         directory.mkdir(mode=0o700, exist_ok=True)
-        handler = _OwnerOnly(directory / FILE_NAME, maxBytes=BYTES, backupCount=FILES, encoding="utf-8")
-        handler.setFormatter(formatter := _FileLine())
-        handler.addFilter(_FairShare(formatter))
-        root.addHandler(handler)
-        _file = directory / FILE_NAME
+        file = RotatingFile(path, BYTES, FILES)
     except OSError as error:
         if not only_to_read:
-            raise BadInput(f"{directory / FILE_NAME} can't be written: {error.strerror}; "
-                           "check the permissions of the data directory") from None
+            raise BadInput(f"{path} can't be written: {error.strerror}; check the permissions of the data directory") from None
+    else:
+        sink = Sink("file", file.write, formatter := _FileLine())
+        sink.addFilter(_FairShare(formatter))
+        root.addHandler(sink)
+        _file = path, sink
     logging.getLogger("urllib3").setLevel(logging.ERROR)         # debug lines carry headers, warnings a traceback for each broken one
-    if stderr:
-        console = logging.StreamHandler(sys.stderr)
-        console.setFormatter(_OneLine())
-        root.addHandler(console)
+    if stderr and sys.stderr is not None:
+        root.addHandler(Sink("stderr", to_descriptor(sys.stderr.fileno()), _OneLine()))
+    _log_what_python_prints()
+
+
+def _log_what_python_prints() -> None:
+    """On stderr it would hold up the thread that it comes from, where that stands still."""
+    logging.captureWarnings(True)
     sys.excepthook = _crashed
     threading.excepthook = lambda crash: _crashed(crash.exc_type, crash.exc_value or crash.exc_type(), crash.exc_traceback)
+    sys.unraisablehook = lambda found: log.error("%s %r", found.err_msg or "Exception ignored in", found.object, exc_info=(
+        found.exc_type, found.exc_value or found.exc_type(), found.exc_traceback))
 
 
 def _crashed(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
@@ -135,11 +125,9 @@ def note_crash(error: BaseException) -> str:
     """Write the traceback into the log file; returns the words that say where it is, or what went wrong where there is no file (any
     more: that of ``--demo`` goes with its directory)."""
     record = log.makeRecord(log.name, logging.CRITICAL, __file__, 0, "Unexpected error", (), (type(error), error, error.__traceback__))
-    try:
-        if _file is None:
-            raise FileNotFoundError
-        with open(_file, "a", encoding="utf-8", opener=_private) as file:
-            file.write(f"{_FileLine().format(record)}\n")
-    except OSError:
-        return f" ({str(error)[:200]})"
-    return f"; details in {_file}"
+    if _file is not None:
+        path, sink = _file
+        sink.handle(record)
+        if sink.is_written() and path.exists():
+            return f"; details in {path}"
+    return f" ({str(error)[:200]})"

@@ -1,13 +1,69 @@
-"""Whoever sits at the terminal of a command: asked before something moves, and what it begins is ended well when they leave."""
+"""What a command says, and whoever sits at its terminal: asked before something moves, and what it begins is ended well when they leave."""
 from __future__ import annotations
 
+import contextlib
+import errno
+import io
+import logging
+import os
 import signal
 import sys
-from typing import NoReturn
+import threading
+from typing import NoReturn, TextIO
 
 from app.failures import BadInput
 
+log = logging.getLogger(__name__)
+
 ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else ())]        # the last one: its terminal was closed
+
+
+def use_utf8() -> None:
+    """Whatever the locale: every name can be printed. A stream that was closed is None and stays so."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+
+
+def say(text: str) -> None:
+    """What a command has done. A stdout that can't take it undoes nothing: that is a warning, so that no script does it again."""
+    try:
+        if sys.stdout is None:
+            raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+        print(text, flush=True)
+    except OSError as error:
+        _drop_rest_of(sys.stdout)
+        problem = f"done, but stdout can't be written: {error.strerror}"
+        log.warning(problem)
+        complain(problem)
+
+
+def complain(text: str) -> None:
+    """One line on stderr, if that takes any."""
+    try:
+        print(f"main.py: {' '.join(text.split())}", file=sys.stderr, flush=True)
+    except OSError:
+        _drop_rest_of(sys.stderr)
+
+
+def _drop_rest_of(stream: TextIO | None) -> None:
+    """What is still in its buffer would fail again when the process ends, and change its exit code."""
+    if stream is None:
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
+
+
+def say_in_passing(line: str) -> None:
+    """On stdout, without waiting: it may be closed, or stand still."""
+    if sys.stdout is not None:
+        threading.Thread(target=_write, args=(sys.stdout.fileno(), f"{line}\n".encode()), name="stdout", daemon=True).start()
+
+
+def _write(descriptor: int, data: bytes) -> None:
+    with contextlib.suppress(OSError):
+        os.write(descriptor, data)
 
 
 def ask(says: str) -> None:

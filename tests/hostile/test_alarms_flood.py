@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import logging
-import sys
 import threading
 from datetime import timedelta
 
@@ -15,6 +14,7 @@ from app.domain.problems import in_words
 from app.domain.robot import RobotProblem
 from app.process import log_file as logs
 from app.services.live.alarms import KEPT, alarm_sentence
+from tests.support.log import file_in, kept_apart, written
 from tests.support.site import Site
 
 LONGEST_ALARM, LONGEST_LINE = 300, 2000
@@ -30,16 +30,9 @@ def site(tmp_path):
 
 @pytest.fixture
 def log_directory(tmp_path, monkeypatch):
-    root = logging.getLogger()
-    before, level = list(root.handlers), root.level
-    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
-    monkeypatch.setattr(threading, "excepthook", threading.excepthook)
-    logs.start(tmp_path / "logs", stderr=False)
-    yield tmp_path / "logs"
-    for handler in set(root.handlers) - set(before):
-        root.removeHandler(handler)
-        handler.close()
-    root.setLevel(level)
+    with kept_apart(monkeypatch):
+        logs.start(tmp_path / "logs", stderr=False)
+        yield tmp_path / "logs"
 
 
 def only_alarm(site: Site) -> Alarm:
@@ -134,7 +127,7 @@ def test_no_line_of_the_log_is_long(log_directory):
         raise ValueError("q" * 500_000)
     except ValueError:
         logging.getLogger("app").exception("It broke")
-    line, crash = (log_directory / logs.FILE_NAME).read_text().splitlines()
+    line, crash = file_in(log_directory).splitlines()
     assert len(line.encode()) <= LONGEST_LINE + 200
     assert "Traceback" in crash
     assert len(crash.encode()) <= logs.LONGEST_TRACE + 200
@@ -154,7 +147,7 @@ def test_a_robot_that_makes_lines_all_day_does_not_fill_the_log(log_directory):
     for thread in threads:
         thread.join()
     assert [path.name for path in log_directory.iterdir()] == [logs.FILE_NAME]
-    content = (log_directory / logs.FILE_NAME).read_text()
+    content = file_in(log_directory)
     assert "evidence" in content
     assert len(content) < 3 * (logs.BURST + 10_000)
 
@@ -170,10 +163,10 @@ def test_what_was_left_out_of_the_log_is_counted(log_directory, monkeypatch):
         thread.join()
 
     rave(200)
-    written = len((log_directory / logs.FILE_NAME).read_text().splitlines())
+    written = len(file_in(log_directory).splitlines())
     now[0] += 3600.0
     rave(1)
-    last = (log_directory / logs.FILE_NAME).read_text().splitlines()[-1]
+    last = file_in(log_directory).splitlines()[-1]
     assert last.endswith(f" (before it {200 - written} lines of this robot were left out)")
 
 
@@ -197,6 +190,7 @@ def test_a_day_of_twelve_raving_robots_leaves_what_was_said_of_the_others(log_di
             say(f"worker-R{robot}", text)
         say("worker-calm", f"evidence of a robot {seconds}")
         say("scheduler", f"evidence of the app {seconds}")
+    written()
     files = list(log_directory.iterdir())
     kept = "".join(file.read_text(encoding="utf-8") for file in files)
     assert sum(file.stat().st_size for file in files) <= logs.BYTES * (logs.FILES + 1)

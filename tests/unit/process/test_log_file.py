@@ -6,32 +6,25 @@ import re
 import shutil
 import sys
 import threading
+import warnings
 
 import pytest
 
 from app.failures import BadInput
 from app.process import log_file as logs
+from tests.support.log import file_in, kept_apart, written
 
 LINE = re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} (INFO   |WARNING|ERROR  |CRITICAL) \S+ \S+: .+")
 
 
 @pytest.fixture
 def directory(tmp_path, monkeypatch):
-    """The root logger as a life finds it, and as it was afterwards."""
-    root = logging.getLogger()
-    before, level = list(root.handlers), root.level
-    monkeypatch.setattr(logs, "_file", None)
-    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
-    monkeypatch.setattr(threading, "excepthook", threading.excepthook)
-    yield tmp_path / "logs"
-    for handler in set(root.handlers) - set(before):
-        root.removeHandler(handler)
-        handler.close()
-    root.setLevel(level)
+    with kept_apart(monkeypatch):
+        yield tmp_path / "logs"
 
 
 def lines_of(directory):
-    content = (directory / logs.FILE_NAME).read_text(encoding="utf-8")
+    content = file_in(directory)
     assert content.endswith("\n")
     lines = content.removesuffix("\n").split("\n")
     assert all(LINE.fullmatch(line) and line.isprintable() for line in lines), lines
@@ -42,7 +35,7 @@ def breaks():
     raise ValueError("first\nsecond")
 
 
-def test_every_event_is_one_line(directory, capsys):
+def test_every_event_is_one_line(directory, capfd):
     logs.start(directory, stderr=True)
     log = logging.getLogger("app.somewhere")
     log.info("R1 says: %s", "left\r\nwheel\x85\u2028again \x1b[31mred \u202eturned \udc80")
@@ -59,15 +52,17 @@ def test_every_event_is_one_line(directory, capsys):
         assert " ⏎ Traceback (most recent call last): ⏎ " in line
         assert line.endswith(" ⏎ ValueError: first ⏎ second")
         assert ", in breaks ⏎ " in line
-    watched = capsys.readouterr().err.splitlines()
+    written()
+    watched = capfd.readouterr().err.splitlines()
     assert [line[20:] for line in watched] == [
         "INFO    R1 says: left wheel again \\x1b[31mred \\u202eturned \\udc80", "ERROR   It broke", "CRITICAL Unexpected error"]
 
 
-def test_a_long_line_is_shortened_where_it_is_watched_too(directory, capsys):
+def test_a_long_line_is_shortened_where_it_is_watched_too(directory, capfd):
     logs.start(directory, stderr=True)
     logging.getLogger("app.somewhere").warning("begin %s end", "ö" * 5000)
-    line = capsys.readouterr().err
+    written()
+    line = capfd.readouterr().err
     assert len(line.encode()) <= logs.LONGEST + 40
     assert "begin ö" in line
     assert line.endswith("ö end\n")
@@ -92,3 +87,22 @@ def test_a_crash_is_reported_also_when_the_log_file_is_gone(directory):
     logs.start(directory, stderr=False)
     shutil.rmtree(directory)
     assert logs.note_crash(ValueError("why")) == " (why)"
+
+
+def test_what_python_would_print_on_stderr_is_a_line_of_the_log(directory, capfd):
+    logs.start(directory, stderr=False)
+
+    class Breaks:
+        def __del__(self):
+            raise ValueError("at the end")
+
+    Breaks()
+    warnings.warn("old", stacklevel=1)
+    thread = threading.Thread(target=breaks, name="reader")
+    thread.start()
+    thread.join()
+    unraisable, warning, crash = lines_of(directory)
+    assert "Exception ignored in" in unraisable
+    assert "UserWarning: old" in warning
+    assert crash.endswith("ValueError: first ⏎ second")
+    assert capfd.readouterr().err == ""

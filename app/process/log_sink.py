@@ -1,0 +1,141 @@
+"""Where finished log lines are written: each place has a bounded queue and a thread of its own, so that one that hangs delays nothing."""
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import queue
+import threading
+from collections.abc import Callable
+from io import FileIO
+from itertools import pairwise
+from pathlib import Path
+
+from app.database.files import NO_LINK
+
+MOST_WAITING = 1000          # lines that wait to be written; what comes then is left out and counted
+WRITTEN_WITHIN = 0.5         # s that the end of the process waits for them
+
+Write = Callable[[bytes], None]        # raises OSError
+
+
+class _LeftOut:
+    """Stands in the queue for lines that found no room in it."""
+    lines = 0
+
+
+class Sink(logging.Handler):
+    """Formats on the thread that logs, as arguments may change afterwards, and writes on its own.
+
+    Lines that found no room, or could not be written, are counted, and said as soon as it works again. The thread holds no lock of
+    ``logging``, whose end would wait for it.
+    """
+
+    def __init__(self, name: str, write: Write, formatter: logging.Formatter) -> None:
+        super().__init__()
+        self.setFormatter(formatter)
+        self._write = write
+        self._waiting: queue.SimpleQueue[str | _LeftOut | threading.Event | None] = queue.SimpleQueue()
+        self._left_out: _LeftOut | None = None       # the newest thing in the queue, if that is one
+        threading.Thread(target=self._run, name=f"log-{name}", daemon=True).start()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if self._waiting.qsize() < MOST_WAITING:
+            self._left_out = None
+            self._waiting.put(self._line(record))
+            return
+        if self._left_out is None:
+            self._left_out = _LeftOut()
+            self._waiting.put(self._left_out)
+        self._left_out.lines += 1
+
+    def _line(self, record: logging.LogRecord) -> str:
+        try:
+            return self.format(record)
+        except Exception as error:         # of a call whose arguments don't fit its text: never an error of the thread that logs
+            return self.format(_record(record.levelno, f"{record.msg!r} could not be formatted: {error!r}"))
+
+    def flush(self) -> None:
+        self.is_written()
+
+    def is_written(self) -> bool:
+        """Waits until everything so far is written, at most ``WRITTEN_WITHIN``."""
+        reached = threading.Event()
+        self._waiting.put(reached)
+        return reached.wait(WRITTEN_WITHIN)
+
+    def close(self) -> None:
+        self._waiting.put(None)
+        super().close()
+
+    def _run(self) -> None:
+        left_out = 0
+        while (waiting := self._waiting.get()) is not None:
+            line = ""
+            if isinstance(waiting, threading.Event):
+                waiting.set()
+            elif isinstance(waiting, _LeftOut):
+                left_out += waiting.lines
+            else:
+                line = waiting
+            try:
+                if left_out:
+                    self._write(_encoded(self.format(_record(logging.WARNING, f"{left_out} lines were left out"))))
+                    left_out = 0
+                if line:
+                    self._write(_encoded(line))
+            except OSError:
+                left_out += 1 if line else 0
+
+
+def _record(level: int, text: str) -> logging.LogRecord:
+    return logging.LogRecord(__name__, level, __file__, 0, text, (), None)
+
+
+def _encoded(line: str) -> bytes:
+    return f"{line}\n".encode(errors="backslashreplace")
+
+
+def to_descriptor(descriptor: int) -> Write:
+    """Without Python's buffers: their lock, held by a thread that hangs, would abort the process at its end."""
+    def write(data: bytes) -> None:
+        while data:
+            data = data[os.write(descriptor, data):]
+    return write
+
+
+class RotatingFile:
+    """A file that only its owner can read. At ``most`` bytes a new one is begun, and ``kept`` older ones stay: ``name.1`` is the newest.
+
+    Raises OSError when it can't be opened.
+    """
+
+    def __init__(self, path: Path, most: int, kept: int) -> None:
+        self._path, self._most, self._kept = path, most, kept
+        self._file: FileIO | None = self._open()
+
+    def write(self, data: bytes) -> None:
+        """Raises OSError."""
+        if self._file is None or self._size >= self._most:
+            self._rotate()
+            self._file = self._open()
+        to_descriptor(self._file.fileno())(data)
+        self._size += len(data)
+
+    def _open(self) -> FileIO:
+        file = FileIO(self._path, "a", opener=_private)
+        self._size = os.fstat(file.fileno()).st_size
+        return file
+
+    def _rotate(self) -> None:
+        if self._file is not None:
+            self._file.close()                       # Windows renames no open file
+            self._file = None
+        names = [self._path, *(self._path.with_name(f"{self._path.name}.{number}") for number in range(1, self._kept + 1))]
+        for newer, older in reversed(list(pairwise(names))):
+            with contextlib.suppress(FileNotFoundError):
+                os.replace(newer, older)
+
+
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags | NO_LINK, 0o600)

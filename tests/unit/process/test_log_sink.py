@@ -1,0 +1,135 @@
+"""A console, pipe or disk that stands still: whoever logs goes on, and what was left out is said once it works again."""
+from __future__ import annotations
+
+import errno
+import logging
+import os
+import threading
+
+import pytest
+
+from app.process.log_sink import MOST_WAITING, RotatingFile, Sink, to_descriptor
+
+WITHIN = 20.0
+
+
+class Place:
+    """Somewhere to write to that can be made to hang, and to fail."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.works = threading.Event()
+        self.hangs = threading.Event()
+        self.error: OSError | None = None
+
+    def write(self, data: bytes) -> None:
+        self.hangs.set()
+        assert self.works.wait(WITHIN)
+        if self.error is not None:
+            raise self.error
+        self.lines.append(data.decode())
+
+
+@pytest.fixture
+def place():
+    place = Place()
+    yield place
+    place.works.set()
+
+
+@pytest.fixture
+def log(place):
+    """A logger of its own with nothing but this place."""
+    logger = logging.Logger("robots")
+    logger.addHandler(Sink("place", place.write, logging.Formatter("%(message)s")))
+    yield logger
+    logger.handlers[0].close()
+
+
+def written(log) -> bool:
+    return log.handlers[0].is_written()
+
+
+def test_whoever_logs_goes_on_and_what_found_no_room_is_counted(log, place):
+    log.info("first")
+    assert place.hangs.wait(WITHIN)                  # the thread has taken it, so that the whole queue is free
+    for number in range(MOST_WAITING + 212):
+        log.info("%d", number)
+    assert not written(log)                          # nor does the end of the process wait for long
+    place.works.set()
+    assert written(log)
+    log.info("last")
+    assert written(log)
+    assert place.lines == ["first\n", *(f"{number}\n" for number in range(MOST_WAITING)), "212 lines were left out\n", "last\n"]
+
+
+def test_what_could_not_be_written_is_counted_until_it_works(log, place):
+    place.works.set()
+    place.error = OSError(errno.ENOSPC, "No space left on device")
+    for number in range(3):
+        log.info("%d", number)
+    assert written(log)
+    place.error = None
+    log.info("last")
+    assert written(log)
+    assert place.lines == ["3 lines were left out\n", "last\n"]
+
+
+def test_a_place_that_hangs_holds_up_no_other(log, place):
+    lines: list[bytes] = []
+    other = Sink("other", lines.append, logging.Formatter("%(message)s"))
+    log.addHandler(other)
+    log.info("both")
+    assert other.is_written()
+    assert (lines, place.lines) == ([b"both\n"], [])
+    other.close()
+
+
+def test_arguments_that_change_afterwards_change_no_line(log, place):
+    robots = ["Aino"]
+    log.info("known: %s", robots)
+    robots.append("Sisu")
+    place.works.set()
+    assert written(log)
+    assert place.lines == ["known: ['Aino']\n"]
+
+
+def test_a_line_whose_arguments_do_not_fit_is_no_error_of_the_thread_that_logs(log, place):
+    place.works.set()
+    log.info("%d robots", "two")
+    assert written(log)
+    line, = place.lines
+    assert line.startswith("'%d robots' could not be formatted: TypeError(")
+
+
+def test_a_pipe_gets_whole_lines_and_one_that_is_closed_is_an_error():
+    reader, writer = os.pipe()
+    to_descriptor(writer)(b"line\n")
+    assert os.read(reader, 100) == b"line\n"
+    os.close(reader)
+    with pytest.raises(BrokenPipeError):
+        to_descriptor(writer)(b"line\n")
+    os.close(writer)
+
+
+def test_a_full_file_is_followed_by_a_new_one_and_the_oldest_goes(tmp_path):
+    path = tmp_path / "log"
+    path.write_bytes(b"0 older\n")
+    for number in range(1, 5):
+        RotatingFile(path, most=8, kept=2).write(f"{number} line\n".encode() + b"x" * 8)
+    assert {file.name: file.read_bytes()[:6] for file in tmp_path.iterdir()} == {"log": b"4 line", "log.1": b"3 line", "log.2": b"2 line"}
+    assert {file.stat().st_mode & 0o777 for file in tmp_path.iterdir()} == {0o600}
+
+
+def test_a_directory_that_is_made_again_gets_a_file_again(tmp_path):
+    directory = tmp_path / "logs"
+    directory.mkdir()
+    file = RotatingFile(directory / "log", most=1, kept=1)
+    file.write(b"a")
+    (directory / "log").unlink()
+    directory.rmdir()
+    with pytest.raises(FileNotFoundError):
+        file.write(b"b")
+    directory.mkdir()
+    file.write(b"c")
+    assert (directory / "log").read_bytes() == b"c"
