@@ -122,12 +122,14 @@ def _plain(profile: RobotProfile) -> dict[str, Any]:
 
 
 def _left_behind(found: Any) -> LeftBehind:
-    for name in ("serial_number", "mission", "queued"):
-        _check(found[name], str)
+    started, uptime_s = found.get("started"), found.get("uptime_s")        # notes of earlier versions lack them
+    for value in (found["serial_number"], found["mission"], found["queued"], started):
+        _check(value, str)
     _check(found["hold"], int)
     _require(found["mission"] is None or re.fullmatch(r"[\w-]+", found["mission"], re.ASCII), "mission")      # it goes into addresses
     return LeftBehind(found["serial_number"], found["mission"], tuple(map(_text, found["tokens"])), int(_finite(found["queue_floor"])),
-                      found["is_paused"] is True, found["queued"], found["hold"])
+                      found["is_paused"] is True, found["queued"], found["hold"], started,
+                      None if uptime_s is None else _finite(uptime_s))
 
 
 def _require(condition: object, problem: str) -> None:

@@ -12,7 +12,7 @@ from app.mir.errors import Refusal, Unauthorized
 from app.mir.own_words import CANCELLED, USER_REQUEST
 from app.mir.texts import clean, resolve
 from app.services.check_up.look import Look, why
-from app.services.check_up.trial import FIRST, LONGEST_WORD, Item, Seen
+from app.services.check_up.trial import FIRST, LONGEST_WORD, Item, Seen, Sign
 
 DESCRIPTION, CREATED = "description", 201
 LONGEST_NAME = 80            # characters of a field's name
@@ -42,6 +42,19 @@ def judge(look: Look, seen: Seen, user: str) -> None:
         found = {finding.topic for finding in look.findings}
         topic = next((each for each in Topic if each.is_tried and each not in found), Topic.LEFT)
         look.red(topic, message("The trial ended early: {problem}", problem=why(seen.problem)), message("Check up again when it answers."))
+
+
+def judge_taken_over(look: Look, sign: Sign) -> None:
+    """The one finding of a trial that ended because somebody else used the robot, or seemed to."""
+    ended = message("The trial ended. Check up again when nobody else uses the robot.")
+    if sign is Sign.PAUSED:
+        look.amber(Topic.PAUSE, message("Somebody paused it while it was tried"), ended)
+    elif sign is Sign.RELEASED:
+        look.amber(Topic.PAUSE, message("Somebody ended the pause of the trial"), ended)
+    else:
+        look.red(Topic.PAUSE, message("A mission went on while it was in Pause"),
+                 message("Either somebody released it and paused it again, or Pause in the app does not keep it from driving: look at the "
+                         "robot, and check up again."))
 
 
 def _order(look: Look, seen: Seen, user: str) -> None:
@@ -221,9 +234,6 @@ def _pause(look: Look, seen: Seen) -> None:
     if seen.pause_problem is not None:
         look.amber(Topic.PAUSE, message("It can't be paused: {problem}", problem=why(seen.pause_problem)),
                    message("Pause and Resume of the app have no effect on it: give the user more rights on the robot."))
-    elif seen.waits_in_pause is False:
-        look.red(Topic.PAUSE, message("It began a mission while it was paused"),
-                 message("Pause in the app does not keep it from driving: use the robot's own stop."))
     elif seen.runs_on is False and all(parse.queue_state(item.now) is not QueueState.PENDING for item in seen.items):
         look.amber(Topic.PAUSE, message("A mission that is paused does not go on when the robot is released"),
                    message("After Pause and Resume a run counts as failed: start it again."))

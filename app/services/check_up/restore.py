@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import NamedTuple
 
 from app.domain.check_up import LeftBehind
 from app.domain.message import Message, message
@@ -20,38 +21,69 @@ NOT_THERE = (404, 410)
 Note = Callable[[LeftBehind | None], None]
 
 
+class Outcome(NamedTuple):
+    """``problem``: what is not as it was; None: everything is. ``stays_paused``: by somebody else. ``is_in_error``: the robot stands so."""
+    problem: Message | None
+    stays_paused: bool = False
+    is_in_error: bool = False
+
+
 def put_back(look: Look, left: LeftBehind, note: Note, user: str, is_claimed: Callable[[int], bool] = lambda queue_id: False, *,
-             is_late: bool = False) -> Message | None:
-    """Cancels what is still open of the trial, removes the mission that was made, and releases the robot. Returns what is not as it was;
-    None, with the note taken back, when everything is.
+             is_late: bool = False, is_ours: Callable[[], bool] = lambda: True) -> Outcome:
+    """Cancels what is still open of the trial, removes the mission that was made, and releases the robot. When everything is as it was,
+    the note is taken back.
 
     ``user``: who we are to the robot. ``is_claimed``: whether an item is a start of the plan. ``is_late``: a robot in Pause may have been
-    paused by a person since: it is not released while something of others is in its queue, as it would drive off. Raises RobotError.
+    paused by a person since: it is not released while something of others is in its queue, as it would drive off. ``is_ours``: whether the
+    pause is still the trial's, asked just before it is ended. Raises RobotError.
     """
-    open_ids, others = _open(look, left, user, is_claimed)
+    ours, others = _items(look, left, user, is_claimed)
+    open_ids = [item["id"] for item in ours if not has_ended(item)]
     for queue_id in open_ids:
         _check(look.probe.ask("DELETE", f"{QUEUE}/{queue_id}"), NOT_THERE)
     began = look.probe.clock()
     while left_open := [item for queue_id in open_ids if not has_ended(item := read_item(look, queue_id))]:
         if look.probe.clock() - began > ENDS_WITHIN:
             if known := [item for item in left_open if parse.queue_state(item) is not QueueState.UNKNOWN]:
-                return message("mission {number} of the trial does not end; cancel it on the robot", number=str(known[0].get("id")))
+                return Outcome(message("mission {number} of the trial does not end; cancel it on the robot",
+                                       number=str(known[0].get("id"))))
             break                                # with a word that is not known, and no time: it was cancelled
-    stands = left.is_paused and look.probe.status().state is RobotState.PAUSE
-    stays = stands and is_late and bool(others)
-    if stands and not stays:
-        set_state(look, RobotState.READY)
+    outcome = _end_pause(look, left, ours, is_late and bool(others), is_ours)
     try:
         if left.mission is not None:
             _remove(look, f"/missions/{left.mission}")
     except RobotError:
-        if not stays:            # from now on it stands in Pause only where a person has paused it, and the plan may have it
+        if outcome.problem is None:      # from now on it stands in Pause only where a person has paused it, and the plan may have it
             note(replace(left, is_paused=False, hold=None))
         raise
-    if stays:
-        return message("it stands in Pause, with missions of others in its queue; release it there or in the app")
-    note(None)
-    return None
+    if outcome.problem is None:
+        note(None)
+    return outcome
+
+
+def _end_pause(look: Look, left: LeftBehind, ours: Iterable[parse.Object], is_in_use: bool, is_ours: Callable[[], bool]) -> Outcome:
+    """Of the trial; one that is or may be somebody else's stays. ``is_in_use``: by others, so that it would drive off."""
+    status = look.probe.paced_status()
+    if status.state is not RobotState.PAUSE:
+        return Outcome(None, is_in_error=status.state is RobotState.ERROR)
+    if not left.is_paused or not is_ours():
+        return Outcome(None, stays_paused=True)
+    has_booted = None not in (status.uptime_s, left.uptime_s) and (status.uptime_s or 0.0) < (left.uptime_s or 0.0)
+    if has_booted or _have_gone_on(ours, left.started):
+        return Outcome(message("it stands in Pause, and somebody may have paused it; release it there or in the app"))
+    if is_in_use:
+        return Outcome(message("it stands in Pause, with missions of others in its queue; release it there or in the app"))
+    set_state(look, RobotState.READY)
+    return Outcome(None)
+
+
+def _have_gone_on(items: Iterable[parse.Object], started: str | None) -> bool:
+    """Whether missions of the trial ran since it was paused, so that the pause was left and has come again."""
+    begun = [(at, item) for item in items if (at := parse.instant(item.get("started"))) is not None]
+    if not begun:
+        return False
+    _at, newest = max(begun, key=lambda each: each[0])
+    return newest.get("started") != started or parse.queue_state(newest) is QueueState.DONE
 
 
 def _remove(look: Look, path: str) -> None:
@@ -66,11 +98,9 @@ def _remove(look: Look, path: str) -> None:
     _check(look.probe.ask("DELETE", path), NOT_THERE)
 
 
-def set_state(look: Look, state: RobotState) -> Answer:
-    """Pause or release it. Raises RobotError."""
-    answer = look.probe.ask("PUT", "/status", json={"state_id": int(state)})
-    _check(answer)
-    return answer
+def set_state(look: Look, state: RobotState) -> None:
+    """Pause or release it, right after its status was read: what somebody does in between can't be seen. Raises RobotError."""
+    _check(look.probe.ask("PUT", "/status", json={"state_id": int(state)}, at_once=True))
 
 
 def read_item(look: Look, queue_id: int) -> parse.Object:
@@ -114,12 +144,12 @@ def _may_be_of_trial(item: parse.Object, left: LeftBehind, user: str, is_claimed
             and not is_claimed(item["id"]))
 
 
-def _open(look: Look, left: LeftBehind, user: str, is_claimed: Callable[[int], bool]) -> tuple[list[int], list[int]]:
-    """Ids of what has not ended: of the trial, and of others."""
+def _items(look: Look, left: LeftBehind, user: str, is_claimed: Callable[[int], bool]) -> tuple[list[parse.Object], list[parse.Object]]:
+    """Those of the trial, and open ones of others."""
     items = list(items_above(look, left.queue_floor))
     ours = [item for item in items if _is_of_trial(item, left)]            # with a token found, the robot keeps them: the rest is of others
     ours = ours or [item for item in items if _may_be_of_trial(item, left, user, is_claimed)]
-    return [item["id"] for item in ours if not has_ended(item)], [item["id"] for item in items if item not in ours and not has_ended(item)]
+    return ours, [item for item in items if item not in ours and not has_ended(item)]
 
 
 def _check(answer: Answer, fine: tuple[int, ...] = ()) -> None:
@@ -129,8 +159,15 @@ def _check(answer: Answer, fine: tuple[int, ...] = ()) -> None:
         raise error
 
 
-def with_pause(left: LeftBehind, is_paused: bool, note: Note) -> LeftBehind:
+def with_pause(left: LeftBehind, note: Note, started: str | None, uptime_s: float | None) -> LeftBehind:
     """Noted before it is done."""
-    left = replace(left, is_paused=is_paused)
+    left = replace(left, is_paused=True, started=started, uptime_s=uptime_s)
+    note(left)
+    return left
+
+
+def without_pause(left: LeftBehind, note: Note) -> LeftBehind:
+    """From now on a pause is somebody else's."""
+    left = replace(left, is_paused=False)
     note(left)
     return left

@@ -5,20 +5,22 @@ and paused once more while one of them runs. What is about to change is noted be
 """
 from __future__ import annotations
 
+import math
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from enum import Enum, auto
+from typing import Any, NoReturn
 
 from app.domain.check_up import LeftBehind
 from app.domain.message import message
-from app.domain.robot import QueueState, RobotState
+from app.domain.robot import QueueState, RobotState, RobotStatus
 from app.mir import parse
 from app.mir.errors import Refusal, RobotError, Unauthorized
 from app.mir.probe import QUEUE, Answer, ids_of
 from app.mir.texts import clean
 from app.services.check_up.look import Look
-from app.services.check_up.restore import Note, has_ended, items_above, read_item, set_state, with_pause
+from app.services.check_up.restore import Note, has_ended, items_above, read_item, set_state, with_pause, without_pause
 
 NAME, SECOND = "AMR Scheduler check-up", "00:00:01.000000"
 GROUP = "Missions"           # of missions, on every robot from the factory on
@@ -28,6 +30,7 @@ STATE_WITHIN = 10.0          # s until it shows that it is paused
 ENDS_WITHIN, OWN_ENDS_WITHIN = 90.0, 900.0           # s for all items to end: of the mission that waits a second, of another one
 TAKES_S, OWN_TAKES_S = 40.0, 240.0                   # that a trial takes, about
 READ_EVERY = 1.0             # s between two looks at all items
+WATCH_EVERY = 0.3            # s after which its state is looked at again, before another question
 LONGEST_WORD = 40            # characters for a state
 FIRST, AGAIN, CANCELLED, PREFERRED = range(4)        # items, in the order in which they are queued
 
@@ -72,6 +75,21 @@ class Seen:
     problem: RobotError | None = None            # that ended the trial early
 
 
+class Sign(Enum):
+    """That somebody else uses the robot."""
+    PAUSED = auto()
+    RELEASED = auto()
+    WENT_ON = auto()             # a mission, in Pause
+
+
+class TakenOver(Exception):
+    """Somebody else has paused the robot, or ended the trial's pause: from then on it is theirs."""
+
+    def __init__(self, sign: Sign) -> None:
+        super().__init__(sign)
+        self.sign = sign
+
+
 def length_s(mission: str | None) -> float:
     return TAKES_S if mission is None else OWN_TAKES_S
 
@@ -89,6 +107,7 @@ class TrialRun:
         self._look, self._probe, self._left, self._note = look, look.probe, left, note
         self._began, self._done_s, self._of_s = look.probe.clock(), done_s, of_s
         self._highest = left.queue_floor
+        self._is_paused, self._watched_at = False, -math.inf
         self.seen = Seen()
 
     @property
@@ -97,7 +116,7 @@ class TrialRun:
         return self._left
 
     def run(self) -> Seen:
-        """Raises NotWanted; a robot that doesn't answer is part of what was seen."""
+        """Raises NotWanted or TakenOver; a robot that doesn't answer is part of what was seen."""
         try:
             self._run()
         except RobotError as error:
@@ -112,7 +131,7 @@ class TrialRun:
                 self.seen.may_not_make = True
                 return
         self._at(message("Pausing it"))
-        is_paused = self._pause()
+        self._pause(None)
         self._at(message("Queueing missions"))
         if not self._order(FIRST):
             return
@@ -125,9 +144,9 @@ class TrialRun:
             self.seen.preferred = self.seen.items[-1]
         self._wait(PAUSE_S)
         self._read()
-        if is_paused:
-            self.seen.waits_in_pause = not any(item.has_begun for item in self.seen.items if item is not self.seen.cancelled)
-            self._release()
+        if self._is_paused:
+            self.seen.waits_in_pause = True
+            self._release(0)
         self._follow()
         self.seen.is_in_error = self._probe.status().state is RobotState.ERROR
 
@@ -142,31 +161,67 @@ class TrialRun:
         self._must(self._probe.ask("POST", f"/missions/{guid}/actions", json={
             "action_type": "wait", "mission_id": guid, "priority": 1, "parameters": [{"id": "time", "value": SECOND}]}))
 
-    def _pause(self) -> bool:
-        """Whether it stands in Pause then."""
-        self._left = with_pause(self._left, True, self._note)
+    def _pause(self, started: str | None) -> None:
+        """``started``: when the newest of the missions had begun."""
+        status = self._watch()
+        self._left = with_pause(self._left, self._note, started, status.uptime_s)
         try:
             set_state(self._look, RobotState.PAUSE)
         except Refusal as error:
+            if self._shows_pause(True, within=0.0):
+                raise                            # what it says is not what it does
             self.seen.pause_problem = error
-            return False
-        return self._shows(lambda state: state is RobotState.PAUSE)
+        else:
+            self._is_paused = self._shows_pause(True)
 
-    def _release(self) -> None:
-        self._look.check_is_wanted()             # a person may have pressed Pause
+    def _release(self, progress: int) -> None:
+        """``progress``: when it stood in Pause."""
+        if self._progress != progress:
+            self._lose(Sign.WENT_ON)
+        self._watch()
+        self._look.check_is_wanted()             # a person may have pressed Pause in the app
         set_state(self._look, RobotState.READY)
-        if self._shows(lambda state: state is not RobotState.PAUSE):
-            self._left = with_pause(self._left, False, self._note)
+        self._left, self._is_paused = without_pause(self._left, self._note), False
+        if not self._shows_pause(False):
+            self._lose(Sign.PAUSED)
 
-    def _shows(self, wanted: Any) -> bool:
+    def _shows_pause(self, wanted: bool, within: float = STATE_WITHIN) -> bool:
+        """Whether it is so within so many seconds."""
         began = self._probe.clock()
-        while not (shown := wanted(self._probe.status().state)) and self._probe.clock() - began < STATE_WITHIN:
-            self._wait(0.5)
-        return bool(shown)
+        while (self._probe.status().state is RobotState.PAUSE) is not wanted:
+            if self._probe.clock() - began >= within:
+                return False
+            self._look.check_is_wanted()
+            self._look.pause(WATCH_EVERY)
+        self._watched_at = self._probe.clock()
+        return True
+
+    def _watch(self) -> RobotStatus:
+        """Raises TakenOver."""
+        status = self._probe.paced_status()
+        self._watched_at = self._probe.clock()
+        if (status.state is RobotState.PAUSE) is not self._is_paused:
+            self._lose(Sign.RELEASED if self._is_paused else Sign.PAUSED)
+        return status
+
+    def _watch_in_turn(self) -> None:
+        self._look.check_is_wanted()
+        if self._probe.clock() - self._watched_at >= WATCH_EVERY:
+            self._watch()
+
+    def _lose(self, sign: Sign) -> NoReturn:
+        self._left = without_pause(self._left, self._note)
+        raise TakenOver(sign)
+
+    @property
+    def _progress(self) -> int:
+        """How many of the missions have begun, and how many have ended."""
+        runs = [item for item in self.seen.items if item.id is not None and item is not self.seen.cancelled]
+        return sum(item.has_begun + item.has_ended for item in runs)
 
     def _order(self, number: int, priority: int = 0) -> bool:
         """Whether it has been found in the queue."""
-        self._look.check_is_wanted()
+        self._watch_in_turn()
         token = self._left.tokens[number]
         answer = self._probe.ask("POST", QUEUE, json={"mission_id": self._left.mission or self._left.queued, "description": token,
                                                       "priority": priority})
@@ -193,8 +248,11 @@ class TrialRun:
 
     def _look_where_it_is(self, item: Item) -> None:
         queries = {"whitelist": "all", "sort_by": "id,desc", "limit": "20"}
-        rows = {"item": [item.now], "list": self._probe.queue(**queries).rows,
-                "search": self._probe.search([{"fieldname": "id", "operator": ">", "value": (item.id or 0) - 1}], **queries).rows}
+        self._watch_in_turn()
+        listed = self._probe.queue(**queries).rows
+        self._watch_in_turn()
+        found = self._probe.search([{"fieldname": "id", "operator": ">", "value": (item.id or 0) - 1}], **queries).rows
+        rows = {"item": [item.now], "list": listed, "search": found}
         self.seen.places = {place: row for place, found in rows.items() for row in found if row.get("id", item.id) == item.id}
 
     def _follow(self) -> None:
@@ -217,12 +275,16 @@ class TrialRun:
         return ENDS_WITHIN if self._left.mission is not None else OWN_ENDS_WITHIN
 
     def _pause_while(self, running: Item) -> None:
-        if not running.has_ended and self._pause():
+        if running.has_ended:
+            return
+        self._pause(parse.text_or_none(running.now.get("started")))
+        if self._is_paused:
+            self._read()
+            progress = self._progress
             self._wait(PAUSE_S)
-            self._note_of(running)
-            stood = not running.has_ended
-            self._release()
-            if stood:
+            self._read()
+            self._release(progress)
+            if not running.has_ended:
                 self._until_ended(running)
                 self.seen.runs_on = running.has_ended and not _is_aborted(running)
 
@@ -239,13 +301,16 @@ class TrialRun:
                 self._note_of(item)
 
     def _note_of(self, item: Item) -> None:
+        self._watch_in_turn()
         item.now = read_item(self._look, item.id or 0)
         if word := clean(item.now.get("state"), LONGEST_WORD):
             item.words[_phase(item)] = word
 
     def _wait(self, seconds: float) -> None:
-        self._look.check_is_wanted()
-        self._look.pause(seconds)
+        end = self._probe.clock() + seconds
+        while (rest := end - self._probe.clock()) > 0:
+            self._watch_in_turn()
+            self._look.pause(min(rest, WATCH_EVERY))
 
     def _at(self, says: Any) -> None:
         self._look.at(says, min(self._of_s, self._done_s + self._probe.clock() - self._began), self._of_s)

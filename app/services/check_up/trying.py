@@ -19,9 +19,9 @@ from app.domain.robot import Identity, RobotState
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
 from app.services.check_up import reading, trial
-from app.services.check_up.judge import judge
+from app.services.check_up.judge import judge, judge_taken_over
 from app.services.check_up.look import Look
-from app.services.check_up.restore import Note, put_back
+from app.services.check_up.restore import Note, Outcome, put_back
 from app.services.check_up.room import check_is_no_copy, check_room
 from app.services.dispatch.ledger import Ledger
 from app.services.live.alarms import Alarms
@@ -30,7 +30,7 @@ from app.services.live.holds import Holds
 log = logging.getLogger(__name__)
 
 READY_FOR, READY_WITHIN = 3.0, 120.0     # s that a robot must have stood ready; that is waited for
-REQUESTS = 100               # of a trial, about: each takes so much longer where the robot is slow
+REQUESTS = 120               # of a trial, about: each takes so much longer where the robot is slow
 TRIES, AGAIN_AFTER = 4, 3.0              # to put a robot back at the end, s between them
 MINUTES = timedelta(minutes=10)          # after a trial began, in which whoever agreed to it expects the robot to be released
 HOLD = message("Check-up")["msgid"]      # reason of the hold that keeps the plan's starts back meanwhile, translated where it is shown
@@ -85,6 +85,9 @@ class Trials:
         run = trial.TrialRun(look, left, self._noting(robot, left.hold), reading.length_s(), self.length_s(agreed))
         try:
             judge(look, seen := run.run(), identity.user_name)
+        except trial.TakenOver as end:
+            judge_taken_over(look, end.sign)
+            return False
         finally:
             self._finish(look, robot, run.left, identity.user_name)
         return seen.problem is None and not seen.may_not_make
@@ -108,29 +111,28 @@ class Trials:
 
     def _finish(self, look: Look, robot: Robot, left: LeftBehind, user: str) -> None:
         """Everything as it was, and a finding of it."""
-        stays_paused = robot.id in self._stays_paused
-        if stays_paused:
-            left = replace(left, is_paused=False)
-        is_in_error = False
+        outcome = Outcome(None)
         for tries_left in reversed(range(TRIES)):
+            left = self.left_behind().get(robot.id, left)
             try:
-                is_in_error = look.probe.status().state is RobotState.ERROR
-                problem = self._put_back(look, robot, left, user)
+                outcome = self._put_back(look, robot, left, user)
                 break
             except RobotError as error:
-                problem = error.message
+                outcome = Outcome(error.message)
             if tries_left:                       # a command that ends now leaves it so until the app is started
                 self._clock.sleep(AGAIN_AFTER)
-                left = self.left_behind().get(robot.id, left)
-        if problem is not None:
-            self._tell(robot, problem)
-            look.red(Topic.LEFT, message("It is not as it was before: {problem}", problem=problem),
+        if outcome.problem is not None:
+            self._tell(robot, outcome.problem)
+            look.red(Topic.LEFT, message("It is not as it was before: {problem}", problem=outcome.problem),
                      message("The app puts it back as soon as it can, and keeps the plan's starts back until then: look at the robot."))
-        elif is_in_error:
+        elif outcome.is_in_error:
             look.red(Topic.LEFT, message("Nothing of the trial is left on it, but it stands with an error"),
                      message("Look at the robot, then reset the error there or in the app."))
-        elif stays_paused:
+        elif robot.id in self._stays_paused:
             look.green(Topic.LEFT, message("Nothing of the trial is left on it; it stands in Pause, as somebody wanted"))
+        elif outcome.stays_paused:
+            look.amber(Topic.LEFT, message("Nothing of the trial is left on it; it stands in Pause"),
+                       message("Release it at the robot or in the app when it may go on."))
         else:
             look.green(Topic.LEFT, message("It is as it was before: nothing is queued, no mission was left, it is not paused"))
 
@@ -155,7 +157,7 @@ class Trials:
                 log.warning("robot %r: what a check-up left is on the machine with serial number %s", robot.name, left.serial_number)
                 self._noting(robot, left.hold)(None)
                 return None
-            problem = self._put_back(look, robot, left, identity.user_name, is_late=self._is_late(robot, left))
+            problem = self._put_back(look, robot, left, identity.user_name, is_late=self._is_late(robot, left)).problem
         except RobotError as error:
             self._tell(robot, error.message)
             raise
@@ -173,14 +175,14 @@ class Trials:
     def _tell(self, robot: Robot, problem: Message) -> None:
         self._alarms.raise_about_robot(ALARM, robot, problem=problem)
 
-    def _put_back(self, look: Look, robot: Robot, left: LeftBehind, user: str, *, is_late: bool = False) -> Message | None:
+    def _put_back(self, look: Look, robot: Robot, left: LeftBehind, user: str, *, is_late: bool = False) -> Outcome:
         is_idle_period = self._robots.idle_queue_id(self._db.read(), robot.id) == left.queue_floor
         highest = look.probe.client.highest_queue_id() if is_idle_period else None
-        problem = put_back(look, left, self._noting(robot, left.hold), user, lambda queue_id: self._is_of_plan(robot, queue_id),
-                           is_late=is_late)
-        if problem is None and highest is not None and highest <= left.queue_floor + len(left.tokens):
+        outcome = put_back(look, left, self._noting(robot, left.hold), user, lambda queue_id: self._is_of_plan(robot, queue_id),
+                           is_late=is_late, is_ours=lambda: self.left_behind().get(robot.id, left).is_paused)
+        if outcome.problem is None and highest is not None and highest <= left.queue_floor + len(left.tokens):
             self._ledger.note_idle_copy(robot.id, highest, runs=True)          # nobody has used the robot meanwhile
-        return problem
+        return outcome
 
     # ------------------------------------------------------------------ inside
     def _is_of_plan(self, robot: Robot, queue_id: int) -> bool:
