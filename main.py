@@ -99,6 +99,8 @@ def _check(options: argparse.Namespace) -> None:
 
 def _start(options: argparse.Namespace) -> int:
     from app.process.data_directory import DataDirectory
+    from app.process.watching import open_more_files
+    open_more_files()
     if options.demo:
         with _demo_directory(options.data_dir) as path, _fleet() as robots:
             return _schedule(options, DataDirectory.prepare(path), robots)

@@ -15,6 +15,7 @@ from app.process.inbox import Inbox
 from app.process.lock import AlreadyRunning, InstanceLock
 from app.process.opening import open_container
 from app.process.requests import handlers
+from app.process.watching import watch
 from app.services.files.daily_backup import DailyBackup
 
 log = logging.getLogger(__name__)
@@ -39,6 +40,7 @@ def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Map
             container.engine.add_chore("The daily backup", DailyBackup(container.db, container.clock, container.alarms).tick)
             container.engine.add_chore("Asking what missions do", container.mission_actions.tick)
             container.engine.add_chore("Putting back what a check-up left", container.check_ups.tick)
+            watch(container, lock)
             log.info("%s %s schedules on %s", NAME, __version__, directory.path)
             container.runner.start()
             yield container

@@ -23,7 +23,7 @@ class AlreadyRunning(Exception):
 class InstanceLock:
     def __init__(self, directory: Path) -> None:
         self._directory = directory
-        self._path = directory / "scheduler.lock"
+        self.path = directory / "scheduler.lock"
         self._file: IO[str] | None = None
         self.is_held_by_command = False
 
@@ -31,9 +31,9 @@ class InstanceLock:
         """Take the lock and write down who holds it: a process that ``serves`` commands, or a command. Raises AlreadyRunning, and BadInput
         when there is no way to lock."""
         try:
-            descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o600)
+            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o600)
         except OSError as error:
-            raise BadInput(f"{self._path} can't be opened: {error.strerror}; remove it, or choose another --data-dir") from None
+            raise BadInput(f"{self.path} can't be opened: {error.strerror}; remove it, or choose another --data-dir") from None
         file = os.fdopen(descriptor, "r+", encoding="utf-8")
         if not _lock(file):
             holder = file.read(200).strip() or "another process"
@@ -53,6 +53,14 @@ class InstanceLock:
             self.is_held_by_command = error.holder.startswith(COMMAND)
             return False
         return True
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the file that is locked is still the one in the directory: else another process can lock that."""
+        try:
+            return self._file is not None and os.path.samestat(os.fstat(self._file.fileno()), os.stat(self.path))
+        except FileNotFoundError:
+            return False
 
     def release(self) -> None:
         if self._file:

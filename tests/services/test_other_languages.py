@@ -17,6 +17,9 @@ from app.domain.models import Alarm, Group, Priority, Robot, State
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
 from app.mir.errors import CertificateMismatch, CertificateProblem, SerialNumberHidden, Unreachable
+from app.process import watching
+from app.process.lock import InstanceLock
+from app.process.watching import watch
 from app.services.files.daily_backup import DailyBackup
 from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
@@ -310,6 +313,18 @@ def pin_guessed(site, plan):
         site.clock.advance(site.container.access.check("0000").wait_s)
 
 
+def lock_lost(site, plan):
+    lock = InstanceLock(site.directory)
+    lock.acquire()
+    watch(site.container, lock)
+    lock.path.unlink()
+    site.run(60)
+
+
+def too_few_files(site, plan):
+    site.container.alarms.raise_("too_few_files", "app", **watching.too_few_files(robots=400, allowed=1024))
+
+
 def question(site, plan):
     COMMANDS["user_prompt"]({"question": "Onko kuorma kunnossa?", "options": ["Kyllä", "Ei"], "timeout": 600})(site.machines["R1"])
     site.run(60)
@@ -320,7 +335,7 @@ CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     certificate_untrusted, needs_password, execution_failed, start_refused, robot_fails, execution_skipped, executions_missed, app_was_off,
     backup_restored, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, started_twice, unknown_outcome, database,
     backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, check_up_left,
-    item_unreadable, pin_guessed, question)}
+    item_unreadable, pin_guessed, lock_lost, too_few_files, question)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():

@@ -125,6 +125,8 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "check_up_outdated": lambda: _("check it up in its settings; until then it is used as one that is not known"),
     "check_up_left": lambda: _("look at the robot; as long as it is held, nothing of the plan is sent to it"),
     "two_tablets": lambda: _("switch the other tablet off, then release the hold"),
+    "lock_lost": lambda: _("see that only one app runs on this data, and start it again"),
+    "too_few_files": lambda: _("raise the limit (ulimit -n, or LimitNOFILE of the service) and start the app again"),
     "pin_guessed": lambda: _("enter the right PIN to end this"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
@@ -207,7 +209,8 @@ def alarm_icon(alarm: Alarm) -> str:
 # ---------------------------------------------------------------------- what can be done
 _OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed",
                          "certificate_untrusted", "needs_password", "check_up_outdated")
-_OF_THE_TABLET = ("app_was_off", "backup_restored", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed")
+_OF_THE_TABLET = ("app_was_off", "backup_restored", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed",
+                  "lock_lost", "too_few_files")
 _OF_THE_DISK = ("database", "backup_failed")
 _OF_THE_PLAN = ("execution_failed", "start_refused", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed",
                 "late_cancelled", "adopted_unproven", "item_unreadable")

@@ -60,6 +60,9 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
     "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),
     "two_tablets": (Priority.HIGH, "Another tablet starts missions of this plan on {robot} too; nothing is sent from here"),
+    "lock_lost": (Priority.HIGH, "{path} was deleted or replaced: another app could start missions of the same data"),
+    "too_few_files": (Priority.HIGH, "{robots} robots need about {needed} open files and connections, and the system allows {allowed}: "
+                                     "starts may not be sent"),
     "pin_guessed": (Priority.HIGH, "Somebody is guessing the PIN of Settings: {tries} wrong ones in a row, or more"),
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
