@@ -70,6 +70,14 @@ class ScheduleRepository:
         c.execute("UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = min(changed_at, ?) WHERE id = ?",
                   (to_optional_text(next_at), to_text(planned_through), to_text(now), schedule_id))
 
+    def changed_between(self, c: sqlite3.Connection, first: datetime, last: datetime) -> list[Schedule]:
+        """Both included."""
+        return self._list(c, "WHERE changed_at BETWEEN ? AND ?", to_text(first), to_text(last))
+
+    def count_from(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None, now: datetime) -> None:
+        """As if it had been changed now."""
+        c.execute("UPDATE schedules SET next_at = ?, changed_at = ? WHERE id = ?", (to_optional_text(next_at), to_text(now), schedule_id))
+
     def days_changed(self, c: sqlite3.Connection, now: datetime) -> None:
         """Other days are working days since then."""
         c.execute("UPDATE schedules SET changed_at = ? WHERE respect_working_days = 1 AND recurrence IS NOT NULL", (to_text(now),))

@@ -13,6 +13,7 @@ from app.domain.models import Settings
 NAMES = frozenset(field.name for field in fields(Settings))
 WRONG_PINS = "settings_pin_wrong"        # name of the row that counts the wrong PINs for Settings in a row
 DECLINED_PLACES = "declined_places"      # of the row with the guids of positions that shall not be proposed as places again
+UNPROVEN_TIME = "clock_unproven"         # of the row that says since and until when nothing has shown that the clock is right
 
 
 class SettingsRepository:

@@ -20,7 +20,7 @@ from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import DECLINED_PLACES, WRONG_PINS, SettingsRepository
+from app.database.settings import DECLINED_PLACES, UNPROVEN_TIME, WRONG_PINS, SettingsRepository
 from app.domain.message import Message, message
 from app.domain.models import InvalidInput
 from app.services.catalogue import validation
@@ -104,6 +104,9 @@ def _settings(c: sqlite3.Connection) -> None:
     instants = [repository.heartbeat(c), repository.restored_at(c)]
     if move := stored_move(repository, c):
         instants.append(move.at)
+    if unproven := repository.get(c, UNPROVEN_TIME):
+        _require(type(unproven["is_wrong"]) is bool and len(unproven) == 3, UNPROVEN_TIME)
+        instants += [datetime.fromisoformat(unproven[name]) for name in ("since", "until")]
     for instant in instants:
         _require(instant is None or (instant.tzinfo is not None and instant.year in range(1970, 10000)), str(instant))
     pin = repository.get(c, PIN)

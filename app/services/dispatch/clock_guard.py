@@ -9,10 +9,11 @@ import logging
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 
 from app.database.connection import Database
-from app.database.settings import SettingsRepository
+from app.database.settings import UNPROVEN_TIME, SettingsRepository
+from app.database.values import to_instant, to_text
 from app.domain.clock import Clock, ClockReading
 from app.domain.message import Message, message
 from app.services.dispatch.timing import CLOCKS_AGREE, FIRST_DOUBT, REPORTED_STEP
@@ -24,20 +25,25 @@ log = logging.getLogger(__name__)
 
 BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
 HEARD_AGAIN = 3600.0                    # s without a difference after which the clock of an overruled robot counts again
+EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)        # before that there was no app: a clock that shows such a time is wrong
+LONGEST_SLEEP = timedelta(days=1)       # a clock that nothing has proven right and that moves further ahead was set
 CONFIRMED = "confirmed_clock_offsets"   # name of the setting: what the robots' clocks differed by when a person said that this one is right
 UNPROVEN = message("it is being compared with the robots' clocks")
 
 Readings = Mapping[int, ClockReading]   # by robot
+Span = tuple[datetime, datetime]        # both included
 
 
 @dataclass(frozen=True)
 class Judgement:
     """``absent_since``: the app was off, asleep or in doubt until now. ``went_back``: instants that have been handled may come again.
-    ``step``: by how much the clock was set since what the last judgement asked for was done, or the tablet has slept."""
+    ``step``: by how much the clock was set since what the last judgement asked for was done, or the tablet has slept.
+    ``wrong``: from when to when the clock showed a wrong time before it was set ahead; what was planned then counts from now."""
     is_trusted: bool
     absent_since: datetime | None = None
     went_back: bool = False
     step: timedelta = timedelta()
+    wrong: tuple[Span, ...] = ()
 
 
 @dataclass
@@ -46,10 +52,18 @@ class _Doubt:
     since_mono: float
     jump_s: float = 0.0                 # that the clock has moved ahead while the app ran
     has_alarm: bool = False
+    was_set: bool = False               # the clock was wrong before it moved ahead
 
     def begin_anew(self, mono: float) -> None:
         """After a jump: what was read up to that very moment says nothing any more."""
         self.since_mono = math.nextafter(mono, math.inf)
+
+
+@dataclass
+class _Unproven:
+    """A time, by the tablet's clock, in which nothing has shown that it is right."""
+    since: datetime
+    is_wrong: bool = False              # something has shown that it is not
 
 
 class ClockGuard:
@@ -66,12 +80,17 @@ class ClockGuard:
         self._went_back = False
         self._step = timedelta()
         self._overruled: dict[int, float] = {}                   # robots against whose clocks a person decided, and when they last differed
+        self._without_proof: _Unproven | None = None
+        self._noted_at = 0.0                                    # on the monotonic clock, whether it was proven
+        self._wrong: list[Span] = []
         self.is_proven = False                                  # by a robot or a person; else one robot's word counts
 
     def start(self) -> None:
         """Called once, before the first round."""
         self._last_heartbeat = self._settings.heartbeat(self._db.read())
         self._started_at = self._clock.monotonic()
+        self._noted_at = self._started_at
+        self._recall_unproven(self._clock.now())
         self._begin_doubt(self._clock.now())
 
     def judge(self, readings: Readings, can_ask: bool) -> Judgement:
@@ -81,12 +100,13 @@ class ClockGuard:
         self._last = (now, mono)
         self._holds.clock_was_judged(now, mono)
         problem = self._problem(readings, can_ask, now, mono)
+        self._note_unproven(problem, now, mono)
         if self._doubt is None:
             self._beat(now, mono)
             self._report_absence(now)
             if self._went_back:
                 self._downtime.forget_beyond(now)
-            return Judgement(True, self._absent_since, self._went_back, self._step)
+            return Judgement(True, self._absent_since, self._went_back, self._step, tuple(self._wrong))
         if problem is not None:
             self._holds.distrust_clock(problem)
             if problem is not UNPROVEN and not self._doubt.has_alarm:
@@ -97,6 +117,7 @@ class ClockGuard:
     def acted(self) -> None:
         """What the last judgement asked for has been done; until then each one asks for it again, as nothing may be writable just now."""
         self._absent_since, self._went_back, self._step = None, False, timedelta()
+        self._wrong.clear()
 
     def is_contradicted(self, robot_id: int, reading: ClockReading) -> bool:
         """Whether that robot's word is enough to put the clock in doubt, as nothing has proven it right: the next round will. Until then
@@ -123,10 +144,10 @@ class ClockGuard:
     def _end_doubt(self, now: datetime) -> None:
         doubt, self._doubt = self._doubt, None
         self._notice_absence(now)
-        if doubt is not None and doubt.has_alarm:
+        if doubt is not None and (doubt.has_alarm or doubt.was_set):
             self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
             self._absent_since = self._absent_since or min(doubt.since, now)
-        if doubt is not None and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:             # it was right to jump: the tablet slept
+        if doubt is not None and not doubt.was_set and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:      # the tablet slept
             self._away(doubt.since, now)
         self._went_back = True                     # perhaps before this run
         self._holds.distrust_clock(None)
@@ -210,6 +231,7 @@ class ClockGuard:
         self._step += timedelta(seconds=step)
         if step < 0:
             self._went_back = True
+        was_set = self._was_set(now, step)
         if self._doubt is not None:                         # what was read before says nothing any more
             self._doubt.begin_anew(mono)
             if self._doubt.jump_s:
@@ -220,6 +242,46 @@ class ClockGuard:
             self._away(self._last[0], now)
         else:
             self._alarms.raise_("clock_stepped", "clock", seconds=round(step))
+        if was_set and self._doubt is not None:
+            self._doubt.was_set = True
+
+    def _was_set(self, now: datetime, step: float) -> bool:
+        """Whether the clock was wrong before it moved ahead just now: known to be, or nothing had proven it right and no tablet sleeps so
+        long."""
+        unproven = self._without_proof
+        if unproven is None or step <= 0 or not (unproven.is_wrong or step >= LONGEST_SLEEP.total_seconds()):
+            return False
+        self._wrong.append((unproven.since, now - timedelta(seconds=step)))
+        self._without_proof = _Unproven(now)
+        return True
+
+    def _recall_unproven(self, now: datetime) -> None:
+        """What the run before noted. One that was off since may as well have been right: it was wrong where that is certain."""
+        self._without_proof = _Unproven(now)
+        stored = self._settings.get(self._db.read(), UNPROVEN_TIME)
+        if stored is None:
+            return
+        since, until = to_instant(stored["since"]), to_instant(stored["until"]) + timedelta(seconds=HEARTBEAT_EVERY)
+        is_wrong = stored["is_wrong"] or until < EARLIEST
+        if now - until < NOTEWORTHY:
+            self._without_proof = _Unproven(min(since, now), is_wrong)
+        elif is_wrong:
+            self._wrong.append((since, until))
+
+    def _note_unproven(self, problem: Message | None, now: datetime, mono: float) -> None:
+        """Kept in the database, as the clock may be set while the app is off. A span that is still to be acted on stays there."""
+        if self._doubt is None and self.is_proven:
+            self._without_proof = None
+        elif self._doubt is not None and problem not in (None, UNPROVEN):
+            self._without_proof = self._without_proof or _Unproven(self._doubt.since)
+            self._without_proof.is_wrong = True
+        if self._wrong or mono - self._noted_at < HEARTBEAT_EVERY:
+            return
+        self._noted_at = mono
+        unproven = self._without_proof
+        stored = unproven and {"since": to_text(unproven.since), "until": to_text(now), "is_wrong": unproven.is_wrong}
+        if stored is not None or self._settings.get(self._db.read(), UNPROVEN_TIME) is not None:
+            self._db.write(lambda c: self._settings.put(c, UNPROVEN_TIME, stored))
 
     def _shortest_doubtful(self) -> float:
         """s; a jump ahead beyond a start window would make starts late that a wrong clock only pretends to be."""
@@ -234,6 +296,9 @@ class ClockGuard:
         if self._last_heartbeat is None:
             self._downtime.add(Gap(EVER, began))           # a run before may have ended before its first heartbeat
             self._absent_since = EVER
+        elif self._wrong:                                  # nothing tells for how long it was off
+            self._downtime.add(Gap(self._last_heartbeat, began, clock=True))
+            self._absent_since = self._last_heartbeat
         elif began - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
             self._away(self._last_heartbeat, began)
 

@@ -153,6 +153,21 @@ class Planner:
             self._changes.publish(Topic.SCHEDULES)
             self._changes.publish(Topic.EXECUTIONS)
 
+    def count_from_now(self, spans: Iterable[tuple[datetime, datetime]]) -> None:
+        """The clock has been set right: what was made or changed while it was wrong, in these ``spans`` of its time, is planned as if that
+        had happened now."""
+        def work(c: sqlite3.Connection) -> int:
+            now, settings = self._clock.now(), self._settings.load(c)
+            calendar = working_calendar(c, settings)
+            changed = [schedule for span in spans for schedule in self._schedules.changed_between(c, *span)]
+            for schedule in changed:
+                next_at = first_due(schedule, settings, now, calendar, self._schedules.skipped(c, schedule.id))
+                self._schedules.count_from(c, schedule.id, next_at, now)
+            return len(changed)
+        if count := self._db.write(work):
+            log.warning("The clock was wrong and has been set: %d schedules that were changed before count from now", count)
+            self._changes.publish(Topic.SCHEDULES)
+
     def _plan_anew(self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar) -> None:
         """From the last instant on that was begun. Rows after that of which nothing was sent make room; what the begun one has passed over
         stays missed."""
