@@ -104,7 +104,9 @@ def _start(options: argparse.Namespace) -> int:
     if options.demo:
         with _demo_directory(options.data_dir) as path, _fleet() as robots:
             return _schedule(options, DataDirectory.prepare(path), robots)
-    directory = DataDirectory.prepare(options.data_dir, only_to_read=bool(options.export_config or options.export_log))
+    is_export = bool(options.export_config or options.export_log)
+    directory = DataDirectory.prepare(options.data_dir, only_to_read=is_export,
+                                      has_data=is_export or bool(options.run_now or options.check_up))
     if _one_shot(options):
         from app.process import commands
         return commands.run(options, directory)

@@ -39,6 +39,7 @@ class Elsewhere(NamedTuple):
     at: datetime
 
 
+PIECE = 1000                             # rows that are read at a time
 IDENTIFIER_LENGTH = 36                   # characters of a position's, as robots write it: nobody reads that
 
 
@@ -405,9 +406,16 @@ class ExecutionRepository:
                                 ORDER BY ended_at DESC, id DESC LIMIT ?""", count)
 
     def stream(self, c: sqlite3.Connection, wanted: ExecutionFilter | None = None) -> Iterator[Execution]:
-        """Oldest first by planned instant, open ones included; never all in memory."""
+        """Oldest first by planned instant, open ones included; never all in memory.
+
+        Read in pieces: a statement that stayed open, while what is written stands still, would keep the write-ahead log growing.
+        """
         where, values = _condition(wanted or ExecutionFilter())
-        return map(execution_of, c.execute(f"SELECT * FROM executions WHERE {where} ORDER BY planned_at, id", values))
+        query = f"SELECT * FROM executions WHERE {where} AND (planned_at, id) > (?, ?) ORDER BY planned_at, id LIMIT ?"
+        behind: list[object] = ["", 0]
+        while piece := c.execute(query, [*values, *behind, PIECE]).fetchall():
+            yield from map(execution_of, piece)
+            behind = [piece[-1]["planned_at"], piece[-1]["id"]]
 
     @staticmethod
     def _one(c: sqlite3.Connection, rest: str, value: object) -> Execution | None:

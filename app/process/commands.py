@@ -28,7 +28,7 @@ from app.domain.models import Execution, InvalidInput, State
 from app.failures import BadInput, Failure
 from app.mir.errors import RobotError
 from app.process import log_file, terminal
-from app.process.data_directory import DataDirectory
+from app.process.data_directory import DataDirectory, refuse_own_file
 from app.process.inbox import HolderGone, NoAnswer, ask
 from app.process.lock import InstanceLock
 from app.process.opening import open_container, open_for_reading
@@ -64,7 +64,6 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
         return _run_now(directory, robot, mission, options.parameter)
     if options.check_up:
         return _check_up(directory, options)
-    _begin_if_new(directory)
     db = open_for_reading(directory)
     try:
         if options.export_config:
@@ -78,20 +77,6 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
     finally:
         db.close()
     return 0
-
-
-def _begin_if_new(directory: DataDirectory) -> None:
-    """An export of a directory without data writes the defaults, or a log without rows."""
-    if directory.database.exists():
-        return
-    if not os.access(directory.path, os.W_OK):
-        return                                    # and opening it says that there is none
-    lock = InstanceLock(directory.path)
-    if lock.try_acquire():
-        try:
-            open_container(directory).db.close()
-        finally:
-            lock.release()
 
 
 # ------------------------------------------------------------------ import
@@ -368,6 +353,7 @@ def _opened(name: str) -> AbstractContextManager[TextIO]:
         path = without_links(Path(name))
     except InvalidInput as error:
         raise BadInput(str(error)) from None
+    refuse_own_file(path)
     is_in_place = path.exists() and not (path.is_file() or path.is_dir())
     return open_in_place(path) if is_in_place else draft_of(path)
 

@@ -14,6 +14,7 @@ from app.failures import BadInput
 from app.process.log_file import FILE_NAME as LOG_NAME
 
 _OURS = (DATABASE_NAME, "scheduler.lock")
+_DIRECTORIES = ("backups", "inbox", "logs", "maps")
 
 
 @dataclass(frozen=True)
@@ -23,15 +24,19 @@ class DataDirectory:
     only_to_read: bool = False
 
     @classmethod
-    def prepare(cls, path: Path | None, *, only_to_read: bool = False) -> DataDirectory:
-        """Make the directory, or take the one there. Raises BadInput for one of another user, for one that is neither empty nor ours, or,
-        unless it is ``only_to_read``, that can't be written."""
+    def prepare(cls, path: Path | None, *, only_to_read: bool = False, has_data: bool = False) -> DataDirectory:
+        """Make the directory, or take the one there. Raises BadInput for one of another user, for one that is neither empty nor ours, that
+        can't be written unless it is ``only_to_read``, or without a database if it ``has_data``: a name mistyped makes no directory."""
         path = path or platformdirs.user_data_path("amr-scheduler", appauthor=False)
         try:
+            if has_data and not path.exists():
+                raise BadInput(f"there is no data directory {path}; check --data-dir")
             path.mkdir(mode=0o700, parents=True, exist_ok=True)
             _refuse_shared(path)
             if not _is_ours(path):
                 raise BadInput(f"{path} holds other files; give an empty directory or one of {DATABASE_NAME}")
+            if has_data and not any(entry.name.startswith(DATABASE_NAME) for entry in path.iterdir()):
+                raise BadInput(f"{path} holds no data yet; check --data-dir, or start the app there first")
             if not only_to_read:
                 path.chmod(0o700)
             elif path.stat().st_mode & 0o077:
@@ -71,3 +76,11 @@ def _is_ours(path: Path) -> bool:
     if names == {"logs"}:
         return all(file.name.startswith(LOG_NAME) for file in (path / "logs").iterdir())
     return not names or any(name.startswith(_OURS) for name in names)
+
+
+def refuse_own_file(path: Path) -> None:
+    """Raises BadInput where an export would take the place of something that the app keeps, in this data directory or any other."""
+    for directory in path.parents:
+        name = path.relative_to(directory).parts[0]
+        if (name.startswith(_OURS) or name in _DIRECTORIES) and any((directory / ours).exists() for ours in _OURS):
+            raise BadInput(f"{path} belongs to the data of the app; give another file to write to")

@@ -13,7 +13,7 @@ from app.i18n import translation
 from app.process.commands import export_target
 from app.process.data_directory import DataDirectory
 from app.services.files.shared_places import draft_of, open_in_place, without_links
-from tests.support.process import is_one_line, run
+from tests.support.process import configuration_of, is_one_line, prepared, run
 
 
 @pytest.fixture
@@ -224,7 +224,7 @@ def test_no_link_that_was_planted_in_ones_own_is_followed(prepared_by_others, pr
     for name in contents(prepared_by_others).keys() - {planted, "logs"}:
         (prepared_by_others / name).unlink()
     if "log" in planted:
-        (prepared_by_others / "scheduler.lock").touch()
+        prepared(prepared_by_others, configuration_of())
     done = run(prepared_by_others, *arguments)
     reads_all_the_same = "log" in planted and arguments[0].startswith("--export")
     assert (done.returncode in (1, 2), is_one_line(done.stderr)) == (not reads_all_the_same,) * 2, done

@@ -12,14 +12,59 @@ import pytest
 
 from app.failures import BadInput
 from app.process.commands import export_target
-from tests.support.process import ROOT, command, environment, is_one_line
+from tests.support.process import ROOT, command, configuration_of, environment, is_one_line, prepared, run
 
 EXPORTS = pytest.mark.parametrize("option", ["--export-config", "--export-log"])
 
 
 @pytest.fixture
 def data(tmp_path) -> Path:
+    prepared(tmp_path / "data", configuration_of())
     return tmp_path / "data"
+
+
+@EXPORTS
+@pytest.mark.parametrize("is_there", [True, False])
+def test_a_data_directory_without_data_is_bad_input_and_stays_as_it_is(tmp_path, option, is_there):
+    """Such as a name that was mistyped."""
+    directory, target = tmp_path / "dtaa", tmp_path / "out"
+    if is_there:
+        directory.mkdir()
+    ended = run(directory, option, target)
+    assert (ended.returncode, ended.stdout, is_one_line(ended.stderr)) == (2, "", True)
+    assert ("holds no data yet" if is_there else "there is no data directory") in ended.stderr
+    assert not target.exists()
+    assert sorted(tmp_path.iterdir()) == ([directory] if is_there else [])
+    assert not is_there or not list(directory.iterdir())
+
+
+@pytest.mark.parametrize("arguments", [("--run-now", "R1", "Home"), ("--check-up", "R1")])
+def test_nor_does_a_command_for_a_robot_make_one(tmp_path, arguments):
+    ended = run(tmp_path / "dtaa", *arguments)
+    assert (ended.returncode, is_one_line(ended.stderr)) == (2, True)
+    assert "there is no data directory" in ended.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@EXPORTS
+@pytest.mark.parametrize("name", ["amr-scheduler.db", "amr-scheduler.db-wal", "scheduler.lock", "logs/amr-scheduler.log",
+                                  "backups/daily.db", "inbox/x.request", "link"])
+def test_an_export_takes_the_place_of_nothing_that_the_app_keeps(data, tmp_path, option, name):
+    """Nor of another installation's, nor through a link."""
+    (data / "link").symlink_to(data / "amr-scheduler.db")
+    other = tmp_path / "other"
+    prepared(other, configuration_of())
+    before = (data / "amr-scheduler.db").read_bytes()
+    for directory in (data, other):
+        ended = run(directory, option, data / name)
+        assert (ended.returncode, is_one_line(ended.stderr)) == (2, True)
+        assert "belongs to the data of the app" in ended.stderr
+    assert (data / "amr-scheduler.db").read_bytes() == before
+
+
+def test_an_export_may_lie_beside_them(data):
+    assert run(data, "--export-log", data / "exports.csv").returncode == 0
+    assert (data / "exports.csv").exists()
 
 
 @EXPORTS

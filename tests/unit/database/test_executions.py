@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from datetime import timedelta
 
@@ -9,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
+from app.database import executions
 from app.database.executions import PRUNED_AT_ONCE, ExecutionFilter, ExecutionRepository, PageKey
 from app.domain.models import ENDED_STATES, OPEN_STATES, Reason, ReasonCode, State, Trigger, Wait
 from tests.support.examples import examples
@@ -252,6 +254,20 @@ def test_rows_that_come_between_two_pages_shift_nothing(db, history, row):
     first = EXECUTIONS.page(db.read(), ExecutionFilter(), None, 5)
     add(db, row(planned_at=NOON + timedelta(hours=1), schedule_id=99))
     assert EXECUTIONS.page(db.read(), ExecutionFilter(), PageKey.of(first[-1]), 5) == history[::-1][5:10]
+
+
+def test_a_stream_that_stands_still_keeps_the_log_of_changes_from_nothing(db, row, monkeypatch):
+    """As one does that is written to a pager, which takes no more than what it shows."""
+    monkeypatch.setattr(executions, "PIECE", 2)
+    rows = [add(db, row(planned_at=NOON + timedelta(minutes=minute), schedule_id=schedule))
+            for schedule, minute in enumerate((0, 0, 0, 5, 6), start=1)]
+    stream = EXECUTIONS.stream(db.read())
+    read = [next(stream)]
+    add(db, row(planned_at=NOON + timedelta(hours=1), schedule_id=9))
+    with closing(sqlite3.connect(db.path, timeout=0)) as beside:
+        busy, *_pages = beside.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
+    assert not busy
+    assert [*read, *stream][:5] == rows
 
 
 # ---------------------------------------------------------------------- pruning
