@@ -92,6 +92,10 @@ class RobotStatus:
         """Where it is."""
         return None if self.position is None or self.map_id is None else Spot(self.map_id, self.position.x, self.position.y)
 
+    def has_booted_since(self, uptime_s: float | None) -> bool:
+        """``uptime_s``: how long it had been on before; where that, or how long it is on now, is not known, no boot is seen."""
+        return uptime_s is not None and self.uptime_s is not None and self.uptime_s < uptime_s
+
 
 class QueueState(Enum):
     """State of a queue item. In the short state ``Abort`` the reason is not known yet: message and times come with ``Aborted``."""

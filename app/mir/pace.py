@@ -32,6 +32,12 @@ class Pace:
             meanwhile()
             self._pause(max(0.001, min(seconds, STEP)))
 
+    def count(self) -> None:
+        """A request that does not wait: what a person orders. What comes after it waits longer."""
+        with self._lock:
+            if self.rest is not None:
+                self._asked.append(self._clock())
+
     def _until_free(self, share: float) -> float:
         with self._lock:
             rest, now = self.rest, self._clock()

@@ -68,8 +68,7 @@ def _end_pause(look: Look, left: LeftBehind, ours: Iterable[parse.Object], is_in
         return Outcome(None, is_in_error=status.state is RobotState.ERROR)
     if not left.is_paused or not is_ours():
         return Outcome(None, stays_paused=True)
-    has_booted = None not in (status.uptime_s, left.uptime_s) and (status.uptime_s or 0.0) < (left.uptime_s or 0.0)
-    if has_booted or _have_gone_on(ours, left.started):
+    if status.has_booted_since(left.uptime_s) or _have_gone_on(ours, left.started):
         return Outcome(message("it stands in Pause, and somebody may have paused it; release it there or in the app"))
     if is_in_use:
         return Outcome(message("it stands in Pause, with missions of others in its queue; release it there or in the app"))

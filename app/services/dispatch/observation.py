@@ -316,5 +316,4 @@ def _may_have_changed(before: RobotStatus | None, status: RobotStatus, robot: Ro
     """Whether its software may be another one by now: it says so, or has booted."""
     if status.software not in (None, robot.software):
         return True
-    uptime = before.uptime_s if before is not None else None
-    return uptime is not None and status.uptime_s is not None and status.uptime_s < uptime
+    return before is not None and status.has_booted_since(before.uptime_s)
