@@ -32,7 +32,7 @@ from app.process.data_directory import DataDirectory, refuse_own_file
 from app.process.inbox import HolderGone, NoAnswer, ask
 from app.process.lock import InstanceLock
 from app.process.opening import open_container, open_for_reading
-from app.process.requests import MORE_THAN_A_WINDOW, check_up, find_robot, outcome, run_now
+from app.process.requests import MORE_THAN_A_WINDOW, check_up, find_robot, import_configuration, outcome, run_now
 from app.process.restoring import restore_backup
 from app.process.terminal import say
 from app.services.catalogue import configuration
@@ -88,8 +88,7 @@ def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
 
     def import_here(container: Container) -> dict[str, Any]:
         try:
-            changes = configuration.import_configuration(container.catalogue, content, may_delete=may_delete)
-            return {"changes": [render(line) for line in changes]}
+            return import_configuration(container, content, may_delete=may_delete)
         except InvalidInput as error:
             raise BadInput(f"{path}: {error}; nothing was changed") from None
 

@@ -1,7 +1,8 @@
 """How a one-shot command asks the app that is running on the same data directory: a request file in, an answer file out.
 
 Only the process that holds the lock writes the database. A request is written beside and renamed, so it is read whole or not at all.
-Bytes that belong to it lie in a file of their own, for their owner only, which is deleted as soon as it is read.
+Bytes that belong to it lie in a file of their own, for their owner only, which is deleted as soon as it is read. What a command that was
+killed left without a request is deleted when it is a minute old: it may hold passwords.
 """
 from __future__ import annotations
 
@@ -22,6 +23,10 @@ log = logging.getLogger(__name__)
 Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]     # None: not yet answered, ask again at the next tick
 
 
+LEFT_FOR = 60.0              # s that a file without a request may lie there: one that is being written, or an answer that is fetched
+_SUFFIXES = (".request", ".content", ".draft", ".answer")
+
+
 class NoAnswer(Exception):
     """The running app did not answer in time."""
 
@@ -38,19 +43,39 @@ class Inbox:
     """
 
     def __init__(self, data_dir: Path, handlers: Mapping[str, Handler], since: float = 0.0) -> None:
-        self._directory = data_dir / "inbox"
-        self._directory.mkdir(mode=0o700, exist_ok=True)
+        self._directory = _directory_in(data_dir)
         self._handlers = handlers
-        for path in (*self._directory.glob("*.request"), *self._directory.glob("*.content")):
-            if path.stat().st_mtime < since:
-                log.warning("%s was left by a command that is gone, and is not carried out", path.name)
+        self._seen: dict[str, float] = {}        # files without a request, and when they were first seen (monotonic)
+        for name in self._files():
+            path = self._directory / name
+            if path.suffix in _SUFFIXES and path.stat().st_mtime < since:
+                log.warning("%s was left by a command that is gone, and is not carried out", name)
                 path.unlink(missing_ok=True)
 
     def tick(self) -> None:
-        with os.scandir(self._directory) as entries:
-            requests = sorted(entry.name for entry in entries if entry.name.endswith(".request"))
-        for name in requests:
+        """Raises BadInput where there is no directory any more and none can be made."""
+        try:
+            names = self._files()
+        except OSError:
+            _directory_in(self._directory.parent)
+            return
+        for name in sorted(name for name in names if name.endswith(".request")):
             self._take(self._directory / name)
+        if self._seen or names:
+            self._sweep(names)
+
+    def _files(self) -> set[str]:
+        with os.scandir(self._directory) as entries:
+            return {entry.name for entry in entries if entry.is_file(follow_symlinks=False)}
+
+    def _sweep(self, names: set[str]) -> None:
+        """Timed by a clock that nobody sets, from when they were seen."""
+        now = time.monotonic()
+        left = {name for name in names if name.endswith(_SUFFIXES) and f"{name.partition('.')[0]}.request" not in names}
+        self._seen = {name: self._seen.get(name, now) for name in left}
+        for name in [name for name, since in self._seen.items() if now - since > LEFT_FOR]:
+            log.warning("%s was left by a command that is gone, and is deleted", name)
+            (self._directory / name).unlink(missing_ok=True)
 
     def _take(self, path: Path) -> None:
         answer: Mapping[str, Any] | None
@@ -72,8 +97,7 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
 
     ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderGone when the other process ended first.
     """
-    directory = data_dir / "inbox"
-    directory.mkdir(mode=0o700, exist_ok=True)
+    directory = _directory_in(data_dir)
     path = directory / f"{uuid.uuid4().hex}.request"
     try:
         if content is not None:
@@ -96,6 +120,18 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
     finally:
         for left in (path, answer, path.with_suffix(".content")):
             left.unlink(missing_ok=True)
+
+
+def _directory_in(data_dir: Path) -> Path:
+    """Made if it is not there. Raises BadInput."""
+    directory = data_dir / "inbox"
+    try:
+        directory.mkdir(mode=0o700, exist_ok=True)
+    except FileExistsError:
+        raise BadInput(f"{directory} is not a directory: remove it") from None
+    except OSError as error:
+        raise BadInput(f"{directory} can't be made: {error.strerror}; check the permissions of the data directory") from None
+    return directory
 
 
 def _write(path: Path, content: bytes) -> None:

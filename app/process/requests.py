@@ -30,6 +30,15 @@ def run_now(container: Container, target: str, mission: str, parameters: Mapping
     return start(found.id, mission_id, parameters, token)
 
 
+def import_configuration(container: Container, content: bytes, *, may_delete: bool) -> dict[str, Any]:
+    """The answer to ``--import-config``: what was added or changed, one line each. Raises InvalidInput."""
+    before = {robot.id: robot.token for robot in container.catalogue.robots()}
+    changes = [render(line) for line in configuration.import_configuration(container.catalogue, content, may_delete=may_delete)]
+    if any(before.get(robot.id) not in (None, robot.token) for robot in container.catalogue.robots()):
+        changes.append("backups made before still hold the former access tokens: the daily ones for a week, others until they are deleted")
+    return {"changes": changes}
+
+
 def find_target(container: Container, name: str) -> Robot | Group:
     """A robot or a group. Raises InvalidInput."""
     db, groups = container.db.read(), container.catalogue.groups()
@@ -130,10 +139,9 @@ def handlers(container: Container) -> Mapping[str, Handler]:
         content = file.read_bytes()
         file.unlink()
         try:
-            changes = configuration.import_configuration(container.catalogue, content, may_delete=request.get("may_delete", False))
+            return import_configuration(container, content, may_delete=request.get("may_delete", False))
         except InvalidInput as error:
             return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
-        return {"changes": [render(line) for line in changes]}
 
     def do_check_up(request: Mapping[str, Any]) -> Mapping[str, Any]:
         asked = Path(request["content"]).with_suffix(".request")         # is withdrawn by a command that somebody has ended

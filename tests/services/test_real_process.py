@@ -179,6 +179,17 @@ def test_an_import_beside_a_running_app_is_taken_up_at_once_and_only_once(site, 
         assert len(queue_of(robot)) == 1
 
 
+def test_an_import_of_a_new_password_says_that_backups_hold_the_former_token(site, robot):
+    def changed_to(password: str) -> str:
+        return import_configuration(site, {"format": "amr-scheduler/1", "robots": [{"name": robot.name, "password": password}]}).stdout
+
+    said = "backups made before still hold the former access tokens: the daily ones for a week, others until they are deleted\n"
+    assert changed_to("another").endswith(said)
+    assert changed_to("another") == "nothing changed\n"
+    with running(site):
+        assert changed_to("distributor").endswith(said)
+
+
 def test_exports_beside_a_running_app(site, robot, tmp_path):
     with running(site):
         exported = run(site, "--export-config", "-")

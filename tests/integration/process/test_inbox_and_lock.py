@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.failures import BadInput
+from app.process import inbox as inboxes
 from app.process.inbox import HolderGone, Inbox, ask
 from app.process.lock import AlreadyRunning, InstanceLock
 
@@ -149,3 +150,58 @@ def test_an_unreadable_request_stops_nothing(tmp_path):
     (tmp_path / "inbox" / "x.request").write_text("{nonsense")
     inbox.tick()
     assert json.loads((tmp_path / "inbox" / "x.answer").read_text())["exit"] == 1
+
+
+# ---------------------------------------------------------------------- what is left, and what is in the way
+LEFT = ("x.draft", "x.content", "x.answer")
+
+
+@pytest.mark.parametrize("name", LEFT)
+def test_what_a_killed_command_left_is_deleted_at_the_next_start(tmp_path, name):
+    Inbox(tmp_path, {})
+    left = tmp_path / "inbox" / name
+    left.write_text("a password")
+    os.utime(left, (1000.0, 1000.0))
+    Inbox(tmp_path, {}, since=2000.0)
+    assert not left.exists()
+
+
+@pytest.mark.parametrize("name", LEFT)
+def test_and_by_an_app_that_runs_when_it_has_lain_there_for_a_while(tmp_path, monkeypatch, name):
+    inbox = Inbox(tmp_path, {})
+    left = tmp_path / "inbox" / name
+    left.write_text("a password")
+    os.utime(left, (1000.0, 1000.0))                     # however old it seems: clocks are set
+    inbox.tick()
+    assert left.exists()
+    monkeypatch.setattr(inboxes, "LEFT_FOR", -1.0)
+    inbox.tick()
+    assert not left.exists()
+
+
+def test_what_belongs_to_a_request_that_waits_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr(inboxes, "LEFT_FOR", -1.0)
+    inbox = Inbox(tmp_path, {"wait": lambda _request: None})
+    for suffix, text in ((".content", "a password"), (".request", '{"kind": "wait"}')):
+        (tmp_path / "inbox" / "x").with_suffix(suffix).write_text(text)
+    inbox.tick()
+    inbox.tick()
+    assert sorted(path.name for path in (tmp_path / "inbox").iterdir()) == ["x.content", "x.request"]
+
+
+def test_a_file_in_the_place_of_the_inbox_is_one_sentence(tmp_path):
+    (tmp_path / "inbox").write_text("in the way")
+    for meets_it in (lambda: Inbox(tmp_path, {}), lambda: ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: False)):
+        with pytest.raises(BadInput, match="inbox is not a directory: remove it"):
+            meets_it()
+
+
+def test_an_inbox_that_goes_while_the_app_runs_is_made_again(tmp_path):
+    inbox = Inbox(tmp_path, {})
+    (tmp_path / "inbox").rmdir()
+    inbox.tick()
+    assert (tmp_path / "inbox").is_dir()
+    (tmp_path / "inbox").rmdir()
+    (tmp_path / "inbox").write_text("in the way")
+    with pytest.raises(BadInput, match="is not a directory"):
+        inbox.tick()
