@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import signal
 import sys
@@ -83,6 +84,7 @@ def configure(kiosk: bool) -> None:
     for name, value in {"KIVY_NO_ARGS": "1", "KIVY_NO_CONFIG": "1", "KIVY_NO_FILELOG": "1", "KIVY_LOG_MODE": "PYTHON",
                         "KIVY_HOME": str(home)}.items():
         os.environ.setdefault(name, value)
+    logging.getLogger("kivy").addFilter(_is_no_optional_part)
     from kivy.config import Config
     settings = {
         "kivy": {"exit_on_escape": "0", "window_icon": ""},
@@ -101,6 +103,11 @@ def configure(kiosk: bool) -> None:
             Config.set(section, name, value)
     if sys.platform == "linux":
         Config.remove_option("input", "%(name)s")            # probesysfs: with SDL's own touch every tap would count twice
+
+
+def _is_no_optional_part(record: logging.LogRecord) -> bool:
+    """Kivy writes a traceback for each kind of touch screen and clipboard that this system doesn't have."""
+    return record.levelno < logging.ERROR or not record.getMessage().startswith(("Input: ", "Cutbuffer: "))
 
 
 def size_within(usable: tuple[int, int] | None) -> dict[str, str]:

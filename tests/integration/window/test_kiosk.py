@@ -40,3 +40,13 @@ def test_a_window_is_no_larger_than_the_display(tmp_path):
     ((1024, 573), ("1024", "573", "maximized"))])
 def test_a_window_has_its_own_size_where_there_is_room(usable, expected):
     assert tuple(size_within(usable).values()) == expected
+
+
+def test_parts_of_kivy_that_this_system_lacks_are_not_logged_as_errors(tmp_path):
+    """Neither kinds of touch screens nor, where PATH has no programs for it, a clipboard of its own."""
+    program = ("import logging, sys; logging.basicConfig(stream=sys.stdout, format='%(levelname)s %(message)s', level='INFO')\n"
+               "from app.window.window import configure; configure(False)\nimport kivy.core.window, kivy.core.clipboard, kivy.input")
+    environment = {**os.environ, "SDL_VIDEODRIVER": "offscreen", "XDG_CACHE_HOME": str(tmp_path), "PATH": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert "INFO Clipboard: Provider: " in done.stdout
+    assert [line for line in done.stdout.splitlines() if not line.startswith("INFO ")] == []
