@@ -17,7 +17,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.domain.clock import Clock, SystemClock, local_timezone_name
+from app.domain.clock import Clock, SystemClock
 from app.domain.models import Connection, Robot, Settings
 from app.mir.address import Address
 from app.mir.client import RobotClient
@@ -58,6 +58,7 @@ from app.services.live.holds import Holds
 from app.services.live.questions import Questions
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet, machine_id
+from app.services.live.tablet_zone import TabletZone, tablet_zone
 from app.services.planning.plan import Plan
 from app.services.planning.seen import Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
@@ -94,11 +95,11 @@ class Repositories:
 
 class Container:
     """Every service by name. ``make_client`` may be replaced, so that tests and the simulation speak to a robot without sockets.
-    ``machine`` is what tells this machine from others."""
+    ``machine`` is what tells this machine from others; ``find_zone`` finds the time zone that it has."""
 
     def __init__(self, db: Database, clock: Clock | None = None, *, make_client: ClientFactory | None = None,
-                 with_window: bool = False, machine: str | None = None) -> None:
-        self.db = db
+                 with_window: bool = False, machine: str | None = None, find_zone: Callable[[], TabletZone] = tablet_zone) -> None:
+        self.db, self._find_zone = db, find_zone
         self.clock = clock = clock or SystemClock()
         self.repositories = repositories = Repositories.build()
         self.changes = Changes()
@@ -206,10 +207,7 @@ class Container:
         if not settings.is_stored(self.db.read(), "install_id"):
             self.db.write(settings.install_id)
         self.tablet.begin()
-        if not settings.is_stored(self.db.read(), "timezone"):
-            self.db.write(lambda c: settings.save(c, timezone=local_timezone_name()))
-            self.changes.publish(Topic.SETTINGS)
-        for line in self.catalogue.edit(lambda edit: edit.leave_unknown_zones(local_timezone_name())):
+        for line in self.catalogue.edit(lambda edit: edit.take_known_zones(self._find_zone)):
             log.warning("At the start %s", line)
 
     def make_worker(self, robot: Robot) -> RobotWorker:

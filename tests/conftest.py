@@ -12,6 +12,9 @@ from pathlib import Path
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+# Apps of tests begin in this zone, whatever the machine's own is.
+os.environ["TZ"] = "Etc/UTC"
+
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 

@@ -4,13 +4,11 @@ Everything that knows the time takes a ``Clock``, so a year of operation runs in
 """
 from __future__ import annotations
 
-import os
 import time
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from datetime import time as time_of_day
 from functools import lru_cache
-from pathlib import Path
 from typing import Protocol
 from zoneinfo import ZoneInfo, available_timezones
 
@@ -59,18 +57,3 @@ def zone_names() -> frozenset[str]:
     """The IANA names of time zones that this system knows; kept, because asking for them reads hundreds of files. Systems list
     some files among them that are no zones (zic(8)): a copy of the machine's own zone, and a placeholder for "not set"."""
     return frozenset(available_timezones() - {"localtime", "posixrules", "Factory"})
-
-
-def local_timezone_name() -> str:
-    """IANA name of the tablet's zone; ``UTC`` where the system does not say."""
-    names = zone_names()
-    if (name := os.environ.get("TZ", "").lstrip(":")) in names:
-        return name
-    for source in (Path("/etc/timezone"),):
-        try:
-            if (name := source.read_text(encoding="ascii").strip()) in names:
-                return name
-        except (OSError, UnicodeDecodeError):
-            continue
-    parts = Path("/etc/localtime").resolve().parts
-    return next((name for start in range(len(parts)) if (name := "/".join(parts[start:])) in names), "UTC")

@@ -24,6 +24,7 @@ from app.services.files.daily_backup import DailyBackup
 from app.services.live.access import ALARM_AFTER
 from app.services.live.alarms import SENTENCES, alarm_sentence
 from app.services.live.tablet import old_token
+from app.services.live.tablet_zone import TabletZone
 from mir_sim.control import COMMANDS
 from mir_sim.state import RobotError
 from tests.support.checked_up import checked_up
@@ -33,7 +34,8 @@ from tests.support.site import GUIDS, PASSWORD, USER, Site
 FINNISH = translation("fi").gettext
 PLACEHOLDER = re.compile(r"({[^}]*})")
 START = "2026-11-23T06:05"
-ROBOTS_WORDS = ("Left wheel", "Internal server error", "Onko kuorma kunnossa?")     # what a robot says, it says in its own words
+ROBOTS_WORDS = ("Left wheel", "Internal server error", "Onko kuorma kunnossa?",     # what a robot says, it says in its own words
+                "Europe", "Helsinki", "Mars", "Base")                                 # and zones have one name everywhere
 
 
 def crossed(text: str) -> str:
@@ -325,6 +327,18 @@ def too_few_files(site, plan):
     site.container.alarms.raise_("too_few_files", "app", **watching.too_few_files(robots=400, allowed=1024))
 
 
+def zone_guessed(site, plan):
+    guess = TabletZone("Europe/Helsinki", "/etc/localtime", False)
+    site.container.db.write(lambda c: site.container.repositories.settings.save(c, timezone="Mars/Base"))
+    site.container.catalogue.edit(lambda edit: edit.take_known_zones(lambda: guess))
+
+
+def zone_unknown(site, plan):
+    plan(START, "FREQ=DAILY")
+    site.container.db.write(lambda c: c.execute("UPDATE schedules SET timezone = 'Mars/Base'"))
+    zone_guessed(site, plan)
+
+
 def question(site, plan):
     COMMANDS["user_prompt"]({"question": "Onko kuorma kunnossa?", "options": ["Kyllä", "Ei"], "timeout": 600})(site.machines["R1"])
     site.run(60)
@@ -335,7 +349,8 @@ CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
     certificate_untrusted, needs_password, execution_failed, start_refused, robot_fails, execution_skipped, executions_missed, app_was_off,
     backup_restored, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, started_twice, unknown_outcome, database,
     backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, check_up_left,
-    item_unreadable, pin_guessed, lock_lost, too_few_files, question)}
+    item_unreadable, pin_guessed, lock_lost, too_few_files, zone_guessed, zone_unknown,
+    question)}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():

@@ -31,6 +31,7 @@ class Act(StrEnum):
     LATE_STARTS = "late_starts"          # show their list
     RELEASE = "release"                  # a hold
     CLOCK_IS_RIGHT = "clock_is_right"    # whatever the robots' clocks say
+    TIME_ZONE = "time_zone"              # that of the tablet, where it is not certain
     WHOSE_PLAN = "whose_plan"            # does data that was copied from another tablet move here?
 
 
@@ -127,6 +128,8 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "two_tablets": lambda: _("switch the other tablet off, then release the hold"),
     "lock_lost": lambda: _("see that only one app runs on this data, and start it again"),
     "too_few_files": lambda: _("raise the limit (ulimit -n, or LimitNOFILE of the service) and start the app again"),
+    "zone_guessed": lambda: _("choose the one in which robots and tablet are"),
+    "zone_unknown": lambda: _("look at its times, then switch it on again"),
     "pin_guessed": lambda: _("enter the right PIN to end this"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
 }
@@ -210,7 +213,7 @@ def alarm_icon(alarm: Alarm) -> str:
 _OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed",
                          "certificate_untrusted", "needs_password", "check_up_outdated")
 _OF_THE_TABLET = ("app_was_off", "backup_restored", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed",
-                  "lock_lost", "too_few_files")
+                  "lock_lost", "too_few_files", "zone_unknown")
 _OF_THE_DISK = ("database", "backup_failed")
 _OF_THE_PLAN = ("execution_failed", "start_refused", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed",
                 "late_cancelled", "adopted_unproven", "item_unreadable")
@@ -228,6 +231,8 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
         return None
     if alarm.code == "clock_implausible":
         return Way(_("This clock is right"), Act.CLOCK_IS_RIGHT)
+    if alarm.code == "zone_guessed":
+        return Way(_("Choose the time zone"), Act.TIME_ZONE)
     if alarm.code in _OF_THE_TABLET:
         return None
     if alarm.code in _OF_THE_DISK:

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 from kivy.clock import Clock
 
+from app.domain.clock import zone_names
 from app.domain.models import Execution, Robot, RobotSnapshot
 from app.i18n import _, ngettext, translator
 from app.screens.common import formats, questions
@@ -20,6 +21,7 @@ from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of, help_rank
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
+from app.screens.common.zones import zone_options
 from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
 from app.screens.frame.facts import FrameFacts, FrameServices, read
 from app.screens.frame.sounding import Sounding
@@ -69,6 +71,7 @@ class FrameController:
         self._sounding = Sounding()
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._show)
         self._late: LateStartsDialog | None = None
+        self._zone_is_asked = False                           # once, without having been pressed for
         self._choice: ChoiceDialog | None = None              # of a robot, while it is open
         self._rests_until = 0.0                               # the banner, after it was pressed
         self._late_seen: frozenset[object] = frozenset()      # executions, as listed, whose list the operator has closed
@@ -113,6 +116,8 @@ class FrameController:
         self._show()
         self._alarms.changed()
         self._show_late_starts()
+        if facts.issues.guessed_zone and not self._zone_is_asked:
+            self._ask_zone()
         if self._is_asked:
             self._is_asked = False
             self._pick_robot()
@@ -238,12 +243,21 @@ class FrameController:
                     _("Is it {day}, {time}?").format(day=formats.day(now, zone, year=True), time=formats.clock_time(now, zone)),
                     _("Robots show other times. If the tablet's clock is right, missions start by it from now on."), _("It is right"),
                     lambda: self._work(services.holds.confirm_clock))
+            case Act.TIME_ZONE:
+                self._ask_zone()
             case Act.WHOSE_PLAN:
                 self._shell.dialogs.choose(_("This data was copied from another tablet"), whose_plan(), self._decide)
 
     def _work(self, work: Callable[[], T], done: Callable[[T], object] | None = None) -> None:
         """In the background; its effect is published on the bus."""
         self._shell.background.run(work, done, self._shell.say_problem)
+
+    def _ask_zone(self) -> None:
+        """The guess is on top, and the time there: a look at a clock tells whether it is right."""
+        self._zone_is_asked = True
+        guess, now = self._facts.issues.guessed_zone, self._services.clock.now()
+        self._shell.dialogs.choose(_("Which time zone is this tablet in?"), zone_options(zone_names(), now, guess),
+                                   lambda zone: self._work(lambda: self._services.catalogue.change_settings(timezone=zone)))
 
     def _decide(self, moves_here: bool) -> None:
         tablet = self._services.tablet

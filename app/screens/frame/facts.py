@@ -11,7 +11,7 @@ from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
 from app.services.dispatch.engine import Engine
 from app.services.history.runs import History
-from app.services.live.alarms import Alarms
+from app.services.live.alarms import ZONE_GUESSED, Alarms
 from app.services.live.holds import Hold, Holds
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet
@@ -42,6 +42,7 @@ class OpenIssues:
     holds: Sequence[Hold] = ()           # the operator's, of all robots or of one
     late_starts: Sequence[Execution] = ()
     copy: Hold | None = None             # why nothing is sent from here: the data was copied from another tablet
+    guessed_zone: str = ""               # of the tablet, until a person has chosen one
     given: Given = NOTHING_KNOWN         # what is known of the values that the late starts' missions get
 
 
@@ -61,8 +62,10 @@ def read(services: FrameServices) -> FrameFacts:
     """Called off the UI thread."""
     robots = {robot.id: robot for robot in by_name(services.catalogue.robots())}
     holds = sorted(services.holds.current(), key=lambda hold: hold.robot_id is not None)        # that of all robots first
-    return FrameFacts(services.settings(), robots,
-                      OpenIssues(services.alarms.open(), holds, late_starts(services.history.open(), robots), _copy(services.holds)))
+    alarms, settings = services.alarms.open(), services.settings()
+    is_guess = any((alarm.code, alarm.key) == ZONE_GUESSED and alarm.cleared_at is None for alarm in alarms)
+    return FrameFacts(settings, robots, OpenIssues(alarms, holds, late_starts(services.history.open(), robots), _copy(services.holds),
+                                                   settings.timezone if is_guess else ""))
 
 
 def _copy(holds: Holds) -> Hold | None:

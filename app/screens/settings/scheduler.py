@@ -10,8 +10,8 @@ from kivy.properties import BooleanProperty, NumericProperty, StringProperty
 from app.domain.clock import zone_names
 from app.i18n import _
 from app.screens.common.problems import sentence_of
+from app.screens.common.zones import zone_options
 from app.screens.settings.page import SettingsPage
-from app.screens.settings.view import zone_options
 
 NUMBERS = ("poll_interval_seconds", "retry_limit", "start_window_minutes", "unknown_outcome_quiet_seconds", "history_limit")
 

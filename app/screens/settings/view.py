@@ -4,10 +4,9 @@ Those of missions are in missions_view.py, those of the calendar in calendar_vie
 """
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime, timedelta
-from zoneinfo import ZoneInfo
+from datetime import datetime
 
 from app import __version__
 from app.domain.message import Message
@@ -291,18 +290,6 @@ def asking_robot() -> NoticeView:
 def answers(facts: SettingsFacts, robot: Robot) -> bool:
     """Whether the robot is enabled and reachable now."""
     return robot.enabled and facts.snapshot(robot.id).connection in (Connection.CONNECTED, Connection.SLOW)
-
-
-# ---------------------------------------------------------------------- time zones
-def zone_options(names: Iterable[str], now: datetime) -> list[Option]:
-    """Time zones by name with their present difference from UTC, without short forms such as EST."""
-    places = {name for name in names if "/" in name and name.partition("/")[0] not in ("Etc", "SystemV", "posix", "right")}
-    options = []
-    for name in sorted(places | {"UTC"}):
-        minutes = int((now.astimezone(ZoneInfo(name)).utcoffset() or timedelta()).total_seconds() // 60)
-        hours, rest = divmod(abs(minutes), 60)
-        options.append(Option(name, name.replace("_", " "), note=f"UTC{'−' if minutes < 0 else '+'}{hours:02d}:{rest:02d}"))
-    return options
 
 
 # ---------------------------------------------------------------------- files

@@ -4,7 +4,7 @@
 """
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +16,7 @@ from app.domain.models import (
     Reason,
     ReasonCode,
     Robot,
+    Schedule,
     Settings,
     Trigger,
 )
@@ -24,8 +25,9 @@ from app.services.catalogue import made_names, told, validation
 from app.services.catalogue.group_edit import GroupEdit
 from app.services.catalogue.schedule_edit import ScheduleEdit
 from app.services.catalogue.undo import Removed
-from app.services.live.alarms import alarm_of
+from app.services.live.alarms import ZONE_GUESSED, alarm_of
 from app.services.live.changes import Topic
+from app.services.live.tablet_zone import TabletZone
 from app.services.planning import public_holidays
 
 _NO_NEWS = frozenset({"selected_robot_id"})              # settings that change whenever somebody looks at another robot
@@ -39,6 +41,8 @@ class Edit(GroupEdit, ScheduleEdit):
         """When working days change, the next occurrences of schedules that respect them are recomputed."""
         before = self.settings
         changed = replace(before, **validation.settings(changes))
+        if "timezone" in changes:
+            self._zone_was_chosen()
         if _days_off(changed)[1:] != _days_off(before)[1:]:
             public_holidays.check(changed.holiday_country, changed.holiday_subdivision)
         changes = {name: value for name, value in validation.settings(changes).items()
@@ -56,22 +60,46 @@ class Edit(GroupEdit, ScheduleEdit):
             self.follow_definition(filter(None, found))              # of a deleted one something may be in doubt
         return self.settings
 
-    def leave_unknown_zones(self, local: str) -> list[str]:
-        """Replace time zones that this system does not know (of another system or version): the settings take ``local``, schedules the zone
-        of the settings. Returns one line for each, for the log."""
-        lines = []
-        if not validation.is_zone(self.settings.timezone):
-            lines.append(f"the time zone {self.settings.timezone} is not known here; the settings take {local}")
-            self.settings = self._settings.save(self.c, timezone=local)
+    def take_known_zones(self, find_zone: Callable[[], TabletZone]) -> list[str]:
+        """At a start: where the settings have no time zone, or one that is not known here (of another system or version), they take the
+        tablet's, and a person is asked where that isn't certain. Schedules whose zone isn't known take that of the settings; they are
+        switched off where that is only a guess, as they would start at a wrong time. Returns one line for each, for the log."""
+        lines, stored = [], self.settings.timezone
+        is_stored = self._settings.is_stored(self.c, "timezone")
+        if not is_stored or not validation.is_zone(stored):
+            found = find_zone()
+            if is_stored:
+                lines.append(f"the time zone {stored} is not known here; the settings take {found.name}")
+            self.settings = self._settings.save(self.c, timezone=found.name)
             self.topics.add(Topic.SETTINGS)
-        zone, calendar = self.settings.timezone, self.calendar
+            if not found.is_certain:
+                self._alarms.raise_once(self.c, alarm_of(*ZONE_GUESSED, self.now, {"zone": found.name}))
+                self.topics.add(Topic.ALARMS)
+                lines.append(f"it was not certain which time zone the tablet has; the settings take {found.name} until one is chosen")
         for schedule in self.schedules.all(self.c):
             if not validation.is_zone(schedule.timezone):
-                lines.append(f"the time zone {schedule.timezone} is not known here; the schedule {schedule.name} takes {zone}")
-                known = replace(schedule, timezone=zone, changed_at=self.now)
-                self.schedules.update(self.c, replace(known, next_at=self.first_due(known, calendar)))
-                self.topics.add(Topic.SCHEDULES)
+                lines.append(self._take_known_zone(schedule))
         return lines
+
+    def _take_known_zone(self, schedule: Schedule) -> str:
+        unknown, zone = schedule.timezone, self.settings.timezone
+        is_guess = self._alarms.active(self.c, *ZONE_GUESSED) is not None
+        known = replace(schedule, timezone=zone, enabled=schedule.enabled and not is_guess, changed_at=self.now)
+        self.schedules.update(self.c, replace(known, next_at=self.first_due(known, self.calendar)))
+        self.topics.add(Topic.SCHEDULES)
+        if not is_guess or not schedule.enabled:
+            return f"the time zone {unknown} is not known here; the schedule {schedule.name} takes {zone}"
+        details = {"schedule": schedule.name, "zone": unknown}
+        self._alarms.raise_once(self.c, alarm_of("zone_unknown", f"zone:{schedule.id}", self.now, details))
+        self.topics.add(Topic.ALARMS)
+        return f"the time zone {unknown} is not known here; the schedule {schedule.name} is switched off"
+
+    def _zone_was_chosen(self) -> None:
+        """By a person, or with a configuration: nobody has to be asked."""
+        if guessed := self._alarms.active(self.c, *ZONE_GUESSED):
+            self._alarms.clear(self.c, *ZONE_GUESSED, self.now)
+            self._alarms.acknowledge(self.c, guessed.id, self.now)
+            self.topics.add(Topic.ALARMS)
 
     def _plan_anew(self) -> None:
         """What is due already stays due; a one-time schedule runs whatever the working days are."""

@@ -64,6 +64,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "too_few_files": (Priority.HIGH, "{robots} robots need about {needed} open files and connections, and the system allows {allowed}: "
                                      "starts may not be sent"),
     "pin_guessed": (Priority.HIGH, "Somebody is guessing the PIN of Settings: {tries} wrong ones in a row, or more"),
+    "zone_guessed": (Priority.HIGH, "It is not certain which time zone this tablet has: times are those of {zone} until one is chosen"),
+    "zone_unknown": (Priority.MEDIUM, "{schedule} was switched off: its time zone {zone} is not known here"),
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })
 KEPT = 1000                  # past alarms
@@ -73,7 +75,8 @@ LONGEST_DETAIL = 300         # characters, with nothing around it
 LONGEST_SHOWN = 1000         # characters of a detail in a sentence: it may be one itself, and come from a backup
 EVENTS = frozenset({"execution_failed", "start_refused", "execution_skipped", "executions_missed", "app_was_off", "backup_restored",
                     "clock_stepped", "duplicate_healed", "duplicate_running", "started_twice", "unmarked_copy", "unknown_outcome",
-                    "late_cancelled", "adopted_unproven", "item_unreadable"})
+                    "late_cancelled", "adopted_unproven", "item_unreadable", "zone_unknown"})
+ZONE_GUESSED = ("zone_guessed", "tablet")        # code and key; as long as it is active, nobody has chosen the time zone
 
 
 class _Known(dict[str, Any]):

@@ -120,6 +120,7 @@ DESTINATIONS = {                         # code: (key as the services give it, w
     "app_was_off": ("app", None, None), "backup_restored": ("app", None, None),
     "clock_stepped": ("clock", None, None), "two_tablets": ("tablet", None, None),
     "chore_failed": ("chore:Serving commands", None, None), "pin_guessed": ("settings", None, None),
+    "zone_guessed": ("tablet", Act.TIME_ZONE, None), "zone_unknown": ("zone:7", None, None),
     "lock_lost": ("app", None, None), "too_few_files": ("app", None, None),
 }
 

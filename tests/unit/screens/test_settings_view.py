@@ -272,14 +272,7 @@ def test_idle_panels_say_what_will_happen():
     assert missions_view.idle_panels(off)[0].note == "Off"
 
 
-# ---------------------------------------------------------------------- zones and files
-def test_zones_are_places_with_their_difference_from_utc():
-    options = {option.key: option for option in view.zone_options(["Europe/Helsinki", "America/New_York", "Etc/GMT+3", "EST"], NOW)}
-    assert set(options) == {"Europe/Helsinki", "America/New_York", "UTC"}
-    assert options["Europe/Helsinki"].note == "UTC+02:00"
-    assert (options["America/New_York"].text, options["America/New_York"].note) == ("America/New York", "UTC−05:00")
-
-
+# ---------------------------------------------------------------------- files
 def test_backups_are_offered_newest_first_with_their_time():
     given = facts(backups=(Backup(Path("/d/daily-2026-11-20.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 512_000),
                            Backup(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400)))

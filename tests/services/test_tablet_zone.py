@@ -1,0 +1,247 @@
+"""Which time zone the tablet has: on Linux, in a container and on Windows; and what a first start makes of it."""
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from app.container import Container
+from app.database.connection import Database
+from app.domain.models import Mission, Robot, Schedule
+from app.services.catalogue.configuration import import_configuration
+from app.services.live.tablet_zone import LOCALTIME, NOTE, TabletZone, WindowsZone, read_registry, tablet_zone
+from tests.support.clock import VirtualClock
+from tests.support.zone_files import file_of_rule, put, zone_file
+
+NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
+RULE = "EET-2EEST,M3.5.0/3,M10.5.0/4"
+ZONES = "/usr/share/zoneinfo"
+
+
+class Machine:
+    """Files and links below a directory."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def link(self, path: str, target: str) -> Machine:
+        file = self.root / path.lstrip("/")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.symlink_to(target)
+        return self
+
+    def file(self, path: str, content: bytes | str) -> Machine:
+        put(self.root, path, content)
+        return self
+
+    def zone(self, *, windows: WindowsZone | None = None, **environ: str) -> TabletZone:
+        return tablet_zone(self.root, environ, lambda: windows, NOW)
+
+
+@pytest.fixture
+def machine(tmp_path):
+    return Machine(tmp_path)
+
+
+# ---------------------------------------------------------------------- /etc/localtime and the note beside it
+@pytest.mark.parametrize("target", [
+    f"{ZONES}/Europe/Helsinki", "../usr/share/zoneinfo/Europe/Helsinki", f"{ZONES}/posix/Europe/Helsinki", f"{ZONES}/right/Europe/Helsinki",
+    "/etc/zoneinfo/Europe/Helsinki", "/var/db/timezone/zoneinfo/Europe/Helsinki"])
+def test_the_link_counts_and_not_the_note_that_is_not_kept_up(machine, target):
+    machine.link(LOCALTIME, target).file(NOTE, "Etc/UTC\n")
+    assert machine.zone() == TabletZone("Europe/Helsinki", LOCALTIME, True)
+
+
+def test_a_link_to_a_link(machine):
+    machine.link(LOCALTIME, "alternatives/zone").link("/etc/alternatives/zone", f"{ZONES}/Europe/Mariehamn")
+    machine.link(f"{ZONES}/Europe/Mariehamn", "Helsinki").file(f"{ZONES}/Europe/Helsinki", zone_file("Europe/Helsinki"))
+    assert machine.zone() == TabletZone("Europe/Mariehamn", LOCALTIME, True)
+
+
+def test_links_in_a_circle_say_nothing(machine):
+    machine.link(LOCALTIME, "other").link("/etc/other", "localtime").file(NOTE, "Europe/Helsinki\n")
+    assert machine.zone() == TabletZone("Europe/Helsinki", NOTE, False)
+
+
+@pytest.mark.parametrize("others", [[], ["Europe/Helsinki", "Europe/Mariehamn", "Europe/Riga", "UTC"]])
+def test_what_the_linked_file_holds_counts_where_a_container_put_another_in_its_place(machine, others):
+    for name in others:
+        machine.file(f"{ZONES}/{name}", zone_file(name))
+    machine.link(LOCALTIME, f"{ZONES}/Etc/UTC").file(f"{ZONES}/Etc/UTC", zone_file("Europe/Helsinki"))
+    assert machine.zone() == TabletZone("Europe/Helsinki", LOCALTIME, False)
+
+
+def test_a_link_is_right_though_the_systems_data_are_old(machine):
+    """Since 2026 Vancouver keeps its summer time."""
+    machine.link(LOCALTIME, f"{ZONES}/America/Vancouver").file(f"{ZONES}/America/Vancouver", zone_file("America/Los_Angeles"))
+    assert machine.zone() == TabletZone("America/Vancouver", LOCALTIME, True)
+
+
+@pytest.mark.parametrize(("name", "found", "is_certain"), [
+    ("Europe/Helsinki", "Europe/Helsinki", False),           # Mariehamn has the same times
+    ("Europe/Vienna", "Europe/Vienna", True),                # changed the hour of a change in 1980 only
+    ("Asia/Tokyo", "Asia/Tokyo", True), ("Asia/Calcutta", "Asia/Kolkata", True), ("America/Vancouver", "America/Vancouver", True),
+    ("Europe/London", "Europe/London", False), ("Etc/UTC", "UTC", True)])
+def test_a_copy_is_compared_with_the_known_zones(machine, name, found, is_certain):
+    machine.file(LOCALTIME, zone_file(name))
+    assert machine.zone() == TabletZone(found, LOCALTIME, is_certain)
+
+
+def test_a_copy_is_compared_with_the_systems_own_data_first(machine):
+    """They may be older than the app's."""
+    old = file_of_rule("XST-5")
+    machine.file(LOCALTIME, old).file(f"{ZONES}/Asia/Karachi", old).file(f"{ZONES}/Asia/Tashkent", zone_file("Asia/Tashkent"))
+    assert machine.zone().name == "Asia/Karachi"
+
+
+@pytest.mark.parametrize(("note", "is_certain"), [
+    ("Europe/Helsinki\n", True), ("# the zone\nEurope/Mariehamn\n", True), ("Etc/UTC\n", False)])
+def test_the_note_tells_zones_apart_that_equal_a_copy(machine, note, is_certain):
+    machine.file(LOCALTIME, zone_file("Europe/Helsinki")).file(NOTE, note)
+    zone = machine.zone()
+    assert zone.is_certain is is_certain
+    assert zone.name == (note.split()[-1] if is_certain else "Europe/Helsinki")
+
+
+@pytest.mark.parametrize("content", ["", "garbage", b"TZif", b"TZif2" + bytes(200)])
+def test_a_file_that_is_no_zone_says_nothing(machine, content):
+    machine.file(LOCALTIME, content)
+    assert machine.zone() == TabletZone("UTC", "", False)
+
+
+def test_nothing_says_it(machine):
+    assert machine.zone() == TabletZone("UTC", "", False)
+
+
+# ---------------------------------------------------------------------- TZ
+@pytest.mark.parametrize("variable", ["Europe/Helsinki", ":Europe/Helsinki", f":{ZONES}/Europe/Helsinki", f"{ZONES}/Europe/Helsinki",
+                                      "posix/Europe/Helsinki"])
+def test_the_variable_counts_before_the_file(machine, variable):
+    machine.link(LOCALTIME, f"{ZONES}/Etc/UTC")
+    assert machine.zone(TZ=variable) == TabletZone("Europe/Helsinki", "TZ", True)
+
+
+@pytest.mark.parametrize(("rule", "language", "found", "is_certain"), [
+    (RULE, "fi_FI.UTF-8", "Europe/Helsinki", False), (RULE, "el_GR", "Europe/Athens", False), ("JST-9", "", "Asia/Tokyo", True),
+    ("XXX-2YYY,M3.5.0/3,M10.5.0/4", "fi_FI", "Europe/Helsinki", False), ("UTC0", "", "UTC", True)])
+def test_a_rule_is_compared_with_the_known_zones(machine, rule, language, found, is_certain):
+    machine.link(LOCALTIME, f"{ZONES}/Etc/UTC")
+    assert machine.zone(TZ=rule, LANG=language) == TabletZone(found, "TZ", is_certain)
+
+
+def test_one_that_is_neither_name_nor_rule_leaves_it_uncertain(machine):
+    machine.link(LOCALTIME, f"{ZONES}/Europe/Helsinki")
+    assert machine.zone(TZ="Europe/Helsinky") == TabletZone("Europe/Helsinki", LOCALTIME, False)
+
+
+def test_an_empty_one_says_nothing(machine):
+    machine.link(LOCALTIME, f"{ZONES}/Europe/Helsinki")
+    assert machine.zone(TZ="") == TabletZone("Europe/Helsinki", LOCALTIME, True)
+
+
+# ---------------------------------------------------------------------- Windows
+@pytest.mark.parametrize(("key", "country", "found", "is_certain"), [
+    ("FLE Standard Time", "FI", "Europe/Helsinki", True), ("FLE Standard Time", "EE", "Europe/Tallinn", True),
+    ("FLE Standard Time", "", "Europe/Kiev", False), ("W. Europe Standard Time", "DE", "Europe/Berlin", True),
+    ("W. Europe Standard Time", "SE", "Europe/Stockholm", True), ("Tokyo Standard Time", "", "Asia/Tokyo", True),
+    ("UTC", "FI", "Etc/UTC", True), ("A Zone Of Tomorrow", "FI", "UTC", False), ("", "", "UTC", False)])
+def test_windows_own_name_and_the_region(machine, key, country, found, is_certain):
+    zone = machine.zone(windows=WindowsZone(key, country))
+    assert (zone.name, zone.is_certain) == (found, is_certain)
+
+
+def test_a_windows_that_does_not_follow_summer_time_is_asked_about(machine):
+    assert not machine.zone(windows=WindowsZone("FLE Standard Time", "FI", keeps_standard_time=True)).is_certain
+
+
+def test_there_is_no_registry_elsewhere():
+    assert read_registry() is None
+
+
+# ---------------------------------------------------------------------- the first start, and zones that are not known
+class Tablet:
+    def __init__(self, path: Path) -> None:
+        self.path, self.clock, self.zone = path, VirtualClock(NOW), TabletZone("Europe/Helsinki", LOCALTIME, True)
+
+    def start(self) -> Container:
+        db = Database.open(self.path / "a.db", clock=self.clock, threaded=False, durable=False)
+        self.container = Container(db, self.clock, find_zone=lambda: self.zone)
+        self.container.first_start()
+        return self.container
+
+    def codes(self) -> list[str]:
+        return [alarm.code for alarm in self.container.alarms.open() if alarm.cleared_at is None]
+
+    def plan(self, zone: str) -> Schedule:
+        c = self.container
+        robot, mission = c.catalogue.save_robot(Robot("R1", "10.0.0.1", "u"), password="p"), c.catalogue.save_mission(Mission("Go", "g"))
+        saved = c.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime(2026, 11, 23, 9), "Asia/Tokyo", "FREQ=DAILY"))
+        c.db.write(lambda c: c.execute("UPDATE schedules SET timezone = ?", (zone,)))
+        return saved
+
+    def planned(self) -> tuple[str, bool, datetime | None]:
+        [schedule] = self.container.repositories.schedules.all(self.container.db.read())
+        return schedule.timezone, schedule.enabled, schedule.next_at
+
+    def lose_zone(self) -> None:
+        self.container.db.write(lambda c: self.container.repositories.settings.save(c, timezone="Mars/Base"))
+        self.container.close()
+
+
+@pytest.fixture
+def tablet(tmp_path):
+    tablet = Tablet(tmp_path)
+    yield tablet
+    tablet.container.close()
+
+
+GUESS = TabletZone("Europe/Helsinki", LOCALTIME, False)
+
+
+def test_a_certain_zone_is_taken_without_a_word(tablet):
+    assert tablet.start().settings().timezone == "Europe/Helsinki"
+    assert tablet.codes() == []
+
+
+def test_a_guess_is_taken_and_alarmed_until_somebody_chooses(tablet, caplog):
+    tablet.zone = GUESS
+    assert tablet.start().settings().timezone == "Europe/Helsinki"
+    assert tablet.codes() == ["zone_guessed"]
+    assert len([record for record in caplog.records if "not certain which time zone" in record.message]) == 1
+    tablet.container.close()
+    assert "zone_guessed" in [alarm.code for alarm in tablet.start().alarms.open()]
+    tablet.container.catalogue.change_settings(poll_interval_seconds=20)
+    assert tablet.codes() == ["zone_guessed"]
+    tablet.container.catalogue.change_settings(timezone="Europe/Helsinki")
+    assert tablet.container.alarms.open() == []
+
+
+def test_a_configuration_with_a_zone_is_a_choice(tablet):
+    tablet.zone = GUESS
+    tablet.start()
+    document = {"format": "amr-scheduler/1", "settings": {"timezone": "Europe/Riga"}}
+    import_configuration(tablet.container.catalogue, json.dumps(document).encode())
+    assert tablet.container.settings().timezone == "Europe/Riga"
+    assert tablet.codes() == []
+
+
+def test_an_unknown_zone_of_the_settings_gives_way_to_the_tablets(tablet):
+    tablet.start()
+    tablet.plan("Mars/Base")
+    tablet.lose_zone()
+    assert tablet.start().settings().timezone == "Europe/Helsinki"
+    assert tablet.planned() == ("Europe/Helsinki", True, datetime(2026, 11, 23, 7, tzinfo=UTC))
+
+
+def test_nothing_starts_by_a_guess_in_place_of_an_unknown_zone(tablet):
+    tablet.start()
+    tablet.plan("Mars/Base")
+    tablet.lose_zone()
+    tablet.zone = TabletZone("UTC", "", False)
+    tablet.start()
+    assert tablet.planned() == ("UTC", False, None)
+    assert "zone_guessed" in tablet.codes()
+    [alarm] = [alarm for alarm in tablet.container.alarms.open() if alarm.code == "zone_unknown"]
+    assert alarm.details == {"schedule": "S", "zone": "Mars/Base"}
