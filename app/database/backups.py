@@ -16,7 +16,9 @@ from pathlib import Path
 from app.database import files
 from app.database.errors import DatabaseRefused, DatabaseUnavailable, primary_code, translated
 from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.database.schema_groups import RECOUNT
 from app.database.settings import WRONG_PINS, SettingsRepository
+from app.database.soundness import problem_in_history
 from app.database.sqlite import configured
 from app.database.values import to_text
 from app.domain.message import Message, message, message_of_system
@@ -76,7 +78,7 @@ Check = Callable[[sqlite3.Connection], Message | None]        # what is wrong wi
 
 def problem_of(backup: Path, any_version: bool = False, check: Check | None = None) -> Message | None:
     """Why this file can't be restored; None when it can. ``any_version``: only whether it is whole. ``check`` is given a copy of its rows,
-    brought up to this version; of the history only what is open and the newest."""
+    brought up to this version; of the history only what is open and the newest: all the rest is read for wrong numbers and instants."""
     if not backup.is_file():
         return message("there is no such file")
     try:
@@ -94,7 +96,7 @@ def problem_of(backup: Path, any_version: bool = False, check: Check | None = No
             if check is None:
                 return None
             with contextlib.closing(_rows_of(connection, version)) as rows:
-                return check(rows)
+                return check(rows) or problem_in_history(connection)
     except OSError as error:
         return message_of_system(error)
     except sqlite3.Error as error:
@@ -229,12 +231,15 @@ def _finish(path: Path) -> Path | None:
 
 
 def _note_restore(file: Path, former: Path, now: datetime) -> None:
-    """Record the restore, continue ids beyond everything that was made since the backup, and forgive nobody's wrong PINs."""
+    """Bring it up to this version, count again what is only counted, record the restore, continue ids beyond everything that was made
+    since the backup, and forgive nobody's wrong PINs."""
     settings, wrong = SettingsRepository(), _wrong_pins(former)
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as connection:
         configured(connection)
         connection.execute("PRAGMA journal_mode = DELETE")
         connection.execute("PRAGMA synchronous = FULL")
+        version: int = connection.execute("PRAGMA user_version").fetchone()[0]
+        connection.executescript("".join([*MIGRATIONS[version:], RECOUNT, f"PRAGMA user_version = {len(MIGRATIONS)};"]))
         connection.execute("BEGIN IMMEDIATE")
         settings.put(connection, "restored_at", to_text(now))
         settings.put(connection, WRONG_PINS, max(wrong, settings.get(connection, WRONG_PINS, 0)))

@@ -11,12 +11,12 @@ from datetime import UTC, datetime
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from app.database.soundness import YEARS
 from app.domain.check_up import Finding, LeftBehind, Level, Report, Rest, RobotProfile, Topic
 from app.domain.message import Message, is_message
 from app.domain.robot import QueueState
 
 LONGEST = 10_000             # characters of a text in a profile
-YEARS = range(1970, 9000)    # of instants: far from where adding to one fails
 _STATES = {state.value.casefold(): state.value for state in QueueState if state is not QueueState.UNKNOWN}
 _CANCELLED = "Cancelled"     # of ``item_states`` as well
 

@@ -15,6 +15,7 @@ from app.database import backups
 from app.database.connection import DatabaseDamaged, DatabaseRefused
 from app.database.group_starts import GroupStartRepository, Watch
 from app.database.schema import APPLICATION_ID, MIGRATIONS
+from app.database.soundness import tables
 from app.domain import rules
 from app.domain.check_up import LeftBehind, Report, RobotProfile
 from app.domain.message import render
@@ -210,3 +211,99 @@ def test_backups_of_every_version_are_read(tmp_path, version):
     with closing(sqlite3.connect(old)) as connection, connection:
         connection.execute("UPDATE settings SET value = '0'")
     assert "table settings" in render(backups.problem_of(old, check=problem_in))
+
+
+# ---------------------------------------------------------------------- what only grows, or is only counted
+END = 2**63 - 1
+SPAN = "INSERT INTO activity_spans VALUES (1, '{}', '{}', '{}')"
+GROWN = {
+    "a span that began at no time": ("activity_spans", SPAN.format("tomorrow", "2026-11-23T06:00:00.000000Z", "idle")),
+    "a span that ended on a day that no month has": (
+        "activity_spans", SPAN.format("2026-02-28T06:00:00.000000Z", "2026-02-30T06:00:00.000000Z", "idle")),
+    "a span of thousands of years": ("activity_spans", SPAN.format("0001-01-01T00:00:00.000000Z", "9999-12-31T00:00:00.000000Z", "idle")),
+    "a span out of order": ("activity_spans", SPAN.format("2026-11-23T06:00:00Z", "2026-11-23T07:00:00Z", "idle")),
+    "a span of an unknown activity": (
+        "activity_spans", SPAN.format("2026-11-23T06:00:00.000000Z", "2026-11-23T07:00:00.000000Z", "dancing")),
+    "a day of an unknown activity": ("activity_days", "INSERT INTO activity_days VALUES (1, '2026-11-22', 'dancing', 5.0)"),
+    "a day that no month has": ("activity_days", "INSERT INTO activity_days VALUES (1, '2026-02-30', 'idle', 5.0)"),
+    "seconds without end": ("activity_days", "INSERT INTO activity_days VALUES (1, '2026-11-22', 'idle', 9e999)"),
+    "a battery that was used without end": ("robots", "UPDATE robots SET drain_percent = 9e999 WHERE name = 'Bad'"),
+    "runs of a battery without end": ("robots", f"UPDATE robots SET drain_runs = {END} WHERE name = 'Bad'"),
+    "an alarm that was counted without end": ("alarms", f"UPDATE alarms SET count = {END}"),
+    "attempts without end": ("executions", f"UPDATE executions SET attempts = {END}"),
+    "a robot that was tried at no time": (
+        "executions", """UPDATE executions SET tried = '{"1": {"until": "2026-11-23T06:00:00Z", "at": "now"}}'""")}
+
+
+@pytest.mark.parametrize(("table", "statement"), GROWN.values(), ids=GROWN.keys())
+def test_nor_is_one_restored_with_what_can_not_be_reckoned_with(sound, tmp_path, table, statement):
+    backup = spoilt(sound, tmp_path / "backup.db", statement)
+    with pytest.raises(DatabaseRefused, match=f"its table {table} has a value that can't be used"):
+        backups.restore(backup, tmp_path / "data" / "amr-scheduler.db", NOW, problem_in)
+
+
+SPANS = ("2026-11-23T06:00:00.000000Z", "2026-11-23T07:00:00.000000Z", "idle")
+MORE = f"""
+INSERT INTO executions (trigger, robot_id, robot, mission, mission_guid, timezone, token, planned_at, closes_at, created_at, state,
+                        ended_at, duration_s, submitted_at, started_at, robot_delay_s, approach_m, minimum_battery_percent, queue_id,
+                        queue_floor)
+VALUES ('manual', NULL, '', 'M', 'guid-1', 'UTC', 'old', '{SPANS[0]}', '{SPANS[1]}', '{SPANS[0]}', 'completed', '{SPANS[1]}', 60.0,
+        '{SPANS[0]}', '{SPANS[0]}', 1.0, 2.0, 20.0, 7, 6);
+INSERT INTO run_durations VALUES (1, 'guid-1', '{SPANS[1]}', 7, 60.0, 2.0);
+INSERT INTO skips SELECT id, '{SPANS[1]}', 0 FROM schedules;
+INSERT INTO holds (robot_id, started_at) VALUES (1, '{SPANS[0]}');
+INSERT INTO mission_stops VALUES ('guid-1', 1, 'p', 'P', NULL, 1.0, 1.0);
+INSERT INTO suggestion_answers (schedule_id, answer, answered_at, late, starts) VALUES (1, 'accepted', '{SPANS[0]}', 1, 2);
+INSERT INTO activity_days VALUES (1, '2026-11-22', 'idle', 5.0);
+{SPAN.format(*SPANS)};
+{checked_up("left_behind")};
+"""
+
+
+@pytest.fixture(scope="module")
+def full(sound, tmp_path_factory) -> Path:
+    """The same with a row in every table."""
+    path = spoilt(sound, tmp_path_factory.mktemp("full") / "backup.db", "SELECT 1")
+    with closing(sqlite3.connect(path)) as c:
+        c.executescript(MORE)
+    return path
+
+
+def columns_of_numbers() -> list[tuple[str, str, object]]:
+    with closing(sqlite3.connect(":memory:")) as c:
+        c.executescript("".join(MIGRATIONS))
+        return [(table, row[1], {"INTEGER": END, "REAL": float("inf")}[row[2]]) for table in tables(c)
+                for row in c.execute(f"PRAGMA table_info({table})") if row[2] in ("INTEGER", "REAL")]
+
+
+@pytest.mark.parametrize(("table", "column", "number"), columns_of_numbers())
+def test_no_number_is_restored_to_which_nothing_can_be_added(full, tmp_path, table, column, number):
+    target = tmp_path / "data" / "amr-scheduler.db"
+    backup = spoilt(full, tmp_path / "backup.db", "SELECT 1")
+    with closing(sqlite3.connect(backup)) as c, c:
+        c.execute("PRAGMA ignore_check_constraints = ON")
+        *_others, last = c.execute(f"SELECT * FROM {table}")
+        is_last = " AND ".join(f"{row[1]} IS ?" for row in c.execute(f"PRAGMA table_info({table})"))
+        assert c.execute(f"UPDATE {table} SET {column} = ? WHERE {is_last}", (number, *last)).rowcount == 1
+    if table == "ended_days":
+        backups.restore(backup, target, NOW, problem_in)
+    else:
+        with pytest.raises(DatabaseRefused):
+            backups.restore(backup, target, NOW, problem_in)
+
+
+def test_all_of_these_are_restored_with_what_they_should_hold(full, tmp_path):
+    backups.restore(full, tmp_path / "amr-scheduler.db", NOW, problem_in)
+    with closing(sqlite3.connect(tmp_path / "amr-scheduler.db")) as c:
+        assert all(c.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in tables(c))
+
+
+@pytest.mark.parametrize("wrong", [
+    f"UPDATE ended_days SET number = {END}", f"UPDATE ended_days SET starts = {END}", f"UPDATE ended_days SET microseconds = {END}",
+    "DELETE FROM ended_days", "UPDATE executions SET duration_s = 9e15 WHERE ended_at IS NOT NULL"])
+def test_what_is_only_counted_is_counted_again_so_that_runs_can_end(full, tmp_path, wrong):
+    backups.restore(spoilt(full, tmp_path / "backup.db", wrong), tmp_path / "amr-scheduler.db", NOW, problem_in)
+    with closing(sqlite3.connect(tmp_path / "amr-scheduler.db")) as c:
+        assert c.execute("SELECT number, starts FROM ended_days").fetchall() == [(1, 1)]
+        c.execute(f"UPDATE executions SET state = 'completed', ended_at = '{SPANS[1]}', duration_s = 60.0")
+        assert c.execute("SELECT sum(number), sum(timed) FROM ended_days").fetchone() == (2, 2)

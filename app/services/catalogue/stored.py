@@ -5,14 +5,15 @@ from __future__ import annotations
 import itertools
 import math
 import sqlite3
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, replace
 from datetime import datetime
+from functools import partial
 from typing import Any
 
 from app.database.alarms import AlarmRepository
 from app.database.calendar import CalendarRepository
-from app.database.check_ups import YEARS, CheckUpRepository
+from app.database.check_ups import CheckUpRepository
 from app.database.errors import primary_code
 from app.database.executions import ExecutionFilter, ExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
@@ -21,15 +22,15 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import DECLINED_PLACES, UNPROVEN_TIME, WRONG_PINS, SettingsRepository
+from app.database.soundness import LARGEST, YEARS, tables, unusable, wrong_number
 from app.domain.message import Message, message
-from app.domain.models import InvalidInput
+from app.domain.models import OPEN_STATES, InvalidInput
 from app.services.catalogue import validation
 from app.services.live.access import PIN, is_hash
 from app.services.live.tablet import stored_move
 from app.services.planning.recurrence import Recurrence
 
 LATEST = 1000                # of the executions and past alarms that are read
-LARGEST_ID = 2**53
 MOST_ROWS = 100_000          # of a table that is read as a whole
 MOST_ROBOTS = 1000           # each takes a thread and 300 kB
 LONGEST_TEXT = 100_000       # characters in a cell of it
@@ -39,7 +40,7 @@ _FORGIVEN = ("timezone", "language", "theme", "holiday_country", "holiday_subdiv
 
 def problem_in(c: sqlite3.Connection) -> Message | None:
     """What can't be used, with the table it is in; None: nothing. Of the history only what is open and the newest is read."""
-    for table, check in _CHECKS.items():
+    for table, check in itertools.chain(_CHECKS.items(), _of_numbers(c)):
         try:
             check(c)
         except InvalidInput as error:
@@ -52,7 +53,7 @@ def problem_in(c: sqlite3.Connection) -> Message | None:
             problem = str(error)[:200] or type(error).__name__
         else:
             continue
-        return message("its table {table} has a value that can't be used: {problem}", table=table, problem=problem)
+        return unusable(table, problem)
     return None
 
 
@@ -89,10 +90,10 @@ def _sizes(c: sqlite3.Connection) -> None:
 
 def _sequences(c: sqlite3.Connection) -> None:
     for table, last in c.execute("SELECT name, seq FROM sqlite_sequence"):
-        _require(isinstance(last, int) and 0 <= last <= LARGEST_ID, f"{table}: {last!r}")
+        _require(isinstance(last, int) and 0 <= last <= LARGEST, f"{table}: {last!r}")
     for table in ("robots", "missions", "robot_groups", "places", "schedules", "executions", "alarms", "holds", "calendar_days"):
         low, high = c.execute(f"SELECT coalesce(min(id), 1), coalesce(max(id), 1) FROM {table}").fetchone()
-        _require(0 < low <= high <= LARGEST_ID, f"{table}: {low}, {high}")
+        _require(0 < low <= high <= LARGEST, f"{table}: {low}, {high}")
 
 
 def _settings(c: sqlite3.Connection) -> None:
@@ -200,7 +201,22 @@ def _executions(c: sqlite3.Connection) -> None:
     _check_objects(*itertools.chain.from_iterable((each.parameters, each.wait_details, each.choice, each.tried) for each in found))
     for robot_id, tried in itertools.chain.from_iterable(each.tried.items() for each in found):
         _check_objects(tried)
-        _require(robot_id.isdigit() and datetime.fromisoformat(tried["until"]).tzinfo is not None, f"tried {robot_id}")
+        instants = [datetime.fromisoformat(tried[name]) for name in ("at", "until")]
+        _require(robot_id.isdigit() and all(instant.tzinfo is not None for instant in instants), f"tried {robot_id}")
+        _require(isinstance(tried.get("tries", 0), int) and isinstance(tried.get("floor", 0), int | None), f"tried {robot_id}")
+
+
+def _of_numbers(c: sqlite3.Connection) -> Iterator[tuple[str, Callable[[sqlite3.Connection], None]]]:
+    """Checks of all columns of numbers, but of what is only shown."""
+    states = ", ".join(f"'{state}'" for state in OPEN_STATES)
+    for table in tables(c):
+        if table not in ("activity_spans", "activity_days", "ended_days"):
+            yield table, partial(_numbers, table=table, rows=f"WHERE state IN ({states})" if table == "executions" else "")
+
+
+def _numbers(c: sqlite3.Connection, table: str, rows: str) -> None:
+    problem = wrong_number(c, table, rows)
+    _require(problem is None, problem or "")
 
 
 _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {

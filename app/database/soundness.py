@@ -1,0 +1,72 @@
+"""Whether cells hold what the app could have written: what can't be reckoned with fails at the next addition, long afterwards."""
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterable
+from datetime import date
+
+from app.database.values import to_instant
+from app.domain.activity import ACTIVITIES
+from app.domain.message import Message, message
+
+LARGEST = 2**53              # of every number, either way: exact as a float too, and far from where adding to it fails
+YEARS = range(1970, 9000)    # of instants: far from where adding to one fails
+_INSTANT = len("2026-11-23T04:30:00.000000Z")
+
+
+def unusable(table: str, problem: Message) -> Message:
+    return message("its table {table} has a value that can't be used: {problem}", table=table, problem=problem)
+
+
+def tables(c: sqlite3.Connection) -> list[str]:
+    """All but SQLite's own, by name."""
+    return [name for (name,) in c.execute("SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite%' ORDER BY name")]
+
+
+def wrong_number(c: sqlite3.Connection, table: str, rows: str = "") -> str | None:
+    """The first column that has a number beyond LARGEST, with it. ``rows``: which, as a WHERE clause; all. Tables are STRICT: a column of
+    numbers has nothing else."""
+    columns = [row[1] for row in c.execute(f"PRAGMA table_info({table})") if row[2] in ("INTEGER", "REAL")]
+    ends = ", ".join(f"min({name}), max({name})" for name in columns)
+    found = c.execute(f"SELECT {ends} FROM (SELECT {', '.join(columns)} FROM {table} {rows})").fetchone() if columns else ()
+    for name, low, high in zip(columns, found[::2], found[1::2], strict=True):
+        if low is not None and not -LARGEST <= low <= high <= LARGEST:
+            return f"{name} {high if high > LARGEST else low}"
+    return None
+
+
+def problem_in_history(c: sqlite3.Connection) -> Message | None:
+    """Of the tables that only grow, in a database of any version, what can't be used. What is only counted (``ended_days``) is counted
+    again when a backup is restored."""
+    for table in {"executions", "observed", "activity_days", "activity_spans"}.intersection(tables(c)):
+        problem = wrong_number(c, table)
+        if problem is None and table != "executions":
+            problem = _wrong_activity(c, table)
+        if problem is not None:
+            return unusable(table, problem)
+    return None
+
+
+def _wrong_activity(c: sqlite3.Connection, table: str) -> str | None:
+    """The first row that no robot can have been seen with."""
+    is_spans = table == "activity_spans"
+    times = "started_at, ended_at" if is_spans else "day, day"
+    for start, end, activity in c.execute(f"SELECT {times}, activity FROM {table}"):
+        if activity not in ACTIVITIES or not (_are_instants((start, end)) if is_spans else _is_day(start)):
+            return f"{start} {end} {activity}"[:200]
+    return None
+
+
+def _are_instants(texts: Iterable[str]) -> bool:
+    """As the app writes them: of one length, so that their order is that of time."""
+    try:
+        return all(len(text) == _INSTANT and text[-1] == "Z" and to_instant(text).year in YEARS for text in texts)
+    except ValueError:
+        return False
+
+
+def _is_day(text: str) -> bool:
+    try:
+        return len(text) == len("2026-11-23") and date.fromisoformat(text).year in YEARS
+    except ValueError:
+        return False
