@@ -25,7 +25,9 @@ class Topic(StrEnum):
     IDENTITY = "identity"
     SOFTWARE = "software"
     RIGHTS = "rights"
+    PASSWORD = "password"    # noqa: S105  (a topic)
     CERTIFICATE = "certificate"
+    BATTERY = "battery"
     CLOCK = "clock"
     LANGUAGE = "language"
     MISSIONS = "missions"

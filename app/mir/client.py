@@ -75,6 +75,7 @@ class RobotClient:
                  clock: Callable[[], float] = time.monotonic, timeouts: Timeouts | None = None,
                  profile: RobotProfile | None = None, pace: Pace | None = None) -> None:
         self.address, self._serial_number, self.identified_by = address, serial_number, identified_by
+        self.has_default_password = token.is_published_default
         self._compared_at, self._compared_over = -math.inf, object()
         self._has_answered = False                   # as HTTP
         self._clock = clock

@@ -119,10 +119,11 @@ def _words(look: Look, seen: Seen) -> list[str]:
             phases.setdefault(word, set()).add(QueueState.ABORTED if seen.is_in_error and phase is QueueState.DONE else phase)
     if seen.cancelled is not None and seen.cancelled.has_ended:
         phases.setdefault(clean(seen.cancelled.now.get("state"), LONGEST_WORD), set()).add(QueueState.ABORTED)
-    unknown = {word: found for word, found in phases.items() if _is_unknown(word)}
+    unknown = {word: found for word, found in phases.items() if word and _is_unknown(word)}
     own = {word: WORDS[phase] for word, (phase, *others) in unknown.items() if not others and phase in WORDS}
     shared = [word for word, found in unknown.items() if len(found) > 1]
     look.seen["item_states"] = dict(own)
+    gone = any(not item.now for item in runs)
     failed = next((item for item in runs if item.has_ended
                    and (seen.is_in_error or parse.queue_state(item.now) is QueueState.ABORTED)), None)
     not_ended = next((item for item in runs if not item.has_ended), None)
@@ -133,6 +134,9 @@ def _words(look: Look, seen: Seen) -> list[str]:
         look.amber(Topic.WORDS, message("A mission of the trial did not end in time; its state is {state}",
                                         state=clean(not_ended.now.get("state"), LONGEST_WORD)),
                    message("Look at the robot, and check up again with a shorter mission."))
+    elif gone:
+        look.amber(Topic.WORDS, message("A mission that has ended is gone from its queue"),
+                   message("Whether it was done can't be told there: the app shows such a run as failed, gone from the robot."))
     elif shared:
         look.amber(Topic.WORDS, message("It has one word for several states of missions: {words}", words=", ".join(shared)),
                    message("A run whose word is not known is followed until the robot has ended it, and shown as failed with that word."))
@@ -161,6 +165,10 @@ def _cancelled(look: Look, seen: Seen, item: Item, own_words: Sequence[str]) -> 
     if not item.has_ended:
         look.amber(Topic.CANCELLED, message("A cancelled mission stays {state}", state=word or "?"),
                    message("Look at the robot, and check up again."))
+        return
+    if not item.now:
+        look.amber(Topic.CANCELLED, message("A cancelled mission is gone from its queue"),
+                   message("A mission that somebody cancels at the robot is shown as failed, gone from the robot."))
         return
     failed = {clean(entry.get("state"), LONGEST_WORD) for entry in _failures(look, text)}
     is_shared = _is_unknown(word) and word in own_words

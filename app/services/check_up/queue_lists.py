@@ -18,15 +18,20 @@ from app.services.check_up.look import Look, why
 PAGE = 200                   # entries asked for at once, as the app does
 FEW = 5
 LATELY = timedelta(hours=2)              # by the robot's own clock: orders of others since then count
-OTHERS_TO_TELL = 2           # orders
+FEW_MEANS = message("The app takes the careful way there. Check up again when the robot has had some missions.")
+SHARED = message("A fleet or another program may queue by itself. Starts of this plan wait in the robot's queue behind what others put "
+                 "there: give this robot to one of them, or plan with room between starts.")
 
 
 class QueueLists:
-    """``user``: who we are to the robot."""
+    """``is_empty``: it was read, and nothing is in it."""
 
-    def __init__(self, look: Look, user: str) -> None:
-        self._look, self._probe, self._user = look, look.probe, user
+    def __init__(self, look: Look) -> None:
+        self._look, self._probe = look, look.probe
         self._ignores: set[str] = set()
+        self._oldest = self._newest = 0          # ids, as far as a reader finds them; 0: there is none
+        self.is_empty = False
+        self._first_of_last_page = 0             # where the newest entries are, if order is ignored
 
     def look(self) -> list[parse.Object]:
         """All that a client can know of it by reading; returns its newest items, whole where lists give them so."""
@@ -34,13 +39,17 @@ class QueueLists:
         if not plain.is_good or not isinstance(plain.found, list) or (plain.found and not ids_of(plain)):
             self._unreadable(plain)
             return []
-        newest, oldest = self._ends(plain)
-        self._look_at_sorting(plain)
-        entries = self._look_at_pages(newest, oldest)
-        self._look_at_search(newest, oldest)
-        self._look_at_length(newest, oldest)
-        self._look.seen["ignores"] = frozenset(self._ignores)
-        return entries
+        upwards = ids_of(self._probe.queue(sort_by="id,asc", limit="1"))
+        self._find_ends(ids_of(plain), upwards)
+        self.is_empty = not self._newest
+        self._look_at_sorting(ids_of(plain), upwards)
+        page = self._probe.queue(whitelist="all", sort_by="id,desc", limit=str(PAGE))
+        is_found_out = self._look_at_pages(page)
+        self._look_at_search()
+        self._look_at_length()
+        if self._ignores or is_found_out:
+            self._look.seen["ignores"] = frozenset(self._ignores)
+        return self._newest_of(page)
 
     def _unreadable(self, answer: Answer) -> None:
         problem = why(answer) or message("its answer is no list of missions")
@@ -49,110 +58,146 @@ class QueueLists:
         for topic in (Topic.SEARCH, Topic.PAGING, Topic.SORTING):
             self._look.amber(topic, message("Not looked at, as the mission queue can't be read"), message("Check up again once it can."))
 
-    def _ends(self, plain: Answer) -> tuple[int, int]:
-        """The highest and the lowest id that a reader can find; 0: its queue is empty."""
-        first = ids_of(self._probe.queue(sort_by="id,asc", limit="1"))
-        seen = ids_of(plain) + first
-        newest = max(seen, default=0)
-        if ids_of(plain) != sorted(ids_of(plain), reverse=True):               # the newest are at the other end
+    def _find_ends(self, downwards: list[int], upwards: list[int]) -> None:
+        seen = [*downwards, *upwards]
+        self._newest, self._oldest = max(seen, default=0), min(seen, default=0)
+        if downwards != sorted(downwards, reverse=True):                       # the newest are at the other end
             for offset in range(0, 50 * PAGE, PAGE):
                 page = ids_of(self._probe.queue(limit=str(PAGE), offset=str(offset)))
-                if not page or max(page) <= newest:
+                if not page or max(page) <= self._newest:
                     break
-                newest = max(newest, *page)
-        return newest, min(seen, default=0)
+                self._newest, self._first_of_last_page = max(self._newest, *page), offset
 
-    def _look_at_sorting(self, plain: Answer) -> None:
-        ids = ids_of(plain)
-        if ids == sorted(ids, reverse=True):
+    def _newest_of(self, page: Answer) -> list[parse.Object]:
+        """[] where they can't be read."""
+        if self._newest not in ids_of(page) and self._first_of_last_page:
+            page = self._probe.queue(whitelist="all", limit=str(PAGE), offset=str(self._first_of_last_page))
+        return page.rows if max(ids_of(page), default=0) >= self._newest else []
+
+    def _look_at_sorting(self, downwards: list[int], upwards: list[int]) -> None:
+        means = message("The app finds what is new by its search or by number, which takes some more requests. Nothing to do.")
+        if downwards != sorted(downwards, reverse=True):
+            self._ignores.add("sort_by")
+            self._look.amber(Topic.SORTING, message("It ignores the order that is asked for: the oldest entries come first"), means)
+        elif len(set(downwards)) < 2 or not upwards:
+            self._look.amber(Topic.SORTING, message("Not found out: too few missions are in its queue"), FEW_MEANS)
+        elif upwards[0] > min(downwards):
+            self._ignores.add("sort_by")
+            self._look.amber(Topic.SORTING, message("It ignores the order that is asked for: the newest entries come first"), means)
+        else:
             self._look.green(Topic.SORTING, message("Its lists are sorted as asked for, the newest first"))
-            return
-        self._ignores.add("sort_by")
-        self._look.amber(Topic.SORTING, message("It ignores the order that is asked for: the oldest entries come first"),
-                         message("The app finds what is new by its search or by number, which takes some more requests. Nothing to do."))
 
-    def _look_at_pages(self, newest: int, oldest: int) -> list[parse.Object]:
-        page = self._probe.queue(whitelist="all", sort_by="id,desc", limit=str(PAGE))
-        ids, there = ids_of(page), newest - oldest + 1
-        limit = 0
-        if there > FEW and len(ids_of(self._probe.queue(limit="2"))) > 2:
+    def _look_at_pages(self, page: Answer) -> bool:
+        """Whether all was found out."""
+        ids = set(ids_of(page))
+        if len(ids) > 2 and len(ids_of(self._probe.queue(limit="2"))) > 2:
             self._ignores.add("limit")
-        elif len(ids) < min(PAGE, there) and self._has_more(len(ids)):
-            limit = len(ids)
-        if there > FEW and self._same_with_offset():
+        limit = len(ids) if 0 < len(ids) < PAGE and "limit" not in self._ignores and self._has_more_than(ids) else 0
+        if len(ids) > 1 and self._same_with_offset():
             self._ignores.add("offset")
-        is_whole = not page.rows or all(parse.is_whole_item(entry) or "mission_id" in entry for entry in page.rows)
-        if not is_whole:
+        if not all(parse.is_whole_item(entry) or "mission_id" in entry for entry in page.rows):
             self._ignores.add("whitelist")
-        self._look.seen["page_limit"] = limit if limit > 1 or (not limit and there >= PAGE) else None        # pages of one have no order
+        if limit > 1 or len(ids) >= PAGE:        # pages of one have no order
+            self._look.seen["page_limit"] = limit
         if limit:
             self._look.amber(Topic.PAGING, message("A list has {n} entries at most, whatever is asked for", n=limit),
                              message("The app reads page after page. Nothing to do."))
         elif found := sorted(self._ignores & {"limit", "offset", "whitelist"}):
             self._look.amber(Topic.PAGING, message("Its lists ignore {names}", names=", ".join(found)),
                              message("The app reads what it needs one by one, which takes longer after a lost answer. Nothing to do."))
+        elif len(ids) <= 2:
+            self._look.amber(Topic.PAGING, message("Not found out: too few missions are in its queue"), FEW_MEANS)
         else:
             self._look.green(Topic.PAGING, message("Its lists come in pages as asked for, with all fields"))
-        return page.rows
+        return len(ids) > 2
 
-    def _has_more(self, n: int) -> bool:
-        """Whether entries follow after the first so many."""
-        return bool(ids_of(self._probe.queue(sort_by="id,desc", limit="1", offset=str(n))))
+    def _has_more_than(self, ids: set[int]) -> bool:
+        """Whether its queue has entries besides those that came though more were asked for."""
+        further = ids_of(self._probe.queue(sort_by="id,desc", limit="1", offset=str(len(ids))))
+        return not ids.issuperset([*further, self._oldest, self._newest])
 
     def _same_with_offset(self) -> bool:
         first, second = (ids_of(self._probe.queue(sort_by="id,desc", limit="1", offset=offset)) for offset in ("0", "1"))
         return bool(first) and first == second
 
-    def _look_at_search(self, newest: int, oldest: int) -> None:
-        floor = max(newest - 2, oldest)
-        answer = self._probe.search([{"fieldname": "id", "operator": ">", "value": floor}], whitelist="all", sort_by="id,desc", limit="50")
-        self._look.seen["has_search"] = answer.is_good and isinstance(answer.found, list)
-        if not self._look.seen["has_search"]:
+    def _look_at_search(self) -> None:
+        floor = self._newest - 1
+        answer = self._probe.search([{"fieldname": "id", "operator": ">", "value": max(0, floor)}], whitelist="all", sort_by="id,desc",
+                                    limit="50")
+        has_search = answer.is_good and isinstance(answer.found, list)
+        if not has_search:
             problem = why(answer) or message("its answer is no list")
             self._look.amber(Topic.SEARCH, message("Its queue can't be searched: {problem}", problem=problem),
                              message("The app reads the list instead, which takes longer where the queue is long. Nothing to do."))
-        elif newest and any(number <= floor for number in ids_of(answer)):
+        elif self.is_empty:
+            self._look.amber(Topic.SEARCH, message("Not found out: too few missions are in its queue"), FEW_MEANS)
+            return
+        elif self._newest not in ids_of(answer):
+            has_search = False
+            self._look.amber(Topic.SEARCH, message("Its search does not find what is in its queue"),
+                             message("The app reads the list instead, which takes longer where the queue is long. Nothing to do."))
+        elif any(number <= floor for number in ids_of(answer)):
             self._ignores.add("filters")
             self._look.amber(Topic.SEARCH, message("Its search gives what it was not asked for"),
                              message("The app sorts that out by itself, which takes longer where the queue is long. Nothing to do."))
         else:
             self._look.green(Topic.SEARCH, message("Its queue can be searched"))
+        self._look.seen["has_search"] = has_search
 
-    def _look_at_length(self, newest: int, oldest: int) -> None:
-        if not newest:
-            self._look.green(Topic.QUEUE, message("Its queue has never had a mission"))
+    def _look_at_length(self) -> None:
+        if self.is_empty:
+            self._look.green(Topic.QUEUE, message("Its queue is empty, and can be read"))
             return
-        first = parse.instant(self._probe.get(f"/mission_queue/{oldest}").one.get("ordered"))
+        first = parse.instant(self._probe.get(f"/mission_queue/{self._oldest}").one.get("ordered"))
         if first is None:
-            self._look.green(Topic.QUEUE, message("Its queue goes from {oldest} to {newest}", oldest=oldest, newest=newest))
+            self._look.green(Topic.QUEUE, message("Its queue goes from {oldest} to {newest}", oldest=self._oldest, newest=self._newest))
         else:
-            self._look.green(Topic.QUEUE, message("Its queue goes from {oldest}, ordered on {day}, to {newest}", oldest=oldest,
-                                                  newest=newest, day=first.date().isoformat()))
+            self._look.green(Topic.QUEUE, message("Its queue goes from {oldest}, ordered on {day}, to {newest}", oldest=self._oldest,
+                                                  newest=self._newest, day=first.date().isoformat()))
 
 
-def look_at_others(look: Look, entries: Sequence[parse.Object], user: str) -> None:
-    """Who else has put missions there of late, by the robot's own times; ``user`` is who we are to it."""
-    dated = [(at, entry) for entry in entries if (at := parse.instant(entry.get("ordered"))) is not None]
-    if not dated:
-        look.green(Topic.OTHERS, message("Nobody else has used its queue of late"))
+def look_at_others(look: Look, entries: Sequence[parse.Object], user: str, *, is_empty: bool = False) -> None:
+    """Who else has put missions there of late, by the robot's own times. ``entries``: the newest, [] where they can't be read;
+    ``user``: who we are to it; ``is_empty``: nothing is in its queue."""
+    if is_empty:
+        look.green(Topic.OTHERS, message("Its queue is empty: nobody uses it just now"))
         return
-    since = _local_now(look, max(at for at, _entry in dated)) - LATELY
-    lately = [(at, entry) for at, entry in dated if at >= since and _is_of_others(entry, user)]
-    if len(lately) < OTHERS_TO_TELL:
+    by_whom = [(parse.instant(entry.get("ordered")), _is_of_others(entry, user), entry) for entry in entries]
+    since = _local_now(look, max(times)) - LATELY if (times := [at for at, _theirs, _entry in by_whom if at is not None]) else None
+    lately = [(at, entry) for at, theirs, entry in by_whom if theirs and at is not None and since is not None and at >= since]
+    undated = sum(theirs is True for at, theirs, _entry in by_whom if at is None)
+    is_unclear = any(theirs is None if at is None or since is None else theirs is None and at >= since for at, theirs, _entry in by_whom)
+    if len(lately) > 1:
+        _tell_others(look, lately)
+    elif lately:
+        look.amber(Topic.OTHERS, message("One mission of the last two hours is of {name}", name=_name(lately[0][1])), SHARED)
+    elif undated:
+        look.amber(Topic.OTHERS, message("{n} of the newest {of} missions in its queue are of others; it does not tell when they were "
+                                         "queued", n=undated, of=len(entries)), SHARED)
+    elif is_unclear or not entries:
+        look.amber(Topic.OTHERS, message("Not found out: who queued the newest missions can't be told"), SHARED)
+    else:
         look.green(Topic.OTHERS, message("Nobody else has used its queue of late"))
-        return
-    [(name, _n)] = Counter(clean(entry.get("created_by_name"), 80) or "?" for _at, entry in lately).most_common(1)
+
+
+def _tell_others(look: Look, lately: Sequence[tuple[datetime, parse.Object]]) -> None:
+    [(name, _n)] = Counter(_name(entry) for _at, entry in lately).most_common(1)
     times = sorted(at for at, _entry in lately)
     every = median((after - before).total_seconds() for before, after in itertools.pairwise(times)) / 60
     look.amber(Topic.OTHERS, message("{n} missions of the last two hours are of others, most of them of {name}, one every {minutes} min",
-                                     n=len(lately), name=name, minutes=round(every, 1)),
-               message("A fleet or another program may queue by itself. Starts of this plan wait in the robot's queue behind what others "
-                       "put there: give this robot to one of them, or plan with room between starts."))
+                                     n=len(lately), name=name, minutes=round(every, 1)), SHARED)
 
 
-def _is_of_others(entry: parse.Object, user: str) -> bool:
+def _name(entry: parse.Object) -> str:
+    return clean(entry.get("created_by_name"), 80) or "?"
+
+
+def _is_of_others(entry: parse.Object, user: str) -> bool | None:
+    """None: it can't be told."""
     name = clean(entry.get("created_by_name"), 80)
-    return bool(entry.get("fleet_schedule_guid")) or bool(user and name and name != user)
+    if entry.get("fleet_schedule_guid"):
+        return True
+    return name != user if name and user else None
 
 
 def _local_now(look: Look, newest: datetime) -> datetime:

@@ -7,9 +7,10 @@ from zoneinfo import ZoneInfo
 
 from app.domain.check_up import Topic
 from app.domain.message import Message, message
-from app.domain.robot import IdentifiedBy, Identity, RobotStatus
+from app.domain.robot import IdentifiedBy, Identity, RobotState, RobotStatus
 from app.mir import parse
 from app.mir.errors import RobotError, Unauthorized
+from app.mir.mission_queue import NOT_OFFERED
 from app.mir.probe import Answer
 from app.mir.texts import clean
 from app.services.check_up import pace
@@ -47,17 +48,20 @@ def read_robot(look: Look) -> Identity | None:
     _identity(look, identity)
     _software(look, identity)
     _certificate(look)
+    _battery(look, status)
     _clock(look)
     look.at(message("Reading missions and maps"), 3.0, whole)
     missions = look.probe.get("/missions")
     maps = look.probe.get("/maps")
     _rights(look, identity, missions, maps)
+    _password(look, identity)
     _missions(look, missions)
     _maps(look, status, maps)
     look.at(message("Reading its queue"), 18.0, whole)
-    look.entries = entries = QueueLists(look, identity.user_name).look()
+    lists = QueueLists(look)
+    look.entries = entries = lists.look()
     look_at_language(look, status, entries)
-    look_at_others(look, entries, identity.user_name)
+    look_at_others(look, entries, identity.user_name, is_empty=lists.is_empty)
     pace.measure(look, pace.MINUTE, READS_S, whole)
     pace.load(look, READS_S + pace.MINUTE, whole)
     return identity
@@ -78,19 +82,33 @@ def _identity(look: Look, identity: Identity) -> None:
 
 
 def _software(look: Look, identity: Identity) -> None:
-    found = look.probe.get("/software/system_status").is_good, look.probe.get("/guided_move/waypoints").is_good
-    fits = next((version for version, offers in DEFINITIONS.items() if offers == found), None)
-    if identity.software is None or fits is None:
+    offers = _offers(look, "/software/system_status"), _offers(look, "/guided_move/waypoints")
+    fits = next((version for version, those in DEFINITIONS.items() if those == offers), None)
+    software = identity.software or "?"
+    means = message("Try it with a mission before its first night, and look at its runs in the morning.")
+    if None in offers:
+        look.amber(Topic.SOFTWARE, message("Its software is {software}; not found out which of MiR's definitions fits, as it does not say "
+                                           "what it offers", software=software), means)
+    elif fits is None:
         look.amber(Topic.SOFTWARE, message("Its software is {software}; none of MiR's known definitions fits what it offers",
-                                           software=identity.software or "?"),
-                   message("Try it with a mission before its first night, and look at its runs in the morning."))
+                                           software=software), means)
+    elif identity.software is None:
+        look.amber(Topic.SOFTWARE, message("It does not tell its software; MiR's definition of {definition} fits", definition=fits),
+                   message("The app can't see when it gets other software: check it up again after each change."))
     elif fits != identity.software and identity.software in DEFINITIONS:
-        look.amber(Topic.SOFTWARE, message("Its software is {software}, but it offers what {definition} does", software=identity.software,
-                                           definition=fits),
-                   message("Try it with a mission before its first night, and look at its runs in the morning."))
+        look.amber(Topic.SOFTWARE, message("Its software is {software}, but it offers what {definition} does", software=software,
+                                           definition=fits), means)
     else:
-        look.green(Topic.SOFTWARE, message("Its software is {software}; MiR's definition of {definition} fits", software=identity.software,
+        look.green(Topic.SOFTWARE, message("Its software is {software}; MiR's definition of {definition} fits", software=software,
                                            definition=fits))
+
+
+def _offers(look: Look, path: str) -> bool | None:
+    """None: it can't be told, as the user may not read it or the robot has an error."""
+    answer = look.probe.get(path)
+    if answer.is_good:
+        return True
+    return False if answer.status in NOT_OFFERED else None
 
 
 def _certificate(look: Look) -> None:
@@ -100,6 +118,17 @@ def _certificate(look: Look) -> None:
         look.amber(Topic.CERTIFICATE, message("It is asked over http: whoever listens on the network can read the password"),
                    message("Where the robot offers https (software 3 and later), change its address to https://…; else keep its network "
                            "for robots only."))
+
+
+def _battery(look: Look, status: RobotStatus) -> None:
+    if status.battery_percentage is not None:
+        look.green(Topic.BATTERY, message("Its battery is at {percent} %", percent=round(status.battery_percentage)))
+    elif status.state is RobotState.EMERGENCY_STOP:
+        look.amber(Topic.BATTERY, message("Not found out whether it tells its battery, as it stands in emergency stop"),
+                   message("Check up again when it is released."))
+    else:
+        look.amber(Topic.BATTERY, message("It does not tell its battery"),
+                   message("A start that needs a least battery is skipped on it: set none for its schedules."))
 
 
 def _clock(look: Look) -> None:
@@ -158,17 +187,31 @@ def _differs(look: Look, zone: str) -> bool:
 
 def _rights(look: Look, identity: Identity, missions: Answer, maps: Answer) -> None:
     group = clean(look.probe.get("/users/me/group").one.get("name"), 80)
-    refused = [what for what, answer in ((message("missions"), missions), (message("maps"), maps),
-                                         (message("mission queue"), look.probe.queue(limit="1"))) if isinstance(answer.error, Unauthorized)]
+    user = identity.user_name or "?"
+    failed = [(what, answer.error) for what, answer in (
+        (message("missions"), missions), (message("maps"), maps), (message("mission queue"), look.probe.queue(limit="1"))) if answer.error]
+    refused = [what for what, error in failed if isinstance(error, Unauthorized)]
     if refused:
-        look.red(Topic.RIGHTS, message("User {user} may not read: {what}", user=identity.user_name or "?", what=refused[0]),
+        look.red(Topic.RIGHTS, message("User {user} may not read: {what}", user=user, what=refused[0]),
                  message("Give the user more rights on the robot (Setup, Users), or use another one."))
+    elif failed:
+        look.amber(Topic.RIGHTS, message("Not found out whether user {user} may read: {what}", user=user, what=failed[0][0]),
+                   message("Check up again once it can be read."))
     elif group:
-        look.green(Topic.RIGHTS, message("User {user} of the group {group} may read missions, queue and maps", user=identity.user_name,
-                                         group=group), message("Whether it may start missions shows when one is tried."))
-    else:
-        look.green(Topic.RIGHTS, message("User {user} may read missions, queue and maps", user=identity.user_name or "?"),
+        look.green(Topic.RIGHTS, message("User {user} of the group {group} may read missions, queue and maps", user=user, group=group),
                    message("Whether it may start missions shows when one is tried."))
+    else:
+        look.green(Topic.RIGHTS, message("User {user} may read missions, queue and maps", user=user),
+                   message("Whether it may start missions shows when one is tried."))
+
+
+def _password(look: Look, identity: Identity) -> None:
+    if look.probe.client.has_default_password:
+        look.amber(Topic.PASSWORD, message("User {user} has the default password that MiR's manuals print", user=identity.user_name or "?"),
+                   message("Anybody on the network can drive the robot with it. Change it on the robot (Setup, Users) and in its settings "
+                           "here."))
+    else:
+        look.green(Topic.PASSWORD, message("The password is none of those that MiR's manuals print"))
 
 
 def _missions(look: Look, answer: Answer) -> None:
@@ -182,12 +225,16 @@ def _missions(look: Look, answer: Answer) -> None:
         look.check_is_wanted()
         if look.probe.clock() - began > MISSIONS_S:
             break
-        seen.append(look.probe.get(f"/missions/{guid}").one)
+        if (detail := look.probe.get(f"/missions/{guid}")).is_good:
+            seen.append(detail.one)
     with_parameters = sum(mission.get("has_user_parameters") is True for mission in seen)
     invalid = _named(mission for mission in seen if mission.get("valid") is False)
     if invalid:
         look.amber(Topic.MISSIONS, message("Of {n} missions these are not valid: {names}", n=len(guids), names=", ".join(invalid)),
                    message("Open them on the robot and put them right before they are planned."))
+    elif guids and not seen:
+        look.amber(Topic.MISSIONS, message("It has {n} missions; not found out which ask for values when they are started", n=len(guids)),
+                   message("None of them could be read: open one on the robot, and check up again."))
     elif guids:
         look.green(Topic.MISSIONS, message("It has {n} missions; {parameters} of {seen} looked at ask for values when they are started",
                                            n=len(guids), parameters=with_parameters, seen=len(seen)))
@@ -205,10 +252,19 @@ def _maps(look: Look, status: RobotStatus, answer: Answer) -> None:
                    message("Home shows no map of it; everything else works."))
         return
     current = next((clean(entry.get("name"), 80) for entry in answer.rows if entry.get("guid") == status.map_id), None)
+    if current is None and status.map_id is None:
+        look.amber(Topic.MAPS, message("Not found out which of its {n} maps is in use: its status does not tell", n=len(answer.rows)),
+                   message("Home shows no map of it; everything else works."))
+        return
     if current is None:
         look.amber(Topic.MAPS, message("It has {n} maps, none of them in use", n=len(answer.rows)),
                    message("Load a map on the robot: missions that drive fail without."))
         return
     positions = look.probe.get(f"/maps/{status.map_id}/positions")
+    if not positions.is_good:
+        look.amber(Topic.MAPS, message("It drives on the map {name}, one of {n}; its positions can't be read: {problem}", name=current,
+                                       n=len(answer.rows), problem=why(positions)),
+                   message("Home shows no positions on it; everything else works."))
+        return
     look.green(Topic.MAPS, message("It drives on the map {name}, one of {n}, with {positions} positions", name=current,
                                    positions=len(positions.rows), n=len(answer.rows)))

@@ -20,7 +20,8 @@ Language = Callable[[str], str]            # a text in it, from English
 # For people. Of a robot's topics, in the report's order.
 TOPICS: Mapping[Topic, Message] = {
     Topic.IDENTITY: message("Who it is"), Topic.SOFTWARE: message("Software"), Topic.RIGHTS: message("Rights"),
-    Topic.CERTIFICATE: message("Encryption"), Topic.CLOCK: message("Clock"), Topic.LANGUAGE: message("Language"),
+    Topic.PASSWORD: message("Password"), Topic.CERTIFICATE: message("Encryption"), Topic.BATTERY: message("Battery"),
+    Topic.CLOCK: message("Clock"), Topic.LANGUAGE: message("Language"),
     Topic.MISSIONS: message("Missions"), Topic.MAPS: message("Maps"), Topic.QUEUE: message("Mission queue"),
     Topic.SEARCH: message("Searching"), Topic.PAGING: message("Lists"), Topic.SORTING: message("Order of lists"),
     Topic.OTHERS: message("Other users"), Topic.LATENCY: message("Answer time"), Topic.LOAD: message("Load"),
@@ -31,6 +32,11 @@ LEVELS: Mapping[Level, Message] = {Level.GREEN: message("Fine"), Level.AMBER: me
 DEFINITIONS = {(2, 0): "2.14.7", (3, 0): "3.5.4", (3, 8): "3.8.1"}       # the simulator's, each from that software on
 OFFLINE_S = 40.0             # that a robot boots, where only that it does is known
 SMALL_OFFSET_S = 2.0         # of clocks: not more than the resolution of what robots tell
+LARGEST_OFFSET_S = 1e6       # that the simulator takes
+# What items have anyway, so that on a simulated robot the description can't be moved there.
+ITEM_FIELDS = frozenset({
+    "actions", "allowed_methods", "control_posid", "control_state", "created_by", "created_by_id", "created_by_name", "fleet_schedule_guid",
+    "finished", "id", "message", "mission", "mission_id", "ordered", "parameters", "priority", "started", "state", "url"})
 
 
 def heading(report: Report, zone: str, language: Language = str) -> list[str]:
@@ -79,11 +85,11 @@ def _simulated(report: Report) -> dict[str, Any]:
     values: dict[str, Any] = {
         "about": f"{report.robot}, as it was found on {report.began_at:%Y-%m-%d}.",
         "software": _definition(found.software), "model": report.model or None, "timezone": found.timezone,
-        "clock_offset": found.clock_offset if found.clock_offset is not None and abs(found.clock_offset) > SMALL_OFFSET_S else None,
+        "clock_offset": _offset(found.clock_offset),
         "search": found.has_search, "ignores": sorted(found.ignores) if found.ignores else None, "page_limit": found.page_limit or None,
         "fields": {"order": ["state"]} if found.gives_id is False else None,
         "order_status": found.order_status, **_description(found),
-        "item_states": {state: word for word, state in found.item_states.items()} or None,
+        "item_states": {state: word for word, state in found.item_states.items() if word} or None,
         "texts": {USER_REQUEST: found.cancelled_message} if found.cancelled_message not in (None, "", USER_REQUEST) else None,
         "latency": [round(found.latency[0], 3), round(found.latency[3], 3)] if found.latency else None,
         "reboots": {"requests": found.rest.requests, "within_seconds": found.rest.seconds, "offline_seconds": OFFLINE_S}
@@ -91,10 +97,17 @@ def _simulated(report: Report) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
+def _offset(seconds: float | None) -> float | None:
+    if seconds is None or abs(seconds) <= SMALL_OFFSET_S:
+        return None
+    return max(-LARGEST_OFFSET_S, min(LARGEST_OFFSET_S, seconds))
+
+
 def _description(found: RobotProfile) -> dict[str, str]:
     if found.token_field == "":
         return {"description_text": ""}
-    return {} if found.token_field in (None, "description") else {"description_field": str(found.token_field)}
+    is_usual = found.token_field in (None, "description", *ITEM_FIELDS)
+    return {} if is_usual else {"description_field": str(found.token_field)}
 
 
 def _definition(software: str | None) -> str | None:

@@ -25,6 +25,9 @@ def look_at_language(look: Look, status: RobotStatus, entries: Sequence[parse.Ob
         look.amber(Topic.LANGUAGE, message("It speaks another language: its state is {text}", text=status.state_text),
                    message("Its texts are shown as it says them. What it says of a cancelled mission is learned by trying it with one; "
                            "else a mission that somebody cancels at the robot is shown as failed."))
+    elif not status.state_text:
+        look.amber(Topic.LANGUAGE, message("Not found out which language it speaks: it has no words for its state"),
+                   message("Its texts are shown as it says them."))
     else:
         look.green(Topic.LANGUAGE, message("It speaks English"))
 

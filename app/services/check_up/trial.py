@@ -286,7 +286,7 @@ class TrialRun:
             self._release(progress)
             if not running.has_ended:
                 self._until_ended(running)
-                self.seen.runs_on = running.has_ended and not _is_aborted(running)
+                self.seen.runs_on = running.has_ended and not _is_aborted(running) if running.now else None
 
     def _until_ended(self, item: Item) -> None:
         began = self._probe.clock()

@@ -7,11 +7,11 @@ from datetime import UTC, datetime
 
 import pytest
 
-from app.domain.check_up import Finding, Level, Report, RobotProfile, Topic, Trial
+from app.domain.check_up import Finding, Level, Report, Rest, RobotProfile, Topic, Trial
 from app.domain.message import message
 from app.services.check_up import report as reports
 from mir_sim import DEVIANTS, Profile, deviant
-from mir_sim.profile import KEYS, read
+from mir_sim.profile import ITEM_FIELDS, KEYS, read
 from tests.support.asked_robot import ZONE
 from tests.support.checked_robot import CheckedRobot
 
@@ -103,3 +103,13 @@ def test_the_simulated_robot_has_the_nearest_software(tmp_path, software, neares
     report = replace(REPORT, profile=RobotProfile("S1", software))
     assert json.loads(reports.document(report, ZONE)).get("software") == nearest
     assert as_simulated(report, tmp_path / "found.json").software == (nearest or "3.5.4")
+
+
+@pytest.mark.parametrize("found", [
+    *({"token_field": field} for field in (*ITEM_FIELDS, "", "order_description")),
+    *({"clock_offset": seconds} for seconds in (-2e9, 2e9, 3.0)),
+    {"item_states": {"": "Cancelled", "Fertig": "Done", "Valmis": "Done"}}, {"item_states": {"Weg": "Cancelled", "Stopp": "Aborted"}},
+    {"page_limit": 0}, {"latency": (0.0, 0.0, 0.0, 0.0)}, {"rest": Rest(1, 1.0)}, {"ignores": frozenset({"limit", "filters"})},
+    {"cancelled_message": "Aborted - User Request"}, {"cancelled_message": ""}, {"order_status": 202}, {"has_search": False}], ids=str)
+def test_the_simulator_takes_whatever_was_found(tmp_path, found):
+    assert as_simulated(replace(REPORT, profile=replace(RobotProfile("S1", "3.5.4"), **found)), tmp_path / "found.json")
