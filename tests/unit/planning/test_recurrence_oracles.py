@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from datetime import UTC, date, datetime, time, timedelta
 from functools import cache
 from itertools import islice, pairwise, takewhile
+from timeit import repeat
 from zoneinfo import ZoneInfo, available_timezones
 
 import pytest
@@ -14,7 +15,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from app.domain.models import WEEKDAYS, Between, InvalidInput, Schedule, Settings
-from app.services.planning.recurrence import Recurrence, check_has_instants, next_occurrence, occurrences
+from app.services.planning.recurrence import Recurrence, check_has_instants, next_occurrence, occurrences, passed_occurrences
 from app.services.planning.working_days import WorkingCalendar
 from tests.support.examples import examples
 
@@ -164,6 +165,44 @@ def test_leaping_ahead_finds_what_walking_finds(zone, start, rule, hours, minute
     if len(walked) > skip:
         assert [o.instant for o in islice(occurrences(given_schedule, walked[skip], calendar), 39 - skip)] == walked[skip + 1:]
         assert next_occurrence(given_schedule, walked[skip] - timedelta(microseconds=1), calendar) == walked[skip]
+
+
+# ---------------------------------------------------------------------- how many have passed
+LIMITS = st.one_of(ENDS, st.datetimes(datetime(2026, 1, 1), datetime(2028, 1, 1)).map(lambda end: f";UNTIL={end:%Y%m%dT%H%M%S}Z"))
+
+
+@examples(150)
+@given(zone=st.sampled_from((*CHANGES, "Australia/Lord_Howe", "UTC")), start=STARTS, rule=ANY_RULE, hours=HOURS, minutes=MINUTES,
+       end=LIMITS, part=PARTS_OF_DAY, respects=st.booleans(), after=st.integers(0, 400 * 1440), days=st.integers(0, 30 * 1440))
+def test_those_that_passed_are_as_many_as_walking_finds(zone, start, rule, hours, minutes, end, part, respects, after, days):
+    part = part if rule.startswith(("FREQ=M", "FREQ=H")) and "MONTHLY" not in rule else None
+    some, calendar = schedule(start, rule + hours + minutes + end, zone, part, respects), WorkingCalendar(Settings())
+    since = datetime(2026, 3, 1, tzinfo=UTC) + after * MINUTE
+    until = since + days * MINUTE
+    walked = [o.instant for o in takewhile(lambda o: o.instant <= until, occurrences(some, since, calendar))]
+    assert passed_occurrences(some, since, until, calendar) == (len(walked), walked[-1] if walked else None)
+
+
+@pytest.mark.parametrize(("zone", "since", "days"), [
+    ("Pacific/Apia", datetime(2011, 12, 27), 6), ("Europe/Helsinki", datetime(2026, 10, 23), 4), ("Africa/Cairo", datetime(2026, 4, 22), 4),
+    ("Australia/Lord_Howe", datetime(2026, 10, 2), 4), ("America/Nuuk", datetime(2026, 3, 27), 4)])
+@pytest.mark.parametrize("rule", ["FREQ=DAILY;BYHOUR=0,1,2,3,12,22,23;BYMINUTE=0,30", "FREQ=MINUTELY;INTERVAL=10", "FREQ=HOURLY"])
+def test_those_about_a_clock_change_are_as_many_as_walking_finds(zone, since, days, rule):
+    some, begin = schedule(since - 5 * DAY, rule, zone), since.replace(tzinfo=UTC)
+    for minutes in range(0, days * 1440, 37):
+        until = begin + minutes * MINUTE
+        walked = [o.instant for o in takewhile(lambda o, until=until: o.instant <= until, occurrences(some, begin, EVERY_DAY))]
+        assert passed_occurrences(some, begin, until, EVERY_DAY) == (len(walked), walked[-1] if walked else None)
+
+
+def test_a_year_of_minutes_is_counted_and_not_walked_through():
+    """In less than the time in which a hundredth of it is walked through."""
+    every_minute_of = schedule(datetime(2025, 1, 1), "FREQ=MINUTELY", "Europe/Helsinki", respects=True)
+    since, calendar = datetime(2025, 7, 1, tzinfo=UTC), WorkingCalendar(Settings(working_days=WEEKDAYS))
+    walks = min(repeat(lambda: sum(1 for _ in islice(occurrences(every_minute_of, since, calendar), 5256)), number=1, repeat=3))
+    counts = min(repeat(lambda: passed_occurrences(every_minute_of, since, since + 365 * DAY, calendar), number=1, repeat=3))
+    assert passed_occurrences(every_minute_of, since, since + 365 * DAY, calendar).number == 525_600
+    assert counts < walks
 
 
 # ---------------------------------------------------------------------- every zone
