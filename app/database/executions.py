@@ -4,7 +4,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from datetime import datetime
+from datetime import datetime, timedelta
 from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -251,9 +251,10 @@ class ExecutionRepository:
         c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at = ? AND state = 'skipped' AND reason_code = 'hold'
                       AND {NEVER_SENT}""", (schedule_id, to_text(planned_at)))
 
-    def make_room_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime, now: datetime) -> None:
+    def make_room_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime, now: datetime) -> datetime:
         """The clock has been set back: rows of instants that are planned again, with nothing ever sent, leave, so that no row waits for an
-        instant to come. What a person has cancelled of them is skipped by then, and what one keeps back is kept back when it comes."""
+        instant to come. What a person has cancelled of them is skipped by then, and what one keeps back is kept back when it comes. Returns
+        up to when there are still rows: before ``through`` where a row that left stood for starts before it, too."""
         values = schedule_id, to_text(through)
         unsent = f"""schedule_id = ? AND planned_at > ? AND state NOT IN ('submitting', 'queued', 'executing', 'completed')
                      AND {NEVER_SENT}"""
@@ -269,7 +270,9 @@ class ExecutionRepository:
         c.execute(f"""UPDATE executions SET {assignments}, ended_at = planned_at WHERE {unsent} AND {is_skip}
                       AND (state <> 'skipped' OR reason_code <> 'hold' OR reason_details ->> 'skipped_at' IS NULL)""",
                   (*columns.values(), *values))
-        c.execute(f"DELETE FROM executions WHERE {unsent} AND NOT {is_skip}", values)
+        gone = c.execute(f"""DELETE FROM executions WHERE {unsent} AND NOT {is_skip}
+                             RETURNING iif(starts > 1, reason_details ->> '$.first', NULL)""", values).fetchall()
+        return min([through, *(datetime.fromisoformat(first) - timedelta(microseconds=1) for first, in gone if first)])
 
     def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime) -> None:
         """What waits and was due in an absence is listed first."""
@@ -294,12 +297,12 @@ class ExecutionRepository:
         if not number:
             return 0
         return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE ended_at IS NOT NULL AND {kind}
-                             AND coalesce(robot_id, 0) NOT IN (
+                             AND (queue_id IS NULL OR coalesce(robot_id, 0) NOT IN (
                                  SELECT robot_id FROM executions WHERE {OPEN} AND state = 'submitting'
                                  UNION ALL SELECT robot_id FROM executions
                                  WHERE {OPEN} AND state = 'waiting' AND robot_id IS NOT NULL AND queue_floor IS NOT NULL
                                  UNION ALL SELECT CAST(key AS INTEGER) FROM executions, json_each(iif(json_valid(tried), tried, '[]'))
-                                 WHERE {OPEN} AND state = 'waiting' AND group_id IS NOT NULL)
+                                 WHERE {OPEN} AND state = 'waiting' AND group_id IS NOT NULL))
                              AND id NOT IN (SELECT execution_id FROM watches)
                              AND token NOT IN (
                                  SELECT revoked ->> '$.details.instead' AS instead FROM executions

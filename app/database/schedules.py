@@ -55,10 +55,12 @@ class ScheduleRepository:
         c.execute("UPDATE schedules SET mission_id = ? WHERE mission_id = ? AND robot_id = ?", (new_id, old_id, robot_id))
 
     def due(self, c: sqlite3.Connection, now: datetime, lately: datetime | None = None, limit: int = -1, offset: int = 0) -> list[Schedule]:
-        """Switched-on ones whose next occurrence has come, all or so many, from an ``offset`` on: what fell due ``lately`` first, then in
-        order of time."""
-        return self._list(c, """WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at < ?, next_at, id
-                                LIMIT ? OFFSET ?""", to_text(now), to_optional_text(lately) or "", limit, offset)
+        """Switched-on ones whose next occurrence has come, all or so many, from an ``offset`` on: what fell due ``lately`` first, in
+        order of time; of the others those first that may still start: the newest."""
+        since = to_optional_text(lately) or ""
+        return self._list(c, """WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ?
+                                ORDER BY next_at < ?, iif(next_at < ?, NULL, next_at), next_at DESC, id LIMIT ? OFFSET ?""",
+                          to_text(now), since, since, limit, offset)
 
     def planned_beyond(self, c: sqlite3.Connection, now: datetime) -> list[Schedule]:
         """Those of which instants that are still to come have their rows, and those that were planned or changed at such a time."""

@@ -58,16 +58,21 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
                          (("idle",), "Overtaken: the robot was used, something is planned soon, or it is a day off"),
                          ((), "Its previous run was not over yet")),
     ReasonCode.HOLD: ((("hold", "until"), "Held back until {until_with_date}: {hold}"), (("until",), "Held back until {until_with_date}"),
+                      (("starts", "dates", "paused_until"),
+                       "{starts} starts were skipped, {dates}: the schedule was paused until {paused_until_with_date}"),
                       (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
                       (("skipped_at",), "Skipped by a person on {skipped_at_with_date}"),
                       ((), "Skipped or held back by a person")),
     ReasonCode.FINISH_BY: ((("finish_by",), "It could not be done by {finish_by}"), ((), "It could not be done in time")),
     ReasonCode.PLACE_BUSY: ((("place", "until"), "{place} was full until {until}"), ((), "A place that it uses stayed full")),
-    ReasonCode.APP_DOWN: ((("start", "end", "problem"), "Nothing could be written from {start} to {end}: {problem}"),
+    ReasonCode.APP_DOWN: ((("starts", "dates", "problem"), "Missed {starts} starts, {dates}: nothing could be written ({problem})"),
+                          (("starts", "dates"), "Missed {starts} starts, {dates}: the app was off or asleep"),
+                          (("start", "end", "problem"), "Nothing could be written from {start} to {end}: {problem}"),
                           (("start", "end"), "The app was off or asleep from {start} to {end}"),
                           (("until",), "The app was off or asleep until its start window closed at {until}"),
                           ((), "The app was off or asleep")),
-    ReasonCode.CLOCK_IMPLAUSIBLE: ((("start", "end"), "The tablet's clock could not be trusted from {start} to {end}"),
+    ReasonCode.CLOCK_IMPLAUSIBLE: ((("starts", "dates"), "Missed {starts} starts, {dates}: the tablet's clock could not be trusted"),
+                                   (("start", "end"), "The tablet's clock could not be trusted from {start} to {end}"),
                                    (("until",), "The tablet's clock could not be trusted until its start window closed at {until}"),
                                    ((), "The tablet's clock could not be trusted")),
 })
@@ -167,6 +172,9 @@ def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> di
         value = render(value, translate) if is_message(value) else value
         if name not in _INSTANTS and (text := _text(value, translate)) and (name, value) != ("attempts", 0):
             known[str(name)] = translate(text) if name == "hold" else text       # those that are offered are known by their English word
+    first, last, starts = (details.get(name) for name in ("first", "last", "starts"))
+    if (begin := _instant(first, zone)) and (end := _instant(last, zone)) and isinstance(starts, int):
+        known |= {"dates": writing.span(begin, end, translate), "starts": writing.count(starts, translate)}
     return known
 
 

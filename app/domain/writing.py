@@ -33,3 +33,26 @@ def end_in_words(at: datetime, translate: Translate) -> str:
 def day_and_time(at: datetime, translate: Translate) -> str:
     """2026-11-23 06:30"""
     return f"{day(at, translate)} {time_of_day(at, translate)}"
+
+
+def span(first: datetime, last: datetime, translate: Translate) -> str:
+    """1–14 July, 28 June – 3 July, with the years where they differ; 23 November, 06:05–10:05 within a day"""
+    months = translate("January February March April May June July August September October November December").split()
+
+    def day_and_month(at: datetime) -> str:
+        return translate("{day} {month_in_full}").format(day=at.day, month_in_full=months[at.month - 1])
+
+    if first.date() == last.date():
+        return translate("{day}, {first}–{last}").format(day=day_and_month(first), first=time_of_day(first, translate),
+                                                         last=time_of_day(last, translate))
+    if (first.year, first.month) == (last.year, last.month):
+        return translate("{first_day}–{last}").format(first_day=first.day, last=day_and_month(last))
+    if first.year == last.year:
+        return translate("{first} – {last}").format(first=day_and_month(first), last=day_and_month(last))
+    ends = (translate("{day_and_month} {year}").format(day_and_month=day_and_month(at), year=at.year) for at in (first, last))
+    return translate("{first} – {last}").format(first=next(ends), last=next(ends))
+
+
+def count(number: int, translate: Translate) -> str:
+    """2,016"""
+    return f"{number:,}".replace(",", translate("{thousands},{rest}").format(thousands="", rest=""))

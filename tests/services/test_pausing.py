@@ -83,8 +83,9 @@ def test_starts_of_a_pause_were_not_missed_when_the_app_was_off(plant):
     plant.skipping.pause(plant.daily.id, WEDNESDAY)
     plant.container.downtime.add(Gap(NOW, NOW + timedelta(days=4)))
     plant.go_to(NOW + timedelta(days=4))
-    assert [(row.planned_at.day, row.state) for row in plant.rows()] == [
-        (23, State.SKIPPED), (24, State.SKIPPED), (25, State.MISSED), (26, State.MISSED)]
+    assert [(row.planned_at.day, row.state, row.starts) for row in plant.rows()] == [(24, State.SKIPPED, 2), (26, State.MISSED, 2)]
+    assert reasons.sentence(plant.rows()[0].reason, "UTC") == (
+        "2 starts were skipped, 23–24 November: the schedule was paused until 25 Nov 2026")
     [alarm] = [alarm for alarm in plant.container.alarms.open() if alarm.code == "executions_missed"]
     assert alarm.details["count"] == 2
 

@@ -142,11 +142,16 @@ class Diary:
             return False
         if instant < wishes.paused.get(key[0], instant):
             return False
-        if days and plan.respect_working_days:
-            local = instant.astimezone(ZoneInfo(plan.timezone)).date()
-            if local in wishes.closed or WEEKDAYS[local.weekday()] not in wishes.working_days:
-                return False
+        if days and not self.is_on_its_days(wishes, plan, instant):
+            return False
         return next(instants(plan, instant, instant + MINUTE), None) == instant
+
+    @staticmethod
+    def is_on_its_days(wishes: Wishes, plan: Schedule, instant: datetime) -> bool:
+        """Whether that day is one on which the schedule runs."""
+        local = instant.astimezone(ZoneInfo(plan.timezone)).date()
+        is_off = local in wishes.closed or WEEKDAYS[local.weekday()] not in wishes.working_days
+        return not (plan.respect_working_days and is_off)
 
     def robots_of(self, plan: Schedule, wishes: Wishes | None = None) -> frozenset[str]:
         """Names of the robots that may get a start of it."""

@@ -185,6 +185,7 @@ class Findings:
     submissions: int = 0
     judged: int = 0  # starts that had to run, and did
     punctual: int = 0  # starts with nothing wrong
+    absences: int = 0  # rows that stand for several missed starts
     crashes: int = 0
     steps: int = 0
     acts: Counter[str] = field(default_factory=Counter)
@@ -198,5 +199,5 @@ class Findings:
         return (
             f"seed {seed}: {self.hours:.0f} simulated hours, {self.occurrences} occurrences, {self.submissions} submissions, "
             f"{sum(self.faults.values())} faults, {sum(self.acts.values())} acts, {self.crashes} app crashes, {self.steps} steps; "
-            f"{self.judged} had to run, {self.punctual} on time; {states}; verdict: {verdict}"
+            f"{self.judged} had to run, {self.punctual} on time, {self.absences} absences counted again; {states}; verdict: {verdict}"
         )

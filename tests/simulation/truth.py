@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from datetime import timedelta
+from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
 from app.domain.models import Execution, State
 from mir_sim.mission_queue import ItemState
+from tests.simulation.diary import Wishes, instants
 
 if TYPE_CHECKING:
     from tests.simulation.oracles import Found, Judge
@@ -20,6 +21,7 @@ ENDS_WITHIN = 600.0  # s in which every row of a robot that is well ends
 class Truth:
     def __init__(self, world: World, judge: Judge) -> None:
         self.world, self.judge_, self.diary = world, judge, world.diary
+        self._counted: set[str] = set()  # tokens of rows that stand for several starts
 
     def judge(self, since: float) -> None:
         """Everything has been well for that long (s)."""
@@ -35,7 +37,33 @@ class Truth:
             for token in items.keys() - {row.token for row in rows} - self.diary.excused.keys():
                 if self.diary.key_of(token, self.world.site.clock.now()) or any(token in each.manual for _at, each in self.diary.wishes):
                     self.judge_.object(f"truth: an item without a row: {token[:8]}")
+        self._judge_absences(rows)
         self._count_again(rows)
+
+    def _judge_absences(self, rows: list[Execution]) -> None:
+        """A row that stands for several starts has the right number of them, and none of these has another row."""
+        for row in rows:
+            if row.starts == 1 or row.reason is None:
+                continue
+            first = datetime.fromisoformat(row.reason.details["first"])
+            for other in rows:
+                is_inside = other.schedule_id == row.schedule_id and first <= other.planned_at <= row.planned_at
+                if is_inside and other.id != row.id and (row.schedule_id, other.planned_at) not in self.diary.now.skipped:
+                    self.judge_.object(f"truth: {self._shown(other)}, and {self._shown(row)} for {row.starts} starts from {first:%d %H:%M} on")
+            if row.token not in self._counted:
+                self._counted.add(row.token)
+                self.judge_.findings.absences += 1
+                numbers = {self._number(each, row.schedule_id or 0, first, row.planned_at) for _at, each in self.diary.wishes}
+                if row.starts not in numbers:
+                    self.judge_.object(f"truth: {self._shown(row)} for {row.starts} starts from {first:%d %H:%M} on, by hand {numbers}")
+
+    def _number(self, wishes: Wishes, schedule_id: int, first: datetime, last: datetime) -> int:
+        """Of the schedule's starts in that time, as people wanted it then."""
+        plan = wishes.plans.get(schedule_id)
+        if plan is None:
+            return 0
+        keys = ((schedule_id, instant) for instant in instants(plan, first, last + timedelta(seconds=1)))
+        return sum(key not in wishes.skipped and self.diary.is_on_its_days(wishes, plan, key[1]) for key in keys)
 
     def _is_of_restored_time(self, row: Execution) -> bool:
         return any(each.start - timedelta(hours=4) <= row.planned_at <= each.end for each in self.diary.restores)

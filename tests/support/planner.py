@@ -11,7 +11,4 @@ def insert_due(container: Container) -> DueBatch:
     planner = Planner(container.db, schedules=stored.schedules, executions=stored.executions, robots=stored.robots,
                       missions=stored.missions, settings=stored.settings, clock=container.clock, downtime=container.downtime,
                       alarms=container.alarms, ledger=container.ledger, changes=container.changes, hold_late_starts=False)
-    batch = planner.insert_due(lambda robot_id: None, lambda intents: None)
-    while batch.is_behind:
-        batch = planner.insert_due(lambda robot_id: None, lambda intents: None)
-    return batch
+    return planner.insert_due(lambda robot_id: None, lambda intents: None)

@@ -1,8 +1,12 @@
 """What a person or the world can see of a site: the robots' own histories, the rows, the alarms."""
 from __future__ import annotations
 
-from app.domain.models import Execution, Reason, ReasonCode, Robot, State
+from collections.abc import Iterator
+from datetime import datetime, timedelta
+
+from app.domain.models import Execution, Reason, ReasonCode, Robot, Schedule, State
 from mir_sim.mission_queue import QueueItem
+from tests.simulation.diary import instants
 from tests.support.site import Site
 
 
@@ -47,3 +51,15 @@ def robot_of(site: Site, name: str = "R1") -> Robot:
 def sent_at(site: Site, robot: str = "*") -> list[int]:
     """When submissions left, in whole seconds of true time since the site began."""
     return [round(post.at) for post in site.network.posts(robot)]
+
+
+def covered(site: Site, schedule: Schedule) -> Iterator[datetime]:
+    """Every instant that a row of the schedule stands for, counted by hand."""
+    for row in site.executions():
+        if row.schedule_id == schedule.id and row.starts == 1:
+            yield row.planned_at
+        elif row.schedule_id == schedule.id:
+            first = datetime.fromisoformat(reason(row).details["first"])
+            within = list(instants(schedule, first, row.planned_at + timedelta(seconds=1)))
+            assert len(within) == row.starts, row
+            yield from within

@@ -214,14 +214,15 @@ class Engine:
                 self._planner.note_unwritable(alarm)
         judgement = self._judge_clock()
         self._may_send = judgement.is_trusted
-        is_behind = judgement.is_trusted and self._start_what_is_due()
+        if judgement.is_trusted:
+            self._start_what_is_due()
         if judgement.is_trusted and self._clock.monotonic() >= self._allocate_at:
             self._allocate()
         self._chores.do()
         self._take_turns()
         if judgement.is_trusted:
             self._tidy()
-        return 0.0 if is_behind else min(self._seconds_to_next(TURN_EVERY if self._to_poll else LONGEST_WAIT), self.seconds_to_decision)
+        return min(self._seconds_to_next(TURN_EVERY if self._to_poll else LONGEST_WAIT), self.seconds_to_decision)
 
     def _recover(self) -> None:
         """What was written last while the database failed is not known: each worker looks for it before anything more is written for it."""
@@ -258,8 +259,7 @@ class Engine:
         with self._lock:
             return {key: worker.seen.clock for key, worker in self._workers.items() if worker.seen.clock is not None}
 
-    def _start_what_is_due(self) -> bool:
-        """Returns whether what fell due long ago is still to be written."""
+    def _start_what_is_due(self) -> None:
         self._inserting = threading.get_ident()
         try:
             batch = self._planner.insert_due(self._readiness, partial(self._hand_over, self.plan_version))
@@ -271,7 +271,6 @@ class Engine:
             self._mailboxes.post(robot_id, messages.LedgerChanged())
         for robot_id in self._due_soon():
             self._mailboxes.post(robot_id, messages.Prefetch())
-        return batch.is_behind
 
     def _allocate(self) -> None:
         """Starts of groups to robots that are free; robots that one waits for are read often."""

@@ -6,7 +6,6 @@ import sqlite3
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
-from itertools import islice, takewhile
 from typing import Any, NamedTuple
 
 from app.database.connection import Database
@@ -23,18 +22,20 @@ from app.domain.models import Alarm, Execution, Group, Mission, Overlap, Reason,
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
 from app.services.dispatch.moves import NOT_WITH_THE_ROBOT
+from app.services.dispatch.passed import MOMENT, Passed, passed
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
 from app.services.live.gaps import EVER, Downtime, Gap
 from app.services.planning.first_due import first_due
-from app.services.planning.recurrence import next_occurrence, occurrences
+from app.services.planning.recurrence import next_occurrence, passed_occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 log = logging.getLogger(__name__)
 
 LATELY = timedelta(minutes=1)   # what fell due earlier is written after what falls due now
-AT_ONCE = 100                # schedules, and rows, per transaction, so that neither a burst nor a long absence holds the writer for long
+AT_ONCE = 100                # schedules, and rows, per transaction, so that no burst holds the writer for long
+COUNTS_FOR = 10              # rows: one whose starts have to be counted, which takes about 1 ms a year
 
 
 @dataclass
@@ -46,7 +47,6 @@ class DueBatch:
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
     intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
-    is_behind: bool = False                               # what fell due long ago is still to be written
 
     def note(self, added: Iterable[Execution]) -> None:
         """These are in the ledger now."""
@@ -71,7 +71,6 @@ class Planner:
         self._groups = GroupRepository()
         self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
         self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
-        self._missed = 0                                  # not told yet
         self._lasts_until: dict[int, float] = {}          # on the monotonic clock, by id of a Run now of a clock that was ahead
 
     def next_due(self) -> datetime | None:
@@ -88,18 +87,15 @@ class Planner:
         batch = DueBatch()
         due = self.next_due()
         is_more = due is not None and due <= self._clock.now() + rules.INTENT_LEAD
-        while is_more and not batch.is_behind:
+        while is_more:
             is_more = self._db.write(lambda c: self._take_due(c, batch, ready))
             if batch.intents:                                       # before listeners are notified and read
                 hand_over(tuple(batch.intents))
                 batch.intents.clear()
-        batch.is_behind &= is_more
         if batch.missed or batch.skipped:
             self._ledger.grew = True
-        self._missed += batch.missed
-        if self._missed and not batch.is_behind:
-            self._alarms.raise_("executions_missed", "plan", count=self._missed)
-            self._missed = 0
+        if batch.missed:
+            self._alarms.raise_("executions_missed", "plan", count=batch.missed)
         for execution in batch.skipped:
             if execution.reason and execution.reason.code is not ReasonCode.HOLD:        # a paused schedule needs no alarm
                 self._ledger.alarm_for(execution)
@@ -112,7 +108,7 @@ class Planner:
     def _take_due(self, c: sqlite3.Connection, batch: DueBatch, ready: Callable[[int], Readiness | None]) -> bool:
         """What is due by now, when the writer has come to it, and not only what was due when it was asked for; returns whether there may be
         more of it."""
-        now, read = self._clock.now(), 0
+        now, read, work = self._clock.now(), 0, 0
         rows: list[Execution] = []
         progress: list[Progress] = []
         while True:
@@ -122,12 +118,16 @@ class Planner:
                 if taken := self._take(schedule, context, batch):
                     rows += taken.rows
                     progress.append(taken.progress)
-                    if len(rows) >= AT_ONCE:
+                    work += sum(1 if row.starts == 1 else COUNTS_FOR for row in taken.rows)
+                    if work >= AT_ONCE:
                         break
             read += len(schedules)
             if progress or len(schedules) < AT_ONCE:         # else all of these have to wait, and keep none behind them waiting
                 break
         added = self._executions.add_each_once(c, rows)
+        limit = context.settings.history_limit
+        if limit is not None and any(row.state is State.MISSED or row.starts > 1 for row in added):
+            self._executions.drop_oldest(c, self._executions.surplus(c, limit))
         self._schedules.advance_all(c, progress)
         for row in added:
             if row.held and row.schedule_id is not None:     # the row says so by now
@@ -135,8 +135,7 @@ class Planner:
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
         batch.note(added)
-        batch.is_behind = any(each.next_at is not None and each.next_at <= now for each in progress)
-        return batch.is_behind or len(rows) >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
+        return work >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
 
     def follow_clock(self, step: timedelta) -> None:
         """The clock has been set back, by that ``step`` or before this start of the app: instants that are to come again are planned
@@ -171,9 +170,8 @@ class Planner:
     def _plan_anew(self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar) -> None:
         """From the last instant on that was begun. Rows after that of which nothing was sent make room; what the begun one has passed over
         stays missed."""
-        through = max(now, schedule.started_through or now)
-        self._executions.make_room_after(c, schedule.id, through, now)
-        next_at = first_due(replace(schedule, planned_through=through), settings, now, calendar,
+        through = self._executions.make_room_after(c, schedule.id, max(now, schedule.started_through or now), now)
+        next_at = first_due(replace(schedule, planned_through=through), settings, min(now, through), calendar,
                             self._schedules.skipped(c, schedule.id))
         self._schedules.plan_anew(c, schedule.id, next_at, through, now)
 
@@ -228,20 +226,19 @@ class Planner:
             GroupStartRepository().with_places(c), ready)
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
-        """The latest instant runs if it is still within its start window; the earlier ones were missed. None: its instant is still to come,
-        and something prevents a start, which only then can be judged."""
+        """What became of its instants up to now. None: its instant is still to come, and something prevents a start, which only then can
+        be judged."""
         target, mission = context.target_of(schedule), context.missions.get(schedule.mission_id)
         if target is None or mission is None:              # foreign keys prevent that
             return _Taken([], Progress(schedule.id, None, None, None))
         if schedule.next_at is not None and schedule.next_at > context.now and context.waits_for_its_instant(target, mission):
             return None                                    # before all that takes time: it is asked every few ms until its instant
         make = _RowMaker(schedule, target, mission, context)
-        earlier, following = _instants(schedule, context.now, context.calendar)
+        rows, latest, following = self._passed_and_latest(schedule, make)
         while following is not None and (schedule.id, following) in context.skips:       # its row was written when it was skipped
             following = next_occurrence(schedule, following, context.calendar)
-        through, started, rows = earlier[-1], None, []
-        if following is None or following > context.now:
-            *earlier, latest = earlier
+        through, started = rows[-1].planned_at if rows else None, None
+        if latest is not None:
             row = self._row(latest, make)
             if latest > context.now and not _goes_ahead(row):
                 return None
@@ -249,15 +246,23 @@ class Planner:
                 started = latest
             if row.state is State.WAITING and row.robot_id is not None:
                 context.waited_for.add(row.robot_id)
-            batch.missed += row.state is State.MISSED
-            rows = [row]
-        limit = context.settings.history_limit
-        newest = earlier if limit is None else earlier[-limit:]                 # more would be pruned at once
-        batch.missed += sum(not make.is_left_out(instant) for instant in earlier)
+            through, rows = latest, [*rows, row]
+        batch.missed += sum(row.starts for row in rows if row.state is State.MISSED)
         batch.touched.add(schedule.robot_id or NO_ROBOT)
-        gone = [make.left_out(instant) if make.is_left_out(instant) else make.missed(instant, self._downtime.at(instant))
-                for instant in newest]
-        return _Taken([*gone, *rows], Progress(schedule.id, following, through, started))
+        return _Taken(rows, Progress(schedule.id, following, through, started))
+
+    def _passed_and_latest(self, schedule: Schedule, make: _RowMaker) -> tuple[list[Execution], datetime | None, datetime | None]:
+        """Rows of what can't run any more; the instant that is to be judged, which is the latest one that may still run; and what comes
+        next."""
+        context = make.context
+        following = next_occurrence(schedule, schedule.next_at or context.now, context.calendar)
+        if following is None or following > context.now:                    # as always, unless the app was off or the clock was set
+            return [], schedule.next_at, following
+        latest = make.still_open()
+        skipped = {instant for schedule_id, instant in context.skips if schedule_id == schedule.id}
+        until = context.now if latest is None else latest - MOMENT
+        rows = [make.passed(each) for each in passed(schedule, until, context.calendar, self._downtime, skipped)]
+        return rows, latest, next_occurrence(schedule, context.now, context.calendar)
 
     def _row(self, instant: datetime, make: _RowMaker) -> Execution:
         """With the intent of its first attempt where the robot is ready for it: the row that a POST needs before it is then on disk with
@@ -290,19 +295,6 @@ class _Taken(NamedTuple):
     """What became of a schedule."""
     rows: list[Execution]
     progress: Progress
-
-
-def _instants(schedule: Schedule, now: datetime, calendar: WorkingCalendar) -> tuple[list[datetime], datetime | None]:
-    """What fell due since the schedule was planned last, oldest first, at least one and at most ``AT_ONCE``; and what comes next."""
-    first = schedule.next_at
-    if first is None:
-        raise ValueError(f"schedule {schedule.id} is not due")
-    following = next_occurrence(schedule, first, calendar)
-    if following is None or following > now:                   # as always, unless the app was off or the clock was set
-        return [first], following
-    after = (occurrence.instant for occurrence in occurrences(schedule, first, calendar))
-    due = [first, *islice(takewhile(lambda instant: instant <= now, after), AT_ONCE - 1)]
-    return due, next_occurrence(schedule, due[-1], calendar)
 
 
 @dataclass(frozen=True)
@@ -365,6 +357,22 @@ class _RowMaker:
     def left_out(self, planned_at: datetime) -> Execution:
         until = self.schedule.paused_until if self.schedule.is_paused(planned_at) else None
         return self.ended(planned_at, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()} if until else {}))
+
+    def still_open(self) -> datetime | None:
+        """The latest instant, where its start window is open and nobody has left it out: it still runs."""
+        context, schedule = self.context, self.schedule
+        window = rules.closes_at(context.now, schedule.start_window_minutes, context.settings) - context.now
+        since = max(context.now - window, (schedule.next_at or context.now) - MOMENT)
+        latest = passed_occurrences(schedule, since, context.now, context.calendar).last
+        return None if latest is None or self.is_left_out(latest) else latest
+
+    def passed(self, starts: Passed) -> Execution:
+        """One row for all of them, in the place of the last."""
+        row = self.left_out(starts.last) if starts.is_paused else self.missed(starts.last, starts.gap)
+        if starts.starts == 1 or row.reason is None:
+            return row
+        span = {"starts": starts.starts, "first": starts.first.isoformat(), "last": starts.last.isoformat()}
+        return replace(row, starts=starts.starts, reason=Reason(row.reason.code, {**row.reason.details, **span}))
 
     def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:
         code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN

@@ -54,7 +54,7 @@ class ShiftReport:
     @property
     def more_runs(self) -> int:
         """That did not complete and are not among ``runs``."""
-        return self.thesis.failed + self.thesis.cancelled + self.skipped + self.missed - len(self.runs)
+        return self.thesis.failed + self.thesis.cancelled + self.skipped + self.missed - sum(run.starts for run in self.runs)
 
 
 def bounds(period: ReportPeriod, now: datetime, zone: ZoneInfo) -> tuple[datetime, datetime]:

@@ -43,6 +43,11 @@ class Downtime:
         with self._lock:
             return next((gap for gap in reversed(self._gaps) if gap.start <= instant <= gap.end), None)
 
+    def edges(self) -> list[datetime]:
+        """Between two of them, the later one included, ``at`` says the same of every instant."""
+        with self._lock:
+            return [edge for gap in self._gaps for edge in (gap.start - timedelta(microseconds=1) if gap.start > EVER else EVER, gap.end)]
+
     def overlaps(self, start: datetime, end: datetime) -> bool:
         """Whether the app was away for any of this time."""
         with self._lock:

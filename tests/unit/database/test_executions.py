@@ -299,9 +299,9 @@ def test_a_long_history_is_pruned_in_pieces_oldest_first(db, row):
 def test_a_robot_with_an_unknown_outcome_keeps_all_that_it_had_of_ours(db, row):
     """Which items of its queue are already somebody's must be known while one is looked for."""
     add(db, row(state=State.SUBMITTING))
-    kept, dropped = add(db, ended(row)), add(db, ended(row, robot_id=2))
+    kept, *dropped = add(db, ended(row, queue_id=7)), add(db, ended(row, robot_id=2, queue_id=7)), add(db, ended(row))
     db.write(lambda c: EXECUTIONS.drop_oldest(c, EXECUTIONS.surplus(c, 0)))
-    assert [EXECUTIONS.get(db.read(), each.id) for each in (kept, dropped)] == [kept, None]
+    assert [EXECUTIONS.get(db.read(), each.id) for each in (kept, *dropped)] == [kept, None, None]
 
 
 # ---------------------------------------------------------------------- cost

@@ -41,6 +41,15 @@ def told(code: ReasonCode, zone=HELSINKI, **details) -> str:
     (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=1)}, "The app was off or asleep from 14:00 to 15:00"),
     (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=11)},
      "The app was off or asleep from 2026-11-23 14:00 to 2026-11-24 01:00"),
+    (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(days=14), "starts": 2016, "first": "2026-07-01T09:00:00+00:00",
+                           "last": "2026-07-14T20:50:00+00:00"}, "Missed 2,016 starts, 1–14 July: the app was off or asleep"),
+    (ReasonCode.APP_DOWN, {"starts": 5, "first": NOON, "last": NOON + timedelta(hours=1), "problem": "the disk is full"},
+     "Missed 5 starts, 23 November, 14:00–15:00: nothing could be written (the disk is full)"),
+    (ReasonCode.CLOCK_IMPLAUSIBLE, {"starts": 40, "first": NOON, "last": NOON + timedelta(days=10)},
+     "Missed 40 starts, 23 November – 3 December: the tablet's clock could not be trusted"),
+    (ReasonCode.HOLD, {"starts": 4000, "first": NOON, "last": NOON + timedelta(days=40), "paused_until": NOON + timedelta(days=60)},
+     "4,000 starts were skipped, 23 November 2026 – 2 January 2027: the schedule was paused until 22 Jan 2027 14:00"),
+    (ReasonCode.APP_DOWN, {"starts": "many", "first": NOON, "last": NOON}, "The app was off or asleep"),
     (ReasonCode.VANISHED, {"queue_id": 0}, "Queue item 0 is gone from the robot")])
 def test_numbers_and_times_are_in_the_sentence(code, details, expected):
     assert told(code, **details) == expected

@@ -158,7 +158,7 @@ class _Rule:
             until, end = min(until, end), None
         last_day = min(self._last_day(end), until.astimezone(self.zone).date() + DAY)        # the clock may be set back at midnight
         passed = self._passed_steps if self.recurrence.frequency.is_sub_daily else self._passed_dates
-        return passed(after, until, calendar, last_day, end or datetime.max)
+        return passed(after, until, calendar, last_day, end or datetime.combine(LAST_DAY, time.max))
 
     # ------------------------------------------------------------------ daily and longer
     @property
