@@ -49,7 +49,7 @@ class Truth:
             for other in rows:
                 is_inside = other.schedule_id == row.schedule_id and first <= other.planned_at <= row.planned_at
                 if is_inside and other.id != row.id and (row.schedule_id, other.planned_at) not in self.diary.now.skipped:
-                    self.judge_.object(f"truth: {self._shown(other)}, and {self._shown(row)} for {row.starts} starts from {first:%d %H:%M} on")
+                    self.judge_.object(f"truth: {self._shown(other)}, and {row.starts} from {first:%d %H:%M} on: {self._shown(row)}")
             if row.token not in self._counted:
                 self._counted.add(row.token)
                 self.judge_.findings.absences += 1
