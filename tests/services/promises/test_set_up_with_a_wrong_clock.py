@@ -132,7 +132,7 @@ def test_a_sleep_of_two_days_is_no_clock_that_was_wrong(tmp_path):
     site.run(60)
     site.clock.suspend(2 * DAY)
     site.run(60)
-    assert [state for _, state in outcome(site)] == [State.MISSED, State.MISSED]
+    assert [(row.state, row.starts) for row in site.executions()] == [(State.MISSED, 2)]
     assert "app_was_off" in alarms(site)
     site.switch_off()
 
@@ -147,5 +147,5 @@ def test_switched_off_for_two_days_without_any_robot_is_missed(tmp_path):
     site.clock.advance(2 * DAY)
     site.switch_on()
     site.run(60)
-    assert [state for _, state in outcome(site)] == [State.MISSED, State.MISSED]
+    assert [(row.state, row.starts) for row in site.executions()] == [(State.MISSED, 2)]
     site.switch_off()
