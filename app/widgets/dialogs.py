@@ -269,8 +269,9 @@ class ChoiceDialog(Dialog):
 
     ``options`` have ``key``, ``text``, ``note``, ``icon`` and ``tone``; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
     with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and ``none_word`` a button ticks all that the search
-    shows, or none of them. Where it ``needs_one``, nothing can be confirmed while none is ticked.
+    shows, or none of them. Where it ``needs_one``, nothing can be confirmed while none is ticked. ``text`` stands above the options.
     """
+    text = StringProperty()
     needs_one = BooleanProperty(False)
     all_word = StringProperty()
     none_word = StringProperty()
@@ -307,9 +308,9 @@ class ChoiceDialog(Dialog):
     searchable = AliasProperty(_searchable, None, bind=("options", "search_from"))
 
     def _show(self, *_):
-        words = self.query.casefold().split()
+        words, selected = self.query.casefold().split(), set(self.selected)
         self.shown = [
-            Choice(option.key, option.text, option.icon, option.note, option.key in self.selected, self.multiple, option.tone)
+            Choice(option.key, option.text, option.icon, option.note, option.key in selected, self.multiple, option.tone)
             for option in self.options if all(word in f"{option.text} {option.note}".casefold() for word in words)]
         self.all_shown = all(choice.selected for choice in self.shown)
 
@@ -329,11 +330,12 @@ class ChoiceDialog(Dialog):
 
     def choose_all(self) -> None:
         """Tick all that are shown, or none of them where all are."""
-        shown = [choice.key for choice in self.shown]
-        self.selected = [key for key in self.selected if key not in shown] + ([] if self.all_shown else shown)
+        shown = {choice.key: choice for choice in self.shown}
+        self.selected = [key for key in self.selected if key not in shown] + ([] if self.all_shown else list(shown))
 
     def confirmed(self) -> None:
-        self.dispatch("on_choose_many", [option.key for option in self.options if option.key in self.selected])
+        selected = set(self.selected)
+        self.dispatch("on_choose_many", [option.key for option in self.options if option.key in selected])
         self.dismiss()
 
 

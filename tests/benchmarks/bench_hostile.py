@@ -148,7 +148,7 @@ def main() -> None:
                         return
                     with suppress(Exception):
                         if file.suffix == ".ics":
-                            container.calendar_files.import_days(str(file))
+                            container.calendar_files.read(str(file))
                         else:
                             configuration.import_configuration(container.catalogue, file.read_bytes())
 

@@ -1,7 +1,7 @@
-"""Calendar files of a few bytes that stand for thousands of days: counted while they are expanded."""
+"""Calendar files of a few bytes that stand for thousands of days, or that take long to read: counted while they are followed."""
 from __future__ import annotations
 
-import itertools
+import time
 import tracemalloc
 from datetime import date
 from zoneinfo import ZoneInfo
@@ -9,18 +9,23 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.domain.models import InvalidInput
-from app.services.files import calendar_import, ics
-from app.services.files.calendar_import import read_days
+from app.services.files import calendar_days, ics
+from app.services.files.calendar_days import read_days
 from tests.support.site import Site
 
 TODAY = date(2026, 11, 23)
 MONTHS = "BYMONTH=" + ",".join(map(str, range(1, 13)))
 EVERY_DAY = f"RRULE:FREQ=YEARLY;{MONTHS};BYDAY=MO,TU,WE,TH,FR,SA,SU"
+NEVER = "RRULE:FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30"
 
 
 def calendar(*events: list[str]) -> bytes:
     lines = [line for event in events for line in ("BEGIN:VEVENT", "DTSTART;VALUE=DATE:20260101", *event, "END:VEVENT")]
     return "\r\n".join(["BEGIN:VCALENDAR", *lines, "END:VCALENDAR", ""]).encode()
+
+
+def read(content: bytes) -> calendar_days.Found:
+    return read_days(content, "bomb", ZoneInfo("UTC"), TODAY)
 
 
 def excepted() -> str:
@@ -32,52 +37,82 @@ def excepted() -> str:
     calendar(["SUMMARY:bomb", EVERY_DAY]),
     calendar(*[[f"SUMMARY:bomb {number}", EVERY_DAY] for number in range(60)]),
     calendar([EVERY_DAY] * 100),
-    calendar([excepted(), *[f"RRULE:FREQ=YEARLY;{MONTHS};BYMONTHDAY=" + ",".join(map(str, range(1, 29)))] * 20]),
-], ids=["one rule", "sixty events", "rules without end", "rules of days that are excepted"])
+    calendar([excepted(), *[f"RRULE:FREQ=YEARLY;{MONTHS};BYMONTHDAY=" + ",".join(map(str, range(1, 29)))] * 40]),
+    calendar(["RRULE:FREQ=DAILY;COUNT=9999999"]),
+    calendar(["RDATE;VALUE=DATE:" + ",".join(["20260101"] * 110_000)]),
+    calendar(["EXDATE;VALUE=DATE:" + ",".join(["20260101"] * 110_000)]),
+    calendar(*[[f"DTSTART:19500101T{number:04}00", "DURATION:PT1H", "RRULE:FREQ=DAILY;UNTIL=20250101"] for number in range(60)]).replace(
+        b"DTSTART;VALUE=DATE:20260101\r\n", b""),
+], ids=["one rule", "sixty events", "rules without end", "rules of days that are excepted", "a count", "dates", "exceptions", "meetings"])
 def test_a_bomb_stops_at_the_limit(content, monkeypatch):
     """Of what is counted, not of time."""
-    monkeypatch.setattr(calendar_import, "LONGEST_READING_S", 1e6)
-    ics.events(calendar([]))                           # loads the library
+    monkeypatch.setattr(calendar_days, "LONGEST_READING_S", 1e6)
+    with pytest.raises(ics.TooMuch):
+        read(content)
+
+
+def test_a_bomb_needs_little_memory():
+    read(calendar([]))                                 # loads the libraries
     tracemalloc.start()
     try:
         with pytest.raises(ics.TooMuch):
-            read_days(content, "bomb", ZoneInfo("UTC"), TODAY)
+            read(calendar(*[[f"SUMMARY:bomb {number}", EVERY_DAY] for number in range(60)]))
         assert tracemalloc.get_traced_memory()[1] < 20 << 20
     finally:
         tracemalloc.stop()
 
 
 @pytest.mark.parametrize("content", [
-    calendar(["RDATE;VALUE=DATE:" + ",".join(["20260101"] * 100_000)]),
-    calendar(["EXDATE;VALUE=DATE:" + ",".join(["20260101"] * 100_000)]),
-    calendar(["EXD\r\n ATE;VALUE=DATE:" + ",\r\n ".join(["20260101"] * 39_000)]),
+    calendar(["EXD\r\n ATE;VALUE=DATE:" + ",\r\n ".join(["20270101"] * 39_000)]),
     calendar(["RRULE:FREQ=YEARLY;BYMONTHDAY=" + ",".join(["1"] * 500_000)]),
     calendar(["CATEGORIES:" + ",".join(["a"] * 500_000)]),
-    calendar(["X-A" + ";P=a" * 200_000 + ":b"]),
-    calendar(*[["SUMMARY:past"]] * 9_000),
-    calendar(*[[]] * 9_000).replace(b"BEGIN:VEVENT", b"begin;x=1:ve\r\n vent"),
-], ids=["dates", "exceptions", "folded", "days of a rule", "categories", "parameters", "events", "folded events"])
-def test_what_takes_long_to_parse_is_not_parsed(content, monkeypatch):
-    ics.events(calendar([]))
-    monkeypatch.setattr("icalendar.Calendar.from_ical", lambda *_args, **_options: pytest.fail("parsed"))
+    calendar(["X-A" + ";P=a" * 1_000_000 + ":b"]),
+    calendar(["SUMMARY" + ";P=a" * 1_000_000]),
+    calendar(["SUMMARY" + ';P="a' * 1_000_000]),
+    calendar(["SUMMARY" + "\x0b" * 4_000_000]),
+    calendar(["\n" * 4_000_000]), calendar(["X\n" * 2_000_000]), calendar(["\0" * 4_000_000]), calendar(["BEGIN:X\n" * 500_000]),
+    calendar(["BEGIN:X\n" * 9_000 + "END:X\n" * 9_000]), calendar(["DTSTART;TZID=" + "a/" * 2_000_000 + ":20270101T000000"]),
+    *(calendar([]).replace(b"BEGIN:VEVENT", (nested * 9_000).encode() + b"BEGIN:VEVENT") for nested in (
+        "BEGIN:VTIMEZONE\r\n", "BEGIN:VALARM\r\n", "BEGIN:STANDARD\r\n")),
+], ids=lambda content: repr(content[60:80]))
+def test_what_is_long_is_read_quickly(content):
+    read(calendar([]))
+    begins = time.process_time()
+    assert len(read(content).events) == 1
+    assert time.process_time() - begins < 10
+
+
+def test_a_file_of_events_alone_has_a_limit():
     with pytest.raises(ics.TooMuch):
-        ics.events(content)
+        read(b"BEGIN:VCALENDAR\r\n" + b"BEGIN:VEVENT\r\n" * 350_000)
 
 
-def test_the_calendar_of_a_company_is_parsed():
-    event = ["SUMMARY:Closed\\, as every year\\; ask at the gate", "CATEGORIES:a,b", "DTEND;VALUE=DATE:20260102",
-             "EXDATE;VALUE=DATE:20270101"]
-    assert len(ics.events(calendar(*[event] * 4_000))) == 4_000
+@pytest.mark.parametrize("rule", ["FREQ=SECONDLY", "FREQ=YEARLY;BYSECOND=1,2,3;BYMINUTE=" + ",".join(map(str, range(60))), "FREQ=DAILY",
+                                  "FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30", "FREQ=YEARLY;BYDAY=MO,TU,WE,TH,FR,SA,SU", "FREQ=MONTHLY"])
+def test_a_zone_that_changes_all_the_time_ends_in_time(rule):
+    part = f"BEGIN:STANDARD\r\nDTSTART:16010101T000000\r\nTZOFFSETTO:+0100\r\nRRULE:{rule}\r\nEND:STANDARD\r\n"
+    zone = f"BEGIN:VTIMEZONE\r\nTZID:x\r\n{part}END:VTIMEZONE\r\n".encode()
+    content = calendar([]).replace(b"BEGIN:VEVENT", zone + b"BEGIN:VEVENT").replace(b";VALUE=DATE:20260101", b";TZID=x:20260101T120000")
+    read(calendar([]))
+    begins = time.process_time()
+    assert [event.whole for event in read(content).events] == [False]
+    assert time.process_time() - begins < 5
+
+
+def test_zones_that_no_event_uses_cost_nothing(monkeypatch):
+    part = "BEGIN:STANDARD\r\nDTSTART:16010101T000000\r\nTZOFFSETTO:+0100\r\nRRULE:FREQ=YEARLY\r\nEND:STANDARD\r\n"
+    zones = "".join(f"BEGIN:VTIMEZONE\r\nTZID:{number}\r\n{part * 90}END:VTIMEZONE\r\n" for number in range(200)).encode()
+    monkeypatch.setattr("app.services.files.ics_zones.Zones._by_rules", lambda *_args: pytest.fail("followed"))
+    assert len(read(calendar([]).replace(b"BEGIN:VEVENT", zones + b"BEGIN:VEVENT")).events) == 1
 
 
 def test_reading_ends_in_time(monkeypatch):
-    """The clock goes on by a second each time that it is looked at."""
-    seconds = itertools.count()
-    monkeypatch.setattr(calendar_import.time, "monotonic", lambda: float(next(seconds)))
-    exceptions = calendar(["EXDATE;VALUE=DATE:20270101,20270102"])
-    assert len(read_days(exceptions, "quick", ZoneInfo("UTC"), TODAY).exceptions) == 1
-    with pytest.raises(ics.TooMuch, match="takes too long"):
-        read_days(calendar(["EXDATE;VALUE=DATE:" + ",".join(["20270101"] * 30)]), "slow", ZoneInfo("UTC"), TODAY)
+    """A rule that never comes takes a part of a second, and some take several."""
+    monkeypatch.setattr(calendar_days, "LONGEST_READING_S", .5)
+    begins = time.process_time()
+    with pytest.raises(ics.TooMuch, match="too much work"):
+        read(calendar(*[[NEVER]] * 1_000))
+    assert time.process_time() - begins < 15
 
 
 def test_it_is_said_in_one_sentence_and_nothing_is_taken(tmp_path):
@@ -85,6 +120,6 @@ def test_it_is_said_in_one_sentence_and_nothing_is_taken(tmp_path):
     bomb = tmp_path / "bomb.ics"
     bomb.write_bytes(calendar([EVERY_DAY]))
     with pytest.raises(InvalidInput, match=r"bomb\.ics holds too much for a calendar of closed days"):
-        site.container.calendar_files.import_days(str(bomb))
+        site.container.calendar_files.read(str(bomb))
     assert site.container.catalogue.day_exceptions() == []
     site.switch_off()

@@ -30,6 +30,27 @@ SUMMARY:Summer break
 DTSTART;VALUE=DATE:20270705
 DTEND;VALUE=DATE:20270719
 END:VEVENT
+BEGIN:VEVENT
+UID:3@plant
+DTSTAMP:20261102T080000Z
+SUMMARY:Four-day weeks
+DTSTART;VALUE=DATE:20270604
+RRULE:FREQ=WEEKLY;UNTIL=20270730
+END:VEVENT
+BEGIN:VEVENT
+UID:4@plant
+DTSTAMP:20261102T080000Z
+SUMMARY:Fire drill
+DTSTART:20270112T090000
+DTEND:20270112T100000
+END:VEVENT
+BEGIN:VEVENT
+UID:5@plant
+DTSTAMP:20261102T080000Z
+SUMMARY:Team meeting
+DTSTART:20260105T090000
+RRULE:FREQ=WEEKLY
+END:VEVENT
 END:VCALENDAR
 """
 
@@ -59,11 +80,26 @@ def calendar(studio):
     return opened(studio)[1]
 
 
+def offered(studio):
+    """The days of its file, as they are shown before they are taken."""
+    plant, screen = opened(studio)
+    screen.page.calendar.import_days()
+    studio.driver.wait(lambda: plant.shell.background.idle and studio.dialogs.top is not None)
+    studio.driver.advance(.3)
+    return plant, screen
+
+
+@picture("settings-calendar-import", sizes=EVERY_SIZE)
+def offer(studio):
+    offered(studio)
+    return studio.dialogs.top
+
+
 @picture("settings-calendar-december", sizes=BOTH)
 def december(studio):
     """Its file was imported just now."""
-    plant, screen = opened(studio)
-    screen.page.calendar.import_days()
+    plant, screen = offered(studio)
+    studio.dialogs.top.confirmed()
     studio.driver.wait(lambda: plant.shell.background.idle and screen.page.calendar.outcome.text)
     page = next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage")
     studio.driver.advance(.2)

@@ -62,10 +62,10 @@ class Dialogs:
         return self.open(dialog)
 
     def choose_many(self, title: str, options: Sequence[Option], action: str, done: Callable[[list[Any]], object], *,
-                    selected: Iterable[Hashable] = (), can_all: bool = False, needs_one: bool = False) -> Overlay:
+                    selected: Iterable[Hashable] = (), can_all: bool = False, needs_one: bool = False, text: str = "") -> Overlay:
         """Tick any of ``options``, at least one where it ``needs_one``, or all at once where it ``can_all``; ``action`` is the word on the
-        confirming button; ``done(keys)``."""
-        dialog = ChoiceDialog(title=title, options=list(options), selected=list(selected), multiple=True, needs_one=needs_one,
+        confirming button, ``text`` stands above the options; ``done(keys)``."""
+        dialog = ChoiceDialog(title=title, text=text, options=list(options), selected=list(selected), multiple=True, needs_one=needs_one,
                               confirm=action, decline=_("Cancel"), hint=_("Search"), nothing=_("Nothing found"),
                               **({"all_word": _("Select all"), "none_word": _("Select none")} if can_all else {}))
         dialog.bind(on_choose_many=lambda _dialog, keys: done(keys))

@@ -1,6 +1,7 @@
 """Settings, Constraints: closed days and extra working days, by hand, by country, from a file."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date
 from typing import Any
@@ -9,14 +10,14 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.domain.models import DayException, InvalidInput
-from app.i18n import _, ngettext
+from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.settings import calendar_view as view
 from app.screens.settings.files import FileModel
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
-from app.services.files.calendar_import import Imported
+from app.services.files.calendar_import import CalendarFile
 from app.services.planning import public_holidays
 from app.services.planning.working_days import Ground
 from app.widgets import month  # noqa: F401  (registers kivy classes)
@@ -135,22 +136,38 @@ class CalendarPart(EventDispatcher):
 
     # ------------------------------------------------------------------ a file
     def import_days(self) -> None:
-        if self.file.run(self._context, self._services.calendar_files.import_days, self._imported):
+        """Read a file, and show what it holds."""
+        if self.file.run(self._context, self._services.calendar_files.read, self._offer):
             self.outcome = NoticeView()
 
-    def _imported(self, result: Imported) -> bool:
-        """Whether that is all: what to do with appointments is asked."""
-        if result.added:
-            day = max(result.added[0].first_day, self._context.today())
-            self._chosen_month = day.year, day.month
-        self.outcome = view.import_result(result)
+    def _offer(self, found: CalendarFile) -> bool:
+        """Whether that is all: which days are to be closed is asked."""
+        if not found.events:
+            self.outcome = view.import_result((), found)
+            return True
+        options = view.import_options(found, self._context.today())
+        self._context.shell.dialogs.choose_many(
+            _("Closed days in {file}").format(file=found.path.name), options, _("Close these days"), lambda keys: self._take(found, keys),
+            selected=[option.key for option in options if option.selected], can_all=True, needs_one=True, text=view.import_notes(found))
+        return False
+
+    def _take(self, found: CalendarFile, keys: Sequence[int]) -> None:
+        files, chosen = self._services.calendar_files, [found.events[key] for key in keys]
+        self.file.run(self._context, lambda _path: files.take(chosen), lambda added: self._taken(added, found))
+
+    def _taken(self, added: Sequence[DayException], found: CalendarFile) -> None:
+        self.outcome = view.import_result(added, found)
         self._context.refresh()
-        if result.timed:
-            (title, text), n = view.timed_question(result), len(result.timed)
-            self._context.shell.dialogs.confirm(title, text, ngettext("Close it", "Close them", n), lambda: self.file.run(
-                self._context, lambda _path: self._services.calendar_files.import_days(str(result.path), with_timed=True), self._imported),
-                decline=ngettext("Leave it open", "Leave them open", n))
-        return not result.timed
+        if added:
+            day = max(min(entry.first_day for entry in added), self._context.today())
+            self._chosen_month = day.year, day.month
+            ids = [entry.id for entry in added]
+            self._context.shell.offer_undo(self.outcome.text, lambda: self._services.catalogue.remove_days(*ids), self._undone,
+                                           behind="settings")
+
+    def _undone(self) -> None:
+        self.outcome = NoticeView()
+        self._context.refresh()
 
 
 class CalendarCard(SectionCard):

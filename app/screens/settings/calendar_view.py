@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from calendar import Calendar
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 
@@ -13,11 +13,13 @@ from app.screens.common.options import Option
 from app.screens.settings.country_names import in_language, translations
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.view import NoticeView, done
-from app.services.files.calendar_import import Imported
+from app.services.files.calendar_days import FoundDays, LeftOut
+from app.services.files.calendar_import import CalendarFile
 from app.services.planning.working_days import DayStatus, Ground, spans
 
 YEARS = (1970, 2199)                     # whose months are shown
 CLOSED, HOLIDAY, EXTRA = "lock-outline", "calendar-star", "plus-circle-outline"
+APPOINTMENT = "clock-outline"
 
 EntryKey = tuple[int, date]              # id of the exception, 0 for a public holiday; the first day
 
@@ -132,40 +134,81 @@ def region_options(names: Mapping[str, str]) -> list[Option]:
 
 
 # ---------------------------------------------------------------------- an import
-def import_result(result: Imported) -> NoticeView:
-    """How many days were imported, and what was left out."""
-    notes = []
-    if result.added:
-        text = ngettext("{n} closed day imported", "{n} closed days imported", result.days).format(n=result.days)
-        names = [f"{entry.name}: {span(entry.first_day, entry.last_day)}" for entry in result.added[:3]]
-        more = len(result.added) - len(names)
-        notes.append(", ".join(names) + (ngettext(" and {n} more", " and {n} more", more).format(n=more) if more else ""))
+def import_options(found: CalendarFile, today: date) -> list[Option]:
+    """One for each event, by its number; those with whole days are selected."""
+    return [Option(number, event.name, CLOSED if event.whole else APPOINTMENT, _days_found(event, today), selected=event.whole)
+            for number, event in enumerate(found.events)]
+
+
+def _days_found(event: FoundDays, today: date) -> str:
+    first, last = event.days[0], event.days[-1]
+    if first.yearly:
+        notes = [dated_span(*_next(first, today)), _("every year")]
+        if (first.first_day.month, first.first_day.day) == (2, 29):
+            notes.append(_("leap years only"))
+    elif first == last:
+        notes = [dated_span(first.first_day, first.last_day)]
     else:
-        text = _("The file contains no new whole days") if result.timed else _("The file contains nothing new")
-    if result.known and result.added:
-        notes.append(ngettext("{n} entry existed already", "{n} entries existed already", result.known).format(n=result.known))
-    if result.past:
-        notes.append(ngettext("{n} past entry skipped", "{n} past entries skipped", result.past).format(n=result.past))
-    if result.timed:
-        notes.append(ngettext("{n} appointment with times of day closes nothing", "{n} appointments with times of day close nothing",
-                              len(result.timed)).format(n=len(result.timed)))
-    if result.left_out:
-        notes.append(ngettext("{n} event can't be imported: it has no date, or doesn't repeat yearly",
-                              "{n} events can't be imported: they have no date, or don't repeat yearly",
-                              result.left_out).format(n=result.left_out))
-        return NoticeView(text, "\n".join(notes), "attention", "alert")
-    return done(text, "\n".join(notes))
+        n = days_in(event.days)
+        notes = [ngettext("{n} day", "{n} days", n).format(n=n), dated_span(first.first_day, last.last_day)]
+    if not event.whole:
+        notes.append(_("has times of day"))
+    return " · ".join(notes)
 
 
-def timed_question(result: Imported) -> tuple[str, str]:
-    """Title and text: whether the days of appointments are to be closed too."""
-    count, shown = len(result.timed), result.timed[:5]
-    lines = [f"{entry.name}: {span(entry.first_day, entry.last_day)}" for entry in shown]
-    if more := count - len(shown):
-        lines.append(ngettext("and {n} more", "and {n} more", more).format(n=more))
-    return (ngettext("Close the day of {n} appointment too?", "Close the days of {n} appointments too?", count).format(n=count),
-            "\n".join([_("It has times of day, so work goes on around it.") if count == 1 else
-                       _("They have times of day, so work goes on around them."), *lines]))
+def _next(yearly: DayException, today: date) -> tuple[date, date]:
+    """When it comes next: those of 29 February may take eight years."""
+    coming = (span for year in range(today.year, today.year + 9) for span in spans(yearly, year) if span[1] >= today)
+    return next(coming, (yearly.first_day, yearly.last_day))
+
+
+def dated_span(first: date, last: date) -> str:
+    """The same as ``span`` with the years."""
+    begins, ends = (formats.wall_day(day, year=True) for day in (first, last))
+    return begins if first == last else f"{begins} – {ends}"
+
+
+def days_in(entries: Iterable[DayException]) -> int:
+    """Of yearly ones those of one year."""
+    return sum((entry.last_day - entry.first_day).days + 1 for entry in entries)
+
+
+def import_notes(found: CalendarFile) -> str:
+    """What a file holds besides the days that are shown of it."""
+    notes = [] if found.is_whole else [_("The file ends in the middle: days may be missing")]
+    if found.known:
+        notes.append(ngettext("{n} event is in the calendar already", "{n} events are in the calendar already", found.known).format(
+            n=found.known))
+    if found.past:
+        notes.append(ngettext("{n} past event left out", "{n} past events left out", found.past).format(n=found.past))
+    notes += [_left_out(why, n).format(n=n) for why in LeftOut if (n := found.left_out.get(why, 0))]
+    return "\n".join(notes)
+
+
+def _left_out(why: LeftOut, n: int) -> str:
+    match why:
+        case LeftOut.ENDLESS:
+            return ngettext("{n} event left out: it repeats without end, and more often than yearly",
+                            "{n} events left out: they repeat without end, and more often than yearly", n)
+        case LeftOut.OUT_OF_RANGE:
+            return ngettext("{n} event left out: it lasts more than a year, or is after 2199",
+                            "{n} events left out: they last more than a year, or are after 2199", n)
+        case LeftOut.UNREADABLE:
+            return ngettext("{n} event left out: it can't be read", "{n} events left out: they can't be read", n)
+
+
+def import_result(added: Sequence[DayException], found: CalendarFile) -> NoticeView:
+    """How many days were imported, and what was left out."""
+    notes = [import_notes(found)]
+    if added:
+        n, shown = days_in(added), added[:3]
+        text = ngettext("{n} closed day imported", "{n} closed days imported", n).format(n=n)
+        names, more = [f"{entry.name}: {span(entry.first_day, entry.last_day)}" for entry in shown], len(added) - len(shown)
+        notes.insert(0, ", ".join(names) + (ngettext(" and {n} more", " and {n} more", more).format(n=more) if more else ""))
+    else:
+        text = _("The file contains nothing new")
+    note = "\n".join(filter(None, notes))
+    return NoticeView(text, note, "attention", "alert") if any(found.left_out.values()) or not found.is_whole else done(text, note)
 
 
 def removed_sentence(exception: DayException) -> str:

@@ -1,34 +1,33 @@
-"""iCalendar text (RFC 5545): the events of a file, by the library icalendar, and content lines to be written.
+"""iCalendar text (RFC 5545): the events and time zones of a file, as they are written, and content lines to be written.
 
-A file to import may be hostile: the library needs 10 s and hundreds of MiB for 5 MiB of text, and never comes back from a
-time zone that changes every second. What is given to it is therefore limited first.
+Files come from many programs, and may be hostile. Only what is needed is looked at, line by line: whatever else a file holds costs nothing
+and spoils nothing.
 """
 from __future__ import annotations
 
 import re
-from calendar import monthrange
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+import time
+from dataclasses import dataclass, field
 
-if TYPE_CHECKING:
-    from datetime import tzinfo
-
-    from icalendar import Calendar, Event
-
-MOST_BYTES = 1024 * 1024
-MOST_LINES = 40_000
-MOST_EVENTS = 5000
-MOST_SEPARATORS = 30_000                 # between dates and other values, and between parameters
-MOST_ZONE_PARTS = 60                     # and rules
-LONGEST_ZONE_NAME = 80
+MOST_COMPONENTS = 50_000                 # events, time zones, and the parts of these
 FOLD_AT = 75                             # octets of a line without its end (section 3.1)
 
-_ZONE_RULE = {"FREQ", "INTERVAL", "BYMONTH", "BYDAY", "BYMONTHDAY", "UNTIL", "COUNT", "WKST"}
-_ZONE_WEEKDAY = re.compile(r"([+-]?[1-5])?[A-Z]{2}")
-_MOST_DAYS = {month: monthrange(2028, month)[1] for month in range(1, 13)}
+COMPONENTS = {"VEVENT", "VTODO", "VJOURNAL", "VFREEBUSY", "VTIMEZONE", "VAVAILABILITY"}      # that lie in the calendar itself
+PROPERTIES = {
+    "VEVENT": {"UID", "SUMMARY", "DTSTART", "DTEND", "DURATION", "RRULE", "RDATE", "EXDATE", "RECURRENCE-ID", "STATUS", "SEQUENCE",
+               "DTSTAMP", "LAST-MODIFIED", "X-MICROSOFT-CDO-ALLDAYEVENT", "X-MICROSOFT-MSNCALENDAR-ALLDAYEVENT"},
+    "VTIMEZONE": {"TZID", "X-LIC-LOCATION"},
+    "STANDARD": {"DTSTART", "TZOFFSETFROM", "TZOFFSETTO", "RRULE", "RDATE"},
+    "DAYLIGHT": {"DTSTART", "TZOFFSETFROM", "TZOFFSETTO", "RRULE", "RDATE"}}
+
+_MARKS_OF_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+_MARK_OF_UTF_8 = b"\xef\xbb\xbf"
+_FOLD = re.compile(rb"(?<![\r\n])[\r\n]+[ \t]")
+_LINE = re.compile(rb"[^\r\n]+")
+_NAME = re.compile(rb"\s*([\w-]{1,40})\s*[:;]")
+_PARTS = re.compile(r'[^:;]*((?:;(?:"[^"]*"|[^":])*)?):(.*)', re.DOTALL)
+_ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 _LINE_END = re.compile(r"\r\n|\n|\r")
-_FOLD = re.compile(r"(?:\r\n)+[ \t]")
-_EVENT = re.compile(r"^BEGIN\b.*VEVENT", re.IGNORECASE | re.MULTILINE)
 
 
 class NotACalendar(ValueError):
@@ -39,67 +38,156 @@ class TooMuch(ValueError):
     """The file holds more than is read."""
 
 
+class Budget:
+    """How much work a file may take: so many dates, and so many seconds."""
+
+    def __init__(self, dates: int, seconds: float) -> None:
+        self._dates, self._ends_at = dates, time.monotonic() + seconds
+
+    def spend(self) -> None:
+        """For a date, or before a step that may take a second. Raises TooMuch."""
+        self._dates -= 1
+        if self._dates < 0 or time.monotonic() > self._ends_at:
+            raise TooMuch("is too much work")
+
+
+@dataclass(frozen=True)
+class Property:
+    """A value, and the parameters before it, as they are written."""
+    parameters: str
+    value: str
+
+    def parameter(self, name: str) -> str:
+        """Without quotes; "" where there is none."""
+        found = re.search(rf';\s*{name}\s*=\s*("[^"]*"|[^;]*)', self.parameters, re.IGNORECASE)
+        return found[1].strip().strip('"') if found else ""
+
+    @property
+    def text(self) -> str:
+        """The value of a text property."""
+        return _ESCAPED.sub(lambda match: "\n" if match[1] in "nN" else match[1], self.value)
+
+
+@dataclass
+class Component:
+    """An event, or a time zone with its parts: the properties that are needed of it, by name. ``cancels``: the file, or this part of it,
+    is the notice that its events are cancelled."""
+    name: str
+    properties: dict[str, list[Property]] = field(default_factory=dict)
+    parts: list[Component] = field(default_factory=list)
+    cancels: bool = False
+
+    def all(self, name: str) -> list[Property]:
+        """Those with a value."""
+        return [each for each in self.properties.get(name, ()) if each.value]
+
+    def first(self, name: str) -> Property | None:
+        return next(iter(self.all(name)), None)
+
+    def text(self, name: str) -> str:
+        """Of the first such property, without space around it; "" where there is none."""
+        found = self.first(name)
+        return found.text.strip() if found else ""
+
+
 # ---------------------------------------------------------------------- in
-def events(content: bytes) -> list[Event]:
-    """Every VEVENT of a file. Raises NotACalendar when it is something else or ends in the middle, and TooMuch."""
-    from icalendar import Calendar  # 12 MiB and half a second, which nobody needs before this
-    from icalendar.timezone import tzp
-    from icalendar.timezone.zoneinfo import ZONEINFO
+def components(content: bytes) -> tuple[list[Component], bool]:
+    """The events and time zones of a file, and whether the file is whole. Raises NotACalendar and TooMuch."""
+    reader = _Reader()
+    for match in _LINE.finditer(_unfolded(content)):
+        reader.take(match[0])
+    if not reader.has_begun:
+        raise NotACalendar("has no calendar")
+    return reader.finish()
 
-    class Zones(ZONEINFO):
-        def timezone(self, name: str) -> tzinfo | None:
-            """None for an unknown one, also where its name is that of a directory of zones, or endless."""
-            try:
-                return super().timezone(name) if len(name) <= LONGEST_ZONE_NAME else None
-            except OSError:
-                return None
 
+def _unfolded(content: bytes) -> bytes:
+    """UTF-8 or an 8-bit encoding, each content line on one line: joined as octets, since a line may be folded inside a character."""
+    if content.startswith(_MARKS_OF_UTF_16):
+        content = content.decode("utf-16", "replace").encode("utf-8", "replace")
+    return _FOLD.sub(b"", content.replace(b"\0", b"").replace(_MARK_OF_UTF_8, b""))
+
+
+def _decoded(line: bytes) -> str:
     try:
-        lines = _LINE_END.split(content.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise NotACalendar("is not UTF-8") from error
-    if len(content) > MOST_BYTES or len(lines) > MOST_LINES or content.count(b",") + content.count(b";") > MOST_SEPARATORS:
-        raise TooMuch("is too large")
-    text = _FOLD.sub("", "\r\n".join(lines))
-    if len(_EVENT.findall(text)) > MOST_EVENTS:
-        raise TooMuch("has too many events")
-    tzp.use(Zones())                                  # and forget the zones that an earlier file defined
-    try:
-        calendars = Calendar.from_ical(text, multiple=True)
-    except (ValueError, LookupError, AttributeError, TypeError) as error:
-        raise NotACalendar(str(error)) from error
-    if not calendars or any(calendar.name != "VCALENDAR" for calendar in calendars):
-        raise NotACalendar("is no VCALENDAR, or has no end")
-    for calendar in calendars:
-        _check_zones(calendar)
-    return [event for calendar in calendars for event in calendar.events]
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("windows-1252", "replace")
 
 
-def _check_zones(calendar: Calendar) -> None:
-    """Refuse zones that take long to evaluate: real ones change once or twice a year, on a day of a certain month."""
-    parts = [part for zone in calendar.timezones for part in zone.subcomponents]
-    rules = [rule for part in parts for rule in as_list(part.get("RRULE"))]
-    if len(parts) > MOST_ZONE_PARTS or len(rules) > MOST_ZONE_PARTS or not all(map(_is_seldom, rules)) or any(
-            "EXRULE" in part for part in parts):
-        raise TooMuch("has a time zone that changes too often")
+class _Reader:
+    """Takes line after line, then ``finish``. An end that is missing is where the next component begins; what stands in no calendar, or
+    in components of no interest, is passed over."""
+
+    def __init__(self) -> None:
+        self._found: list[Component] = []
+        self.has_begun = self.is_inside = False          # of a calendar
+        self._calendar: list[Component] = []
+        self._cancels = False
+        self._component = self._part = ""                # names of what is open
+        self._open: Component | None = None              # takes the properties
+        self._count = 0
+
+    def take(self, line: bytes) -> None:
+        match = _NAME.match(line)
+        name = match[1].decode("ascii", "replace").upper() if match else ""
+        if name in ("BEGIN", "END"):
+            component = _property(line).value.upper()
+            (self._begin if name == "BEGIN" else self._end)(component)
+        elif name == "METHOD" and self.is_inside and not self._component:
+            self._cancels = _property(line).value.upper() == "CANCEL"
+        elif self._open is not None and name in PROPERTIES[self._open.name]:
+            self._open.properties.setdefault(name, []).append(_property(line))
+
+    def finish(self) -> tuple[list[Component], bool]:
+        """What was found, and whether the file is whole; the component in which it ends is not."""
+        is_whole = not self.is_inside
+        if self._component in ("VEVENT", "VTIMEZONE"):
+            self._calendar.pop()
+        self._end("VCALENDAR")
+        return self._found, is_whole
+
+    def _begin(self, name: str) -> None:
+        if name == "VCALENDAR":
+            self._end(name)
+            self.has_begun = self.is_inside = True
+        elif not self.is_inside:
+            return
+        elif not self._component or name in COMPONENTS:
+            self._component, self._part, self._open = name, "", None
+            if name in ("VEVENT", "VTIMEZONE"):
+                self._open = self._new(name)
+                self._calendar.append(self._open)
+        elif not self._part:
+            zone, self._part, self._open = self._open, name, None
+            if zone is not None and zone.name == "VTIMEZONE" and name in PROPERTIES:
+                self._open = self._new(name)
+                zone.parts.append(self._open)
+
+    def _new(self, name: str) -> Component:
+        self._count += 1
+        if self._count > MOST_COMPONENTS:
+            raise TooMuch("has too many events")
+        return Component(name)
+
+    def _end(self, name: str) -> None:
+        if name == "VCALENDAR":
+            for component in self._calendar:
+                component.cancels = self._cancels
+            self._found += self._calendar
+            self._calendar, self._cancels, self.is_inside = [], False, False
+            self._component, self._part, self._open = "", "", None
+        elif name == self._part:
+            self._part, self._open = "", self._calendar[-1] if self._component in ("VEVENT", "VTIMEZONE") else None
+        elif name == self._component:
+            self._component, self._part, self._open = "", "", None
 
 
-def as_list(value: Any) -> list[Any]:
-    """Of a property that may be there never, once or several times."""
-    return [] if value is None else value if isinstance(value, list) else [value]
-
-
-def _is_seldom(rule: Mapping[str, list[Any]]) -> bool:
-    """Whether a rule of a zone names a few days of a year, and days that come."""
-    weekdays = [_ZONE_WEEKDAY.fullmatch(str(day)) for day in rule.get("BYDAY", [])]
-    dates, months = [abs(date) for date in rule.get("BYMONTHDAY", [])], rule.get("BYMONTH", [])
-    if rule.keys() - _ZONE_RULE or rule.get("FREQ") != ["YEARLY"] or rule.get("INTERVAL", [1]) != [1]:
-        return False
-    if len(weekdays) > 1 or len(months) > 1 or not all(weekdays) or (not months and (weekdays or dates)):
-        return False
-    if weekdays and weekdays[0] and weekdays[0][1]:              # "the second Sunday"
-        return not dates
-    return not dates or (min(dates) <= _MOST_DAYS.get(int(months[0]), 0) and (bool(weekdays) or len(dates) == 1))
+def _property(line: bytes) -> Property:
+    text = _decoded(line)
+    match = _PARTS.fullmatch(text)                       # none where a quotation mark has no second one
+    parameters, value = match.groups() if match else text.split(":", 1) if ":" in text else (text, "")
+    return Property(parameters, value.strip())
 
 
 # ---------------------------------------------------------------------- out

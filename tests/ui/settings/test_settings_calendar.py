@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import date, datetime
+from time import process_time
 
 import pytest
 
@@ -11,7 +12,7 @@ from app.domain.models import DayException
 from app.screens.settings.calendar import DaysDialog, DaysRow
 from app.screens.settings.files import FileRow
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
-from app.widgets.dialogs import ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, PickField, SearchField
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateDialog, DayCell
@@ -137,49 +138,90 @@ def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
     ui.wait(lambda: ui.find_all(MonthDay, text="25", status="extra"))
 
 
-def test_a_calendar_file_is_imported_and_says_how_many_days_it_brought(site, app, ui):
-    lines = ["BEGIN:VCALENDAR", "BEGIN:VEVENT", "SUMMARY:Audit", "DTSTART:20261124", "DTEND:20261126", "END:VEVENT", "END:VCALENDAR"]
-    (site.documents / "plant.ics").write_text("\r\n".join(lines))
+EVENTS = (("Audit", "20261124", "20261126"), ("Meeting", "20261127T080000", "20261127T100000"))
+
+
+def import_file(site, ui, *events: tuple[str, ...]) -> FileRow:
+    """Press Import of a file with these events: names, starts, ends."""
+    body = [line for name, start, end in events
+            for line in ("BEGIN:VEVENT", f"SUMMARY:{name}", f"DTSTART:{start}", f"DTEND:{end}", "END:VEVENT")]
+    (site.documents / "plant.ics").write_text("\r\n".join(["BEGIN:VCALENDAR", *body, "END:VCALENDAR"]))
     row = ui.find(FileRow)
     reveal(ui, row)
     enter_path(ui, row, "plant.ics")
     press(ui, "Import", row)
+    return row
+
+
+def offered(ui) -> ChoiceDialog:
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.advance(.5)                                            # until it takes touches
+    return ui.find(ChoiceDialog)
+
+
+def test_the_days_of_a_calendar_file_are_shown_and_taken_as_ticked(site, app, ui):
+    row = import_file(site, ui, *EVENTS, ("Old", "20200101", "20200102"))
+    dialog = offered(ui)
+    assert (dialog.title, dialog.text) == ("Closed days in plant.ics", "1 past event left out")
+    assert [(option.text, option.note, option.selected) for option in dialog.shown] == [
+        ("Audit", "Tue 24 Nov 2026 – Wed 25 Nov 2026", True), ("Meeting", "Fri 27 Nov 2026 · has times of day", False)]
+    assert entries(site) == []
+    press(ui, "Close these days", dialog)
     ui.wait(lambda: says(ui, "2 closed days imported"))
     assert [(entry.name, entry.source) for entry in entries(site)] == [("Audit", "plant.ics")]
     ui.advance(1)
     press(ui, "Import", row)
-    ui.wait(lambda: says(ui, "The file contains nothing new"))
-    (site.documents / "noise.ics").write_bytes(b"\x00\xff nothing")
+    dialog = offered(ui)
+    assert [(option.text, option.selected) for option in dialog.shown] == [("Meeting", False)]
+    assert dialog.text == "1 event is in the calendar already\n1 past event left out"
+    ui.tap(ui.find(OptionRow, root=dialog))
+    press(ui, "Close these days", dialog)
+    ui.wait(lambda: [entry.name for entry in entries(site)] == ["Audit", "Meeting"])
+    ui.wait(lambda: app.shell.background.idle)
     ui.advance(1)
+    press(ui, "Import", row)
+    ui.wait(lambda: says(ui, "The file contains nothing new"))
+
+
+def test_what_was_imported_can_be_undone_at_once(site, app, ui):
+    import_file(site, ui, *EVENTS)
+    dialog = offered(ui)
+    press(ui, "Select all", dialog)
+    press(ui, "Close these days", dialog)
+    ui.wait(lambda: ui.find_all(Snackbar) and ui.find_all(Tap, root=ui.find(Snackbar)))
+    assert len(entries(site)) == 2
+    undo(ui)
+    ui.wait(lambda: entries(site) == [])
+    ui.wait(lambda: not says(ui, "closed days imported"))
+
+
+def test_a_file_that_is_left_alone_changes_nothing(site, app, ui):
+    import_file(site, ui, *EVENTS)
+    press(ui, "Cancel", offered(ui))
+    ui.wait(lambda: not ui.find_all(ChoiceDialog))
+    assert entries(site) == []
+
+
+def test_two_thousand_days_are_shown_and_ticked_without_waiting(site, app, ui):
+    import_file(site, ui, *((f"Day {n}", f"{2027 + n // 300}{n // 25 % 12 + 1:02}{n % 25 + 1:02}", "") for n in range(2000)))
+    dialog = offered(ui)
+    assert len(dialog.shown) == len(dialog.selected) == 2000
+    begins = process_time()
+    press(ui, "Select none", dialog)
+    ui.tap(ui.find_all(OptionRow, root=dialog)[0])
+    assert process_time() - begins < 5
+    press(ui, "Close these days", dialog)
+    ui.wait(lambda: len(entries(site)) == 1)
+
+
+def test_a_file_that_is_no_calendar_is_refused_at_the_field(site, app, ui):
+    (site.documents / "noise.ics").write_bytes(b"\x00\xff nothing")
+    row = ui.find(FileRow)
+    reveal(ui, row)
     enter_path(ui, row, "noise.ics")
     press(ui, "Import", row)
     ui.wait(lambda: says(ui, "is not a calendar file (.ics)"))
-    assert len(entries(site)) == 1
-
-
-@pytest.mark.parametrize("closes", [True, False])
-def test_an_appointment_in_a_calendar_file_closes_its_day_only_when_that_is_chosen(site, app, ui, closes):
-    events = (("Audit", "20261124", "20261126"), ("Meeting", "20261127T080000", "20261127T100000"))
-    body = [line for name, start, end in events
-            for line in ("BEGIN:VEVENT", f"SUMMARY:{name}", f"DTSTART:{start}", f"DTEND:{end}", "END:VEVENT")]
-    cancelled = ["BEGIN:VEVENT", "SUMMARY:Fair", "DTSTART:20261201", "STATUS:CANCELLED", "END:VEVENT"]
-    (site.documents / "plant.ics").write_text("\r\n".join(["BEGIN:VCALENDAR", *body, *cancelled, "END:VCALENDAR"]))
-    row = ui.find(FileRow)
-    reveal(ui, row)
-    enter_path(ui, row, "plant.ics")
-    press(ui, "Import", row)
-    ui.wait(lambda: ui.find_all(ConfirmDialog))
-    question = ui.find(ConfirmDialog)
-    assert (question.title, question.text.splitlines()[1:]) == ("Close the day of 1 appointment too?", ["Meeting: Fri 27 Nov"])
-    assert [entry.name for entry in entries(site)] == ["Audit"]
-    assert says(ui, "1 appointment with times of day closes nothing")
-    press(ui, "Close it" if closes else "Leave it open", question)
-    if closes:
-        ui.wait(lambda: [entry.name for entry in entries(site)] == ["Audit", "Meeting"])
-        ui.wait(lambda: says(ui, "1 closed day imported"))
-    ui.wait(lambda: app.shell.background.idle)
-    assert len(entries(site)) == 1 + closes
-    assert not says(ui, "can't be imported")
+    assert entries(site) == []
 
 
 def test_turning_the_month_stops_at_the_ends_of_the_calendar(site, app, ui):

@@ -396,3 +396,9 @@ def test_a_mission_uses_the_places_that_a_file_names_and_no_others(world):
     assert world.export()["missions"][0]["places"] == ["B", "C"]
     with pytest.raises(InvalidInput, match=r"missions\[0\].places: there is no place D"):
         world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g", "places": ["D"]}]})
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_file_with_the_mark_of_its_encoding_is_read(world, encoding):
+    world.take(json.dumps(FULL, ensure_ascii=False).encode(encoding))
+    assert world.schedules["Morning"].parameters == FULL["schedules"][0]["parameters"]

@@ -118,9 +118,10 @@ def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(
 
 @pytest.mark.parametrize(("content", "told"), [
     (b"", "line 1, column 1"), (b"{", "line 1"), (b"[]", "one JSON object"), (b"null", "one JSON object"), (b"{}", 'lacks "format"'),
-    (b"\xff\xfe", "UTF-8"), (b'{"format": "amr-scheduler/1", "format": "x"}', "'format' appears twice"), (b'{"a": NaN}', "NaN"),
+    (b"\xff\xfe\x7b", "save it as UTF-8"), ('{"name": "Hyllyjä"}'.encode("windows-1252"), "byte 16.*save it as UTF-8"),
+    (b'{"format": "amr-scheduler/1", "format": "x"}', "'format' appears twice"), (b'{"a": NaN}', "NaN"),
     (b'{"a": -Infinity}', "Infinity"), (b"[" * 10_000, "nested"), (b'{"a": ' + b"1" * 6000 + b"}", "number"),
-    (b" " * (5 * 1024 * 1024 + 1), "larger than 5 MiB")], ids=range(12))
+    (b" " * (5 * 1024 * 1024 + 1), "larger than 5 MiB")], ids=range(13))
 def test_what_is_no_configuration_is_reported_in_one_sentence(world, content, told):
     with pytest.raises(InvalidInput, match=told) as caught:
         world.take(content)

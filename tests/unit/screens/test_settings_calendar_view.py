@@ -9,7 +9,8 @@ from app.i18n import translator
 from app.screens.settings import calendar_view as view
 from app.screens.settings.country_names import translations
 from app.screens.settings.facts import SettingsFacts
-from app.services.files.calendar_import import Imported
+from app.services.files.calendar_days import FoundDays, LeftOut
+from app.services.files.calendar_import import CalendarFile
 from app.services.planning import public_holidays
 
 TODAY = date(2026, 11, 20)
@@ -63,14 +64,43 @@ def test_country_and_region_are_said_or_that_there_is_none():
     assert [row.text for row in view.region_options({"BY": "Bayern"})] == ["All of the country", "Bayern"]
 
 
+def found(*events, **counts):
+    return CalendarFile(Path("/x/plant.ics"), events, **{"known": 0, "past": 0, "left_out": {}, **counts})
+
+
+def closed(name, *days, yearly=False):
+    return tuple(DayException(name, date.fromisoformat(first), date.fromisoformat(last), yearly=yearly) for first, last in days)
+
+
+def test_events_of_a_file_are_offered_whole_days_ticked():
+    offered = found(FoundDays(closed("Break", ("2027-07-05", "2027-07-18")), True),
+                    FoundDays(closed("Audit", ("2026-12-01", "2026-12-01")), False),
+                    FoundDays(closed("Fridays", ("2027-06-04", "2027-06-04"), ("2027-06-11", "2027-06-11")), True),
+                    FoundDays(closed("Year's end", ("2020-12-24", "2021-01-03"), yearly=True), True),
+                    FoundDays(closed("Leap day", ("2024-02-29", "2024-02-29"), yearly=True), True))
+    assert [(option.key, option.text, option.note, option.selected) for option in view.import_options(offered, TODAY)] == [
+        (0, "Break", "Mon 5 Jul 2027 – Sun 18 Jul 2027", True), (1, "Audit", "Tue 1 Dec 2026 · has times of day", False),
+        (2, "Fridays", "2 days · Fri 4 Jun 2027 – Fri 11 Jun 2027", True),
+        (3, "Year's end", "Thu 24 Dec 2026 – Sun 3 Jan 2027 · every year", True),
+        (4, "Leap day", "Tue 29 Feb 2028 · every year · leap years only", True)]
+
+
+def test_what_is_left_out_of_a_file_is_counted_with_its_reason():
+    left = {LeftOut.ENDLESS: 2, LeftOut.UNREADABLE: 1, LeftOut.OUT_OF_RANGE: 1}
+    assert view.import_notes(found(known=1, past=3, left_out=left, is_whole=False)).split("\n") == [
+        "The file ends in the middle: days may be missing", "1 event is in the calendar already", "3 past events left out",
+        "1 event left out: it can't be read", "2 events left out: they repeat without end, and more often than yearly",
+        "1 event left out: it lasts more than a year, or is after 2199"]
+    assert view.import_notes(found()) == ""
+
+
 def test_an_import_says_days_and_what_was_left():
-    result = view.import_result(Imported(Path("/x/plant.ics"), (SHUTDOWN, FAIR), known=1, left_out=2, past=3))
+    result = view.import_result((SHUTDOWN, FAIR), found(left_out={LeftOut.UNREADABLE: 2}))
     assert (result.text, result.tone) == ("12 closed days imported", "attention")
-    assert result.note.split("\n") == [
-        "Shutdown: Thu 24 Dec – Sun 3 Jan, Fair: Sat 5 Dec", "1 entry existed already", "3 past entries skipped",
-        "2 events can't be imported: they have no date, or don't repeat yearly"]
-    nothing = view.import_result(Imported(Path("/x/plant.ics"), (), known=4, left_out=0, past=0))
-    assert (nothing.text, nothing.note, nothing.tone) == ("The file contains nothing new", "", "done")
+    assert result.note.split("\n") == ["Shutdown: Thu 24 Dec – Sun 3 Jan, Fair: Sat 5 Dec", "2 events left out: they can't be read"]
+    nothing = view.import_result((), found(known=4))
+    assert (nothing.text, nothing.note, nothing.tone) == (
+        "The file contains nothing new", "4 events are in the calendar already", "done")
 
 
 def test_countries_are_called_and_ordered_by_their_name_in_the_language():

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -71,12 +72,12 @@ def at(path: str, error: InvalidInput) -> InvalidInput:
 def _parsed(content: bytes) -> Any:
     if len(content) > LARGEST_FILE:
         raise InvalidInput("file", "the file is larger than 5 MiB")
-    if has_too_many_parts(content):
-        raise InvalidInput("file", "the file has too many parts")
     try:
-        text = content.decode("utf-8-sig")
+        text = content.decode("utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InvalidInput("file", "the file is not UTF-8 text (byte {byte})", byte=error.start) from None
+        raise InvalidInput("file", "the file is not UTF-8 text (byte {byte}): save it as UTF-8", byte=error.start) from None
+    if has_too_many_parts(text.encode()):
+        raise InvalidInput("file", "the file has too many parts")
     try:
         return json.loads(text, object_pairs_hook=_object, parse_constant=_no_constant)
     except json.JSONDecodeError as error:

@@ -1,0 +1,384 @@
+"""The days that the events of a calendar file (.ics) name.
+
+Whole days are those of the zone in which they are written. Appointments, which have times of day, are told apart: work goes on around
+them, unless a person says otherwise.
+"""
+from __future__ import annotations
+
+import re
+from calendar import isleap
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import date, datetime, time, timedelta, tzinfo
+from enum import StrEnum
+from zoneinfo import ZoneInfo
+
+from app.domain import names
+from app.domain.models import DayException, InvalidInput
+from app.services.catalogue import validation
+from app.services.files import ics
+from app.services.files.ics_times import MIDNIGHT, Moment, Rule, duration, moment, since_midnight
+from app.services.files.ics_zones import Zones
+
+YEARS_AHEAD = 10                         # of a rule that is more than the same day every year
+MOST_DATES = 100_000                     # that are looked at, past and excepted ones included
+LONGEST_READING_S = 20.0
+DAY, MINUTE = timedelta(days=1), timedelta(minutes=1)
+NEVER = datetime.combine(date.min, time())
+UNREADABLE = (ValueError, OverflowError)
+Version = tuple[int, datetime, datetime]
+
+
+class LeftOut(StrEnum):
+    """Why an event isn't taken."""
+    UNREADABLE = "unreadable"            # no date, or one that can't be read
+    ENDLESS = "endless"                  # repeats without end more often than yearly
+    OUT_OF_RANGE = "out_of_range"        # longer than a year, or after 2199
+
+
+@dataclass(frozen=True)
+class FoundDays:
+    """The days of one event; ``whole``: it has no times of day."""
+    days: tuple[DayException, ...]
+    whole: bool
+
+    @property
+    def name(self) -> str:
+        return self.days[0].name
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a file holds, in order of days. ``past`` counts events that were over before this year; ``is_whole``: the file doesn't end in
+    the middle."""
+    events: Sequence[FoundDays] = ()
+    left_out: Mapping[LeftOut, int] = field(default_factory=dict)
+    past: int = 0
+    is_whole: bool = True
+
+
+class _NotTaken(Exception):
+    def __init__(self, why: LeftOut) -> None:
+        super().__init__(why)
+        self.why = why
+
+
+def read_days(content: bytes, name: str, plant: ZoneInfo, today: date) -> Found:
+    """Closed days of an .ics file; ``name`` is for events without one, ``plant`` the zone of the plant. Raises ics.NotACalendar and
+    ics.TooMuch."""
+    budget = ics.Budget(MOST_DATES, LONGEST_READING_S)
+    found, is_whole = ics.components(content)
+    zones = Zones(plant, date(today.year + YEARS_AHEAD, 12, 31), budget)
+    for component in found:
+        if component.name == "VTIMEZONE":
+            zones.add(component)
+    reader = _Reader(zones, name, today, budget)
+    left_out: Counter[LeftOut] = Counter()
+    events: list[_Event] = []
+    for component in found:
+        if component.name == "VEVENT":
+            budget.spend()
+            try:
+                events.append(_Event.read(component))
+            except UNREADABLE:
+                if not _is_cancelled(component):
+                    left_out[LeftOut.UNREADABLE] += 1
+    for series in _series(events, zones):
+        reader.read(series, left_out)
+    return Found(sorted(reader.found, key=lambda each: (each.days[0].first_day, each.days[-1].last_day)), left_out, reader.past, is_whole)
+
+
+# ---------------------------------------------------------------------- events as they are written
+def _is_cancelled(event: ics.Component) -> bool:
+    return event.cancels or event.text("STATUS").upper() == "CANCELLED"
+
+
+@dataclass(eq=False)
+class _Event:
+    """One VEVENT; ``end`` is None where only the start is written."""
+    written: ics.Component
+    start: Moment
+    end: Moment | None
+    replaces: Moment | None              # RECURRENCE-ID
+    version: Version
+    is_cancelled: bool
+
+    @classmethod
+    def read(cls, written: ics.Component) -> _Event:
+        """Raises one of UNREADABLE for an event without dates."""
+        replaces, is_cancelled = written.first("RECURRENCE-ID"), _is_cancelled(written)
+        instead = moment(replaces) if replaces else None
+        begins, ends, lasts = written.first("DTSTART"), written.first("DTEND"), written.text("DURATION")
+        if begins is None:
+            if instead is None or not is_cancelled:
+                raise ValueError("has no start")
+            start = instead                                  # a notice may name the day by that alone
+        else:
+            start = moment(begins)
+        end = moment(ends) if ends else replace(start, at=start.at + duration(lasts), is_date=False) if lasts else None
+        return cls(written, start, end, instead, _version(written), is_cancelled)
+
+    @property
+    def uid(self) -> str:
+        return self.written.text("UID")
+
+    @property
+    def moves_following(self) -> bool:
+        found = self.written.first("RECURRENCE-ID")
+        return found is not None and found.parameter("RANGE").upper() == "THISANDFUTURE"
+
+    @property
+    def is_marked_whole(self) -> bool:
+        """As Microsoft's programs mark whole days."""
+        return any(self.written.text(f"X-MICROSOFT-{name}-ALLDAYEVENT").upper() == "TRUE" for name in ("CDO", "MSNCALENDAR"))
+
+
+def _version(written: ics.Component) -> Version:
+    number = re.match(r"\d{1,9}", written.text("SEQUENCE"))
+    return int(number[0]) if number else 0, _stamp(written, "DTSTAMP"), _stamp(written, "LAST-MODIFIED")
+
+
+def _stamp(written: ics.Component, name: str) -> datetime:
+    found = written.first(name)
+    try:
+        return moment(found).at if found else NEVER
+    except UNREADABLE:
+        return NEVER
+
+
+@dataclass
+class _Series:
+    """The newest version of an event, or of several copies that are equally new, and of what replaces single days of it."""
+    masters: list[_Event] = field(default_factory=list)
+    instead: list[_Event] = field(default_factory=list)
+
+
+def _series(events: Iterable[_Event], zones: Zones) -> Iterator[_Series]:
+    """By UID; those without one are on their own."""
+    by_uid: dict[object, dict[datetime | None, list[_Event]]] = defaultdict(lambda: defaultdict(list))
+    for event in events:
+        replaces = _local(event.replaces, zones, zones.plant) if event.replaces else None
+        by_uid[event.uid or event][replaces].append(event)
+    for versions in by_uid.values():
+        series = _Series()
+        for replaces, found in versions.items():
+            newest = max(event.version for event in found)
+            counting = [event for event in found if event.version == newest]
+            if any(event.is_cancelled for event in counting):
+                counting = [event for event in counting if event.is_cancelled]
+            (series.masters if replaces is None else series.instead).extend(counting)
+        if any(event.is_cancelled for event in series.masters):        # with all of it, but for what has been planned again since
+            cancelled = series.masters[0].version[0]
+            series.instead = [event for event in series.instead if event.version[0] > cancelled]
+        yield series
+
+
+def _local(moment: Moment, zones: Zones, zone: tzinfo) -> datetime:
+    """Naive time in a zone; a date is its midnight wherever it is read."""
+    own = zones.get(moment.zone)
+    if moment.is_date or own is zone:
+        return moment.at
+    return moment.at.replace(tzinfo=own).astimezone(zone).replace(tzinfo=None)
+
+
+# ---------------------------------------------------------------------- the days that they name
+def _last_day(end: datetime) -> date:
+    """An end itself is not included any more (section 3.6.1)."""
+    return (end - DAY).date() if since_midnight(end) <= MINUTE else end.date()
+
+
+def _is_whole(begins: datetime, ends: datetime) -> bool:
+    """From midnight to midnight, or as programs write that which know no whole days: to 23:59, from 00:01, or without a length."""
+    if begins == ends:
+        return since_midnight(begins) == MIDNIGHT
+    ends_whole = since_midnight(ends) <= MINUTE or since_midnight(ends) >= DAY - MINUTE
+    return since_midnight(begins) <= MINUTE and ends_whole and begins.date() <= _last_day(ends)
+
+
+@dataclass
+class _Place:
+    """Where an event lies: its first start and its length, in a zone, of which whole days are the dates. ``shift`` takes the times of
+    whole days that are midnight nowhere here to the nearest one."""
+    zones: Zones
+    zone: tzinfo
+    begins: datetime
+    length: timedelta
+    whole: bool
+    is_bound: bool                       # to a zone, by its start
+    shift: timedelta = MIDNIGHT
+
+    @classmethod
+    def of(cls, event: _Event, zones: Zones) -> _Place:
+        start, end = event.start, event.end or event.start
+        plant, own = zones.plant, zones.get(start.zone)
+        if start.is_date:
+            last = _last_day(_local(end, zones, plant)) if event.end else start.at.date()
+            return cls._whole(zones, plant, start, start.at.date(), last)
+        for zone, begins, ends in ((own, start.at, end.at), (own, start.at, _local(end, zones, own)),
+                                   (plant, _local(start, zones, plant), _local(end, zones, plant))):
+            if _is_whole(begins, ends):
+                return cls._whole(zones, zone, start, begins.date(), begins.date() if begins == ends else _last_day(ends))
+        if event.is_marked_whole:
+            shift = DAY / 2
+            begins, ends = (_local(each, zones, plant) + shift for each in (start, end))
+            return cls._whole(zones, plant, start, begins.date(), (ends - DAY).date(), shift)
+        return cls(zones, own, start.at, _local(end, zones, own) - start.at, False, bool(start.zone))
+
+    @classmethod
+    def _whole(cls, zones: Zones, zone: tzinfo, start: Moment, first: date, last: date, shift: timedelta = MIDNIGHT) -> _Place:
+        return cls(zones, zone, datetime.combine(first, time()), max(last - first, MIDNIGHT), True, bool(start.zone), shift)
+
+    def at(self, moment: Moment) -> datetime:
+        """In the zone of the event, as which a time without a zone counts."""
+        if moment.is_date:
+            return datetime.combine(moment.at.date(), self.begins.time())
+        if not moment.zone or (self.whole and moment.is_midnight):
+            return moment.at
+        return _local(moment, self.zones, self.zone) + self.shift
+
+    def last_start(self, until: Moment) -> date:
+        """The last date on which a rule with this UNTIL lets it start."""
+        if until.is_date:
+            return until.at.date()
+        if self.whole and not self.is_bound and (until.is_midnight or since_midnight(until.at) >= DAY - MINUTE):
+            return until.at.date()                       # a date, written as a time of UTC
+        at = _local(until, self.zones, self.zone) + self.shift if until.zone else until.at
+        return at.date() if self.whole or self.begins.time() <= at.time() else (at - DAY).date()
+
+    def span(self, begins: datetime) -> tuple[date, date]:
+        """First and last day at the plant, when it begins then."""
+        if self.whole:
+            return begins.date(), (begins + self.length).date()
+        there = begins.replace(tzinfo=self.zone).astimezone(self.zones.plant).replace(tzinfo=None)
+        return there.date(), max(_last_day(there + self.length), there.date())
+
+
+class _Reader:
+    def __init__(self, zones: Zones, name: str, today: date, budget: ics.Budget) -> None:
+        self.found: list[FoundDays] = []
+        self.past = 0
+        self._zones, self._name, self._year, self._budget = zones, name, today.year, budget
+        self._seen: set[DayException] = set()
+        self._whole_days = 0
+
+    def read(self, series: _Series, left_out: Counter[LeftOut]) -> None:
+        later: dict[_Event, set[timedelta]] = {event: {MIDNIGHT} for event in series.instead}     # days after its start
+        for event in [*series.masters, *series.instead]:
+            if event.is_cancelled:
+                continue
+            try:
+                place = _Place.of(event, self._zones)
+                if event.replaces is None:
+                    self._take_master(event, place, series.instead, later)
+                else:
+                    self._take(event, place, (place.begins + days for days in later[event]))
+            except ics.TooMuch:
+                raise
+            except _NotTaken as error:
+                left_out[error.why] += 1
+            except InvalidInput:
+                left_out[LeftOut.OUT_OF_RANGE] += 1
+            except UNREADABLE:
+                left_out[LeftOut.UNREADABLE] += 1
+
+    def _take_master(self, event: _Event, place: _Place, instead: Sequence[_Event], later: dict[_Event, set[timedelta]]) -> None:
+        rules = [_rule(found.value, place) for found in event.written.all("RRULE")]
+        without = {place.at(excepted).date() for excepted in self._moments(event, "EXDATE")}
+        more = [place.at(added) for added in self._moments(event, "RDATE")]
+        starts = [*self._starts(event, place, rules), *more]
+        if len(rules) == 1 and not (rules[0].ends or without or more or instead) and _is_same_day_each_year(starts, self._zones.last):
+            first = next((start for start in starts if start.year in validation.YEARS), starts[0])
+            self._add(event, [place.span(first)], place.whole, yearly=True)
+            return
+        replaced = {place.at(other.replaces).date(): other for other in instead if other.replaces}
+        following = sorted((day, number, other) for number, (day, other) in enumerate(replaced.items()) if other.moves_following)
+        kept = []
+        for start in starts:
+            day = start.date()
+            if day in without or (day in replaced and not replaced[day].moves_following):
+                continue
+            if moved := [(since, other) for since, _number, other in following if since <= day]:
+                since, other = moved[-1]
+                later[other].add(day - since)
+            else:
+                kept.append(start)
+        self._take(event, place, kept)
+
+    def _moments(self, event: _Event, name: str) -> Iterator[Moment]:
+        """Those that can be read."""
+        for found in event.written.all(name):
+            for value in found.value.split(","):
+                self._budget.spend()
+                try:
+                    yield moment(replace(found, value=value))
+                except UNREADABLE:
+                    continue
+
+    def _starts(self, event: _Event, place: _Place, rules: Sequence[Rule]) -> Iterator[datetime]:
+        if not rules:
+            yield place.begins
+        for rule in rules:
+            self._budget.spend()
+            last = min(self._zones.last, place.last_start(rule.until)) if rule.until else self._zones.last
+            for day in rule.days(place.begins.date(), last):
+                self._budget.spend()
+                yield datetime.combine(day, place.begins.time())
+
+    def _take(self, event: _Event, place: _Place, starts: Iterable[datetime]) -> None:
+        """Runs of days are put together from last year on, and so they are the same next year."""
+        spans, is_past = [], False
+        for start in starts:
+            self._budget.spend()
+            first, last = place.span(start)
+            is_past = is_past or last.year < self._year
+            if last.year >= self._year - 1:
+                spans.append((first, last))
+            if len(spans) > validation.MOST_DAY_EXCEPTIONS and not place.whole:
+                raise _NotTaken(LeftOut.ENDLESS)
+            self._whole_days += place.whole and last.year >= self._year
+            if self._whole_days > validation.MOST_DAY_EXCEPTIONS:
+                raise ics.TooMuch("has too many days")
+        current = [(first, last) for first, last in _runs(spans) if last.year >= self._year]
+        self.past += is_past and not current
+        self._add(event, current, place.whole)
+
+    def _add(self, event: _Event, spans: Sequence[tuple[date, date]], whole: bool, yearly: bool = False) -> None:
+        name = names.cleaned(event.written.text("SUMMARY")) or names.cleaned(self._name) or "ics"
+        days = [validation.day_exception(DayException(name, first, last, yearly=yearly)) for first, last in spans]
+        new = tuple(day for day in days if day not in self._seen)
+        self._seen.update(new)
+        if new:
+            self.found.append(FoundDays(new, whole))
+
+
+def _rule(text: str, place: _Place) -> Rule:
+    rule = Rule.parse(text)
+    if not (rule.ends or rule.is_yearly):
+        raise _NotTaken(LeftOut.ENDLESS)
+    if rule.frequency == "YEARLY" and rule.parts == {"BYMONTHDAY": (place.begins.day,)}:
+        return replace(rule, parts={})                   # the day of its start, as programs mean it that write no BYMONTH
+    return rule
+
+
+def _is_same_day_each_year(starts: Sequence[datetime], last: date) -> bool:
+    """29 February is in leap years only."""
+    if not starts:
+        return False
+    first = starts[0]
+    years = (year for year in range(first.year, last.year + 1) if (first.month, first.day) != (2, 29) or isleap(year))
+    return [(start.year, start.month, start.day) for start in starts] == [(year, first.month, first.day) for year in years]
+
+
+def _runs(spans: Iterable[tuple[date, date]]) -> Iterator[tuple[date, date]]:
+    """In order, those that follow upon each other as one, which is no longer than an entry of the calendar may be."""
+    run: tuple[date, date] | None = None
+    for first, last in sorted(set(spans)):
+        if run and first <= run[1] + DAY and last - run[0] < validation.LONGEST_EXCEPTION:
+            run = run[0], max(run[1], last)
+        else:
+            if run:
+                yield run
+            run = first, last
+    if run:
+        yield run

@@ -1,0 +1,124 @@
+"""The time zones that events of a calendar file are written in: known by their name, or by the rules that the file brings along."""
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, date, datetime, time, timedelta, tzinfo
+from typing import NamedTuple
+from zoneinfo import ZoneInfo
+
+from app.services.catalogue import validation
+from app.services.files.ics import Budget, Component
+from app.services.files.ics_times import Rule, moment, moments, offset
+
+LONGEST_NAME = 80
+MOST_CHANGES = 3_000                     # of one zone: real ones have changed some hundred times
+FIRST = datetime.combine(date(1970, 1, 1), time())          # where a part says none
+SELDOM = ("YEARLY", "MONTHLY")           # how often a zone may change
+
+
+class Change(NamedTuple):
+    """Of the offset from UTC, at a local time that is counted as before it."""
+    at: datetime
+    before: timedelta
+    after: timedelta
+
+
+class FileZone(tzinfo):
+    """A zone by the changes that a file lists."""
+
+    def __init__(self, changes: Iterable[Change]) -> None:
+        self._changes = sorted(changes)
+        self._local = [change.at for change in self._changes]
+        self._in_utc = [change.at - change.before for change in self._changes]
+
+    def _offset(self, of_changes: list[datetime], at: datetime) -> timedelta:
+        number = bisect_right(of_changes, at.replace(tzinfo=None))
+        return self._changes[number - 1].after if number else self._changes[0].before
+
+    def utcoffset(self, at: datetime | None, /) -> timedelta | None:
+        return None if at is None else self._offset(self._local, at)
+
+    def dst(self, _at: datetime | None, /) -> None:
+        """Not known."""
+
+    def tzname(self, _at: datetime | None, /) -> None:
+        """Not known."""
+
+    def fromutc(self, at: datetime, /) -> datetime:
+        return at + self._offset(self._in_utc, at)
+
+
+@dataclass
+class Zones:
+    """By TZID. One that is unknown and can't be used is taken as that of the plant."""
+    plant: ZoneInfo
+    last: date                           # until when rules are followed
+    budget: Budget
+
+    def __post_init__(self) -> None:
+        self._in_file: dict[str, Component] = {}
+        self._known: dict[str, tzinfo] = {"": self.plant}
+
+    def add(self, zone: Component) -> None:
+        """One that the file defines. Of several with one name the first that has parts counts."""
+        name = zone.text("TZID")
+        if name not in self._in_file or not self._in_file[name].parts:
+            self._in_file[name] = zone
+
+    def get(self, name: str) -> tzinfo:
+        if name not in self._known:
+            self._known[name] = self._find(name) or self.plant
+        return self._known[name]
+
+    def _find(self, name: str) -> tzinfo | None:
+        if (known := named(name)) is not None or name not in self._in_file:
+            return known
+        zone = self._in_file[name]
+        return named(zone.text("X-LIC-LOCATION")) or self._by_rules(zone)
+
+    def _by_rules(self, zone: Component) -> tzinfo | None:
+        changes: set[Change] = set()
+        try:
+            for part in zone.parts:
+                for change in self._changes(part):
+                    self.budget.spend()
+                    changes.add(change)
+                    if len(changes) > MOST_CHANGES:
+                        return None
+        except (ValueError, OverflowError):
+            return None
+        return FileZone(changes) if changes else None
+
+    def _changes(self, part: Component) -> Iterator[Change]:
+        starts, to = part.first("DTSTART"), offset(part.text("TZOFFSETTO"))
+        before = part.text("TZOFFSETFROM")
+        start, of = moment(starts).at if starts else FIRST, offset(before) if before else to
+        yield Change(start, of, to)
+        for found in part.all("RDATE"):
+            for each in moments(found):
+                yield Change(each.at, of, to)
+        for found in part.all("RRULE"):
+            self.budget.spend()
+            rule = Rule.parse(found.value)
+            if rule.frequency not in SELDOM:
+                raise ValueError("changes too often")
+            # UNTIL is in UTC, where the last change may lie on the day before
+            last = min(self.last, rule.until.at.date() + timedelta(days=1)) if rule.until else self.last
+            for day in rule.days(start.date(), last):
+                yield Change(datetime.combine(day, start.time()), of, to)
+
+
+def named(name: str) -> tzinfo | None:
+    """By a name as programs write them: "Europe/Helsinki", "/mozilla.org/20050126_1/Europe/Helsinki", "FLE Standard Time"."""
+    from icalendar.timezone.windows_to_olson import WINDOWS_TO_OLSON  # half a second, which only imports need
+
+    parts = name.strip().strip("/").split("/")
+    if parts[-1].upper() in ("UTC", "GMT", "Z"):
+        return UTC
+    for tried in ["/".join(parts[-number:]) for number in (3, 2, 1)]:
+        known = WINDOWS_TO_OLSON.get(tried, tried)
+        if len(known) <= LONGEST_NAME and validation.is_zone(known):
+            return ZoneInfo(known)
+    return None
