@@ -30,9 +30,11 @@ from app.mir.errors import NotAMir, Unreadable
 from app.mir.texts import clean, resolve
 
 LARGEST_INT = 2**63 - 1
+LARGEST_KEPT = 2**53            # of a number that is kept, either way: the database is refused with one beyond it
 LONGEST_LIST = 1000             # of things inside one object: errors, parameters
 MOST_OPTIONS = 12               # of a prompt
 LONGEST_ANSWER = 255            # characters of one (MiR's REST definition 3.5.4)
+FARTHEST = 1e9                  # m (and degrees); a place with coordinates beyond is not known
 LARGEST_MAP = 64_000_000        # pixels
 _GZIP = b"\x1f\x8b"
 _YEARS = range(1970, 2100)        # of time stamps; a clock that was never set begins in the first
@@ -115,13 +117,13 @@ def text_or_none(value: Any) -> str | None:
 
 def int_or_none(value: Any) -> int | None:
     """Whole numbers, also when written as 5.0."""
-    if isinstance(value, float) and value.is_integer() and abs(value) <= LARGEST_INT:
-        return int(value)
-    return value if isinstance(value, int) and not isinstance(value, bool) else None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_KEPT:
+        return None
+    return int(value) if value == int(value) else None
 
 
 def float_or_none(value: Any) -> float | None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_KEPT:
         return None
     return float(value)
 
@@ -233,7 +235,8 @@ def _pose(value: Any, x: str = "x", y: str = "y") -> Pose | None:
     if not isinstance(value, dict):
         return None
     numbers = [float_or_none(value.get(name)) for name in (x, y, "orientation")]
-    return Pose(*(number for number in numbers if number is not None)) if None not in numbers else None
+    known = [number for number in numbers if number is not None and abs(number) <= FARTHEST]
+    return Pose(*known) if len(known) == len(numbers) else None
 
 
 # ---------------------------------------------------------------------- queue
@@ -247,7 +250,7 @@ _QUEUE_ITEM = message("the queue item")
 def queue_id(value: Any) -> int:
     """The ``id`` of a queue item, the one thing to rely on in the answer of a POST. Raises Unreadable."""
     number = object_(value, _QUEUE_ITEM).get("id")
-    if isinstance(number, bool) or not isinstance(number, int) or number < 0:
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= LARGEST_KEPT:
         raise Unreadable(problem=message("the queue item has no number"))
     return number
 

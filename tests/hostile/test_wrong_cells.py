@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sqlite3
 from contextlib import closing
 from dataclasses import asdict
@@ -20,12 +21,16 @@ from app.domain import rules
 from app.domain.check_up import LeftBehind, Report, RobotProfile
 from app.domain.message import render
 from app.domain.models import DayException, Group, IdleRule, Mission, Place, Robot, Schedule, Trigger
+from app.domain.robot import Pose
+from app.mir import parse
+from app.mir.errors import Unreadable
 from app.services.catalogue.stored import problem_in
 from tests.support.process import is_one_line, run
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 PIN_OF_HOURS = json.dumps({"salt": "00" * 16, "hash": "00" * 32, "n": 2**14, "r": 8, "p": 10_000})
 KNOWN = RobotProfile(None, None)
+STATUS = {"state_id": 3, "state_text": "Ready", "battery_percentage": 50.0}
 
 
 def checked_up(column: str, **values: object) -> str:
@@ -307,3 +312,19 @@ def test_what_is_only_counted_is_counted_again_so_that_runs_can_end(full, tmp_pa
         assert c.execute("SELECT number, starts FROM ended_days").fetchall() == [(1, 1)]
         c.execute(f"UPDATE executions SET state = 'completed', ended_at = '{SPANS[1]}', duration_s = 60.0")
         assert c.execute("SELECT sum(number), sum(timed) FROM ended_days").fetchone() == (2, 2)
+
+
+def test_no_number_that_a_robot_may_say_keeps_the_app_from_starting_again(sound, tmp_path):
+    """The largest ones that are taken of it: its queue's, and how far away it and its missions' stops are."""
+    for number in (2**53 + 1, 2**63 - 1):
+        with pytest.raises(Unreadable):
+            parse.queue_id({"id": number})
+    far = parse.FARTHEST
+    assert parse.status({**STATUS, "position": {"x": 2 * far, "y": 0.0, "orientation": 0.0}}).position is None
+    assert parse.status({**STATUS, "position": {"x": far, "y": -far, "orientation": 0.0}}).position == Pose(far, -far, 0.0)
+    number = parse.queue_id({"id": 2**53})
+    database = spoilt(sound, tmp_path / "amr-scheduler.db", f"UPDATE robots SET last_queue_id = {number}, idle_queue_id = {number}")
+    for statement in (f"UPDATE executions SET queue_id = {number}, queue_floor = {number}, approach_m = {math.hypot(2 * far, 2 * far)}",
+                      f"INSERT INTO mission_stops VALUES ('guid-1', 1, 'p', 'P', NULL, {far}, {-far})"):
+        spoilt(database, database, statement)
+    Container.open(tmp_path).close()

@@ -44,7 +44,8 @@ def test_battery_is_a_percentage_or_unknown(raw: Any, percent: float | None) -> 
 
 
 @pytest.mark.parametrize(("raw", "number"), [
-    (5, 5), (5.0, 5), (-3, -3), (5.5, None), (True, None), ("5", None), (None, None), (1e300, None)])
+    (5, 5), (5.0, 5), (-3, -3), (5.5, None), (True, None), ("5", None), (None, None), (1e300, None),
+    (2**53, 2**53), (2**53 + 1, None), (-2**60, None), (math.nan, None)])
 def test_whole_numbers(raw: Any, number: int | None) -> None:
     assert parse.int_or_none(raw) == number
 
