@@ -29,9 +29,11 @@ def load() -> None:
     from kivy.clock import Clock
 
     from app.widgets import fonts, kivymd_cures
+    from app.widgets.rest import rest
 
     kivymd_cures.apply()
     fonts.apply()
+    rest.watch()
     Clock.max_iteration = 60                 # wrapped texts in columns that fit settle in up to 25 rounds; kivy stops, and logs it, at 20
     for name in MODULES:
         importlib.import_module(f"app.widgets.{name}")

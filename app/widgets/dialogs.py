@@ -28,12 +28,12 @@ from kivymd.uix.dialog.dialog import MDDialogScrim
 from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
 from app.widgets.lists import Row
+from app.widgets.rest import rest
 from app.widgets.snackbar import SnackbarStack
 from app.widgets.surfaces import OnlySeen, TonedTap
 from app.widgets.text import Body, ScreenTitle
 
 ESCAPE = 27                              # also Android's back button
-SETTLES = .4                             # s after it has opened, in which a tap is the second of two quick ones
 
 
 class Fade(MotionDialogBehavior):
@@ -69,7 +69,6 @@ class Overlay(MDDialog, Fade):
     and lines would be blurred elsewhere."""
 
     def __init__(self, **kwargs):
-        self._settles_at = 0.
         super().__init__(**kwargs)
         Window.unbind(on_resize=self.update_width)       # only bound while it is open
         self.fbind("size", self._place)
@@ -78,7 +77,6 @@ class Overlay(MDDialog, Fade):
         """Said in kv."""
 
     def open(self):
-        self._settles_at = Clock.get_time() + SETTLES
         self._scrim = MDDialogScrim(color=self.scrim_color, opacity=0)
         self.on_scrim_color()
         Window.bind(on_keyboard=self._key, on_resize=self._place)        # the one bound last is asked first
@@ -87,12 +85,18 @@ class Overlay(MDDialog, Fade):
             Window.remove_widget(stack)      # messages stay on top
             Window.add_widget(stack)
         self._place()
+        rest.let_go()
+        rest.after_opening()
 
     def dismiss(self, *_):
         if self._is_open:
+            open_before = _open_overlays()
             dock.leave(self)
             Window.unbind(on_keyboard=self._key, on_resize=self._place)
             super().dismiss()
+            rest.let_go()
+            if _open_overlays() == open_before[1:]:      # what is behind it can be reached now
+                rest.after_closing()
 
     @property
     def is_open(self) -> bool:
@@ -102,7 +106,7 @@ class Overlay(MDDialog, Fade):
     @property
     def has_just_moved(self) -> bool:
         """Whether it came under a finger that meant what was there before."""
-        return Clock.get_time() < self._settles_at
+        return rest.is_on
 
     def on_scrim_color(self, *_):
         if self._scrim:
@@ -128,8 +132,6 @@ class Overlay(MDDialog, Fade):
 
     def on_touch_down(self, touch):
         """No touch gets through, and none presses the card that KivyMD's dialog is."""
-        if self.has_just_moved:
-            return True
         if self._is_open and self.collide_point(*touch.pos):
             Widget.on_touch_down(self, touch)
         elif self.auto_dismiss:
@@ -143,6 +145,11 @@ class Overlay(MDDialog, Fade):
     def on_touch_up(self, touch):
         super().on_touch_up(touch)
         return True
+
+
+def _open_overlays() -> list[Overlay]:
+    """The topmost first."""
+    return [top for top in Window.children if isinstance(top, Overlay) and top.is_open]
 
 
 class DialogTitle(ScreenTitle, MDDialogHeadlineText):

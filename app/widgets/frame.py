@@ -11,6 +11,7 @@ from kivymd.uix.screen import MDScreen
 from kivymd.uix.screenmanager import MDScreenManager
 
 from app.widgets.dock import dock
+from app.widgets.rest import rest
 from app.widgets.surfaces import CLEAR, Surface, Toned, TonedSurface
 from app.widgets.tokens import TONES
 
@@ -198,7 +199,7 @@ class Frame(Surface):
     @property
     def has_just_moved(self) -> bool:
         """Whether a tap on the page or on the banner would not be meant for it."""
-        return Clock.get_time() < max(self._rests_until, self._banner_rests_until)
+        return rest.is_on or Clock.get_time() < max(self._rests_until, self._banner_rests_until)
 
     def on_touch_down(self, touch):
         now, banner = Clock.get_time(), self.ids.banner_place

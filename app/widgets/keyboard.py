@@ -15,6 +15,7 @@ from app.widgets import finger, load_kv
 from app.widgets.dialogs import Dialog
 from app.widgets.dock import dock
 from app.widgets.fields import FieldBase
+from app.widgets.rest import rest
 from app.widgets.surfaces import Surface, Tap
 
 SHIFT, BACKSPACE, DONE, SIGNS, MORE, LETTERS, SPACE = "shift", "backspace", "done", "signs", "more", "letters", "space"
@@ -99,6 +100,8 @@ class DockedKeyboard(Surface):
             return
         field = dock.field
         if field is None or self._is_real or not self._wanted():
+            if self.parent is not None:
+                rest.after_moving()          # what it has lifted comes down
             self._hide()
             if field is not None:
                 self._reveal()
@@ -109,6 +112,8 @@ class DockedKeyboard(Surface):
         self._show_page("numbers" if field.input_type == "number" else "letters" if self.page in ("", "numbers") else self.page)
         if self.parent is not None:
             Window.remove_widget(self)       # on top of what was opened since
+        else:
+            rest.after_moving()
         self.size_hint = None, None
         row = self._pages[self.page][0].height
         self.pos, self.size = (0, 0), (Window.width, len(self._pages[self.page]) * (row + self.spacing) - self.spacing + 2 * dp(8))
@@ -238,6 +243,7 @@ class DockedKeyboard(Surface):
         elif name == DONE:
             field.dispatch("on_text_validate")
             field.focus = False
+            rest.after_closing()
         else:
             field.insert_text(" " if name == SPACE else key.text)
             if self._is_upper:

@@ -11,6 +11,7 @@ from kivy.properties import BooleanProperty, NumericProperty, ObjectProperty, St
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.uix.snackbar import MDSnackbar
 
+from app.widgets.rest import rest
 from app.widgets.surfaces import OnlySeen, Passive
 from app.widgets.text import line_width
 
@@ -212,6 +213,8 @@ class Snackbars:
 
     def _take_off(self, said: Said) -> None:
         was_top = said is self._pile[-1]
+        if was_top:
+            rest.after_leaving(said.bar)
         self._hide(said)
         self._pile.remove(said)
         if not self._pile:

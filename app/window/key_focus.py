@@ -159,7 +159,7 @@ class KeyFocus:
             return key == TAB or self._key_in_search(key, is_held)
         if key not in PRESSES or isinstance(self.target, FieldInput) or self.target not in self.targets():
             return False
-        if not is_held and not getattr(self.target, "busy", False):
+        if not is_held and self.target.state == "normal" and not getattr(self.target, "busy", False):
             self.target.trigger_action(.1)
         return True
 

@@ -19,6 +19,8 @@ from kivy.uix.behaviors import button
 from kivy.uix.label import Label
 from kivy.uix.widget import Widget
 
+from app.widgets.rest import rest
+
 FRAME = 1 / 60
 _WATCHERS = (kinetic, scroll, motionevent, button)      # kivy's modules that ask the wall clock how long a touch took
 
@@ -112,7 +114,7 @@ class Driver:
     def press(self, widget: Widget) -> Callable[[float], None]:
         """Put a finger down on ``widget``; call what comes back to lift it after so many seconds."""
         from kivy.tests.common import UnitTestTouch
-        while any(getattr(part, "has_just_moved", False) for top in Window.children for part in (top, *top.children)):
+        while rest.is_on or any(getattr(part, "has_just_moved", False) for top in Window.children for part in (top, *top.children)):
             self.advance()
         x, y = widget.to_window(*widget.center)
         on_screen = 0 <= x <= Window.width and 0 <= y <= Window.height
@@ -136,6 +138,16 @@ class Driver:
         self.advance(.05)
         touch.touch_up()
         self.advance(.3)
+
+    def tap_twice(self, place: tuple[float, float], gap: float, hold: float = .05) -> None:
+        """A double tap on that point of the window: ``gap`` s from the beginning of the first to that of the second."""
+        from kivy.tests.common import UnitTestTouch
+        for pause in (gap - hold, .4):       # a page that scrolls hands on a tap a little later
+            touch = UnitTestTouch(*place)
+            touch.touch_down()
+            self.advance(hold)
+            touch.touch_up()
+            self.advance(pause)
 
     def wheel(self, widget: Widget, notches: int) -> None:
         """Turn the mouse's wheel over the middle of ``widget``: by so many notches downwards, or upwards (< 0)."""

@@ -18,6 +18,7 @@ from app.widgets.dialogs import ChoiceDialog, ConfirmDialog, Dialog, FormDialog,
 from app.widgets.fields import FormField
 from app.widgets.long_list import LongList
 from app.widgets.pickers import DateDialog, TimeDialog
+from app.widgets.rest import DOUBLE_TAP
 from app.widgets.rows import OptionRow
 from app.widgets.text import Txt
 from app.widgets.tokens import apply_theme, tk
@@ -102,6 +103,7 @@ def test_escape_closes_the_topmost_only(ui, dialogs):
     ui.advance()
     ui.key(ESCAPE)
     assert isinstance(dialogs.top, ChoiceDialog)
+    ui.advance(DOUBLE_TAP)
     ui.key(ESCAPE)
     assert dialogs.top is None
 

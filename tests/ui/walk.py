@@ -15,6 +15,7 @@ import itertools
 import logging
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from tests.ui import headless
@@ -121,6 +122,16 @@ class Walk:
                         yield way, problem
         finally:
             self._studio.clear()
+
+    @contextmanager
+    def built(self, picture: Picture) -> Iterator[None]:
+        """It, as it is in the window of the tests, to be used."""
+        try:
+            picture.build(self._studio)
+            yield
+        finally:
+            self._studio.clear()
+            gc.collect()
 
     def _restless(self) -> Iterator[str]:
         """Layouts that move each other for ever keep the processor busy, and once they grow, nothing stays in its place."""

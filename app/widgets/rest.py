@@ -1,0 +1,120 @@
+"""A double tap is one tap: after something in front of the page has gone or come, what is behind it, or in it, takes no touch for a moment.
+
+``rest`` is global, as the window is. What goes or comes says so once; touches that are ignored never make the moment longer.
+"""
+import weakref
+
+from kivy.base import EventLoop
+from kivy.clock import Clock
+from kivy.core.window import Window
+from kivy.metrics import dp
+from kivy.uix.behaviors import ButtonBehavior, FocusBehavior
+from kivy.uix.scrollview import ScrollView
+
+DOUBLE_TAP = .6                          # s within which a second tap belongs to the first
+SETTLES = .4                             # s in which a finger was still on its way to what was there before
+SPOT = 48                                # dp: as far from the first tap as the second may be
+SHORT = 1.                               # s: a page that scrolls hands on a tap a little after the finger has left
+EVERYWHERE = (float("-inf"), float("-inf"), float("inf"), float("inf"))
+PRESSES = (13, 271, 32)                  # keys: Enter, that of the keypad, space
+MOVES = (9, 273, 274, 275, 276)          # Tab and arrows, which only go from one to another
+
+
+class Rest:
+    """Where touches are ignored, and until when; which keys. Tab and the arrows never are."""
+
+    def __init__(self):
+        self._areas = []                     # (until, left, bottom, right, top), s of kivy's clock and px of the window
+        self._finger = 0., 0.                # where the last touch came down that was not ignored
+        self._touches = []                   # (when it came down, weak reference to it)
+        self._keys_until = 0.
+        self._takes_letters = False          # what has come takes them at once
+        self._held = set()                   # keys that were ignored and are still down
+
+    def watch(self) -> None:
+        """From now on; before anything else asks for the window's touches."""
+        Window.bind(on_touch_down=self._touch_down, on_key_up=self._key_up, focus=self._forget_held)
+
+    @property
+    def is_on(self) -> bool:
+        """Whether some touch would be ignored now."""
+        return any(Clock.get_time() < until for until, *_area in self._areas)
+
+    # ------------------------------------------------------------------ what goes and comes
+    def after_closing(self) -> None:
+        """Something in front of the page has gone: neither touch nor key for what was behind it."""
+        self._ignore(DOUBLE_TAP)
+        self._ignore_keys(DOUBLE_TAP, takes_letters=False)
+
+    def after_opening(self) -> None:
+        """Something has come in front of the page: a second tap there, or a second Enter, is not meant for it. What is typed is."""
+        self.after_moving()
+        self._ignore_keys(SETTLES, takes_letters=True)
+
+    def after_moving(self) -> None:
+        """What can be touched stands elsewhere than a moment ago."""
+        self._ignore(SETTLES)
+        x, y, far = *self._finger, dp(SPOT)
+        self._ignore(DOUBLE_TAP, (x - far, y - far, x + far, y + far))
+
+    def after_leaving(self, widget) -> None:
+        """That has gone, which covered nothing but what it lay on."""
+        self._ignore(DOUBLE_TAP, (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)))
+
+    def let_go(self) -> None:
+        """Fingers that are on something now have pressed nothing there, but for the one whose touch is just being handled."""
+        now = Clock.get_time()
+        just_left = [reference() for began, reference in self._touches if now - began < SHORT]
+        for touch in {id(touch): touch for touch in (*EventLoop.touches, *just_left) if touch is not None}.values():
+            if touch.grab_current is None:
+                _let_go(touch)
+
+    # ------------------------------------------------------------------ touches
+    def _ignore(self, seconds, area=EVERYWHERE) -> None:
+        now = Clock.get_time()
+        ends = now + seconds - .001          # a frame that falls on the end comes after it
+        self._areas = [known for known in self._areas if known[0] > now] + [(ends, *area)]
+
+    def _touch_down(self, _window, touch) -> bool:
+        now, (x, y) = Clock.get_time(), touch.pos
+        if any(now < until and left <= x <= right and bottom <= y <= top for until, left, bottom, right, top in self._areas):
+            FocusBehavior.ignored_touch.append(touch)        # else it would end the typing in a field
+            return True
+        self._finger = x, y
+        self._touches = [(began, known) for began, known in self._touches if now - began < SHORT] + [(now, weakref.ref(touch))]
+        return False
+
+    # ------------------------------------------------------------------ keys
+    def _ignore_keys(self, seconds, takes_letters) -> None:
+        self._keys_until, self._takes_letters = Clock.get_time() + seconds, takes_letters
+        handlers = {"on_key_down": self._key_down, "on_textinput": self._typed}
+        Window.unbind(**handlers)
+        Window.bind(**handlers)              # the one bound last is asked first
+
+    def _key_down(self, _window, key, *_args) -> bool:
+        if Clock.get_time() < self._keys_until and (key in PRESSES if self._takes_letters else key not in MOVES):
+            self._held.add(key)
+        return key in self._held
+
+    def _typed(self, *_args) -> bool:
+        return Clock.get_time() < self._keys_until and not self._takes_letters
+
+    def _key_up(self, _window, key, *_args) -> None:
+        self._held.discard(key)
+
+    def _forget_held(self, *_args) -> None:
+        """Another window gets what is let go now."""
+        self._held.clear()
+
+
+def _let_go(touch) -> None:
+    for reference in touch.grab_list[:]:
+        widget = reference()
+        if isinstance(widget, ButtonBehavior):
+            touch.ungrab(widget)
+            widget.state = "normal"
+        elif isinstance(widget, ScrollView) and (drag := touch.ud.get(widget._get_uid())):
+            drag["mode"] = "scroll"          # no tap
+
+
+rest = Rest()

@@ -1,0 +1,147 @@
+"""A double tap is one tap: what the first one brings or takes away keeps the second from whatever is then under the finger.
+
+Every dialog and menu of tests/screenshots is tapped twice at its buttons and beside it, above something that would take any touch; the
+``long`` tests do that at a grid of points of every picture.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import cycle
+
+import pytest
+from kivy.core.window import Window
+from kivy.event import EventDispatcher
+from kivy.uix.behaviors import ButtonBehavior
+from kivy.uix.widget import Widget
+
+from app.widgets.dialogs import Dialog, FormDialog, Overlay
+from app.widgets.rest import DOUBLE_TAP
+from tests.screenshots.registry import Picture
+from tests.ui.walk import Walk
+
+GAPS = (.15, .3, .45, .58)               # s from the beginning of a tap to that of the next
+ALIKE = 2                                # of buttons of one class in a dialog
+GRID = 7                                 # points in each direction
+PARTS = 8
+NO_DIALOGS = {Dialog, FormDialog}        # what dialogs are made of
+
+
+class Beneath(ButtonBehavior, Widget):
+    """Fills the window and takes every touch."""
+
+
+class Presses:
+    """The buttons that were pressed although the dialogs had changed since the last tap began."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.wrong: list[str] = []
+        self.before: list[Overlay] | None = None
+
+        def dispatch(widget: Widget, event: str, *values: object) -> object:
+            if event == "on_release" and self.before is not None and self.has_changed:
+                self.wrong.append(f"{type(widget).__name__} {getattr(widget, 'text', '')}".strip())
+            return EventDispatcher.dispatch(widget, event, *values)
+
+        monkeypatch.setattr(ButtonBehavior, "dispatch", dispatch, raising=False)
+
+    @property
+    def has_changed(self) -> bool:
+        return self.before != overlays()
+
+
+def overlays() -> list[Overlay]:
+    return [top for top in Window.children if isinstance(top, Overlay) and top.is_open]
+
+
+def lay_beneath(top: Overlay) -> None:
+    """Put something that takes touches right behind that dialog."""
+    above = [*Window.children[:Window.children.index(top) + 1], top._scrim]
+    for child in above:
+        Window.remove_widget(child)
+    for child in (Beneath(), *reversed(above)):
+        if child.parent is None:
+            Window.add_widget(child)
+
+
+def middles(top: Overlay, ui) -> Iterator[tuple[float, float]]:
+    """Of its buttons; a few of those that are alike."""
+    seen: dict[object, int] = {}
+    for widget in ui.seen(top):
+        if isinstance(widget, ButtonBehavior) and widget is not top and not widget.disabled and min(widget.size) > 1:
+            kind = type(widget), getattr(widget, "text", "") if not hasattr(widget, "host") else ""
+            seen[kind] = seen.get(kind, 0) + 1
+            x, y = widget.to_window(*widget.center)
+            if seen[kind] <= ALIKE and 0 < x < Window.width and 0 < y < Window.height:
+                yield x, y
+
+
+def grid(top: Overlay) -> Iterator[tuple[float, float]]:
+    for column in range(GRID):
+        for row in range(GRID):
+            yield top.x + top.width * (column + .5) / GRID, top.y + top.height * (row + .5) / GRID
+
+
+@pytest.fixture(scope="module")
+def walk(stage) -> Iterator[Walk]:
+    walk = Walk()
+    yield walk
+    walk.close()
+
+
+@pytest.fixture
+def presses(monkeypatch) -> Presses:
+    return Presses(monkeypatch)
+
+
+def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, is_dense: bool) -> list[str]:
+    """What the second taps have pressed in and behind the topmost dialog of that picture, built again each time one of them has changed
+    which dialogs are open."""
+    found: list[str] = []
+    left, gaps = None, cycle(GAPS)
+    while left is None or left:
+        with walk.built(picture):
+            ui.skip(DOUBLE_TAP)
+            if not overlays():
+                return []
+            top = overlays()[0]
+            lay_beneath(top)
+            ui.advance()
+            left = [(1, 1), *middles(top, ui), *(grid(top) if is_dense else ())] if left is None else left
+            presses.before = overlays()
+            while left and not presses.has_changed:
+                place, gap = left.pop(), next(gaps)
+                ui.tap_twice(place, gap)
+                found += [f"{picture.name}, {type(top).__name__} at {place} after {gap} s: {press}" for press in presses.wrong]
+                presses.wrong.clear()
+            presses.before = None
+    return found
+
+
+@pytest.mark.parametrize("name", ["choice", "checklist", "confirm", "time", "date", "menu"])
+def test_the_second_tap_on_a_dialog_of_all_screens_presses_nothing(ui, walk, presses, name):
+    picture = next(picture for picture in walk.pictures if picture.name == f"gallery-{name}")
+    found = double_tapped(ui, walk, presses, picture, is_dense=False)
+    assert not found, "\n".join(["", *found])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("part", range(PARTS))
+def test_nor_does_it_anywhere_on_any_dialog_or_menu(ui, walk, presses, part):
+    found = [line for picture in walk.pictures[part::PARTS] for line in double_tapped(ui, walk, presses, picture, is_dense=True)]
+    assert not found, "\n".join(["", *found])
+
+
+@pytest.mark.long
+def test_every_kind_of_dialog_is_among_the_pictures(ui, walk):
+    seen = set()
+    for picture in walk.pictures:
+        with walk.built(picture):
+            seen |= {type(overlay) for overlay in overlays()}
+    assert len(seen) > 20
+    assert dialog_classes() - seen == NO_DIALOGS
+
+
+def dialog_classes(kind: type = Overlay) -> set[type]:
+    """Of the app, not of tests."""
+    below = {found for child in kind.__subclasses__() for found in dialog_classes(child)}
+    return below | ({kind} if kind is not Overlay and kind.__module__.startswith("app.") else set())

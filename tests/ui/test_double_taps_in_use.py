@@ -1,0 +1,109 @@
+"""Double taps where they once started a mission or switched a schedule off: in the app, on real services and a simulated robot."""
+from __future__ import annotations
+
+import pytest
+from kivy.core.window import Window
+from kivy.uix.widget import Widget
+
+from app.widgets.buttons import CommandButton, Toggle
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
+from app.widgets.pickers import TimeDialog
+from app.widgets.rest import DOUBLE_TAP
+from app.widgets.rows import OptionRow
+from tests.ui.home.operator import is_shown_pending, pend, press, run
+from tests.ui.planner import opened, settle
+from tests.ui.whole_app import plant, shown
+
+GAPS = [.2, .35, .5]
+
+
+def common_point(upper: Widget, lower: Widget) -> tuple[float, float] | None:
+    """In the middle of what one of them covers of the other, px of the window; None: they lie apart."""
+    (left, bottom, right, top), (x, y, end, height) = (
+        (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)) for widget in (upper, lower))
+    left, bottom, right, top = max(left, x), max(bottom, y), min(right, end), min(top, height)
+    return ((left + right) / 2, (bottom + top) / 2) if left < right and bottom < top else None
+
+
+@pytest.fixture
+def resized(ui):
+    """A window of another size, for one test."""
+    before = tuple(Window.size)
+
+    def resize(*size: int) -> None:
+        Window.size = size
+        ui.advance(.5)
+
+    yield resize
+    Window.size = before
+
+
+# ---------------------------------------------------------------------- Home
+@pytest.fixture
+def home(tmp_path, ui):
+    with plant(tmp_path, robots=1) as site:
+        site.add_robots()
+        site.add_missions("Charge to 80 %", "Collect empties", "Deliver", "Home")
+        with shown(site.container, ui) as app:
+            ui.wait(lambda: "Ready" in ui.texts())
+            app.site, app.aino = site, site.fleet.robots[0]
+            yield app
+
+
+def sent(app) -> list[str]:
+    names = {mission.guid: mission.name for mission in app.site.container.catalogue.missions()}
+    return [names[execution.mission_guid] for execution in app.site.container.history.open()]
+
+
+@pytest.mark.parametrize("gap", GAPS)
+def test_a_mission_that_is_chosen_by_a_double_tap_is_not_sent(home, ui, gap):
+    home.shell.navigator.screen("home").vm.pick_mission()
+    ui.advance(2 * DOUBLE_TAP)
+    row, beneath = ui.find(OptionRow, ui.find(ChoiceDialog), text="Charge to 80 %"), ui.find(CommandButton, text="Choose a mission")
+    ui.tap_twice(common_point(row, beneath), gap)
+    ui.wait(lambda: home.shell.background.idle)
+    assert (beneath.text, sent(home), ui.find_all(ChoiceDialog)) == ("Run on Aino", [], [])
+    press(ui, "Run on Aino")                                  # one tap later it is
+    ui.wait(lambda: sent(home) == ["Charge to 80 %"])
+
+
+@pytest.mark.parametrize("gap", GAPS)
+def test_clear_queue_pressed_twice_sends_nothing(home, ui, resized, gap):
+    pend(home)
+    run(ui, "Deliver")
+    ui.wait(lambda: is_shown_pending(ui))
+    resized(1024, 600)
+    press(ui, "Clear queue")
+    ui.advance(DOUBLE_TAP)
+    yes = ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue")
+    ui.tap_twice(common_point(yes, ui.find(CommandButton, text="Run on Aino")), gap)
+    ui.wait(lambda: not sent(home))
+    ui.advance(1)
+    ui.wait(lambda: home.shell.background.idle)
+    assert sent(home) == []
+
+
+# ---------------------------------------------------------------------- Scheduler
+@pytest.fixture
+def planned(container, ui, silent_robots):
+    with opened(container, ui) as app:
+        yield app
+
+
+@pytest.mark.parametrize("gap", GAPS)
+@pytest.mark.parametrize(("size", "is_beneath"), [((1280, 800), lambda widget: isinstance(widget, Toggle)),
+                                                  ((800, 1280), lambda widget: getattr(widget, "text", "") == "Save schedule")],
+                         ids=["a switch", "the button that saves"])
+def test_set_of_the_time_dialog_presses_nothing_behind_it(planned, container, ui, resized, size, is_beneath, gap):
+    resized(*size)
+    planned.plan.form.set(mission_id=container.catalogue.missions()[0].id)
+    settle(planned, ui)
+    before = container.catalogue.schedules()
+    planned.plan.form.pick_time()
+    ui.advance(2 * DOUBLE_TAP)
+    button = ui.find(CommandButton, ui.find(TimeDialog), text="Set")
+    places = [common_point(button, widget) for widget in ui.find_all(root=planned.root) if is_beneath(widget)]
+    ui.tap_twice(next(place for place in places if place), gap)
+    settle(planned, ui)
+    assert not ui.find_all(TimeDialog)
+    assert container.catalogue.schedules() == before
