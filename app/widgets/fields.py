@@ -31,6 +31,7 @@ class FieldInput(MDTextField):
 
     def __init__(self, **kwargs):
         self._follow_cursor = Clock.create_trigger(self._show_cursor, -1)
+        self._entering = None                # uid of the touch by which a number is entered
         super().__init__(**kwargs)
         self.theme_cls.unbind(primary_palette=self.update_colors, theme_style=self.update_colors)      # never let go
 
@@ -54,19 +55,32 @@ class FieldInput(MDTextField):
     def on_touch_down(self, touch):
         """A finger that rests may be about to scroll: it enters the field when it leaves."""
         if self.focus or self.disabled or touch.is_mouse_scrolling or not self.collide_point(*touch.pos) or has_ended(touch):
-            return super().on_touch_down(touch)
+            return self._enter(touch)
         touch.ud[self.uid] = "rests here"
         return True
 
     def on_touch_up(self, touch):
         if touch.grab_current is None and touch.ud.pop(self.uid, None) and self.collide_point(*touch.pos):
-            return super().on_touch_down(touch)          # and is told of the end, too: it has grabbed the touch
-        return super().on_touch_up(touch)
+            return self._enter(touch)                    # and is told of the end, too: it has grabbed the touch
+        taken = super().on_touch_up(touch)
+        if touch.grab_current is self and self._entering == touch.uid:
+            self._entering = None
+            self.select_all()                            # after kivy has put the cursor where the finger was
+        return taken
+
+    def _enter(self, touch):
+        """A number that a finger enters is selected: what is typed takes its place. Another tap puts the cursor into it."""
+        was_focused = self.focus
+        taken = super().on_touch_down(touch)
+        self._entering = touch.uid if self.focus and not was_focused and self.input_type == "number" else None
+        return taken
 
     def on_focus(self, _field, focused):
         (dock.entered if focused else dock.left)(self)
 
     def insert_text(self, substring, from_undo=False):
+        if self.selection_text and not from_undo:
+            self.delete_selection()
         if self.max_length and not from_undo:
             room = max(0, int(self.max_length) - len(self.text) + len(self.selection_text))
             self.is_cut = len(substring) > room

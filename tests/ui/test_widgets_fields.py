@@ -2,11 +2,14 @@
 from __future__ import annotations
 
 import pytest
+from kivy.core.window import Window
+from kivy.uix.widget import Widget
 from kivy.utils import get_hex_from_color
 from kivymd.uix.textfield import MDTextField
 
 from app.widgets.buttons import IconButton
 from app.widgets.fields import FieldInput, FormField, PickField, RepeatButton, SearchField, StepField
+from app.widgets.scrolling import ScrollPage
 from app.widgets.text import BodyStrong, Ico, Note
 from app.widgets.tokens import THEMES, apply_theme, tk
 from tests.ui.checks import contrast_ratio
@@ -250,3 +253,48 @@ def test_the_range_may_come_after_the_value(ui):
 def test_a_narrow_pick_field_breaks_no_word(ui):
     field = ui.show(PickField(label="Battery ≥", value="No minimum"), (126, 90))
     assert ui.find(BodyStrong, field).lines == 2
+
+
+# ---------------------------------------------------------------------- numbers are replaced
+NUMBERS = {"steps": lambda: StepField(value=1, maximum=600), "whole": lambda: FormField(kind="int", text="1"),
+           "decimal": lambda: FormField(kind="decimal", text="1")}
+
+
+@pytest.mark.parametrize("typed_on", ["a keyboard", "the screen"])
+@pytest.mark.parametrize("kind", list(NUMBERS))
+def test_what_is_typed_takes_the_place_of_a_number_that_was_tapped(ui, kind, typed_on):
+    page = ScrollPage()
+    page.add_widget(field := NUMBERS[kind]())
+    page.add_widget(lower := Widget(size_hint_y=None, height=0))
+    ui.show(page, (400, 300))
+    inside = ui.find(FieldInput)
+    for hold, height in ((.05, 0), (.4, 0), (.05, 900)):          # a page that scrolls hands taps on later
+        field.text, lower.height = "1", height
+        ui.advance()
+        ui.tap(inside, hold)
+        for digit in "30":
+            if typed_on == "a keyboard":
+                Window.dispatch("on_textinput", digit)
+            else:
+                inside.insert_text(digit)                     # as the keys of ours do
+        assert inside.text == "30"
+        inside.focus = False
+        ui.advance(.5)
+
+
+def test_another_tap_puts_the_cursor_into_a_number(ui):
+    field = ui.show(StepField(value=13, maximum=600), (400, 120))
+    inside = ui.find(FieldInput)
+    ui.tap(inside)
+    ui.advance(1)
+    ui.tap_at(inside.to_window(inside.right - 4, 0)[0], inside.to_window(0, inside.center_y)[1])
+    Window.dispatch("on_textinput", "5")
+    assert field.text == "135"
+
+
+def test_a_text_that_is_tapped_stays(ui):
+    field = ui.show(FormField(text="Aino"), (400, 120))
+    inside = ui.find(FieldInput)
+    ui.tap_at(inside.right - 40, inside.center_y)
+    Window.dispatch("on_textinput", "2")
+    assert field.text == "Aino2"

@@ -37,6 +37,9 @@ class Unit(StrEnum):
     MINUTES = "minutes"
     HOURS = "hours"
 
+
+BEGINS_AT = {Unit.MINUTES: 30, Unit.HOURS: 1}        # "every …" with that unit, until another number is chosen
+COMMON_MINUTES = (5, 10, 15, 30)
 # the fields that say when, which are changed together, and those that say on what, and what
 TIMES = ("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule", "day", "at", "timezone", "more_hours", "weekdays",
          "until_time", "month_day", "nth", "month_weekday", "origin", "dragged")
@@ -56,7 +59,7 @@ class Draft:
     kind: Kind = Kind.ONCE
     more_hours: tuple[int, ...] = ()         # daily, weekly, monthly: also at the same minute of these hours
     weekdays: tuple[str, ...] = WEEKDAYS     # of weekly and every
-    every: int | None = 1                    # None: no number is typed yet
+    every: int | None = BEGINS_AT[Unit.HOURS]     # None: no number is typed yet
     unit: Unit = Unit.HOURS
     all_day: bool = False                    # every: round the clock instead of between two times
     until_time: time = time(18, 0)           # every: the second of the two times

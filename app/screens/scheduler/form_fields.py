@@ -12,7 +12,7 @@ from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.scheduler import form_view, of_groups
 from app.screens.scheduler.asked import AsksRobot
-from app.screens.scheduler.draft import Draft, Kind, Unit
+from app.screens.scheduler.draft import BEGINS_AT, Draft, Kind, Unit
 from app.screens.scheduler.form_view import FormView, Preview
 from app.screens.scheduler.step_dialog import StepDialog
 from app.widgets.dialogs import Overlay
@@ -100,7 +100,9 @@ class FormFields(AsksRobot):
             self.set(every=None)
 
     def choose_unit(self, unit: str) -> None:
-        self.set(unit=Unit(unit))
+        """The number was meant for the other unit: "1 hour" must not become "every minute"."""
+        if unit != self._draft.unit:
+            self.set(unit=Unit(unit), every=BEGINS_AT[Unit(unit)])
 
     def choose_also(self) -> None:
         self._ask(self._shell.dialogs.choose_many(_("Also at"), form_view.also_options(self._draft), _("Set"),

@@ -14,7 +14,7 @@ from app.screens.common.holding import HAND, held_word
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of
 from app.screens.scheduler import of_groups
-from app.screens.scheduler.draft import LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Target, Unit
+from app.screens.scheduler.draft import COMMON_MINUTES, LAST, MOST_HOURS, MOST_MINUTES, Draft, Kind, Target, Unit
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_warnings import WarningRow, dated, warnings
 from app.screens.scheduler.view import rule_line, rule_sentence
@@ -84,6 +84,7 @@ class FormView:
     day_chips: tuple[Option, ...] = ()
     every: int | None = 1
     most_every: int = MOST_HOURS
+    common_every: tuple[Option, ...] = ()        # numbers that are chosen by one tap
     unit: str = Unit.HOURS
     all_day: bool = False
     by_weekday: bool = False
@@ -166,6 +167,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         time_label=_("From") if draft.kind is Kind.EVERY and not draft.all_day else _("Time"), time=formats.wall_time(draft.at),
         until=formats.wall_time(draft.until_time), kind=draft.kind, kinds=kinds(draft), day_chips=_day_chips(draft),
         every=draft.every, most_every=MOST_HOURS if draft.unit is Unit.HOURS else MOST_MINUTES, unit=draft.unit, all_day=draft.all_day,
+        common_every=_common_every(draft),
         by_weekday=draft.by_weekday, nth=nth_text(draft.nth), month_day=month_day_text(draft.month_day),
         month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
         repeats=repeats, last_day=formats.wall_day(draft.last_day, year=True) if repeats and draft.last_day else _("No last day"),
@@ -240,6 +242,10 @@ def kinds(draft: Draft) -> tuple[tuple[str, str], ...]:
     own = ((Kind.OTHER, _("Own rule")),) if draft.kind is Kind.OTHER or draft.other_rule else ()
     return ((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (Kind.EVERY, _("Interval")),
             (Kind.MONTHLY, _("Monthly")), *own)
+
+
+def _common_every(draft: Draft) -> tuple[Option, ...]:
+    return tuple(Option(n, str(n), selected=n == draft.every) for n in COMMON_MINUTES if draft.unit is Unit.MINUTES)
 
 
 def _day_chips(draft: Draft) -> tuple[Option, ...]:

@@ -7,7 +7,8 @@ import pytest
 from kivy.core.window import Window
 
 from app.screens.scheduler.cards import FormCard
-from app.widgets.fields import FormField, StepField
+from app.widgets.buttons import ChoiceChip, Segment
+from app.widgets.fields import FieldInput, FormField, StepField
 from tests.ui.planner import KITS, choose, kind, named, reveal, save_button, schedules, settle
 
 
@@ -90,3 +91,33 @@ def test_it_is_saved_by_a_tap_on_save(screen, container, ui):
     [added] = [schedule for schedule in schedules(container) if schedule.id not in before]
     assert (added.name, "INTERVAL=7" in added.recurrence) == ("Typed", True)
     assert not screen.plan.form.is_in_use
+
+
+def test_an_hour_never_becomes_a_minute(screen, ui):
+    kind(screen, ui, "Interval")
+    for unit, every in (("minutes", 30), ("hours", 1)):
+        ui.tap(ui.find(Segment, text=unit))
+        settle(screen, ui)
+        draft, field = screen.plan.form.draft, ui.find(StepField, ui.find(FormCard))
+        assert (draft.unit, draft.every, field.text) == (unit, every, str(every))
+
+
+def test_common_minutes_are_one_tap_away(screen, ui):
+    kind(screen, ui, "Interval")
+    ui.tap(ui.find(Segment, text="minutes"))
+    settle(screen, ui)
+    chips = [chip for chip in ui.find_all(ChoiceChip, ui.find(FormCard)) if chip.text.isdecimal()]
+    assert [(chip.text, chip.active) for chip in chips] == [("5", False), ("10", False), ("15", False), ("30", True)]
+    ui.tap(chips[2])
+    settle(screen, ui)
+    assert (screen.plan.form.draft.every, chips[2].active) == (15, True)
+
+
+def test_a_minute_is_chosen_only_by_typing_it(screen, ui):
+    kind(screen, ui, "Interval")
+    ui.tap(ui.find(Segment, text="minutes"))
+    settle(screen, ui)
+    ui.tap(ui.find(FieldInput, ui.find(FormCard)))
+    Window.dispatch("on_textinput", "1")
+    settle(screen, ui)
+    assert screen.plan.form.draft.every == 1
