@@ -4,6 +4,8 @@ Each row of ``data`` is a frozen dataclass whose fields are properties of the ro
 identifies the row. A row never becomes another one under a finger because the list has moved: each view belongs to a key, and a view that
 is reused for another row ignores an earlier press.
 """
+from collections.abc import Callable, Sequence
+
 from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.factory import Factory
@@ -16,29 +18,58 @@ from app.widgets.dock import dock
 
 STILL = 1.0              # s after rows have moved
 AT_WORK = 3.0            # s after a row was used, in which its list changes because of that
+KEPT = 10.0              # s after a list was touched, in which its rows don't change places
 SPARE = 4                # views that a list keeps for rows to come
 PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
 
 
 class Standing:
-    """Where the rows of a list stood when one of them disappeared, or whatever changed while somebody works in it: what has slid under a
-    finger since is not meant by it. While somebody types, rows come and go because of that."""
+    """Where the rows of a list stand, so that none slides under a finger.
 
-    def __init__(self):
+    After a touch they stay in their order for a while, whatever the data say; ``sort_again`` is called when that is over. What slides all
+    the same, as one of them has disappeared, or as a list that nobody has touched is sorted, is not meant by a finger that comes down a
+    moment later; nor is, while somebody works in it, whatever changes. While somebody types, rows come and go because of that."""
+
+    def __init__(self, sort_again: Callable[[], object]):
         self._ends = self._at_work_until = 0.
         self._places = {}
+        self._keep = Clock.create_trigger(lambda _dt: sort_again(), KEPT)
+
+    def touched(self) -> None:
+        """A finger is on the list."""
+        self._keep.cancel()
+        self._keep()
 
     def used(self) -> None:
         """A row was pressed."""
         self._at_work_until = Clock.get_time() + AT_WORK
+        self.touched()
+
+    def sort_at_once(self) -> None:
+        """Somebody has asked for another order."""
+        self._keep.cancel()
+
+    def in_order(self, data: Sequence, before: Sequence) -> list:
+        """``data`` with the rows that were there ``before`` (keys) in that order, if they stay in it now; new ones where they belong."""
+        by_key = {row.key: row for row in data} if self._keep.is_triggered and data and hasattr(data[0], "key") else {}
+        kept = [by_key[key] for key in before if key in by_key]
+        if not kept:
+            return list(data)
+        known = set(before)
+        for place, row in enumerate(data):
+            if row.key not in known:
+                kept.insert(place, row)
+        return kept
 
     def note(self, before, after, rows) -> None:
         """The keys of a list are about to change; ``rows`` are those that exist."""
         before, after, now = list(before), list(after), Clock.get_time()
+        gone, both = set(before) - set(after), set(before) & set(after)
         is_at_work = now < self._at_work_until and before != after
-        if not set(after) & set(before):
+        is_sorted = [key for key in before if key in both] != [key for key in after if key in both]
+        if not both:
             self._ends = 0.                  # another list, or nothing: there is none that could have slid
-        elif dock.field is None and (is_at_work or (len(set(before) - set(after)) == 1 and set(after) <= set(before))):
+        elif dock.field is None and (is_at_work or is_sorted or (len(gone) == 1 and set(after) <= set(before))):
             self._places = {row.key: row.to_window(*row.pos) for row in rows}
             self._ends = now + STILL
 
@@ -94,7 +125,7 @@ class Rows(MDBoxLayout):
 
     def __init__(self, **kwargs):
         self._views = {}
-        self._standing = Standing()
+        self._standing = Standing(self._build)
         self._spare = []                     # views whose rows have gone
         self._unseen = set()                 # views that are not drawn
         self._redraw = Clock.create_trigger(self._draw_seen, -1)
@@ -107,6 +138,11 @@ class Rows(MDBoxLayout):
     def on_action(self, key, action, *values):
         """A row was used."""
 
+    def on_touch_down(self, touch):
+        if self.collide_point(*touch.pos):
+            self._standing.touched()
+        return super().on_touch_down(touch)
+
     def _rebuild(self, *_):
         self.clear_widgets()
         self._views, self._spare = {}, []
@@ -116,7 +152,7 @@ class Rows(MDBoxLayout):
         if not self.viewclass:
             return
         kind = Factory.get(self.viewclass)
-        rows = {getattr(data, "key", n): data for n, data in enumerate(self.data)}
+        rows = {getattr(data, "key", n): data for n, data in enumerate(self._standing.in_order(self.data, list(self._views)))}
         if len(rows) != len(self.data):
             raise ValueError("two rows with one key")
         self._standing.note(self._views, rows, self._views.values())

@@ -13,7 +13,7 @@ from itertools import accumulate
 from kivy.clock import Clock
 from kivy.factory import Factory
 from kivy.metrics import dp
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.relativelayout import RelativeLayout
 
 from app.widgets.lists import Standing
@@ -43,6 +43,7 @@ class LongList(LowPage):
     """
     viewclass = StringProperty()
     data = ListProperty()
+    order = ObjectProperty(None, allownone=True)     # another one where somebody has asked for another order
     spacing = NumericProperty("8dp")
     row_height = NumericProperty("64dp")     # assumed for rows that were never visible
     empty_text = StringProperty()
@@ -52,7 +53,8 @@ class LongList(LowPage):
     __events__ = ("on_action", "on_end")
 
     def __init__(self, **kwargs):
-        self.standing = Standing()
+        self.standing = Standing(self._sort_again)
+        self._rows: list = []                # the data in the order in which they are shown
         self._keys: list = []
         self._known: list = []
         self._places: dict = {}              # of keys in the list
@@ -77,6 +79,7 @@ class LongList(LowPage):
         for name in ("spacing", "row_height"):
             self.fbind(name, self._recalculate)
         self.fbind("data", self._changed)
+        self.fbind("order", self._ordered)
         self.fbind("viewclass", self._start_over)
         self.fbind("scroll_y", self._scrolled)
         self._changed()
@@ -138,10 +141,27 @@ class LongList(LowPage):
         """The keys of what can be pressed."""
         return [row.key for row in data]
 
+    def shown_order(self) -> list:
+        """The data in the order in which they are shown."""
+        return self.standing.in_order(self.data, self._keys)
+
+    def _sort_again(self):
+        self._changed()
+
+    def _ordered(self, *_):
+        self.standing.sort_at_once()
+        self._sort_again()
+
+    def on_touch_down(self, touch):
+        if self.collide_point(*touch.pos):
+            self.standing.touched()
+        return super().on_touch_down(touch)
+
     def _changed(self, *_):
-        self.standing.note(self._known, known := self.keys_of(self.data), self.rows)
+        self._rows = self.shown_order()
+        self.standing.note(self._known, known := self.keys_of(self._rows), self.rows)
         self._known = known
-        before, self._keys = self._keys, [row.key for row in self.data]
+        before, self._keys = self._keys, [row.key for row in self._rows]
         self._places = {key: n for n, key in enumerate(self._keys)}
         if len(self._places) != len(self._keys):
             raise ValueError("two rows with one key")
@@ -150,7 +170,7 @@ class LongList(LowPage):
             self._anchor = next(((key, 0.) for key in after if key in self._places), None)
         for key, seat in self._live.items():
             if key in self._places:
-                seat.view.take(self.data[self._places[key]])
+                seat.view.take(self._rows[self._places[key]])
         self._recalculate()
 
     def _start_over(self, *_):
@@ -242,7 +262,7 @@ class LongList(LowPage):
             seat = self._live.get(key)
             if seat is None:
                 seat = self._live[key] = self._seat_for(key)
-                seat.view.take(self.data[n])
+                seat.view.take(self._rows[n])
                 if seat.parent is None:
                     self._content.add_widget(seat)
             view = seat.view

@@ -85,11 +85,18 @@ class PanelGrid(LongList):
     def keys_of(self, data) -> list:
         return [panel.key for shelf in data for _name, panel in shelf.panels]
 
+    def shown_order(self) -> list:
+        """The panels keep their places, not the shelves."""
+        return list(self.data)
+
+    def _sort_again(self):
+        self._shelve()
+
     def _fill_shelves(self, _dt):
         if self.width < 2:
             return
         columns, usual, spacing = self.columns, self.panelclass, self.spacing
-        panels = [(getattr(panel, "panelclass", usual), panel) for panel in self.panels]
+        panels = [(getattr(panel, "panelclass", usual), panel) for panel in self.standing.in_order(self.panels, self._known)]
         shelves = [panels[start:start + columns] for start in range(0, len(panels), columns)]
         self.data = [Shelf(shelf[0][1].key, shelf, columns, spacing) for shelf in shelves]
 

@@ -48,12 +48,12 @@ class Rest:
 
     def after_opening(self) -> None:
         """Something has come in front of the page: a second tap there, or a second Enter, is not meant for it. What is typed is."""
-        self.after_moving()
+        self._ignore(SETTLES)
         self._ignore_keys(SETTLES, takes_letters=True)
+        self.after_moving()
 
     def after_moving(self) -> None:
-        """What can be touched stands elsewhere than a moment ago."""
-        self._ignore(SETTLES)
+        """Something else is where the finger was."""
         x, y, far = *self._finger, dp(SPOT)
         self._ignore(DOUBLE_TAP, (x - far, y - far, x + far, y + far))
 

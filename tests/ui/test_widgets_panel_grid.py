@@ -9,7 +9,7 @@ from kivy.lang import Builder
 from kivy.properties import NumericProperty, StringProperty
 
 from app.widgets.buttons import CommandButton
-from app.widgets.lists import RecycledRow
+from app.widgets.lists import KEPT, RecycledRow
 from app.widgets.panel_grid import AHEAD, PanelGrid, PanelShelf
 from app.widgets.surfaces import Surface
 
@@ -168,3 +168,13 @@ def test_a_list_tells_that_it_moves_until_it_has_come_to_rest(ui):
         assert root.moves
     ui.advance(.3)
     assert told == [True, False]
+
+
+def test_after_a_touch_no_panel_changes_places_for_a_while(ui):
+    root = grid(ui, 5)
+    ui.tap_text("P3")
+    root.panels = root.panels[::-1]
+    ui.advance(.2)
+    assert shelves(ui, root) == [["P0", "P1", "P2"], ["P3", "P4"]]
+    ui.skip(KEPT)
+    assert shelves(ui, root) == [["P4", "P3", "P2"], ["P1", "P0"]]

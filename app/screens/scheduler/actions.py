@@ -14,6 +14,7 @@ from app.screens.common.started import StartReports
 from app.screens.scheduler import view
 from app.screens.scheduler.facts import SchedulerServices
 from app.services.catalogue.catalogue import Removed
+from app.services.catalogue.undo import Switched
 
 T = TypeVar("T")
 
@@ -28,7 +29,13 @@ class ScheduleActions:
         self._busy: set[int] = set()                          # ids of schedules that something is being done to
 
     def switch(self, schedule_id: int, on: bool) -> None:
-        self._act(schedule_id, lambda: self._services.catalogue.set_schedule_enabled(schedule_id, on), lambda _schedule: None)
+        words = _("{name} is switched on") if on else _("{name} is switched off")
+
+        def switched(before: Switched) -> None:
+            self._shell.offer_undo(words.format(name=self._name(before.schedule)), lambda: self._services.catalogue.switch_back(before),
+                                   self._done)
+
+        self._act(schedule_id, lambda: self._services.catalogue.switch_schedule(schedule_id, on), switched)
 
     def run_now(self, schedule: Schedule) -> None:
         """With the schedule's own parameters, whatever its constraints are."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.input.motionevent import MotionEvent
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
@@ -128,12 +127,6 @@ class SchedulesCard(SectionCard):
     def row_action(self, key: int, action: str, *values: object) -> None:
         self._tapped = key if action == "edit" else None
         self.vm.row_action(key, action, *values)
-
-    def on_touch_down(self, touch: MotionEvent) -> bool | None:
-        if self.collide_point(*touch.pos):
-            self.vm.listed.keep()
-        handled: bool | None = super().on_touch_down(touch)
-        return handled
 
 
 class SchedulesSearch(SearchField):

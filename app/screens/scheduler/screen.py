@@ -101,7 +101,6 @@ class SchedulerViewModel(OnTimeline):
         self.every(1, self._tick)
         self.every(NOW_LINE_SECONDS, self._move_now)
         self.every(REFRESH_SECONDS, self._refresher.request)
-        self.listed.renew()
         self._refresher.read()
 
     def closed(self) -> None:
@@ -178,7 +177,6 @@ class SchedulerViewModel(OnTimeline):
                 self.choose_mode(part)
         else:
             self.part = part
-            self.listed.renew()
 
     def _saved(self, schedule: Schedule, is_left: bool) -> bool:
         """By the form: where it is shown, unless somebody is on with another one there. Returns whether that is said already."""
@@ -201,7 +199,6 @@ class SchedulerViewModel(OnTimeline):
 
     def row_action(self, schedule_id: int, action: str, *values: Any) -> None:
         """A row of the list was used."""
-        self.listed.keep()
         match action:
             case "edit":
                 self.edit(schedule_id)
@@ -217,13 +214,9 @@ class SchedulerViewModel(OnTimeline):
         calls: dict[str, Callable[[Schedule], object]] = {
             "edit": self.form.edit, "run": self.actions.run_now, "skip": self.actions.skip_next, "pause": self.actions.pause,
             "resume": self.actions.resume, "duplicate": self.form.duplicate, "delete": self.delete}
-
-        def chosen(key: str) -> None:
-            self.listed.keep()               # however long the menu was open
-            calls[key](schedule)
-
         title, text = view.menu_title(self._facts, schedule)
-        self._shell.dialogs.menu(anchor, title, view.schedule_menu(self._facts, schedule, self._services.clock.now()), chosen, text)
+        self._shell.dialogs.menu(anchor, title, view.schedule_menu(self._facts, schedule, self._services.clock.now()),
+                                 lambda key: calls[key](schedule), text)
 
     def hold(self) -> None:
         """Keep everything, or one robot, from being sent anything; while everything is held, release it."""

@@ -24,7 +24,7 @@ from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.services.catalogue.edit import Edit
-from app.services.catalogue.undo import Removed, Uses, restore, wait_again
+from app.services.catalogue.undo import Removed, Switched, Uses, restore, switch_back, wait_again
 from app.services.live.changes import Changes
 from app.services.planning import public_holidays
 
@@ -196,6 +196,14 @@ class Catalogue:
     def set_schedule_enabled(self, schedule_id: int, enabled: bool) -> Schedule:
         """Switch it on or off; what waits of it is cancelled."""
         return self.edit(lambda edit: edit.save_schedule(replace(edit.the_schedule(schedule_id), enabled=enabled)))
+
+    def switch_schedule(self, schedule_id: int, on: bool) -> Switched:
+        """The same; ``switch_back`` undoes it."""
+        return self.edit(lambda edit: edit.switch_schedule(schedule_id, on))
+
+    def switch_back(self, switched: Switched) -> None:
+        """What waited waits again, unless it is too late for that. Raises InvalidInput when the schedule is gone."""
+        self.edit(lambda edit: switch_back(edit, switched))
 
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Off at once; ``restore`` puts it back."""

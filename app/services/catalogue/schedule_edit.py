@@ -9,7 +9,7 @@ from app.domain import names
 from app.domain.models import Group, InvalidInput, Mission, Robot, Schedule, State
 from app.services.catalogue import told, validation
 from app.services.catalogue.transaction import Transaction
-from app.services.catalogue.undo import Removed
+from app.services.catalogue.undo import Removed, Switched
 from app.services.live.changes import Topic
 from app.services.planning.first_due import first_due
 from app.services.planning.wanted import as_defined, is_planned
@@ -55,6 +55,12 @@ class ScheduleEdit(Transaction):
             self._decide_anew(schedule)
         self.topics.add(Topic.SCHEDULES)
         return schedule
+
+    def switch_schedule(self, schedule_id: int, on: bool) -> Switched:
+        schedule = self.the_schedule(schedule_id)
+        before = Switched(schedule, self.open_of([schedule]))
+        self.save_schedule(replace(schedule, enabled=on))
+        return before
 
     def _replan(self, stored: Schedule, schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
         """When it comes next, and what waits of instants that it no longer has is taken back; nothing of that when only how it runs was

@@ -1,4 +1,4 @@
-"""Undoing a deletion: what it took away, and how that is put back; and undoing that a start was cancelled."""
+"""Undoing a deletion: what it took away, and how that is put back; that a schedule was switched; and that a start was cancelled."""
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
@@ -64,6 +64,22 @@ class Removed:
     place: Place | None = None
     uses: Sequence[tuple[int, int]] = ()                 # of places by those missions, ids of both
     put_back: list[bool] = field(default_factory=list, compare=False)          # once: it tells of what was there before
+
+
+@dataclass(frozen=True)
+class Switched:
+    """A schedule as it was before it was switched on or off, and what was open of it: ``Catalogue.switch_back`` undoes that."""
+    schedule: Schedule
+    starts: Sequence[Execution]
+
+
+def switch_back(edit: Edit, switched: Switched) -> None:
+    """Only the switch: whatever else of the schedule was changed meanwhile stays."""
+    edit.save_schedule(replace(edit.the_schedule(switched.schedule.id), enabled=switched.schedule.enabled))
+    together = {start.planned_at for start in switched.starts}
+    for start in switched.starts:
+        _restore_start(edit, start, together, has_its_robot_again=False)
+    edit.topics.add(Topic.EXECUTIONS)
 
 
 def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:

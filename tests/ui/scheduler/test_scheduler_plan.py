@@ -8,9 +8,9 @@ import pytest
 
 from app.domain.models import ReasonCode, State
 from app.screens.scheduler.cards import FormCard, SchedulesCard
-from app.screens.scheduler.listed import QUIET_S
 from app.widgets.buttons import IconButton, Toggle
 from app.widgets.fields import SearchField
+from app.widgets.lists import KEPT
 from app.widgets.long_list import LongList
 from app.widgets.plan_rows import ScheduleLine
 from app.widgets.rows import OptionRow
@@ -27,11 +27,13 @@ from tests.ui.planner import (
     named,
     pick_time,
     press,
+    row,
+    said,
     save,
     save_button,
     schedules,
     settle,
-    show_anew,
+    stored,
     take,
 )
 
@@ -87,45 +89,46 @@ def test_skip_next_leaves_one_start_out_with_its_row(screen, container, ui):
     assert container.repositories.schedules.get(container.db.read(), schedule.id).next_at == schedule.next_at
 
 
-def test_the_list_keeps_its_order_while_somebody_works_in_it(screen, container, ui, monkeypatch):
-    monkeypatch.setattr(screen.plan.listed._quiet, "timeout", quiet := 10 * QUIET_S)  # a busy machine draws many frames while it reads
-
-    def order() -> list[int]:
-        settle(screen, ui)
-        return [data.key for data in screen.plan.listed.rows]
-
-    schedule, before = named(container, KITS, "Aino"), order()
-    assert before[0] == schedule.id
-    menu(screen, ui, schedule, "Skip next")
-    assert order() == before
-    assert next(data for data in screen.plan.listed.rows if data.key == schedule.id).next == "Aino · in 1 h 22 min"
-    screen.plan.row_action(before[1], "switch", False)                # a switch that is pressed again is the same one
-    assert order() == before
-    other = container.catalogue.save_schedule(replace(schedule, id=0, name="New"))
-    assert [key for key in order() if key != other.id] == before
-    ui.skip(quiet / 2)
-    ui.wheel(ui.find(LongList, ui.find(SchedulesCard)), 1)            # still at it
-    ui.skip(quiet / 2 + 1)
-    assert [key for key in order() if key != other.id] == before
-    ui.skip(quiet)
-    assert order().index(before[1]) > len(before) - 2                 # those that are off come last
-    assert order().index(schedule.id) > 0
+def shown_order(ui) -> list[int]:
+    return [row.key for row in ui.find(LongList, ui.find(SchedulesCard)).views]
 
 
-@pytest.mark.parametrize("way", ["filtered", "shown again"])
-def test_a_list_that_is_looked_at_anew_has_its_order_by_next_start(screen, container, ui, way):
-    schedule, before = named(container, KITS, "Aino"), [data.key for data in screen.plan.listed.rows]
-    menu(screen, ui, schedule, "Skip next")
+def test_a_row_that_was_switched_stays_where_it_is_for_a_while(screen, container, ui):
+    """A list by next start has those that are off at its end."""
+    rows, before = ui.find(LongList, ui.find(SchedulesCard)), shown_order(ui)
+    rows.standing._keep.timeout = 10 * KEPT                           # a busy machine draws many frames while it reads
+    ui.tap(ui.find(Toggle, ui.find(ScheduleLine, key=before[1])))
     settle(screen, ui)
-    assert [data.key for data in screen.plan.listed.rows] == before
-    if way == "filtered":
-        screen.plan.listed.set(query="a")
-    else:
-        show_anew(screen, ui)
+    assert before[1] in [data.key for data in screen.plan.listed.rows[-2:]]
+    assert shown_order(ui) == before
+    ui.skip(10 * KEPT)
     settle(screen, ui)
-    after = [data.key for data in screen.plan.listed.rows]
-    assert after[0] != schedule.id
-    assert schedule.id in after
+    assert before[1] not in shown_order(ui)
+
+
+def test_a_list_that_is_sorted_otherwise_is_so_at_once(screen, container, ui):
+    rows, before = ui.find(LongList, ui.find(SchedulesCard)), shown_order(ui)
+    ui.tap(ui.find(Toggle, ui.find(ScheduleLine, key=before[1])))
+    settle(screen, ui)
+    screen.plan.listed.set(by_name=True)
+    settle(screen, ui)
+    assert shown_order(ui) == [data.key for data in screen.plan.listed.rows][:len(rows.views)]
+
+
+@pytest.mark.parametrize("is_on", [False, True])
+def test_a_switch_says_what_it_did_and_undo_puts_it_back(screen, container, ui, is_on):
+    schedule = container.catalogue.save_schedule(replace(named(container, KITS, "Aino"), enabled=not is_on))
+    settle(screen, ui)
+    ui.advance(1)                            # rows that have moved take no tap for a moment
+    ui.tap(ui.find(Toggle, row(ui, schedule)))
+    ui.wait(lambda: said(screen))
+    words = f"Deliver kits to line 2 on Aino is switched {'on' if is_on else 'off'}"
+    assert (said(screen), stored(container, schedule).enabled) == ([words], is_on)
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert stored(container, schedule).enabled is not is_on
+
+
 
 
 def test_a_menu_says_what_it_is_about(screen, container, ui):
