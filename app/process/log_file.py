@@ -9,7 +9,7 @@ from time import monotonic
 from types import TracebackType
 
 from app.failures import BadInput
-from app.process.log_sink import RotatingFile, Sink, to_descriptor
+from app.process.log_sink import RotatingFile, Sink, unbuffered
 
 FILE_NAME = "amr-scheduler.log"
 BYTES, FILES = 1_000_000, 5
@@ -56,32 +56,29 @@ class _FileLine(logging.Formatter):
         super().__init__("%(asctime)s %(levelname)-7s %(threadName)s %(name)s: %(message)s")
 
     def format(self, record: logging.LogRecord) -> str:
-        text = shortened(one_line(super().format(record)), LONGEST_TRACE if record.exc_info else LONGEST)
-        left_out: int = getattr(record, "left_out", 0)
-        return f"{text} (before it {left_out} lines of this robot were left out)" if left_out else text
+        return shortened(one_line(super().format(record)), LONGEST_TRACE if record.exc_info else LONGEST)
 
 
-class _FairShare(logging.Filter):
+class _FairShare:
     """Keeps a robot about which there is something to say at every poll from pushing everything else out of the file."""
 
-    def __init__(self, formatter: logging.Formatter) -> None:
-        super().__init__()
-        self._formatter = formatter
+    def __init__(self) -> None:
         self._shares: dict[str, tuple[float, float, int]] = {}        # by thread: bytes left, when that was, lines left out since
 
-    def filter(self, record: logging.LogRecord) -> bool:
+    def __call__(self, record: logging.LogRecord, line: str) -> str | None:
         name = record.threadName or ""
         if not name.startswith(OF_A_ROBOT):
-            return True
+            return line
         now = monotonic()
         left, since, left_out = self._shares.setdefault(name, (BURST, now, 0))
         robots = len(self._shares)
         left = min(BURST, OF_ALL / robots, left + (now - since) * min(AN_HOUR, OF_ALL_AN_HOUR / robots) / 3600)
-        record.left_out = left_out
-        size = len(self._formatter.format(record).encode()) + 1
+        if left_out:
+            line = f"{line} (before it {left_out} lines of this robot were left out)"
+        size = len(line.encode(errors="backslashreplace")) + 1
         fits = size <= left
         self._shares[name] = (left - size, now, 0) if fits else (left, now, left_out + 1)
-        return fits
+        return line if fits else None
 
 
 def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
@@ -98,13 +95,12 @@ def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
         if not only_to_read:
             raise BadInput(f"{path} can't be written: {error.strerror}; check the permissions of the data directory") from None
     else:
-        sink = Sink("file", file.write, formatter := _FileLine())
-        sink.addFilter(_FairShare(formatter))
+        sink = Sink("file", file.write, _FileLine(), _FairShare())
         root.addHandler(sink)
         _file = path, sink
     logging.getLogger("urllib3").setLevel(logging.ERROR)         # debug lines carry headers, warnings a traceback for each broken one
     if stderr and sys.stderr is not None:
-        root.addHandler(Sink("stderr", to_descriptor(sys.stderr.fileno()), _OneLine()))
+        root.addHandler(Sink("stderr", unbuffered(sys.stderr), _OneLine()))
     _log_what_python_prints()
 
 

@@ -2,14 +2,16 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import logging
 import os
 import queue
 import threading
 from collections.abc import Callable
-from io import FileIO
+from io import FileIO, RawIOBase
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, TextIO
 
 from app.database.files import NO_LINK
 
@@ -17,6 +19,7 @@ MOST_WAITING = 1000          # lines that wait to be written; what comes then is
 WRITTEN_WITHIN = 0.5         # s that the end of the process waits for them
 
 Write = Callable[[bytes], None]        # raises OSError
+Edit = Callable[[logging.LogRecord, str], str | None]
 
 
 class _LeftOut:
@@ -27,22 +30,25 @@ class _LeftOut:
 class Sink(logging.Handler):
     """Formats on the thread that logs, as arguments may change afterwards, and writes on its own.
 
-    Lines that found no room, or could not be written, are counted, and said as soon as it works again. The thread holds no lock of
-    ``logging``, whose end would wait for it.
+    Lines that found no room, or could not be written, are counted, and said as soon as it works again. ``edit`` may change a line, or leave
+    it out: None. The thread holds no lock of ``logging``, whose end would wait for it.
     """
 
-    def __init__(self, name: str, write: Write, formatter: logging.Formatter) -> None:
+    def __init__(self, name: str, write: Write, formatter: logging.Formatter, edit: Edit = lambda _record, line: line) -> None:
         super().__init__()
         self.setFormatter(formatter)
-        self._write = write
+        self._write, self._edit = write, edit
         self._waiting: queue.SimpleQueue[str | _LeftOut | threading.Event | None] = queue.SimpleQueue()
         self._left_out: _LeftOut | None = None       # the newest thing in the queue, if that is one
         threading.Thread(target=self._run, name=f"log-{name}", daemon=True).start()
 
     def emit(self, record: logging.LogRecord) -> None:
+        line = self._edit(record, self._line(record))
+        if line is None:
+            return
         if self._waiting.qsize() < MOST_WAITING:
             self._left_out = None
-            self._waiting.put(self._line(record))
+            self._waiting.put(line)
             return
         if self._left_out is None:
             self._left_out = _LeftOut()
@@ -96,12 +102,18 @@ def _encoded(line: str) -> bytes:
     return f"{line}\n".encode(errors="backslashreplace")
 
 
-def to_descriptor(descriptor: int) -> Write:
-    """Without Python's buffers: their lock, held by a thread that hangs, would abort the process at its end."""
-    def write(data: bytes) -> None:
-        while data:
-            data = data[os.write(descriptor, data):]
-    return write
+def unbuffered(stream: TextIO) -> Write:
+    """Past Python's buffer, whose lock, held by a thread that hangs, would abort the process at its end."""
+    raw: Any = getattr(stream.buffer, "raw", stream.buffer)
+    return lambda data: write_all(raw, data)
+
+
+def write_all(raw: RawIOBase, data: bytes) -> None:
+    """Raises OSError, also where it would have to wait in a file that must not."""
+    while data:
+        if not (written := raw.write(data)):
+            raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+        data = data[written:]
 
 
 class RotatingFile:
@@ -119,7 +131,7 @@ class RotatingFile:
         if self._file is None or self._size >= self._most:
             self._rotate()
             self._file = self._open()
-        to_descriptor(self._file.fileno())(data)
+        write_all(self._file, data)
         self._size += len(data)
 
     def _open(self) -> FileIO:

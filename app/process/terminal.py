@@ -12,6 +12,7 @@ import threading
 from typing import NoReturn, TextIO
 
 from app.failures import BadInput
+from app.process.log_sink import Write, unbuffered
 
 log = logging.getLogger(__name__)
 
@@ -58,12 +59,12 @@ def _drop_rest_of(stream: TextIO | None) -> None:
 def say_in_passing(line: str) -> None:
     """On stdout, without waiting: it may be closed, or stand still."""
     if sys.stdout is not None:
-        threading.Thread(target=_write, args=(sys.stdout.fileno(), f"{line}\n".encode()), name="stdout", daemon=True).start()
+        threading.Thread(target=_write, args=(unbuffered(sys.stdout), f"{line}\n".encode()), name="stdout", daemon=True).start()
 
 
-def _write(descriptor: int, data: bytes) -> None:
+def _write(write: Write, data: bytes) -> None:
     with contextlib.suppress(OSError):
-        os.write(descriptor, data)
+        write(data)
 
 
 def ask(says: str) -> None:

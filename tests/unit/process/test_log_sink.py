@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from app.process.log_sink import MOST_WAITING, RotatingFile, Sink, to_descriptor
+from app.process.log_sink import MOST_WAITING, RotatingFile, Sink, unbuffered
 
 WITHIN = 20.0
 
@@ -102,14 +102,22 @@ def test_a_line_whose_arguments_do_not_fit_is_no_error_of_the_thread_that_logs(l
     assert line.startswith("'%d robots' could not be formatted: TypeError(")
 
 
-def test_a_pipe_gets_whole_lines_and_one_that_is_closed_is_an_error():
+def test_a_pipe_gets_whole_lines_past_the_buffer_and_one_that_is_closed_is_an_error():
     reader, writer = os.pipe()
-    to_descriptor(writer)(b"line\n")
-    assert os.read(reader, 100) == b"line\n"
+    with os.fdopen(writer, "w") as stream:
+        unbuffered(stream)(b"line\n")
+        assert os.read(reader, 100) == b"line\n"
+        os.close(reader)
+        with pytest.raises(BrokenPipeError):
+            unbuffered(stream)(b"line\n")
+
+
+def test_a_full_pipe_that_must_not_wait_is_an_error_too():
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    with os.fdopen(writer, "w") as stream, pytest.raises(BlockingIOError):
+        unbuffered(stream)(b"x" * 1_000_000)
     os.close(reader)
-    with pytest.raises(BrokenPipeError):
-        to_descriptor(writer)(b"line\n")
-    os.close(writer)
 
 
 def test_a_full_file_is_followed_by_a_new_one_and_the_oldest_goes(tmp_path):
