@@ -5,9 +5,8 @@ them, unless a person says otherwise.
 """
 from __future__ import annotations
 
-import re
 from calendar import isleap
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime, time, timedelta, tzinfo
@@ -18,16 +17,14 @@ from app.domain import names
 from app.domain.models import DayException, InvalidInput
 from app.services.catalogue import validation
 from app.services.files import ics
-from app.services.files.ics_times import MIDNIGHT, Moment, Rule, duration, moment, since_midnight
+from app.services.files.ics_events import UNREADABLE, Event, Series, series_of
+from app.services.files.ics_times import MIDNIGHT, Moment, Rule, moment, since_midnight, values
 from app.services.files.ics_zones import Zones
 
 YEARS_AHEAD = 10                         # of a rule that is more than the same day every year
 MOST_DATES = 100_000                     # that are looked at, past and excepted ones included
 LONGEST_READING_S = 20.0
 DAY, MINUTE = timedelta(days=1), timedelta(minutes=1)
-NEVER = datetime.combine(date.min, time())
-UNREADABLE = (ValueError, OverflowError)
-Version = tuple[int, datetime, datetime]
 
 
 class LeftOut(StrEnum):
@@ -75,111 +72,18 @@ def read_days(content: bytes, name: str, plant: ZoneInfo, today: date) -> Found:
             zones.add(component)
     reader = _Reader(zones, name, today, budget)
     left_out: Counter[LeftOut] = Counter()
-    events: list[_Event] = []
+    events: list[Event] = []
     for component in found:
         if component.name == "VEVENT":
             budget.spend()
             try:
-                events.append(_Event.read(component))
+                events.append(Event.read(component))
             except UNREADABLE:
-                if not _is_cancelled(component):
+                if not component.is_cancelled:
                     left_out[LeftOut.UNREADABLE] += 1
-    for series in _series(events, zones):
+    for series in series_of(events, zones):
         reader.read(series, left_out)
     return Found(sorted(reader.found, key=lambda each: (each.days[0].first_day, each.days[-1].last_day)), left_out, reader.past, is_whole)
-
-
-# ---------------------------------------------------------------------- events as they are written
-def _is_cancelled(event: ics.Component) -> bool:
-    return event.cancels or event.text("STATUS").upper() == "CANCELLED"
-
-
-@dataclass(eq=False)
-class _Event:
-    """One VEVENT; ``end`` is None where only the start is written."""
-    written: ics.Component
-    start: Moment
-    end: Moment | None
-    replaces: Moment | None              # RECURRENCE-ID
-    version: Version
-    is_cancelled: bool
-
-    @classmethod
-    def read(cls, written: ics.Component) -> _Event:
-        """Raises one of UNREADABLE for an event without dates."""
-        replaces, is_cancelled = written.first("RECURRENCE-ID"), _is_cancelled(written)
-        instead = moment(replaces) if replaces else None
-        begins, ends, lasts = written.first("DTSTART"), written.first("DTEND"), written.text("DURATION")
-        if begins is None:
-            if instead is None or not is_cancelled:
-                raise ValueError("has no start")
-            start = instead                                  # a notice may name the day by that alone
-        else:
-            start = moment(begins)
-        end = moment(ends) if ends else replace(start, at=start.at + duration(lasts), is_date=False) if lasts else None
-        return cls(written, start, end, instead, _version(written), is_cancelled)
-
-    @property
-    def uid(self) -> str:
-        return self.written.text("UID")
-
-    @property
-    def moves_following(self) -> bool:
-        found = self.written.first("RECURRENCE-ID")
-        return found is not None and found.parameter("RANGE").upper() == "THISANDFUTURE"
-
-    @property
-    def is_marked_whole(self) -> bool:
-        """As Microsoft's programs mark whole days."""
-        return any(self.written.text(f"X-MICROSOFT-{name}-ALLDAYEVENT").upper() == "TRUE" for name in ("CDO", "MSNCALENDAR"))
-
-
-def _version(written: ics.Component) -> Version:
-    number = re.match(r"\d{1,9}", written.text("SEQUENCE"))
-    return int(number[0]) if number else 0, _stamp(written, "DTSTAMP"), _stamp(written, "LAST-MODIFIED")
-
-
-def _stamp(written: ics.Component, name: str) -> datetime:
-    found = written.first(name)
-    try:
-        return moment(found).at if found else NEVER
-    except UNREADABLE:
-        return NEVER
-
-
-@dataclass
-class _Series:
-    """The newest version of an event, or of several copies that are equally new, and of what replaces single days of it."""
-    masters: list[_Event] = field(default_factory=list)
-    instead: list[_Event] = field(default_factory=list)
-
-
-def _series(events: Iterable[_Event], zones: Zones) -> Iterator[_Series]:
-    """By UID; those without one are on their own."""
-    by_uid: dict[object, dict[datetime | None, list[_Event]]] = defaultdict(lambda: defaultdict(list))
-    for event in events:
-        replaces = _local(event.replaces, zones, zones.plant) if event.replaces else None
-        by_uid[event.uid or event][replaces].append(event)
-    for versions in by_uid.values():
-        series = _Series()
-        for replaces, found in versions.items():
-            newest = max(event.version for event in found)
-            counting = [event for event in found if event.version == newest]
-            if any(event.is_cancelled for event in counting):
-                counting = [event for event in counting if event.is_cancelled]
-            (series.masters if replaces is None else series.instead).extend(counting)
-        if any(event.is_cancelled for event in series.masters):        # with all of it, but for what has been planned again since
-            cancelled = series.masters[0].version[0]
-            series.instead = [event for event in series.instead if event.version[0] > cancelled]
-        yield series
-
-
-def _local(moment: Moment, zones: Zones, zone: tzinfo) -> datetime:
-    """Naive time in a zone; a date is its midnight wherever it is read."""
-    own = zones.get(moment.zone)
-    if moment.is_date or own is zone:
-        return moment.at
-    return moment.at.replace(tzinfo=own).astimezone(zone).replace(tzinfo=None)
 
 
 # ---------------------------------------------------------------------- the days that they name
@@ -209,21 +113,21 @@ class _Place:
     shift: timedelta = MIDNIGHT
 
     @classmethod
-    def of(cls, event: _Event, zones: Zones) -> _Place:
+    def of(cls, event: Event, zones: Zones) -> _Place:
         start, end = event.start, event.end or event.start
         plant, own = zones.plant, zones.get(start.zone)
         if start.is_date:
-            last = _last_day(_local(end, zones, plant)) if event.end else start.at.date()
+            last = _last_day(zones.local(end, plant)) if event.end else start.at.date()
             return cls._whole(zones, plant, start, start.at.date(), last)
-        for zone, begins, ends in ((own, start.at, end.at), (own, start.at, _local(end, zones, own)),
-                                   (plant, _local(start, zones, plant), _local(end, zones, plant))):
+        for zone, begins, ends in ((own, start.at, end.at), (own, start.at, zones.local(end, own)),
+                                   (plant, zones.local(start, plant), zones.local(end, plant))):
             if _is_whole(begins, ends):
                 return cls._whole(zones, zone, start, begins.date(), begins.date() if begins == ends else _last_day(ends))
         if event.is_marked_whole:
             shift = DAY / 2
-            begins, ends = (_local(each, zones, plant) + shift for each in (start, end))
+            begins, ends = (zones.local(each, plant) + shift for each in (start, end))
             return cls._whole(zones, plant, start, begins.date(), (ends - DAY).date(), shift)
-        return cls(zones, own, start.at, _local(end, zones, own) - start.at, False, bool(start.zone))
+        return cls(zones, own, start.at, zones.local(end, own) - start.at, False, bool(start.zone))
 
     @classmethod
     def _whole(cls, zones: Zones, zone: tzinfo, start: Moment, first: date, last: date, shift: timedelta = MIDNIGHT) -> _Place:
@@ -235,7 +139,7 @@ class _Place:
             return datetime.combine(moment.at.date(), self.begins.time())
         if not moment.zone or (self.whole and moment.is_midnight):
             return moment.at
-        return _local(moment, self.zones, self.zone) + self.shift
+        return self.zones.local(moment, self.zone) + self.shift
 
     def last_start(self, until: Moment) -> date:
         """The last date on which a rule with this UNTIL lets it start."""
@@ -243,7 +147,7 @@ class _Place:
             return until.at.date()
         if self.whole and not self.is_bound and (until.is_midnight or since_midnight(until.at) >= DAY - MINUTE):
             return until.at.date()                       # a date, written as a time of UTC
-        at = _local(until, self.zones, self.zone) + self.shift if until.zone else until.at
+        at = self.zones.local(until, self.zone) + self.shift if until.zone else until.at
         return at.date() if self.whole or self.begins.time() <= at.time() else (at - DAY).date()
 
     def span(self, begins: datetime) -> tuple[date, date]:
@@ -262,8 +166,8 @@ class _Reader:
         self._seen: set[DayException] = set()
         self._whole_days = 0
 
-    def read(self, series: _Series, left_out: Counter[LeftOut]) -> None:
-        later: dict[_Event, set[timedelta]] = {event: {MIDNIGHT} for event in series.instead}     # days after its start
+    def read(self, series: Series, left_out: Counter[LeftOut]) -> None:
+        later: dict[Event, set[timedelta]] = {event: {MIDNIGHT} for event in series.instead}     # days after its start
         for event in [*series.masters, *series.instead]:
             if event.is_cancelled:
                 continue
@@ -282,7 +186,7 @@ class _Reader:
             except UNREADABLE:
                 left_out[LeftOut.UNREADABLE] += 1
 
-    def _take_master(self, event: _Event, place: _Place, instead: Sequence[_Event], later: dict[_Event, set[timedelta]]) -> None:
+    def _take_master(self, event: Event, place: _Place, instead: Sequence[Event], later: dict[Event, set[timedelta]]) -> None:
         rules = [_rule(found.value, place) for found in event.written.all("RRULE")]
         without = {place.at(excepted).date() for excepted in self._moments(event, "EXDATE")}
         more = [place.at(added) for added in self._moments(event, "RDATE")]
@@ -305,27 +209,36 @@ class _Reader:
                 kept.append(start)
         self._take(event, place, kept)
 
-    def _moments(self, event: _Event, name: str) -> Iterator[Moment]:
+    def _moments(self, event: Event, name: str) -> Iterator[Moment]:
         """Those that can be read."""
         for found in event.written.all(name):
-            for value in found.value.split(","):
+            for value in values(found):
                 self._budget.spend()
                 try:
-                    yield moment(replace(found, value=value))
+                    yield moment(value)
                 except UNREADABLE:
                     continue
 
-    def _starts(self, event: _Event, place: _Place, rules: Sequence[Rule]) -> Iterator[datetime]:
+    def _starts(self, event: Event, place: _Place, rules: Sequence[Rule]) -> Iterator[datetime]:
         if not rules:
             yield place.begins
         for rule in rules:
             self._budget.spend()
-            last = min(self._zones.last, place.last_start(rule.until)) if rule.until else self._zones.last
-            for day in rule.days(place.begins.date(), last):
+            for day in self._days(event, place, rule):
                 self._budget.spend()
                 yield datetime.combine(day, place.begins.time())
 
-    def _take(self, event: _Event, place: _Place, starts: Iterable[datetime]) -> None:
+    def _days(self, event: Event, place: _Place, rule: Rule) -> Iterator[date]:
+        """A rule is for days as they are written. Where these are times of another zone, some programs write it for the plant's."""
+        first, last = place.begins.date(), self._zones.last
+        if rule.until:
+            last = min(last, place.last_start(rule.until))
+        apart = first - event.start.at.date()
+        if apart and next(rule.days(first, last), None) != first:
+            return (day + apart for day in rule.days(first - apart, last - apart))
+        return rule.days(first, last)
+
+    def _take(self, event: Event, place: _Place, starts: Iterable[datetime]) -> None:
         """Runs of days are put together from last year on, and so they are the same next year."""
         spans, is_past = [], False
         for start in starts:
@@ -343,7 +256,7 @@ class _Reader:
         self.past += is_past and not current
         self._add(event, current, place.whole)
 
-    def _add(self, event: _Event, spans: Sequence[tuple[date, date]], whole: bool, yearly: bool = False) -> None:
+    def _add(self, event: Event, spans: Sequence[tuple[date, date]], whole: bool, yearly: bool = False) -> None:
         name = names.cleaned(event.written.text("SUMMARY")) or names.cleaned(self._name) or "ics"
         days = [validation.day_exception(DayException(name, first, last, yearly=yearly)) for first, last in spans]
         new = tuple(day for day in days if day not in self._seen)

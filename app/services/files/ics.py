@@ -70,12 +70,12 @@ class Property:
 
 @dataclass
 class Component:
-    """An event, or a time zone with its parts: the properties that are needed of it, by name. ``cancels``: the file, or this part of it,
-    is the notice that its events are cancelled."""
+    """An event, or a time zone with its parts: the properties that are needed of it, by name. ``in_cancellation``: in a calendar that is
+    the notice that its events are cancelled."""
     name: str
     properties: dict[str, list[Property]] = field(default_factory=dict)
     parts: list[Component] = field(default_factory=list)
-    cancels: bool = False
+    in_cancellation: bool = False
 
     def all(self, name: str) -> list[Property]:
         """Those with a value."""
@@ -88,6 +88,10 @@ class Component:
         """Of the first such property, without space around it; "" where there is none."""
         found = self.first(name)
         return found.text.strip() if found else ""
+
+    @property
+    def is_cancelled(self) -> bool:
+        return self.in_cancellation or self.text("STATUS").upper() == "CANCELLED"
 
 
 # ---------------------------------------------------------------------- in
@@ -173,7 +177,7 @@ class _Reader:
     def _end(self, name: str) -> None:
         if name == "VCALENDAR":
             for component in self._calendar:
-                component.cancels = self._cancels
+                component.in_cancellation = self._cancels
             self._found += self._calendar
             self._calendar, self._cancels, self.is_inside = [], False, False
             self._component, self._part, self._open = "", "", None

@@ -41,20 +41,17 @@ def since_midnight(at: datetime) -> timedelta:
     return timedelta(hours=at.hour, minutes=at.minute, seconds=at.second)
 
 
-def moments(found: Property) -> Iterator[Moment]:
-    """The values of a property with dates or times; of periods their starts."""
-    before, colon, values = found.value.rpartition(":")      # a name of a zone with a colon and no quotes
-    name = Property(found.parameters + colon + before, "")
-    zone, as_date = name.parameter("TZID"), name.parameter("VALUE").upper() == "DATE"
-    for value in filter(None, map(str.strip, values.split(","))):
-        yield _moment(value.partition("/")[0], zone, as_date)
+def values(found: Property) -> Iterator[Property]:
+    """Those of a property with dates or times, one by one."""
+    before, colon, listed = found.value.rpartition(":")      # a name of a zone with a colon and no quotes
+    for value in filter(None, map(str.strip, listed.split(","))):
+        yield Property(found.parameters + colon + before, value)
 
 
 def moment(found: Property) -> Moment:
-    """The first of these values."""
-    for first in moments(found):
-        return first
-    raise ValueError("has no date")
+    """The first of these values; of a period its start."""
+    first = next(values(found), found)
+    return _moment(first.value.partition("/")[0], first.parameter("TZID"), first.parameter("VALUE").upper() == "DATE")
 
 
 def _moment(text: str, zone: str, as_date: bool) -> Moment:
@@ -83,10 +80,10 @@ def duration(text: str) -> timedelta:
 
 def offset(text: str) -> timedelta:
     """From UTC, of a time zone."""
-    match = re.fullmatch(r"([+-]?)(\d\d):?(\d\d)(?::?(\d\d))?", text.strip(), re.ASCII)
+    match = re.fullmatch(r"([+-]?)(\d\d):?(\d\d)?:?(\d\d)?", text.strip(), re.ASCII)
     if not match:
         raise ValueError(f"{text[:40]} is no offset")
-    length = timedelta(hours=int(match[2]), minutes=int(match[3]), seconds=int(match[4] or 0))
+    length = timedelta(hours=int(match[2]), minutes=int(match[3] or 0), seconds=int(match[4] or 0))
     if length >= timedelta(days=1):
         raise ValueError(f"{text} is no offset")
     return -length if match[1] == "-" else length

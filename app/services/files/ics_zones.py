@@ -10,7 +10,7 @@ from zoneinfo import ZoneInfo
 
 from app.services.catalogue import validation
 from app.services.files.ics import Budget, Component
-from app.services.files.ics_times import Rule, moment, moments, offset
+from app.services.files.ics_times import Moment, Rule, moment, offset, values
 
 LONGEST_NAME = 80
 MOST_CHANGES = 3_000                     # of one zone: real ones have changed some hundred times
@@ -72,6 +72,13 @@ class Zones:
             self._known[name] = self._find(name) or self.plant
         return self._known[name]
 
+    def local(self, moment: Moment, zone: tzinfo) -> datetime:
+        """Naive time in a zone; a date is its midnight wherever it is read."""
+        own = self.get(moment.zone)
+        if moment.is_date or own is zone:
+            return moment.at
+        return moment.at.replace(tzinfo=own).astimezone(zone).replace(tzinfo=None)
+
     def _find(self, name: str) -> tzinfo | None:
         if (known := named(name)) is not None or name not in self._in_file:
             return known
@@ -97,8 +104,8 @@ class Zones:
         start, of = moment(starts).at if starts else FIRST, offset(before) if before else to
         yield Change(start, of, to)
         for found in part.all("RDATE"):
-            for each in moments(found):
-                yield Change(each.at, of, to)
+            for each in values(found):
+                yield Change(moment(each).at, of, to)
         for found in part.all("RRULE"):
             self.budget.spend()
             rule = Rule.parse(found.value)

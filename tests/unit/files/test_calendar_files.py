@@ -202,6 +202,13 @@ def test_what_is_marked_as_whole_days_is_the_dates_of_the_nearest_midnight(mark,
     assert (whole(found), timed(found)) == (["2027-07-05/2027-07-06"], [])
 
 
+@pytest.mark.parametrize("rule", ["FREQ=WEEKLY;BYDAY=SU;COUNT=2", "FREQ=WEEKLY;BYDAY=MO;COUNT=2", "FREQ=WEEKLY;UNTIL=20270711T210000Z"])
+def test_weekdays_of_midnights_written_in_utc_are_those_of_utc_or_of_the_plant(rule):
+    """Sunday 21:00 of UTC is Monday at the plant."""
+    content = calendar(*event("DTSTART:20270704T210000Z", "DTEND:20270705T210000Z", f"RRULE:{rule}"))
+    assert whole(read(content)) == ["2027-07-05", "2027-07-12"]
+
+
 def test_a_date_with_a_zone_is_that_date():
     as_date = "VALUE=DATE;TZID=America/New_York"
     content = calendar(*event(f"DTSTART;{as_date}:20270705", f"DTEND;{as_date}:20270708", "RRULE:FREQ=WEEKLY;COUNT=2",
@@ -218,7 +225,7 @@ def test_a_date_with_a_zone_is_that_date():
     ("Custom", zone("Custom", "+0200", "+0300", rule="FREQ=YEARLY;BYMINUTE=0;BYHOUR=3;BYDAY=-1SU;BYMONTH={month}")),
     ("Custom", zone("Custom", "+0200", "+0300", rule="FREQ=YEARLY;BYYEARDAY=264;BYMONTH={month}")),
     ("(UTC+02:00) Helsinki", zone("(UTC+02:00) Helsinki", "+0200", "+0300")),
-    ("Eastern, and more", zone("Eastern\\, and more", "+0200", "+0300"))])
+    ("Custom", zone("Custom", "+02", "+03")), ("Eastern, and more", zone("Eastern\\, and more", "+0200", "+0300"))])
 def test_a_time_is_read_in_the_zone_that_is_meant(name, defined):
     """00:30 there is the day before in Honolulu, and 21:30 the day after in Kiritimati."""
     for tzid in (name, f'"{name}"'):
@@ -271,6 +278,13 @@ def test_a_date_until_a_time_of_utc_is_the_same_for_a_plant_behind_utc():
     for until in ("20270612T000000Z", "20270612T040000Z", "20270612T235959Z"):
         content = calendar(*event("DTSTART;VALUE=DATE:20270610", f"RRULE:FREQ=DAILY;UNTIL={until}"))
         assert whole(read(content, NEW_YORK)) == ["2027-06-10/2027-06-12"]
+
+
+def test_days_that_are_excepted_in_a_zone_with_a_colon_and_a_comma_are_read():
+    name = "(UTC-08:00) Los Angeles, Tijuana"
+    content = calendar(*zone(name.replace(",", "\\,"), "-0800", "-0700"), *event(
+        f"DTSTART;TZID={name}:20270705T180000", "RRULE:FREQ=DAILY;COUNT=4", f"EXDATE;TZID={name}:20270706T180000,20270707T180000"))
+    assert timed(read(content)) == ["2027-07-06", "2027-07-09"]
 
 
 def test_an_appointment_early_in_the_morning_repeats_until_a_time_of_utc():
