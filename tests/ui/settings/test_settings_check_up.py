@@ -24,7 +24,7 @@ from app.window.key_focus import ENTER, ESCAPE, TAB
 from mir_sim import deviant
 from mir_sim.profile import FAITHFUL, profile_of
 from tests.support.clock import VirtualClock
-from tests.ui.integrator import go, page, press, robots, says
+from tests.ui.integrator import go, page, press, reveal, robots, says
 from tests.ui.whole_app import GUIDS
 
 
@@ -113,14 +113,19 @@ def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, 
     assert dialog.vm.will_do == ""
     begin(ui, dialog)
     found = until_reported(ui, dialog)
-    assert found == {"To know · Encryption": "It is asked over http: whoever listens on the network can read the password"}
-    assert dialog.vm.verdict.text == "1 to know"
+    few = "Not found out: too few missions are in its queue"
+    assert found == {"To know · Encryption": "It is asked over http: whoever listens on the network can read the password",
+                     "To know · Password": "User Distributor has the default password that MiR's manuals print",
+                     "To know · Lists": few, "To know · Order of lists": few, "To know · Searching": few}
+    assert dialog.vm.verdict.text == "5 to know"
     assert "Only read: no mission was queued" in dialog.vm.verdict.note
-    press(ui, dialog.vm.fine, dialog)
-    ui.wait(lambda: len(ui.find_all(FindingRow, dialog)) > 1)
+    fine = ui.find(CommandButton, dialog, text=dialog.vm.fine)
+    reveal(ui, fine)
+    ui.tap(fine)
+    ui.wait(lambda: len(ui.find_all(FindingRow, dialog)) > 5)
     assert "Fine · Clock" in {finding.word for finding in dialog.vm.fine_findings}
     press(ui, "Close", dialog)
-    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 1 to know")
+    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 5 to know")
     assert panel(ui).check_up.tone == "attention"
     assert state_of(aino) == before
 
@@ -221,8 +226,8 @@ def test_it_goes_on_while_its_dialog_is_closed_and_tells_its_end(site, app, ui, 
     assert dialog.vm.part == "CheckUpRunning"
     ui.key(ESCAPE)
     waiting.go_on.set()
-    ui.wait(lambda: says(ui, "Aino is checked up: 1 to know"))
-    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 1 to know")
+    ui.wait(lambda: says(ui, "Aino is checked up: 5 to know"))
+    ui.wait(lambda: panel(ui).check_up.text == "Checked up today: 5 to know")
 
 
 def test_the_end_of_the_app_ends_it(site, app, ui, waiting):
