@@ -35,6 +35,7 @@ from app.services.dispatch.freedom import can_work, is_charging
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
 from app.services.dispatch.runner import Runner
+from app.services.dispatch.same_machine import SameMachine
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.whereabouts import Whereabouts
 from app.services.dispatch.worker import RobotWorker
@@ -138,6 +139,7 @@ class Container:
                              poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe,
                              whereabouts=self.whereabouts, allocator=self.allocator)
         self.engine.add_chore("Watching the database", db.check_in_place)
+        self.engine.add_chore("Comparing serial numbers", SameMachine(db, repositories.robots, self.alarms).tick)
         self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)

@@ -75,6 +75,13 @@ class RobotRepository:
         cursor = c.execute(f"UPDATE robots SET {changes} WHERE {same}", (*found.values(), *(getattr(asked, name) for name in _MACHINE)))
         return cursor.rowcount == 1
 
+    def of_one_machine(self, c: sqlite3.Connection) -> dict[str, list[str]]:
+        """Serial numbers that several robots have which are switched on, and the names of these."""
+        found: dict[str, list[str]] = {}
+        for number, name in c.execute("SELECT serial_number, name FROM robots WHERE enabled AND serial_number <> '' ORDER BY name"):
+            found.setdefault(number, []).append(name)
+        return {number: names for number, names in found.items() if len(names) > 1}
+
     # ------------------------------------------------------------------ what dispatch has to know of it
     def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Accepted | None:
         """The newest item that it took from us; None: none yet."""

@@ -88,6 +88,12 @@ def wrong_robot(site, plan):
     site.run(60)
 
 
+def same_machine(site, plan):
+    site.machines["R2"] = site.machines["R1"]
+    site.container.catalogue.save_robot(Robot("R2", "http://r2", "distributor"), password="distributor")
+    site.run(60)
+
+
 def serial_hidden(site, plan):
     def hide(_where):
         raise SerialNumberHidden(address="R1", expected="A-1")
@@ -345,7 +351,7 @@ def question(site, plan):
 
 
 CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
-    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, serial_hidden, certificate_changed,
+    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, same_machine, serial_hidden, certificate_changed,
     certificate_untrusted, needs_password, execution_failed, start_refused, robot_fails, execution_skipped, executions_missed, app_was_off,
     backup_restored, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, started_twice, unknown_outcome, database,
     backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, check_up_left,

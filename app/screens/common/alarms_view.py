@@ -113,6 +113,7 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "unauthorized": lambda: _("enter user name and password again"),
     "not_a_robot": lambda: _("correct its address"),
     "wrong_robot": lambda: _("correct its address, or accept the new robot"),
+    "same_machine": lambda: _("correct the wrong address, or remove one of them"),
     "serial_hidden": lambda: _("check at the robot that it is the same one"),
     "certificate_changed": lambda: _("compare it with the robot's own, then trust it in Settings"),
     "certificate_untrusted": lambda: _("compare it with the robot's own, then trust it in Settings"),
@@ -210,7 +211,7 @@ def alarm_icon(alarm: Alarm) -> str:
 
 
 # ---------------------------------------------------------------------- what can be done
-_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed",
+_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "same_machine", "serial_hidden", "certificate_changed",
                          "certificate_untrusted", "needs_password", "check_up_outdated")
 _OF_THE_TABLET = ("app_was_off", "backup_restored", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed",
                   "lock_lost", "too_few_files", "zone_unknown")

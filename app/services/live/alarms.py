@@ -31,6 +31,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
     "wrong_robot": (Priority.HIGH, "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
                                    "nothing is sent"),
+    "same_machine": (Priority.HIGH, "{robots} have one serial number, {number}: they are one machine, and what is planned for each meets "
+                                    "in its queue"),
     "serial_hidden": (Priority.HIGH, "{robot} no longer shows its serial number {expected}; nothing is sent"),
     "certificate_changed": (Priority.HIGH, "{robot} shows another certificate than the one that is trusted; nothing is sent"),
     "certificate_untrusted": (Priority.HIGH, "{robot} shows a certificate that is not trusted; nothing is sent"),

@@ -106,7 +106,7 @@ DESTINATIONS = {                         # code: (key as the services give it, w
     "robot_error": ("robot:1", HOME, 1), "emergency_stop": ("robot:1", HOME, 1), "unreachable": ("robot:1", HOME, 1),
     "unauthorized": ("robot:1", SETUP, 1), "not_a_robot": ("robot:1", SETUP, 1), "wrong_robot": ("robot:1", SETUP, 1),
     "certificate_changed": ("robot:1", SETUP, 1), "certificate_untrusted": ("robot:1", SETUP, 1),
-    "serial_hidden": ("robot:1", SETUP, 1), "needs_password": ("robot:1", SETUP, 1),
+    "same_machine": ("serial:25", SETUP, 1), "serial_hidden": ("robot:1", SETUP, 1), "needs_password": ("robot:1", SETUP, 1),
     "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7), "execution_skipped": ("manual:1", LOGS, None),
     "start_refused": ("schedule:7:robot:1", LOGS, None),
     "executions_missed": ("plan", LOGS, None), "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
