@@ -296,7 +296,7 @@ class ClockGuard:
         if self._last_heartbeat is None:
             self._downtime.add(Gap(EVER, began))           # a run before may have ended before its first heartbeat
             self._absent_since = EVER
-        elif self._wrong:                                  # nothing tells for how long it was off
+        elif any(since <= self._last_heartbeat <= until for since, until in self._wrong):      # nothing tells for how long it was off
             self._downtime.add(Gap(self._last_heartbeat, began, clock=True))
             self._absent_since = self._last_heartbeat
         elif began - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
