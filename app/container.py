@@ -211,6 +211,8 @@ class Container:
         self.tablet.begin()
         for line in self.catalogue.edit(lambda edit: edit.take_known_zones(self._find_zone)):
             log.warning("At the start %s", line)
+        if count := self.catalogue.edit(lambda edit: edit.follow_rules()):
+            log.warning("The rules or the time zone data are others than before: %d schedules were planned again", count)
 
     def make_worker(self, robot: Robot) -> RobotWorker:
         return RobotWorker(robot, self.make_client(robot), self.shared)

@@ -100,11 +100,17 @@ def test_the_last_of_a_large_count_may_lie_beyond_the_calendar():
 
 
 @pytest.mark.parametrize("rule", [
-    "FREQ=HOURLY;INTERVAL=24;BYHOUR=10", "FREQ=MINUTELY;INTERVAL=2;BYMINUTE=1,3,5", "FREQ=MINUTELY;INTERVAL=60;BYMINUTE=31"])
+    "FREQ=HOURLY;INTERVAL=48;BYHOUR=10", "FREQ=MINUTELY;INTERVAL=2;BYMINUTE=1,3,5", "FREQ=MINUTELY;INTERVAL=60;BYMINUTE=31"])
 def test_a_rule_that_comes_too_rarely_is_refused_in_one_sentence(rule):
     with pytest.raises(InvalidInput, match="the recurrence comes too rarely to be searched"):
         steps(lambda: validation.schedule(schedule(rule)), most=MANY)
     assert next_occurrence(schedule(rule), NOW, EVERY_DAY) is None
+
+
+@pytest.mark.parametrize("rule", ["FREQ=HOURLY;INTERVAL=24;BYHOUR=10", "FREQ=HOURLY;INTERVAL=24;BYHOUR=10;COUNT=3"])
+def test_times_of_day_that_never_come_are_no_start(rule):
+    with pytest.raises(InvalidInput, match="has no start"):
+        steps(lambda: validation.schedule(schedule(rule)), most=SOME)
 
 
 def test_a_recurrence_has_at_most_five_hundred_characters(container):

@@ -12,6 +12,7 @@ from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed, Switched
 from app.services.live.changes import Topic
 from app.services.planning.first_due import first_due
+from app.services.planning.recurrence import next_occurrence
 from app.services.planning.wanted import as_defined, is_planned
 from app.services.planning.working_days import WorkingCalendar
 
@@ -61,6 +62,30 @@ class ScheduleEdit(Transaction):
         before = Switched(schedule, self.open_of([schedule]))
         self.save_schedule(replace(schedule, enabled=on))
         return before
+
+    def follow_rules(self) -> int:
+        """At a start: what was planned by other rules (those of an older version) or with other zone data is planned again from the last
+        instant on that has its row. Returns of how many schedules."""
+        strangers = [schedule for schedule in self.schedules.all(self.c) if schedule.next_at is not None
+                     and not self._is_instant(schedule, schedule.next_at)]
+        for schedule in strangers:
+            self.schedules.advance(self.c, schedule.id, self._next_by_rule(schedule))
+            self.topics.add(Topic.SCHEDULES)
+        return len(strangers)
+
+    def _is_instant(self, schedule: Schedule, at: datetime) -> bool:
+        """Whatever day it is: what is due on a day that was closed since stays due."""
+        return next_occurrence(replace(schedule, respect_working_days=False), at - _MOMENT, self.calendar) == at
+
+    def _next_by_rule(self, schedule: Schedule) -> datetime | None:
+        through, changed_at = schedule.planned_through, schedule.changed_at or self.now
+        skipped = self.schedules.skipped(self.c, schedule.id)
+        found = first_due(schedule, self.settings, max(through or changed_at, changed_at), self.calendar, skipped)
+        if found is None or through is None or self._is_instant(schedule, through):
+            return found
+        following = next_occurrence(schedule, found, self.calendar)
+        is_the_same = following is not None and found - through < (following - found) / 2      # 05:00 by the old rule, 06:00 by this one
+        return following if is_the_same else found
 
     def _replan(self, stored: Schedule, schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
         """When it comes next, and what waits of instants that it no longer has is taken back; nothing of that when only how it runs was

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from datetime import UTC, date, datetime, time, timedelta
 from itertools import islice, pairwise
+from zoneinfo import ZoneInfo
 
 import pytest
 
@@ -246,6 +247,53 @@ def test_sub_daily_steps_run_on_through_a_repeated_hour_and_over_a_missing_one()
     assert starts(schedule("2027-03-28T02:10", "FREQ=HOURLY"), number=3) == ["2027-03-28 00:10", "2027-03-28 01:10", "2027-03-28 02:10"]
     assert starts(schedule("2027-03-28T00:00", "FREQ=HOURLY;BYHOUR=2,3,4;COUNT=3")) == [
         "2027-03-28 00:00", "2027-03-28 01:00", "2027-03-28 23:00"]
+
+
+SHIFTS = ["06:00", "14:00", "22:00"]
+
+
+def wall(given: Schedule, after: str, number: int) -> list[str]:
+    """Days and times by the schedule's own clock."""
+    zone = ZoneInfo(given.timezone)
+    return [f"{o.instant.astimezone(zone):%d %H:%M}" for o in islice(occurrences(given, utc(after), EVERY_DAY), number)]
+
+
+@pytest.mark.parametrize("rule", ["FREQ=HOURLY;INTERVAL=8", "FREQ=MINUTELY;INTERVAL=480"])
+@pytest.mark.parametrize("month", range(1, 13))
+def test_every_eight_hours_is_at_the_same_times_all_year(rule, month):
+    shifts = schedule("2026-05-02T06:00", rule)
+    assert {at[3:] for at in wall(shifts, f"2027-{month:02d}-01", 93)} == set(SHIFTS)
+
+
+@pytest.mark.parametrize(("rule", "times"), [
+    ("FREQ=HOURLY;INTERVAL=24", {"06:00"}), ("FREQ=MINUTELY;INTERVAL=1440", {"06:00"}), ("FREQ=HOURLY;INTERVAL=12", {"06:00", "18:00"}),
+    ("FREQ=HOURLY;INTERVAL=6;BYHOUR=6,12", {"06:00", "12:00"}), ("FREQ=HOURLY;INTERVAL=4;BYMINUTE=0,30;BYHOUR=6", {"06:00", "06:30"}),
+    ("FREQ=MINUTELY;INTERVAL=40;BYHOUR=6", {"06:00", "06:40"}), ("FREQ=MINUTELY;INTERVAL=45;BYHOUR=6", {"06:00", "06:45"}),
+    ("FREQ=MINUTELY;INTERVAL=90;BYHOUR=6,7", {"06:00", "07:30"})])
+def test_an_interval_that_divides_the_day_keeps_its_times(rule, times):
+    assert {at[3:] for at in wall(schedule("2026-05-02T06:00", rule), "2027-01-01", 700)} == times
+
+
+def test_every_hour_stays_at_the_full_hour_where_the_clock_moves_by_half_an_hour():
+    hourly = schedule("2026-05-02T00:00", "FREQ=HOURLY;BYHOUR=6", "Australia/Lord_Howe")
+    assert {at[3:] for at in wall(hourly, "2026-09-01", 60)} == {"06:00"}
+
+
+def test_other_intervals_step_in_elapsed_time():
+    assert wall(schedule("2026-10-24T06:00", "FREQ=HOURLY;INTERVAL=7"), "2026-10-24 09:00", 3) == ["24 13:00", "24 20:00", "25 03:00"]
+    assert wall(schedule("2026-10-24T06:00", "FREQ=HOURLY;INTERVAL=7"), "2026-10-25 01:00", 2) == ["25 09:00", "25 16:00"]
+
+
+def test_of_times_of_day_a_missing_one_is_shifted_and_of_two_the_first_counts():
+    thirds = schedule("2026-05-02T03:30", "FREQ=HOURLY;INTERVAL=8")
+    assert starts(thirds, "2026-10-24 22:00", 2) == ["2026-10-25 00:30", "2026-10-25 09:30"]
+    assert starts(thirds, "2027-03-27 22:00", 2) == ["2027-03-28 01:30*", "2027-03-28 08:30"]
+
+
+def test_count_counts_times_of_day_over_clock_changes():
+    assert len(starts(schedule("2026-10-20T06:00", "FREQ=HOURLY;INTERVAL=8;COUNT=50"), number=90)) == 50
+    assert len(starts(schedule("2026-10-20T06:00", "FREQ=MINUTELY;INTERVAL=40;COUNT=500"), number=900)) == 500
+    assert starts(schedule("2006-05-02T06:00", "FREQ=HOURLY;INTERVAL=8;COUNT=21915"), "2026-04-30")[-1] == "2026-05-01 19:00"
 
 
 def test_a_repeated_part_of_the_day_runs_on():

@@ -101,11 +101,23 @@ def fits(rule: Recurrence, local: datetime) -> bool:
             and (not rule.minutes or local.minute in rule.minutes))
 
 
+def on_step(rule: Recurrence, is_hourly: bool, begin: datetime, moment: datetime) -> bool:
+    """Both by one clock."""
+    if is_hourly and rule.minutes:
+        hour, first_hour = (each.replace(minute=0) for each in (moment, begin))
+        return (hour - first_hour) / timedelta(hours=1) % rule.interval == 0
+    return (moment - begin) / MINUTE % (rule.interval * (60 if is_hourly else 1)) == 0
+
+
 def every_minute(given_schedule: Schedule, days: int) -> Iterator[datetime]:
     """The definition itself, asked of each minute from the start on."""
     rule, zone, between = Recurrence.parse(given_schedule.recurrence), ZoneInfo(given_schedule.timezone), given_schedule.between
     start = given_schedule.start.replace(tzinfo=zone).astimezone(UTC)
     is_hourly = "HOURLY" in (given_schedule.recurrence or "")
+    step = rule.interval * (60 if is_hourly else 1)
+    if between is None and 1440 % step == 0 and step > 60:
+        yield from every_time_of_day(given_schedule, rule, is_hourly, days)
+        return
     for number in range(days * 1440):
         instant = start + number * MINUTE
         local = instant.astimezone(zone)
@@ -116,14 +128,25 @@ def every_minute(given_schedule: Schedule, days: int) -> Iterator[datetime]:
             begin = datetime.combine(local.date(), between.start, zone).astimezone(UTC)
         if instant < begin or not fits(rule, local):
             continue
-        if is_hourly and rule.minutes:
-            hour = instant - local.minute * MINUTE
-            first_hour = begin - begin.astimezone(zone).minute * MINUTE
-            on_step = (hour - first_hour) / timedelta(hours=1) % rule.interval == 0
-        else:
-            on_step = (instant - begin) / MINUTE % (rule.interval * (60 if is_hourly else 1)) == 0
-        if on_step:
+        if between is None and 1440 % step == 0:
+            fits_step = on_step(rule, is_hourly, given_schedule.start, local.replace(tzinfo=None))
+        else:                                  # of an hour by the wall clock the steps are counted in elapsed time
+            past, first_past = local.minute * MINUTE, begin.astimezone(zone).minute * MINUTE
+            by_hours = is_hourly and bool(rule.minutes)
+            elapsed = (instant - past) - (begin - first_past) if by_hours else instant - begin
+            fits_step = elapsed / MINUTE % step == 0
+        if fits_step:
             yield instant
+
+
+def every_time_of_day(given_schedule: Schedule, rule: Recurrence, is_hourly: bool, days: int) -> Iterator[datetime]:
+    """As a daily rule has them: shifted by the gap, or the first of two."""
+    zone, start = ZoneInfo(given_schedule.timezone), given_schedule.start
+    minutes = (start + number * MINUTE for number in range((days + 1) * 1440))
+    wanted = [local for local in minutes if fits(rule, local) and on_step(rule, is_hourly, start, local)]
+    found = {local.replace(tzinfo=zone).astimezone(UTC) for local in wanted}
+    end = start.replace(tzinfo=zone).astimezone(UTC) + days * DAY
+    yield from sorted(instant for instant in found if instant < end)
 
 
 CHANGES = {"Europe/Helsinki": ((2027, 3, 27), (2026, 10, 24)), "America/New_York": ((2027, 3, 13), (2026, 10, 31)),
@@ -133,7 +156,8 @@ CHANGES = {"Europe/Helsinki": ((2027, 3, 27), (2026, 10, 24)), "America/New_York
 BEGINNINGS = st.sampled_from([(zone, day) for zone, days in CHANGES.items() for day in days])
 PARTS_OF_DAY = st.one_of(st.none(), st.tuples(st.integers(0, 1439), st.integers(0, 1439)).map(
     lambda ends: Between(*(time(minute // 60, minute % 60) for minute in sorted(ends)))))
-SUB_DAILY = st.one_of(st.integers(1, 200).map(lambda n: f"FREQ=MINUTELY;INTERVAL={n}"),
+OF_THE_DAY = [n for n in range(1, 1441) if 1440 % n == 0]
+SUB_DAILY = st.one_of((st.integers(1, 200) | st.sampled_from(OF_THE_DAY)).map(lambda n: f"FREQ=MINUTELY;INTERVAL={n}"),
                       st.integers(1, 30).map(lambda n: f"FREQ=HOURLY;INTERVAL={n}"))
 
 

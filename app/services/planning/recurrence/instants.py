@@ -2,7 +2,8 @@
 
 Rules that name dates (daily and longer) are wall-clock time. A time that a clock change leaves out is shifted by the gap (03:30 becomes
 04:30), one that comes twice is taken the first time: RFC 5545, section 3.3.5, which is ``datetime.combine(day, time, zone)`` with fold=0.
-Sub-daily rules step in elapsed time, so a repeated hour runs on and a missing one is skipped.
+An interval of minutes or hours that divides the day keeps its times of day as well: one of more than an hour is taken like the times of a
+daily rule, and of a shorter one a repeated hour runs on and a missing one is skipped. All others step in elapsed time.
 """
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from zoneinfo import ZoneInfo
 from app.domain.models import Between, InvalidInput, Schedule
 from app.services.planning.recurrence.dates import DAY, LAST_DAY, dates, nth_date
 from app.services.planning.recurrence.rule import Frequency, Recurrence
-from app.services.planning.recurrence.times import DAY_S, SECOND, days_of, seconds_of, step_of, stretches, times
+from app.services.planning.recurrence.times import DAY_S, HOUR_S, SECOND, days_of, seconds_of, step_of, stretches, times
 from app.services.planning.working_days import WorkingCalendar
 
 LONG_AGO = datetime.min.replace(tzinfo=UTC)
@@ -81,7 +82,7 @@ def check_has_instants(schedule: Schedule) -> None:
     if not has_instants:
         raise InvalidInput("recurrence", "the recurrence has no start: no date and time fits all its parts")
     count = rule.recurrence.count
-    if count and rule.recurrence.frequency.is_sub_daily and _counted_end(rule) is None:
+    if count and not rule.names_times and _counted_end(rule) is None:
         raise InvalidInput(
             "recurrence", "COUNT={count} takes more than {days} of its days to be used up: end the recurrence with UNTIL instead",
             count=count, days=COUNTED)
@@ -141,9 +142,7 @@ class _Rule:
         """All from about ``after`` on, in order."""
         if self.recurrence.frequency is Frequency.ONCE:
             return iter((self._at(self.start),))
-        if self.recurrence.frequency.is_sub_daily:
-            return self._by_steps(after, calendar, last_day)
-        return self._by_date(after, calendar, last_day)
+        return self._by_date(after, calendar, last_day) if self.names_times else self._by_steps(after, calendar, last_day)
 
     def _at(self, nominal: datetime) -> Occurrence:
         instant = to_utc(nominal, self.zone)
@@ -157,17 +156,32 @@ class _Rule:
         if end is not None and end.tzinfo:
             until, end = min(until, end), None
         last_day = min(self._last_day(end), until.astimezone(self.zone).date() + DAY)        # the clock may be set back at midnight
-        passed = self._passed_steps if self.recurrence.frequency.is_sub_daily else self._passed_dates
+        passed = self._passed_dates if self.names_times else self._passed_steps
         return passed(after, until, calendar, last_day, end or datetime.combine(LAST_DAY, time.max))
 
-    # ------------------------------------------------------------------ daily and longer
-    @property
+    @cached_property
+    def keeps_times(self) -> bool:
+        """The steps are at the same times of each day, whatever its clock does."""
+        return self.between is None and DAY_S % step_of(self.recurrence) == 0
+
+    # ------------------------------------------------------------------ times of days
+    @cached_property
+    def names_times(self) -> bool:
+        """Daily and longer, or so many times a day."""
+        return not self.recurrence.frequency.is_sub_daily or (self.keeps_times and step_of(self.recurrence) > HOUR_S)
+
+    @cached_property
     def times_of_day(self) -> tuple[time, ...]:
+        if self.recurrence.frequency.is_sub_daily:
+            found = times(self.recurrence, _seconds(self.start.time()), 0, DAY_S)
+            return tuple(time(second // HOUR_S, second // 60 % 60) for second in found)
         return _times_of_day(self.recurrence.hours or (self.start.hour,), self.recurrence.minutes or (self.start.minute,))
 
     def _by_date(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
         """A time that a clock change shifts may come after a later one, so it waits until no earlier one can follow."""
         low, waiting = self._wall_clock_at(after), list[Occurrence]()
+        if not self.times_of_day:
+            return
         for day in _working(dates(self.recurrence, self.start.date(), low.date(), last_day), calendar):
             moments = self.times_of_day
             for moment in moments[bisect_left(moments, low.time()):] if day == low.date() else moments:
@@ -192,7 +206,7 @@ class _Rule:
                 continue
             of_day = (self._at(datetime.combine(day, moment)) for moment in moments)
             found |= {each.instant for each in of_day if self.start <= each.nominal <= end and after < each.instant <= until}
-        latest = [] if whole is None else [to_utc(datetime.combine(whole, moments[-1]), self.zone)]
+        latest = [] if whole is None or not moments else [to_utc(datetime.combine(whole, moments[-1]), self.zone)]
         return Passed(number + len(found), max([*latest, *found], default=None))
 
     def _is_even(self, day: date) -> bool:
@@ -265,7 +279,7 @@ class _Rule:
     def _have_times(self, offset: int) -> Callable[[int], bool]:
         """Whether there are times on a day with this offset, given its ordinal."""
         if self.between is None:
-            return days_of(self.recurrence, self._begin + offset)
+            return days_of(self.recurrence, self._begin_on_clock if self.keeps_times else self._begin + offset)
         begin = _seconds(self.between.start)
         found = any(True for _ in times(self.recurrence, begin, begin, _seconds(self.between.end) + 1))
         return lambda _ordinal: found
@@ -273,6 +287,10 @@ class _Rule:
     @cached_property
     def _begin(self) -> int:
         return seconds_of(to_utc(self.start, self.zone))
+
+    @cached_property
+    def _begin_on_clock(self) -> int:
+        return seconds_of(self.start.replace(tzinfo=UTC))
 
     def _parts(self, day: date, earliest: int) -> Iterator[tuple[int, int, int, int]]:
         """Seconds ahead of UTC, and seconds after midnight: from where steps are counted, the first, not before ``earliest``, and the end.
@@ -282,6 +300,8 @@ class _Rule:
             begin = seconds_of(to_utc(datetime.combine(day, between.start), self.zone))
         for offset, first, end in stretches(self.zone_name, day):
             first, origin = max(first, earliest + offset - midnight), begin + offset - midnight
+            if self.keeps_times:
+                origin = self._begin_on_clock - midnight
             if between:
                 first, end = max(first, origin, _seconds(between.start)), min(end, _seconds(between.end) + 1)
             yield offset, origin, first, end
@@ -289,10 +309,10 @@ class _Rule:
     def count_steps(self, count: int) -> datetime | None:
         """When the rule has come so often; None when that takes more than ``COUNTED`` dates."""
         begin, known = to_utc(self.start, self.zone), dict[tuple[int, ...], int]()
-        if self.takes_every_step:
+        if self.takes_every_step and not self.keeps_times:
             step = step_of(self.recurrence) * SECOND
             return begin + min(count - 1, (LAST_MOMENT - begin) // step) * step
-        for day in islice(self._dates(begin), COUNTED):
+        for day in islice(self._dates(begin), None if self.takes_every_step else COUNTED):
             for offset, origin, first, end in self._parts(day, self._begin):
                 kind = origin % step_of(self.recurrence), first, end
                 if kind not in known:
@@ -301,7 +321,7 @@ class _Rule:
                     seconds = next(islice(times(self.recurrence, origin, first, end), count - 1, None))
                     return datetime.combine(day, time(), UTC) + (seconds - offset) * SECOND
                 count -= known[kind]
-        return None
+        return LAST_MOMENT if self.takes_every_step else None
 
 
 def _seconds(moment: time) -> int:
@@ -335,9 +355,11 @@ def _has_instants(rule: _Rule) -> bool:
 def _counted_end(rule: _Rule) -> datetime | None:
     """Where COUNT is used up, days off counted too, in the manner of UNTIL; None when nobody needs to know, as that is too far away."""
     count = rule.recurrence.count or 1
-    if rule.recurrence.frequency.is_sub_daily:
+    if not rule.names_times:
         return rule.count_steps(count)
     moments, start = rule.times_of_day, rule.start
+    if not moments:
+        return None
     first = nth_date(rule.recurrence, start.date(), 0)
     passed = bisect_left(moments, start.time()) if first == start.date() else 0
     number, of_day = divmod(passed + count - 1, len(moments))

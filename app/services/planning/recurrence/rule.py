@@ -30,7 +30,7 @@ class Frequency(StrEnum):
 
     @property
     def is_sub_daily(self) -> bool:
-        """Steps in elapsed time instead of naming dates."""
+        """Every so many minutes or hours."""
         return self in (Frequency.MINUTELY, Frequency.HOURLY)
 
 

@@ -1,0 +1,77 @@
+"""What an older version planned by its rules, or with older zone data, goes on by those of now: nothing twice, nothing lost."""
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from app.domain.models import Schedule
+from tests.support.site import Site
+
+MONDAY = datetime(2026, 11, 23, tzinfo=UTC)          # 02:00 in Helsinki, where it is winter
+HOUR = timedelta(hours=1)
+
+
+def at(hour: int) -> datetime:
+    """A full hour of Helsinki on that day."""
+    return MONDAY + (hour - 2) * HOUR
+
+
+@pytest.fixture
+def site(tmp_path):
+    site = Site(tmp_path, now=at(4))
+    site.add_robots()
+    site.add_mission("Deliver")
+    yield site
+    site.switch_off()
+
+
+def restarted(site, schedule, next_at, planned_through, changed_at=datetime(2026, 5, 2, tzinfo=UTC)):
+    """The next instant after a start on what an older version has stored."""
+    saved = site.container.catalogue.save_schedule(schedule)
+    values = [each and each.isoformat(timespec="microseconds") for each in (next_at, planned_through, changed_at)]
+    site.container.db.write(lambda c: c.execute("UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = ?", values))
+    site.switch_off()
+    site.switch_on()
+    return site.container.repositories.schedules.get(site.container.db.read(), saved.id).next_at
+
+
+def every_eight_hours():
+    return Schedule("S", 1, 1, datetime(2026, 5, 2, 6), "Europe/Helsinki", "FREQ=HOURLY;INTERVAL=8", respect_working_days=False)
+
+
+@pytest.mark.parametrize(("last", "stored", "hour"), [
+    (at(-3), at(5), 6),                      # 21 and 05 o'clock in elapsed time are 22 and 06
+    (at(5), at(13), 14)])
+def test_each_start_takes_the_place_of_the_one_by_the_old_rule(site, last, stored, hour):
+    assert restarted(site, every_eight_hours(), stored, last) == at(hour)
+
+
+def test_one_that_has_never_come_counts_from_when_it_was_changed(site):
+    assert restarted(site, every_eight_hours(), at(5), None, changed_at=at(4)) == at(6)
+
+
+def test_what_is_planned_right_stays(site):
+    assert restarted(site, every_eight_hours(), at(6), at(-2)) == at(6)
+
+
+def test_what_was_due_while_the_app_was_off_is_not_lost(site):
+    """Two days ago; each start since then gets its row."""
+    assert restarted(site, every_eight_hours(), at(5 - 48), at(-3 - 48)) == at(6 - 48)
+
+
+def test_a_day_that_was_closed_since_stays_due(site):
+    schedule = Schedule("S", 1, 1, datetime(2026, 5, 2, 6), "Europe/Helsinki", "FREQ=DAILY")
+    sunday = at(6) - 24 * HOUR
+    assert restarted(site, schedule, sunday, None) == sunday
+
+
+def test_other_zone_data(site):
+    """An hour later by the old ones: in winter Vancouver was 8 h behind UTC until 2026."""
+    schedule = Schedule("S", 1, 1, datetime(2026, 5, 2, 6), "America/Vancouver", "FREQ=DAILY", respect_working_days=False)
+    assert restarted(site, schedule, MONDAY + 14 * HOUR, MONDAY - 10 * HOUR) == MONDAY + 13 * HOUR
+
+
+def test_a_single_start_follows_the_zone_data_too(site):
+    schedule = Schedule("S", 1, 1, datetime(2026, 12, 1, 6), "America/Vancouver", respect_working_days=False)
+    assert restarted(site, schedule, datetime(2026, 12, 1, 14, tzinfo=UTC), None) == datetime(2026, 12, 1, 13, tzinfo=UTC)
