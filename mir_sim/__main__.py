@@ -4,6 +4,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import queue
+import secrets
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -19,6 +20,7 @@ from mir_sim.history import MAX_ITEMS
 from mir_sim.profile import DEVIANTS, FAITHFUL, deviant, read
 
 USAGE_ERROR = 2
+SEEDS = 10**9
 T = TypeVar("T")
 
 
@@ -59,7 +61,7 @@ def parser() -> argparse.ArgumentParser:
                          help="what /sim asks for from other machines, in the header X-Sim-Key (default: a random one)")
     options.add_argument("--robots", type=_number_from(1, 500, int), default=3, help="how many (default %(default)s)")
     options.add_argument("--time-scale", type=_number_from(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000")
-    options.add_argument("--seed", type=int, default=1, help="decides everything random (default %(default)s)")
+    options.add_argument("--seed", type=int, help="decides everything random, serial numbers too (default: a new one each time)")
     options.add_argument("--software", choices=SOFTWARE, help=f"software of the robots (default {FAITHFUL.software})")
     differing = options.add_mutually_exclusive_group()
     differing.add_argument("--profile", type=_checked(lambda name: read(Path(name))), default=FAITHFUL, metavar="FILE",
@@ -90,7 +92,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
-    robots = make_robots(args.robots, time_scale=args.time_scale, seed=args.seed, profile=args.profile, software=args.software,
+    seed = secrets.randbelow(SEEDS) if args.seed is None else args.seed
+    robots = make_robots(args.robots, time_scale=args.time_scale, seed=seed, profile=args.profile, software=args.software,
                          chaos=args.chaos, failure_rate=args.failure_rate, history=args.history, timezone=args.timezone,
                          clock_offset=args.clock_offset, clock_drift=args.clock_drift)
     fleet = Fleet(robots, args.host, args.port, args.key)
@@ -99,6 +102,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         print(f"python -m mir_sim: cannot listen on {args.host} port {args.port}: {error.strerror or error}", file=sys.stderr)
         return USAGE_ERROR
+    if args.seed is None:
+        print(f"python -m mir_sim: --seed {seed} makes the same robots again", file=sys.stderr, flush=True)
     if not args.key and args.host not in ("127.0.0.1", "::1", "localhost"):
         print(f"python -m mir_sim: from other machines, /sim asks for the header X-Sim-Key: {fleet.key}", file=sys.stderr, flush=True)
     for robot in fleet.robots:

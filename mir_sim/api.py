@@ -11,7 +11,7 @@ from typing import Any
 from mir_sim import definition, listing
 from mir_sim.control import MAP_PATH, PATH, control
 from mir_sim.definition import Routes
-from mir_sim.errors import ApiError
+from mir_sim.errors import ApiError, argument_error
 from mir_sim.messages import Request, Response
 from mir_sim.resources import registry, rows
 from mir_sim.resources.call import Call
@@ -78,10 +78,23 @@ def _dispatch(robot: SimulatedRobot, request: Request) -> tuple[int, Any]:
     if verb == "post" and path.endswith("/search"):
         return 201, _search(robot, request, path.removesuffix("/search"), user)
     call = _call(robot, request, verb, path, user)
-    value = registry.handler(verb, call.operation.template)(call)
+    value = _handled(call)
     if verb == "get":
         value = _listed(call, value, ())
+    elif verb == "put" and isinstance(value, dict):              # whose answers were not recorded: as the definition has them
+        value = definition.declared(robot.definition.properties(call.operation.schema), value)
     return call.operation.success, value
+
+
+def _handled(call: Call) -> Any:
+    """What is missing on the way to an operation that doesn't document 404 is a wrong argument."""
+    operation = call.operation
+    try:
+        return registry.handler(operation.verb, operation.template)(call)
+    except ApiError as error:
+        if error.status == 404 and operation.refusals and 404 not in operation.refusals:
+            raise argument_error(*list(call.params)[-1:]) from None
+        raise
 
 
 def _call(robot: SimulatedRobot, request: Request, verb: str, path: str, user: Row | None) -> Call:

@@ -19,13 +19,14 @@ Schema = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Operation:
-    """One verb on one path template. ``schema`` is None where the answer has no body."""
+    """One verb on one path template. ``schema`` is None where the answer has no body. ``refusals``: the other status codes."""
 
     verb: str
     template: str
     success: int
     schema: Schema | None
     body_schema: Schema | None
+    refusals: frozenset[int] = frozenset()
 
     @property
     def is_list(self) -> bool:
@@ -45,7 +46,8 @@ class Definition:
     def _operation(verb: str, template: str, raw: dict[str, Any]) -> Operation:
         success = next(code for code in raw["responses"] if code.startswith("2"))
         bodies = [parameter["schema"] for parameter in raw["parameters"] if parameter["in"] == "body"]
-        return Operation(verb, template, int(success), raw["responses"][success].get("schema"), bodies[0] if bodies else None)
+        return Operation(verb, template, int(success), raw["responses"][success].get("schema"), bodies[0] if bodies else None,
+                         frozenset(int(code) for code in raw["responses"] if code != success))
 
     def operation(self, verb: str, template: str) -> Operation | None:
         return self._operations.get((verb, template))
@@ -89,13 +91,18 @@ class Definition:
         if not isinstance(body, dict):
             raise argument_error()
         properties: Mapping[str, Schema] = schema.get("properties", {})
-        if any(name not in body for name in schema.get("required", ())):
-            raise argument_error()
+        if missing := [name for name in schema.get("required", ()) if name not in body]:
+            raise argument_error(*missing)
         known = {name: value for name, value in body.items() if name in properties}
-        for name, value in known.items():
-            if not _fits(value, properties[name]):
-                raise argument_error()
+        if wrong := [name for name, value in known.items() if not _fits(value, properties[name])]:
+            raise argument_error(*wrong)
         return known
+
+
+def declared(fields: Mapping[str, Schema], value: dict[str, Any]) -> dict[str, Any]:
+    """The same with lists and objects as texts of JSON, where a text is declared."""
+    return {name: json.dumps(one) if isinstance(one, list | dict) and fields.get(name, {}).get("type") == "string" else one
+            for name, one in value.items()}
 
 
 def is_number(value: Any) -> TypeGuard[int | float]:

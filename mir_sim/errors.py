@@ -23,5 +23,6 @@ class ApiError(Exception):
         return {"error_code": self.code, "error_human": self.text}
 
 
-def argument_error() -> ApiError:
-    return ApiError(400, "Argument error")
+def argument_error(*fields: str) -> ApiError:
+    """``fields``: what is missing or wrong; none: the body as a whole. That they are named after a colon is a guess."""
+    return ApiError(400, ": ".join(filter(None, ("Argument error", ", ".join(fields)))))

@@ -17,6 +17,7 @@ RESOLUTION = 0.05     # m per pixel
 FLOOR, UNSEEN, WALL, MARK, ROBOT = 254, 205, 0, 120, 60
 WALL_THICKNESS = 0.2
 EDGE_THICKNESS = 0.15      # of racks and machines
+SEEN = 4.0                 # m around the robot
 MARGIN = 2.0               # m of unseen area around the hall
 PLAN = world.Box(-MARGIN, -MARGIN, world.WIDTH + MARGIN, world.HEIGHT + MARGIN)     # what the picture shows
 
@@ -30,10 +31,11 @@ class Picture:
         self._pixels = [bytearray([grey]) * self.columns for _ in range(self.rows)]
 
     def fill(self, box: world.Box, grey: int) -> None:
-        left, right = max(0, self._pixel(box.left - self._left)), min(self.columns, self._pixel(box.right - self._left))
+        left = max(0, self._pixel(box.left - self._left))
+        right = max(left, min(self.columns, self._pixel(box.right - self._left)))
         bottom, top = self._pixel(box.bottom - self._bottom), self._pixel(box.top - self._bottom)
         for row in range(max(0, self.rows - top), min(self.rows, self.rows - bottom)):
-            self._pixels[row][left:right] = bytes([grey]) * max(0, right - left)
+            self._pixels[row][left:right] = bytes([grey]) * (right - left)
 
     @staticmethod
     def _pixel(metres: float) -> int:
@@ -56,8 +58,8 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
-def _draw() -> Picture:
-    picture, hall = Picture(PLAN, UNSEEN), world.Box(0.0, 0.0, world.WIDTH, world.HEIGHT)
+def _draw(part: world.Box = PLAN) -> Picture:
+    picture, hall = Picture(part, UNSEEN), world.Box(0.0, 0.0, world.WIDTH, world.HEIGHT)
     picture.fill(hall, WALL)
     picture.fill(_grown(hall, -WALL_THICKNESS), FLOOR)
     for obstacle in world.OBSTACLES:
@@ -74,6 +76,13 @@ def _grown(box: world.Box, by: float) -> world.Box:
 def base_map() -> str:
     """The occupancy map, base64 as in /maps/{guid}."""
     return base64.b64encode(_draw().png()).decode()
+
+
+def scan(pose: Pose) -> bytes:
+    """A PNG of what the scanners see around the robot, which is in the middle."""
+    picture = _draw(world.Box(pose.x - SEEN, pose.y - SEEN, pose.x + SEEN, pose.y + SEEN))
+    picture.disc(pose.x, pose.y, 0.5, ROBOT)
+    return picture.png()
 
 
 def live_view(pose: Pose) -> bytes:

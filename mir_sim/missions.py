@@ -11,10 +11,11 @@ DEFAULT_GROUP = "mirconst-guid-0000-0011-missiongroup"     # the group named "Mi
 
 @dataclass(frozen=True)
 class UserParameter:
-    """A value to be given when the mission is queued; it is required when ``default`` is None."""
+    """A value to be given when the mission is queued; it is required when ``default`` is None. Without a ``guid`` each robot makes one."""
 
     input_name: str
     default: Any = None
+    guid: str = ""
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,9 @@ def move(station: str | UserParameter) -> Action:
                            "marker_entry_position": "entry", "retries": 10, "distance_threshold": 0.1})
 
 
-def dock(station: str) -> Action:
-    return Action("docking", {"marker": BY_NAME[station].guid, "marker_type": "mirconst-guid-0000-0001-marker000001", "retries": 10,
+def dock(station: str | UserParameter) -> Action:
+    marker = station if isinstance(station, UserParameter) else BY_NAME[station].guid
+    return Action("docking", {"marker": marker, "marker_type": "mirconst-guid-0000-0001-marker000001", "retries": 10,
                               "max_linear_speed": 0.25})
 
 
@@ -61,6 +63,14 @@ def prompt(question: str, timeout: str) -> Action:
 def charge(percentage: int, until_new_mission: bool) -> Action:
     return Action("charging", {"minimum_time": "00:00:30.000000", "minimum_percentage": percentage,
                                "charge_until_new_mission": until_new_mission})
+
+
+def _built_in(number: int, name: str, *actions: Action) -> Mission:
+    return Mission(name, f"mirconst-guid-0000-{number:04d}-actionlist00", actions)
+
+
+def _asked(input_name: str, number: int) -> UserParameter:
+    return UserParameter(input_name, guid=f"mirconst-guid-0000-{number:04d}-actlistparam")
 
 
 def _guid(number: int) -> str:
@@ -84,6 +94,10 @@ MISSIONS: tuple[Mission, ...] = (
 )
 
 # Hidden missions that every robot has (recorded); they can be read but not changed.
-BUILT_IN = {f"mirconst-guid-0000-0001-actionlist{number:02d}": name for number, name in (
-    (0, "Move"), (3, "GoToPositionPrototype"), (4, "ChargeAtStation"), (5, "Dock"), (6, "StageAtPosition"), (7, "PickupCart"),
-    (8, "PlaceCart"))}
+# Of three it is known what they ask for, as clients send it; the others do nothing here.
+BUILT_IN = {mission.guid: mission for mission in (
+    _built_in(1, "Move", move(_asked("Position", 1))),
+    _built_in(3, "GoToPositionPrototype", Action("move_to_position", {
+        "x": _asked("X", 4), "y": _asked("Y", 5), "orientation": _asked("Orientation", 6), "retries": 10, "distance_threshold": 0.1})),
+    _built_in(4, "ChargeAtStation"), _built_in(5, "Dock", dock(_asked("Marker", 23))), _built_in(6, "StageAtPosition"),
+    _built_in(7, "PickupCart"), _built_in(8, "PlaceCart"))}

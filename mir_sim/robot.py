@@ -69,7 +69,7 @@ class SimulatedRobot:
         self.name, self.software, self.model, self.time_scale = name, profile.software, profile.model, time_scale
         self.serial_number = f"2502{self.rng.randrange(10**11):011d}"
         self.clock = RobotClock(start, profile.timezone, profile.clock_offset, profile.clock_drift)
-        self.site = Site(self.rng, profile.software)
+        self.site = Site(self.rng, profile.software, profile.model)
         self.queue = MissionQueue()
         latency = profile.latency and (profile.latency[0] / time_scale, profile.latency[1] / time_scale)
         self.faults = FaultList(chaos, random.Random(f"{seed}/{name}/chaos"), latency)

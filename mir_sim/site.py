@@ -6,12 +6,14 @@ Rows hold plain fields; links to other resources are added when a row is shown.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from mir_sim import floor_plan, missions, settings, world
-from mir_sim.missions import UserParameter
+from mir_sim.footprints import footprint_of
+from mir_sim.missions import Mission, UserParameter
 
 Row = dict[str, Any]
 
@@ -33,6 +35,12 @@ def with_hashed_password(fields: Row) -> Row:
     """The fields of a user as they are stored: with the hash in place of the password."""
     kept = {name: value for name, value in fields.items() if name != "password"}
     return {**kept, "password_hash": password_hash(fields["password"])} if "password" in fields else kept
+
+
+def _parameter(name: str, value: Any, new_guid: Callable[[], str]) -> Row:
+    if isinstance(value, UserParameter):
+        return {"guid": value.guid or new_guid(), "id": name, "value": value.default, "input_name": value.input_name}
+    return {"guid": new_guid(), "id": name, "value": value, "input_name": None}
 
 
 class Table:
@@ -76,7 +84,7 @@ class Table:
 class Site:
     """All tables of one robot, filled as on a newly commissioned one."""
 
-    def __init__(self, rng: random.Random, software: str) -> None:
+    def __init__(self, rng: random.Random, software: str, model: str) -> None:
         self._rng = rng
         self._tables: dict[str, Table] = {}
         self._singles: dict[tuple[str, tuple[str, ...]], dict[str, Any]] = {}
@@ -88,6 +96,9 @@ class Site:
         for name, rows in settings.TABLES.items():
             for row in rows:
                 self.table(name).add(dict(row))
+        self.table("/footprints").add({
+            "guid": "mirconst-guid-0000-0001-footprint000", "name": f"Default footprint {model}", "config_id": model, "height": 0.3,
+            "footprint_points": footprint_of(model), "hook": False, "custom": False, "created_by_id": ADMINISTRATOR})
         self.table("/wifi/networks").add({"guid": self.new_guid(), "ssid": "Production", "connected": True})
         self.table("/wifi/connections").add(
             {"uuid": self.new_guid(), "name": "Production", "connected": True, "mac": "00:01:29:7b:6e:20", "bssid": "00:1a:1e:4c:2b:90",
@@ -134,24 +145,22 @@ class Site:
             "guid": missions.DEFAULT_GROUP, "name": "Missions", "priority": 1, "feature": "default", "icon": "",
             "created_by_id": ADMINISTRATOR})
         for mission in missions.MISSIONS:
-            self._add_mission(mission.guid, mission.name, mission.description, hidden=False)
-            for priority, action in enumerate(mission.actions, start=1):
-                self.table(MISSION_ACTIONS).add({
-                    "guid": self.new_guid(), "action_type": action.type, "mission_id": mission.guid, "priority": priority,
-                    "scope_reference": "", "created_by_id": DISTRIBUTOR,
-                    "parameters": [self._parameter(name, value) for name, value in action.parameters.items()]})
-        for guid, name in missions.BUILT_IN.items():
-            self._add_mission(guid, name, "", hidden=True)
+            self._add_mission(mission, DISTRIBUTOR, self.new_guid)
+        numbers = itertools.count(1)
+        for mission in missions.BUILT_IN.values():
+            self._add_mission(mission, ADMINISTRATOR, lambda: f"mirconst-guid-0001-{next(numbers):04d}-actlistparam")
 
-    def _add_mission(self, guid: str, name: str, description: str, hidden: bool) -> None:
-        self.table("/missions").add({"guid": guid, "name": name, "description": description, "session_id": world.SESSION_GUID,
-                                     "group_id": missions.DEFAULT_GROUP, "hidden": hidden, "is_template": False, "valid": True,
-                                     "created_by_id": ADMINISTRATOR if hidden else DISTRIBUTOR})
-
-    def _parameter(self, name: str, value: Any) -> Row:
-        if isinstance(value, UserParameter):
-            return {"guid": self.new_guid(), "id": name, "value": value.default, "input_name": value.input_name}
-        return {"guid": self.new_guid(), "id": name, "value": value, "input_name": None}
+    def _add_mission(self, mission: Mission, author: str, new_guid: Callable[[], str]) -> None:
+        """``new_guid``: of its actions and their parameters, where they have none yet."""
+        self.table("/missions").add({
+            "guid": mission.guid, "name": mission.name, "description": mission.description, "session_id": world.SESSION_GUID,
+            "group_id": missions.DEFAULT_GROUP, "hidden": author == ADMINISTRATOR, "is_template": False, "valid": True,
+            "created_by_id": author})
+        for priority, action in enumerate(mission.actions, start=1):
+            self.table(MISSION_ACTIONS).add({
+                "guid": new_guid(), "action_type": action.type, "mission_id": mission.guid, "priority": priority,
+                "scope_reference": "", "created_by_id": author,
+                "parameters": [_parameter(name, value, new_guid) for name, value in action.parameters.items()]})
 
     def _fill_users(self) -> None:
         for name, guid in USER_GROUPS.items():

@@ -13,12 +13,12 @@ def batch(call: Call) -> list[dict[str, Any]]:
     body = call.json()
     requests = body.get("requests") if isinstance(body, dict) else None
     if not isinstance(requests, list):
-        raise argument_error()
+        raise argument_error("requests")
     answers = []
     for one in requests:
         if not isinstance(one, dict) or not isinstance(one.get("url"), str) or not isinstance(one.get("method"), str) \
                 or one["url"].startswith("/batch"):
-            raise argument_error()
+            raise argument_error("requests")
         content = json.dumps(one["body"]).encode() if "body" in one else b""
         response = call.ask(one["method"], one["url"], content)
         text = response.body.decode()

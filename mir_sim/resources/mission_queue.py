@@ -60,7 +60,7 @@ def order(call: Call) -> Response:
     robot, fields = call.robot, call.fields()
     mission = robot.site.table("/missions").get(fields["mission_id"])
     if mission is None:
-        raise argument_error()
+        raise argument_error("mission_id")
     parameters: list[Row] = fields.get("parameters", [])
     _check_parameters(call, mission["guid"], parameters)
     # As MiR's definition says, without a description of its own an item gets that of its mission.
@@ -79,16 +79,15 @@ def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> Non
     for parameter in parameters:
         name = parameter.get("input_name") or parameter.get("id")
         if not isinstance(name, str):
-            raise argument_error()
+            raise argument_error("parameters")
         if name not in wanted:
             raise ApiError(500)
         given[name] = parameter.get("value")
     for name, asked in wanted.items():
         value = given.get(name, asked["value"])
-        if value is None or isinstance(value, dict | list):
-            raise argument_error()
-        if asked["id"] in ("position", "marker") and value not in call.robot.site.table("/positions"):
-            raise argument_error()
+        is_place = asked["id"] in ("position", "marker")
+        if value is None or isinstance(value, dict | list) or (is_place and value not in call.robot.site.table("/positions")):
+            raise argument_error(name)
 
 
 def _item(call: Call, name: str = "id") -> QueueItem:
@@ -107,7 +106,7 @@ def change_item(call: Call) -> dict[str, Any]:
     item, fields = _item(call), call.changes()
     if item.state is ItemState.PENDING:
         if fields.get("mission_id", item.mission_id) not in call.robot.site.table("/missions"):
-            raise argument_error()
+            raise argument_error("mission_id")
         item.mission_id = fields.get("mission_id", item.mission_id)
         item.priority = fields.get("priority", item.priority)
     return Shown(call.robot, item, "item").full()

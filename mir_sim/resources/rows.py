@@ -72,7 +72,8 @@ def shown(robot: SimulatedRobot, table: str, row: Row, fields: Mapping[str, defi
             fields_shown[name] = robot.definition.blank(schema)
     if table == "/missions" and "has_user_parameters" in fields:
         fields_shown["has_user_parameters"] = bool(robot.site.user_parameters(row["guid"]))
-    return fields_shown
+    # Of mission actions lists were recorded; of other rows nothing, so that they are as the definition has them.
+    return fields_shown if table == MISSION_ACTIONS else definition.declared(fields, fields_shown)
 
 
 def full(robot: SimulatedRobot, table: str, row: Row) -> dict[str, Any]:

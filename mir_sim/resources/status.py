@@ -1,23 +1,15 @@
 """/status: the robot's state, and the few things that a client can set."""
 from __future__ import annotations
 
-import json
 from datetime import datetime
 from typing import Any
 
 from mir_sim.definition import is_number
 from mir_sim.errors import argument_error
+from mir_sim.footprints import footprint_of
 from mir_sim.motion import Pose
 from mir_sim.resources.call import Call, Handlers
 from mir_sim.state import ModeId, StateId
-
-FOOTPRINTS = {"MiR100": (-0.454, 0.506, 0.32), "MiR200": (-0.454, 0.506, 0.32), "MiR250": (-0.39, 0.39, 0.305)}
-
-
-def _footprint(model: str) -> str:
-    """A polygon in metres, as a string of JSON (recorded)."""
-    back, front, side = FOOTPRINTS.get(model, FOOTPRINTS["MiR250"])
-    return json.dumps([[back, side], [front, side], [front, -side], [back, -side]], separators=(",", ":"))
 
 
 def get_status(call: Call) -> dict[str, Any]:
@@ -31,7 +23,7 @@ def get_status(call: Call) -> dict[str, Any]:
         "battery_time_remaining": -1 if stopped else robot.battery.seconds_left(robot.now),
         "distance_to_next_target": round(robot.controller.distance_to_target, 3),
         "errors": [] if stopped else [{**error.full(), "description": say(error.description)} for error in robot.errors],
-        "footprint": _footprint(robot.model),
+        "footprint": footprint_of(robot.model),
         "joystick_low_speed_mode_enabled": False,
         "joystick_web_session_id": robot.joystick_session,
         "map_id": robot.map_id,
@@ -66,9 +58,9 @@ def put_status(call: Call) -> dict[str, Any]:
     pose = _pose(fields["position"]) if "position" in fields else None
     map_id = fields.get("map_id", robot.map_id)
     if map_id not in robot.site.table("/maps"):
-        raise argument_error()
+        raise argument_error("map_id")
     if "answer" in fields and (robot.prompt is None or fields.get("guid") != robot.prompt.guid):
-        raise argument_error()
+        raise argument_error("guid")
     moment = _moment(fields["datetime"]) if "datetime" in fields else None
 
     robot.name = fields.get("name", robot.name)
@@ -93,7 +85,7 @@ def _pose(position: dict[str, Any]) -> Pose:
     values = [position.get(name) for name in ("x", "y", "orientation")]
     numbers = [float(value) for value in values if is_number(value)]
     if len(numbers) != 3:
-        raise argument_error()
+        raise argument_error("position")
     return Pose(*numbers)
 
 
@@ -101,9 +93,9 @@ def _moment(text: str) -> datetime:
     try:
         moment = datetime.fromisoformat(text)
     except ValueError:
-        raise argument_error() from None
+        raise argument_error("datetime") from None
     if not 2000 <= moment.year <= 2200:
-        raise argument_error()
+        raise argument_error("datetime")
     return moment
 
 

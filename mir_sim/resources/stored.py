@@ -107,7 +107,7 @@ def _create(call: Call, table_name: str, table: Table, field: str | None) -> dic
     robot = call.robot
     fields = with_hashed_password(call.fields() if call.operation.body_schema is not None else {})
     if field is not None and fields.setdefault(field, _parent_key(call)) != _parent_key(call):
-        raise argument_error()
+        raise argument_error(field)
     if fields.get(table.key) in table:
         raise ApiError(409)
     row: Row = {**rows.blank(robot, table_name), table.key: _new_key(call, table), **fields}
@@ -123,7 +123,7 @@ def _with_parameters(call: Call, action: Row) -> Row:
     for one in action["parameters"]:
         name = one.get("input_name") if isinstance(one, dict) else 0
         if not isinstance(one, dict) or not isinstance(one.get("id"), str) or not (name is None or isinstance(name, str)):
-            raise argument_error()
+            raise argument_error("parameters")
     complete = [{"guid": call.robot.site.new_guid(), "value": None, "input_name": None, **one} for one in action["parameters"]]
     return {**action, "parameters": complete}
 

@@ -5,6 +5,7 @@ from datetime import timedelta
 from typing import Any
 from zoneinfo import ZoneInfoNotFoundError
 
+from mir_sim import floor_plan
 from mir_sim.errors import ApiError, argument_error
 from mir_sim.messages import Response
 from mir_sim.resources.call import Call, Handlers
@@ -35,7 +36,7 @@ def write_register(call: Call) -> dict[str, Any]:
     posted = definition.operation("post", "/registers/{id}")
     fields = definition.check_body(posted.body_schema if posted and posted.body_schema else {}, body)
     if row["id"] <= 100 and float(fields.get("value", 0)) % 1:
-        raise argument_error()
+        raise argument_error("value")
     row["label"] = fields.get("label", row["label"])
     if "value" in fields:
         call.robot.set_register(row["id"], fields["value"])
@@ -73,7 +74,7 @@ def set_timezone(call: Call) -> dict[str, Any]:
     try:
         call.robot.clock.set_zone(call.fields()["value"])
     except (ZoneInfoNotFoundError, ValueError, OSError):
-        raise argument_error() from None
+        raise argument_error("value") from None
     return get_timezone(call)
 
 
@@ -86,7 +87,7 @@ def guide(call: Call) -> dict[str, Any]:
     """Let the robot go as far as a waypoint. A move begins when it is first named; the simulated robot doesn't drive it (guess)."""
     fields, moves = call.changes(), call.robot.site.table("/guided_move")
     if "guided_move_id" not in fields:
-        raise argument_error()
+        raise argument_error("guided_move_id")
     move = moves.get(fields["guided_move_id"]) or moves.add({
         **fields, "url": "/v2.0.0/guided_move", "current_waypoint_index": 0, "assigned_waypoint_index": 0,
         "node_resource_handling_enabled": "false"})
@@ -139,6 +140,11 @@ def metrics(call: Call) -> Response:
     return Response(200, {"Content-Type": "application/openmetrics-text; version=1.0.0; charset=utf-8"}, "\n".join(lines).encode())
 
 
+def protective_scan(call: Call) -> Response:
+    """A picture, as MiR's description of it says; its schema has no fields."""
+    return Response(200, {"Content-Type": "image/png"}, floor_plan.scan(call.robot.pose))
+
+
 def _escaped(text: str) -> str:
     return text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
 
@@ -157,4 +163,5 @@ HANDLERS: Handlers = {
     ("put", "/guided_move"): guide,
     ("get", "/guided_move/waypoints"): waypoints,
     ("get", "/metrics"): metrics,
+    ("get", "/system/protective_scan"): protective_scan,
 }

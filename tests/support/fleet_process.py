@@ -38,8 +38,9 @@ class DistantFleet:
 @contextmanager
 def serve_apart(robots: int, *, time_scale: float = 1.0) -> Iterator[DistantFleet]:
     """``python -m mir_sim`` on free ports until the block ends."""
-    with subprocess.Popen([sys.executable, "-m", "mir_sim", "--robots", str(robots), "--port", "0", "--time-scale", str(time_scale)],
-                          stdout=subprocess.PIPE, text=True, env=environment(), cwd=ROOT) as process:
+    arguments = ["--seed", "1", "--robots", str(robots), "--port", "0", "--time-scale", str(time_scale)]
+    with subprocess.Popen([sys.executable, "-m", "mir_sim", *arguments], stdout=subprocess.PIPE, text=True, env=environment(),
+                          cwd=ROOT) as process:
         try:
             assert process.stdout is not None
             lines = [process.stdout.readline().split() for _robot in range(robots)]

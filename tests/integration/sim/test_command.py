@@ -42,6 +42,27 @@ def test_it_says_when_each_robot_is_ready_and_stops_cleanly(ending: signal.Signa
         process.wait()
 
 
+def first_robot(*arguments: str) -> tuple[str, str]:
+    """The serial number of a new process's only robot, and what the process said on stderr."""
+    process = start("--port", "0", "--robots", "1", *arguments)
+    try:
+        assert process.stdout is not None
+        _ready, _name, url = process.stdout.readline().split()
+        number = requests.get(f"{url}/api/v2.0.0/status", timeout=5).json()["serial_number"]
+        process.terminate()
+        return number, process.communicate(timeout=BOUND)[1]
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_without_a_seed_each_start_has_other_robots_and_says_how_to_get_them_again() -> None:
+    (first, says), (second, _) = first_robot(), first_robot()
+    assert first != second
+    seed = says.split("--seed ")[1].split()[0]
+    assert first_robot("--seed", seed) == (first, "")
+
+
 def test_ports_follow_each_other() -> None:
     for first in range(47_310, 47_400, 3):
         process = start("--port", str(first), "--robots", "3")

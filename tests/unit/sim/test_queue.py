@@ -67,14 +67,17 @@ def test_the_newer_software_answers_an_order_as_the_definition_says_the_older_wi
     assert set(Asker(software="2.14.7").send("POST", "/mission_queue", body).json()) == FULL_ITEM | {"url"}
 
 
-@pytest.mark.parametrize("body", [
-    {}, {"mission_id": "no-such-mission"}, {"mission_id": GUIDS["Home"], "message": "x" * 201},
-    {"mission_id": GUIDS["Home"], "description": "x" * 201}, {"mission_id": GUIDS["Home"], "fleet_schedule_guid": "x" * 37},
-    {"mission_id": GUIDS["Home"], "priority": "high"},
-    {"mission_id": GUIDS["Home"], "parameters": {"a": 1}}, {"mission_id": 5}])
-def test_a_wrong_order_is_refused_and_leaves_nothing(aino: Asker, body: object) -> None:
+@pytest.mark.parametrize(("body", "wrong"), [
+    ({}, "mission_id"), ({"mission_id": "no-such-mission"}, "mission_id"), ({"mission_id": 5}, "mission_id"),
+    ({"mission_id": GUIDS["Home"], "message": "x" * 201}, "message"),
+    ({"mission_id": GUIDS["Home"], "description": "x" * 201}, "description"),
+    ({"mission_id": GUIDS["Home"], "fleet_schedule_guid": "x" * 37}, "fleet_schedule_guid"),
+    ({"mission_id": GUIDS["Home"], "priority": "high"}, "priority"),
+    ({"mission_id": GUIDS["Home"], "parameters": {"a": 1}}, "parameters"),
+    ({"mission_id": GUIDS["Go to position"]}, "Position")])
+def test_a_wrong_order_is_refused_and_leaves_nothing(aino: Asker, body: object, wrong: str) -> None:
     response = aino.send("POST", "/mission_queue", body)
-    assert (response.status, response.json()) == (400, {"error_code": "bad_request", "error_human": "Argument error"})
+    assert (response.status, response.json()) == (400, {"error_code": "bad_request", "error_human": f"Argument error: {wrong}"})
     assert aino.get("/mission_queue") == []
 
 
