@@ -44,6 +44,7 @@ from app.services.files.shared_places import draft_of, open_in_place, without_li
 
 CHANGED_WITHIN = 120.0      # s for the running app to carry out a change: several times what the largest import takes
 CHECKED_UP_WITHIN = 3600.0  # s for the running app to check a robot up: with a long mission that is tried three times
+PUT_BACK_WITHIN = 60.0      # s for it to put a robot back when the command is interrupted
 HEARD_WITHIN = 1.0          # s for the robots of a group to answer before one of them is chosen
 WAIT_FOR_COMMAND = 0.1      # s between looks whether another command has ended
 
@@ -233,6 +234,7 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
     with export_target(options.report) if is_file else contextlib.nullcontext() as file:
         try:
             answer = _here_or_by_the_running_app(directory, check_up_here, "check_up", CHECKED_UP_WITHIN, is_taken_over=False,
+                                                 put_back_within=PUT_BACK_WITHIN,
                                                  robot=options.check_up, is_tried=trial is not None,
                                                  mission=trial.mission if trial else None)
         except NoAnswer as error:

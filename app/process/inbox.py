@@ -6,6 +6,7 @@ killed left without a request is deleted when it is a minute old: it may hold pa
 """
 from __future__ import annotations
 
+import contextlib
 import json
 import logging
 import os
@@ -24,7 +25,7 @@ Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]     # None: no
 
 
 LEFT_FOR = 60.0              # s that a file without a request may lie there: one that is being written, or an answer that is fetched
-_SUFFIXES = (".request", ".content", ".draft", ".answer")
+_SUFFIXES = (".request", ".content", ".draft", ".answer", ".withdrawn")
 
 
 class NoAnswer(Exception):
@@ -91,11 +92,12 @@ class Inbox:
 
 
 def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[], bool], content: bytes | None = None,
-        **request: Any) -> dict[str, Any]:
+        put_back_within: float = 0.0, **request: Any) -> dict[str, Any]:
     """The command's side: hand a request over, with bytes that the handler finds in the file ``request["content"]``, and wait for the
     answer.
 
-    ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderGone when the other process ended first.
+    ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderGone when the other process ended first. A command
+    that is interrupted withdraws its request, and waits ``put_back_within`` s for the app to end what it has begun.
     """
     directory = _directory_in(data_dir)
     path = directory / f"{uuid.uuid4().hex}.request"
@@ -106,20 +108,34 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
     except OSError as error:
         path.with_suffix(".content").unlink(missing_ok=True)
         raise BadInput(f"{directory} can't be written: {error.strerror}; nothing was changed") from error
-    answer = path.with_suffix(".answer")
-    deadline = time.monotonic() + timeout
     try:
-        while time.monotonic() < deadline:
-            if answer.exists():
-                return dict(json.loads(answer.read_text(encoding="utf-8")))
-            # An app that was started at once takes the request away, which was asked of the one before.
-            if (holder_is_gone() or not path.exists()) and not answer.exists():
-                raise HolderGone("the app that was running ended before it answered")
-            time.sleep(0.05)
-        raise NoAnswer(f"the running app did not answer within {timeout:.0f} s")
+        return _answer_to(path, timeout, holder_is_gone)
+    except KeyboardInterrupt:
+        if put_back_within:
+            withdrawn(path).touch()
+            with contextlib.suppress(NoAnswer):
+                _answer_to(path, put_back_within, holder_is_gone)
+        raise
     finally:
-        for left in (path, answer, path.with_suffix(".content")):
-            left.unlink(missing_ok=True)
+        for suffix in _SUFFIXES:
+            path.with_suffix(suffix).unlink(missing_ok=True)
+
+
+def withdrawn(request: Path) -> Path:
+    """The file that says that nobody wants what this one asks for any more."""
+    return request.with_suffix(".withdrawn")
+
+
+def _answer_to(path: Path, timeout: float, holder_is_gone: Callable[[], bool]) -> dict[str, Any]:
+    answer, deadline = path.with_suffix(".answer"), time.monotonic() + timeout
+    while time.monotonic() < deadline:
+        if answer.exists():
+            return dict(json.loads(answer.read_text(encoding="utf-8")))
+        # An app that was started at once takes the request away, which was asked of the one before.
+        if (holder_is_gone() or not path.exists()) and not answer.exists():
+            raise HolderGone("the app that was running ended before it answered")
+        time.sleep(0.05)
+    raise NoAnswer(f"the running app did not answer within {timeout:.0f} s")
 
 
 def _directory_in(data_dir: Path) -> Path:

@@ -15,7 +15,7 @@ from app.domain.check_up import Level, Trial
 from app.domain.message import render
 from app.domain.models import Execution, Group, InvalidInput, Mission, Robot, State
 from app.domain.reasons import sentence
-from app.process.inbox import Handler
+from app.process.inbox import Handler, withdrawn
 from app.services.catalogue import configuration
 from app.services.check_up import report as reports
 
@@ -144,10 +144,10 @@ def handlers(container: Container) -> Mapping[str, Handler]:
             return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
 
     def do_check_up(request: Mapping[str, Any]) -> Mapping[str, Any]:
-        asked = Path(request["content"]).with_suffix(".request")         # is withdrawn by a command that somebody has ended
+        asked = Path(request["content"]).with_suffix(".request")         # goes with a command that was killed
         trial = Trial(request["mission"]) if request["is_tried"] else None
         try:
-            return check_up(container, request["robot"], trial, asked.exists)
+            return check_up(container, request["robot"], trial, lambda: asked.exists() and not withdrawn(asked).exists())
         except InvalidInput as error:
             return {"exit": 2, "error": str(error)}
 

@@ -261,7 +261,8 @@ def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data
 
 
 @pytest.mark.parametrize(("number", "is_beside_an_app"), [
-    (signal.SIGINT, False), (signal.SIGINT, True), (signal.SIGTERM, False), (signal.SIGHUP, False), (signal.SIGHUP, True)])
+    (signal.SIGINT, False), (signal.SIGINT, True), (signal.SIGTERM, False), (signal.SIGTERM, True), (signal.SIGHUP, False),
+    (signal.SIGHUP, True)])
 def test_who_interrupts_it_or_closes_its_terminal_leaves_nothing(data, robot, number, is_beside_an_app):
     before = missions(robot)
     with headless(data) if is_beside_an_app else nullcontext():
@@ -274,6 +275,7 @@ def test_who_interrupts_it_or_closes_its_terminal_leaves_nothing(data, robot, nu
             process.kill()
         assert (process.returncode, out) == (1, "")
         assert is_one_line(err)
-        wait_for(lambda: missions(robot) == before and robot.state()["state_id"] == 3, within=WITHIN)
+        assert (missions(robot), robot.state()["state_id"]) == (before, 3), "it ends when the robot has been put back"
         assert set(queue(robot)) <= {"Aborted", "Done"}
+        assert not (data / "inbox").exists() or not list((data / "inbox").iterdir())
     assert kept(data) is None
