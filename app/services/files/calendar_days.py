@@ -100,10 +100,17 @@ def _is_whole(begins: datetime, ends: datetime) -> bool:
     return since_midnight(begins) <= MINUTE and ends_whole and begins.date() <= _last_day(ends)
 
 
+def _date_of_utc(at: datetime) -> date:
+    """The date that is meant by a time of UTC, which is midnight at its beginning in some zone, or its last minute."""
+    if at.minute == 59:
+        return _date_of_utc(at + MINUTE - timedelta(seconds=at.second)) - DAY
+    return (at + DAY / 2 - timedelta(seconds=1)).date()
+
+
 @dataclass
 class _Place:
     """Where an event lies: its first start and its length, in a zone, of which whole days are the dates. ``shift`` takes the times of
-    whole days that are midnight nowhere here to the nearest one."""
+    whole days that are not at midnight to the nearest one."""
     zones: Zones
     zone: tzinfo
     begins: datetime
@@ -115,18 +122,17 @@ class _Place:
     @classmethod
     def of(cls, event: Event, zones: Zones) -> _Place:
         start, end = event.start, event.end or event.start
-        plant, own = zones.plant, zones.get(start.zone)
+        plant, own, usual = zones.plant, zones.get(start.zone), zones.get(event.written.usual_zone)
         if start.is_date:
             last = _last_day(zones.local(end, plant)) if event.end else start.at.date()
             return cls._whole(zones, plant, start, start.at.date(), last)
-        for zone, begins, ends in ((own, start.at, end.at), (own, start.at, zones.local(end, own)),
-                                   (plant, zones.local(start, plant), zones.local(end, plant))):
+        written = own, start.at, end.at
+        for zone, begins, ends in (written, *((zone, zones.local(start, zone), zones.local(end, zone)) for zone in (own, plant, usual))):
             if _is_whole(begins, ends):
                 return cls._whole(zones, zone, start, begins.date(), begins.date() if begins == ends else _last_day(ends))
         if event.is_marked_whole:
-            shift = DAY / 2
-            begins, ends = (zones.local(each, plant) + shift for each in (start, end))
-            return cls._whole(zones, plant, start, begins.date(), (ends - DAY).date(), shift)
+            begins, ends = (zones.local(each, own) + DAY / 2 for each in (start, end))
+            return cls._whole(zones, own, start, begins.date(), (ends - DAY).date(), DAY / 2)
         return cls(zones, own, start.at, zones.local(end, own) - start.at, False, bool(start.zone))
 
     @classmethod
@@ -134,19 +140,18 @@ class _Place:
         return cls(zones, zone, datetime.combine(first, time()), max(last - first, MIDNIGHT), True, bool(start.zone), shift)
 
     def at(self, moment: Moment) -> datetime:
-        """In the zone of the event, as which a time without a zone counts."""
-        if moment.is_date:
-            return datetime.combine(moment.at.date(), self.begins.time())
+        """In the zone of the event, as which a time without a zone counts. Whole days that are in no zone have the date that is written."""
+        if moment.is_date or (self.whole and not self.is_bound):
+            day = _date_of_utc(moment.at) if moment.zone == "UTC" else moment.at.date()
+            return datetime.combine(day, self.begins.time())
         if not moment.zone or (self.whole and moment.is_midnight):
             return moment.at
         return self.zones.local(moment, self.zone) + self.shift
 
     def last_start(self, until: Moment) -> date:
         """The last date on which a rule with this UNTIL lets it start."""
-        if until.is_date:
-            return until.at.date()
-        if self.whole and not self.is_bound and (until.is_midnight or since_midnight(until.at) >= DAY - MINUTE):
-            return until.at.date()                       # a date, written as a time of UTC
+        if until.is_date or (self.whole and not self.is_bound):
+            return self.at(until).date()
         at = self.zones.local(until, self.zone) + self.shift if until.zone else until.at
         return at.date() if self.whole or self.begins.time() <= at.time() else (at - DAY).date()
 

@@ -13,6 +13,7 @@ MOST_COMPONENTS = 50_000                 # events, time zones, and the parts of 
 FOLD_AT = 75                             # octets of a line without its end (section 3.1)
 
 COMPONENTS = {"VEVENT", "VTODO", "VJOURNAL", "VFREEBUSY", "VTIMEZONE", "VAVAILABILITY"}      # that lie in the calendar itself
+HEAD = {"METHOD", "X-WR-TIMEZONE"}
 PROPERTIES = {
     "VEVENT": {"UID", "SUMMARY", "DTSTART", "DTEND", "DURATION", "RRULE", "RDATE", "EXDATE", "RECURRENCE-ID", "STATUS", "SEQUENCE",
                "DTSTAMP", "LAST-MODIFIED", "X-MICROSOFT-CDO-ALLDAYEVENT", "X-MICROSOFT-MSNCALENDAR-ALLDAYEVENT"},
@@ -70,12 +71,15 @@ class Property:
 
 @dataclass
 class Component:
-    """An event, or a time zone with its parts: the properties that are needed of it, by name. ``in_cancellation``: in a calendar that is
-    the notice that its events are cancelled."""
+    """An event, or a time zone with its parts: the properties that are needed of it, by name.
+
+    Of the calendar around it: ``in_cancellation``, whether it is the notice that its events are cancelled, and ``usual_zone``, the name of
+    the time zone that it says for itself."""
     name: str
     properties: dict[str, list[Property]] = field(default_factory=dict)
     parts: list[Component] = field(default_factory=list)
     in_cancellation: bool = False
+    usual_zone: str = ""
 
     def all(self, name: str) -> list[Property]:
         """Those with a value."""
@@ -127,7 +131,7 @@ class _Reader:
         self._found: list[Component] = []
         self.has_begun = self.is_inside = False          # of a calendar
         self._calendar: list[Component] = []
-        self._cancels = False
+        self._head: dict[str, str] = {}                  # what the calendar says of itself
         self._component = self._part = ""                # names of what is open
         self._open: Component | None = None              # takes the properties
         self._count = 0
@@ -138,8 +142,8 @@ class _Reader:
         if name in ("BEGIN", "END"):
             component = _property(line).value.upper()
             (self._begin if name == "BEGIN" else self._end)(component)
-        elif name == "METHOD" and self.is_inside and not self._component:
-            self._cancels = _property(line).value.upper() == "CANCEL"
+        elif name in HEAD and self.is_inside and not self._component:
+            self._head[name] = _property(line).text
         elif self._open is not None and name in PROPERTIES[self._open.name]:
             self._open.properties.setdefault(name, []).append(_property(line))
 
@@ -177,9 +181,10 @@ class _Reader:
     def _end(self, name: str) -> None:
         if name == "VCALENDAR":
             for component in self._calendar:
-                component.in_cancellation = self._cancels
+                component.in_cancellation = self._head.get("METHOD", "").upper() == "CANCEL"
+                component.usual_zone = self._head.get("X-WR-TIMEZONE", "")
             self._found += self._calendar
-            self._calendar, self._cancels, self.is_inside = [], False, False
+            self._calendar, self._head, self.is_inside = [], {}, False
             self._component, self._part, self._open = "", "", None
         elif name == self._part:
             self._part, self._open = "", self._calendar[-1] if self._component in ("VEVENT", "VTIMEZONE") else None

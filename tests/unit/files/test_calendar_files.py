@@ -196,7 +196,8 @@ def test_a_moved_and_an_excepted_day_of_another_zone_are_found_however_they_are_
 @pytest.mark.parametrize(("starts", "ends"), [
     ("20270705T000000Z", "20270707T000000Z"), ("20270704T210000Z", "20270706T210000Z"),         # midnight of the plant
     ("20270704T220000Z", "20270706T220000Z"), ("20270705T070000Z", "20270707T070000Z"),         # of Berlin and Los Angeles
-    ("20270704T150000Z", "20270706T150000Z")])                                                  # of Tokyo
+    ("20270704T150000Z", "20270706T150000Z"), ("20270705T100000Z", "20270707T100000Z"),         # of Tokyo and Honolulu
+    ("20270705T010000", "20270707T010000")])
 def test_what_is_marked_as_whole_days_is_the_dates_of_the_nearest_midnight(mark, starts, ends):
     found = read(calendar(*event(f"DTSTART:{starts}", f"DTEND:{ends}", mark)))
     assert (whole(found), timed(found)) == (["2027-07-05/2027-07-06"], [])
@@ -274,10 +275,26 @@ def test_whole_days_repeat_until_the_day_that_is_meant(starts, until, days):
     assert whole(read(calendar(*event(*starts, f"RRULE:FREQ=DAILY;UNTIL={until}")))) == [days]
 
 
-def test_a_date_until_a_time_of_utc_is_the_same_for_a_plant_behind_utc():
-    for until in ("20270612T000000Z", "20270612T040000Z", "20270612T235959Z"):
-        content = calendar(*event("DTSTART;VALUE=DATE:20270610", f"RRULE:FREQ=DAILY;UNTIL={until}"))
-        assert whole(read(content, NEW_YORK)) == ["2027-06-10/2027-06-12"]
+@pytest.mark.parametrize("plant", [HELSINKI, NEW_YORK, ZoneInfo("Pacific/Honolulu"), ZoneInfo("Pacific/Kiritimati")])
+@pytest.mark.parametrize("until", [
+    "20270612T000000Z", "20270611T210000Z", "20270611T230000Z", "20270611T150000Z", "20270612T040000Z", "20270612T100000Z",     # midnights
+    "20270612T235959Z", "20270612T205959Z", "20270612T145900Z", "20270613T065959Z", "20270612T120000Z"])
+def test_dates_repeat_until_the_date_that_a_time_of_utc_stands_for(until, plant):
+    content = calendar(*event("DTSTART;VALUE=DATE:20270610", f"RRULE:FREQ=DAILY;UNTIL={until}"))
+    assert whole(read(content, plant)) == ["2027-06-10/2027-06-12"]
+
+
+@pytest.mark.parametrize("excepted", [
+    "TZID=W. Europe Standard Time:20270612T000000", "TZID=Asia/Tokyo:20270612T100000", "X=1:20270612T000000",
+    "VALUE=DATE-TIME:20270611T220000Z", "X=1:20270611T150000Z", "X=1:20270612T040000Z"])
+def test_an_excepted_date_may_be_written_as_a_time(excepted):
+    content = calendar(*event("DTSTART;VALUE=DATE:20270610", "RRULE:FREQ=DAILY;COUNT=4", f"EXDATE;{excepted}"))
+    assert whole(read(content)) == ["2027-06-10/2027-06-11", "2027-06-13"]
+
+
+def test_midnights_of_the_zone_of_the_calendar_are_whole_days():
+    content = calendar(*event("DTSTART:20270704T220000Z", "DTEND:20270706T220000Z"), head=(*HEAD, "X-WR-TIMEZONE:Europe/Berlin"))
+    assert whole(read(content)) == ["2027-07-05/2027-07-06"]
 
 
 def test_days_that_are_excepted_in_a_zone_with_a_colon_and_a_comma_are_read():
