@@ -198,6 +198,12 @@ def monthly(studio: Any) -> Any:
     return planning(studio, kind=Kind.MONTHLY, by_weekday=True, nth=1, month_weekday="MO").settle()
 
 
+@picture("scheduler-monthly-short", sizes=BOTH)
+def monthly_short(studio: Any) -> Any:
+    """On a day that not every month has."""
+    return planning(studio, kind=Kind.MONTHLY, month_day=31).settle()
+
+
 @picture("scheduler-more", sizes=(*BOTH, GLOVES))
 def more(studio: Any) -> Any:
     stand = planning(studio, kind=Kind.DAILY, more_hours=(14, 22), last_day=date(2027, 1, 31))

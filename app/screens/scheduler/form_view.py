@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -20,6 +20,7 @@ from app.screens.scheduler.form_warnings import WarningRow, dated, warnings
 from app.screens.scheduler.view import rule_line, rule_sentence
 from app.services.catalogue.preview import Forecast
 from app.services.planning.overlaps import ASSUMED_S
+from app.services.planning.sentences import left_out
 
 # field of a service's InvalidInput -> the form's field that shows it
 FIELDS = {
@@ -91,6 +92,7 @@ class FormView:
     nth: str = ""
     month_weekday: str = ""
     month_day: str = ""
+    left_out: str = ""                   # the months that don't have that day; the last day of each is offered then
     repeats: bool = False
     last_day: str = ""
     ends: bool = False                   # a last day is set
@@ -169,7 +171,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         every=draft.every, most_every=MOST_HOURS if draft.unit is Unit.HOURS else MOST_MINUTES, unit=draft.unit, all_day=draft.all_day,
         common_every=_common_every(draft),
         by_weekday=draft.by_weekday, nth=nth_text(draft.nth), month_day=month_day_text(draft.month_day),
-        month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
+        month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)], left_out=_left_out(draft),
         repeats=repeats, last_day=formats.wall_day(draft.last_day, year=True) if repeats and draft.last_day else _("No last day"),
         ends=repeats and draft.last_day is not None, can_also=repeats and draft.kind is not Kind.EVERY, also=_also(draft),
         battery=formats.percent(minimum) if minimum else _("Any"),
@@ -267,6 +269,14 @@ def nth_text(nth: int) -> str:
 
 def month_day_text(day: int) -> str:
     return _("the last day") if day == LAST else _("day {n}").format(n=day)
+
+
+def _left_out(draft: Draft) -> str:
+    """Whatever else is still missing in the form."""
+    if draft.kind is not Kind.MONTHLY or draft.by_weekday or draft.month_day == LAST:
+        return ""
+    words = left_out(replace(_schedule_so_far(draft), recurrence=f"FREQ=MONTHLY;BYMONTHDAY={draft.month_day}"), _)
+    return words[:1].upper() + words[1:]
 
 
 def battery_text(percent: float | None) -> str:

@@ -1,6 +1,7 @@
 """What a schedule does, in one sentence: "Every Mon, Wed, Fri at 06:30". English msgids with named placeholders."""
 from __future__ import annotations
 
+from calendar import monthrange
 from collections.abc import Sequence
 from datetime import datetime, time
 from types import MappingProxyType
@@ -8,7 +9,9 @@ from types import MappingProxyType
 from app.domain import writing
 from app.domain.models import InvalidInput, Schedule
 from app.domain.writing import Translate
-from app.services.planning.recurrence import Frequency, Recurrence
+from app.services.planning.recurrence import Frequency, Recurrence, months_of
+
+LEAP_YEAR, LEAP_DAY = 2028, 29
 
 _WEEKDAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
 _MONTHS = ("January", "February", "March", "April", "May", "June", "July", "August", "September", "October", "November", "December")
@@ -32,6 +35,15 @@ def sentence(schedule: Schedule, translate: Translate = lambda text: text) -> st
     return _Words(schedule, rule, translate).sentence()
 
 
+def left_out(schedule: Schedule, translate: Translate = lambda text: text) -> str:
+    """The months that a rule for a 29th, 30th or 31st leaves out, as in the sentence; "" where there are none. Never raises."""
+    try:
+        rule = Recurrence.parse(schedule.recurrence)
+    except InvalidInput:
+        return ""
+    return "".join(_Words(schedule, rule, translate).left_out())
+
+
 class _Words:
     def __init__(self, schedule: Schedule, rule: Recurrence, translate: Translate) -> None:
         self._schedule, self._rule, self._translate = schedule, rule, translate
@@ -52,7 +64,7 @@ class _Words:
         elif between := self._schedule.between:
             head = self._say("{every} from {start} to {end}", every=head, start=self._time(between.start), end=self._time(between.end))
         working_days = [self._say("on working days only")] if self._schedule.respect_working_days else []
-        return ", ".join([head, *self._limits(), *self._end(), *working_days])
+        return ", ".join([head, *self._limits(), *self.left_out(), *self._end(), *working_days])
 
     def _every(self) -> str:
         one, many = _EVERY[self._rule.frequency]
@@ -108,6 +120,18 @@ class _Words:
             if rule.minutes:
                 said.append(self._say("at the minutes {minutes}", minutes=self._list([f"{minute:02}" for minute in rule.minutes])))
         return said
+
+    def left_out(self) -> list[str]:
+        """Of a rule for a 29th, 30th or 31st the months that have none."""
+        rule, start = self._rule, self._schedule.start
+        if rule.frequency not in (Frequency.MONTHLY, Frequency.YEARLY) or rule.weekdays:
+            return []
+        months = months_of(rule, start.date())
+        earliest = min(abs(day) for day in rule.month_days or (start.day,))
+        never = [month for month in months if monthrange(LEAP_YEAR, month)[1] < earliest]
+        if earliest == LEAP_DAY and 2 in months:
+            return [self._say("in leap years only") if months == [2] else self._say("in February in leap years only")]
+        return [self._say("not in {months}", months=self._list([self._translate(_MONTHS[month - 1]) for month in never]))] if never else []
 
     def _end(self) -> list[str]:
         rule = self._rule

@@ -169,6 +169,21 @@ def test_monthly_on_a_day_that_is_stepped_to_or_the_last_one(screen, container, 
     assert screen.plan.form.draft.month_day == 30
 
 
+def test_monthly_on_day_31_says_which_months_it_leaves_out_and_offers_the_last_day(screen, container, ui):
+    choose(screen, ui, "Mission", "Floor wash, hall A")
+    kind(screen, ui, "Monthly")
+    screen.plan.form.set(month_day=31)
+    ui.advance(.3)
+    assert "Not in February, April, June, September, November" in ui.texts()
+    offer = ui.find(CommandButton, text="Take the last day of each month")
+    reveal(ui, offer)
+    ui.tap(offer)
+    ui.advance(.3)
+    assert ui.find_all(CommandButton, text="Take the last day of each month") == []
+    save(screen, ui)
+    assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYMONTHDAY=-1"
+
+
 def test_the_less_common_fields_are_under_more(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     kind(screen, ui, "Daily")

@@ -69,6 +69,20 @@ def test_a_schedule_in_words(rule, expected):
     assert sentence(schedule(rule)) == expected
 
 
+@pytest.mark.parametrize(("rule", "ending"), [
+    ("FREQ=MONTHLY;BYMONTHDAY=31", "at 06:30, not in February, April, June, September, November"),
+    ("FREQ=MONTHLY;BYMONTHDAY=-31", ", not in February, April, June, September, November"),
+    ("FREQ=MONTHLY;BYMONTHDAY=30", "at 06:30, not in February"),
+    ("FREQ=MONTHLY;BYMONTHDAY=29", "at 06:30, in February in leap years only"), ("FREQ=MONTHLY;BYMONTHDAY=28", "at 06:30"),
+    ("FREQ=MONTHLY;BYMONTHDAY=15,31", "at 06:30"), ("FREQ=MONTHLY;BYMONTHDAY=-1", "at 06:30"),
+    ("FREQ=MONTHLY;INTERVAL=2;BYMONTHDAY=31", "at 06:30, not in September, November"),       # begins in November
+    ("FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=29", ", in leap years only"),
+    ("FREQ=MONTHLY;BYMONTH=3,4;BYMONTHDAY=31;UNTIL=20271231", "in March, April, not in April, until 31 Dec 2027"),
+    ("FREQ=MONTHLY;BYMONTHDAY=31;BYDAY=MO", "at 06:30")])
+def test_months_that_do_not_have_the_day_are_said(rule, ending):
+    assert sentence(schedule(rule)).endswith(ending)
+
+
 def test_the_part_of_the_day_and_days_off_are_said():
     rule = schedule("FREQ=MINUTELY;INTERVAL=30;BYDAY=MO", between=Between(time(8, 30), time(16, 45)), respect_working_days=True)
     assert sentence(rule) == "Every 30 minutes from 08:30 to 16:45, on Mon, on working days only"

@@ -29,6 +29,13 @@ def nth_date(rule: Recurrence, start: date, number: int) -> date | None:
     return None
 
 
+def months_of(rule: Recurrence, start: date) -> list[int]:
+    """The months, from 1 on, of which a monthly or yearly rule takes days that they have."""
+    of_month = range(start.month - 1, start.month - 1 + 12 * _interval(rule, Frequency.MONTHLY), _interval(rule, Frequency.MONTHLY))
+    reached = {month % 12 + 1 for month in of_month}
+    return sorted(reached & set(_months_of(rule, start) or reached))
+
+
 def _months(rule: Recurrence, start: date, first: date, last: date) -> Iterator[tuple[int, list[int]]]:
     """Month by month the days in it, and what to add to them to have ordinals of dates."""
     days_in, every, months = _DaysInMonth(rule, start), _Every.of(rule, start), _months_of(rule, start)
