@@ -35,6 +35,7 @@ LONGEST_LIST = 1000             # of things inside one object: errors, parameter
 MOST_OPTIONS = 12               # of a prompt
 LONGEST_ANSWER = 255            # characters of one (MiR's REST definition 3.5.4)
 FARTHEST = 1e9                  # m (and degrees); a place with coordinates beyond is not known
+FULL_UP_TO = 105.0              # %, said of a full battery
 LARGEST_MAP = 64_000_000        # pixels
 _GZIP = b"\x1f\x8b"
 _YEARS = range(1970, 2100)        # of time stamps; a clock that was never set begins in the first
@@ -158,9 +159,10 @@ def http_date(value: str | None) -> datetime | None:
 
 
 def battery(value: Any) -> float | None:
-    """Percent, 0–100. The emergency stop makes it −1; that and anything else out of range is unknown."""
+    """Percent, 0–100. After a full charge some robots say a little more, which is full. The emergency stop makes it −1; that and anything
+    else out of range is unknown."""
     percent = float_or_none(value)
-    return percent if percent is not None and 0.0 <= percent <= 100.0 else None
+    return min(percent, 100.0) if percent is not None and 0.0 <= percent <= FULL_UP_TO else None
 
 
 def not_negative(value: Any) -> float | None:

@@ -37,7 +37,8 @@ def test_ordinary_json_is_read() -> None:
 
 # ---------------------------------------------------------------------- values
 @pytest.mark.parametrize(("raw", "percent"), [
-    (93.5, 93.5), (100, 100.0), (0, 0.0), (-1.0, None), (-0.1, None), (100.1, None), (True, None), ("93", None), (None, None),
+    (93.5, 93.5), (100, 100.0), (0, 0.0), (100.1, 100.0), (105, 100.0), (105.1, None), (255, None), (-1.0, None), (-0.1, None),
+    (True, None), ("93", None), (None, None),
     (math.nan, None), (math.inf, None), ([93], None)])
 def test_battery_is_a_percentage_or_unknown(raw: Any, percent: float | None) -> None:
     assert parse.battery(raw) == percent
