@@ -41,6 +41,7 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("--restore-backup", type=Path, metavar="FILE", help="put a backup in the place of the database")
     one.add_argument("--remove-pin", action="store_true", help="open Settings again when its PIN is forgotten")
     one.add_argument("--move-here", action="store_true", help="go on here with a data directory that was copied from another tablet")
+    one.add_argument("--clock-is-right", action="store_true", help="start missions by this machine's clock though robots show other times")
     p.add_argument("--with-mission", nargs="?", const="", metavar="NAME",
                    help="with --check-up: queue this harmless mission too; without NAME one that waits a second, made and removed")
     p.add_argument("--report", metavar="FILE", help="with --check-up: write the report as JSON, which python -m mir_sim --profile takes")
@@ -76,7 +77,7 @@ def _say(problem: object, code: int) -> int:
 
 def _one_shot(options: argparse.Namespace) -> bool:
     return any((options.import_config, options.export_config, options.export_log, options.run_now, options.check_up,
-                options.restore_backup, options.remove_pin, options.move_here))
+                options.restore_backup, options.remove_pin, options.move_here, options.clock_is_right))
 
 
 def _check(options: argparse.Namespace) -> None:

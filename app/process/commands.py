@@ -32,7 +32,15 @@ from app.process.data_directory import DataDirectory, refuse_own_file
 from app.process.inbox import HolderGone, NoAnswer, ask
 from app.process.lock import InstanceLock
 from app.process.opening import open_container, open_for_reading
-from app.process.requests import MORE_THAN_A_WINDOW, check_up, find_robot, import_configuration, outcome, run_now
+from app.process.requests import (
+    MORE_THAN_A_WINDOW,
+    check_up,
+    find_robot,
+    import_configuration,
+    keep_clock_confirmation,
+    outcome,
+    run_now,
+)
 from app.process.restoring import restore_backup
 from app.process.terminal import say
 from app.services.catalogue import configuration
@@ -58,6 +66,8 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
         return _remove_pin(directory)
     if options.move_here:
         return _move_here(directory)
+    if options.clock_is_right:
+        return _clock_is_right(directory)
     if options.import_config:
         return _import(directory, Path(options.import_config), may_delete=options.yes)
     if options.run_now:
@@ -270,6 +280,18 @@ def _remove_pin(directory: DataDirectory) -> int:
 def _move_here(directory: DataDirectory) -> int:
     answer = _change(directory, lambda container: {"was_copy": container.tablet.move_here()}, "move_here")
     say("this machine starts the missions from now on" if answer["was_copy"] else "this machine starts the missions already")
+    return 0
+
+
+# ------------------------------------------------------------------ a clock that robots contradict
+def _clock_is_right(directory: DataDirectory) -> int:
+    answer = _change(directory, keep_clock_confirmation, "clock_is_right")
+    if "was_in_doubt" not in answer:
+        say(f"the app's next start within a day takes this clock for right, whatever robots show: {answer['time']}")
+    elif answer["was_in_doubt"]:
+        say(f"missions start by this clock from now on: {answer['time']}")
+    else:
+        say(f"nothing contradicts this clock: {answer['time']}")
     return 0
 
 

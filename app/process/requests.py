@@ -7,9 +7,12 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
+from zoneinfo import ZoneInfo
 
 from app.container import Container
 from app.database.robots import RobotRepository
+from app.database.settings import CLOCK_CONFIRMED_AT
+from app.database.values import to_text
 from app.domain import names
 from app.domain.check_up import Level, Trial
 from app.domain.message import render
@@ -18,6 +21,7 @@ from app.domain.reasons import sentence
 from app.process.inbox import Handler, withdrawn
 from app.services.catalogue import configuration
 from app.services.check_up import report as reports
+from app.services.dispatch.clock_guard import UNPROVEN
 
 MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0      # s: the longest start window and what an unknown outcome may take beyond
 
@@ -83,6 +87,19 @@ def check_up(container: Container, robot: str, trial: Trial | None, is_wanted: C
     return {**answer, "exit": 1, "error": f"the check-up of {report.robot} is not complete{why}"}
 
 
+def clock_now(container: Container) -> dict[str, Any]:
+    """What this machine's clock shows, in the plan's zone."""
+    zone = container.settings().timezone
+    return {"time": f"{container.clock.now().astimezone(ZoneInfo(zone)):%Y-%m-%d %H:%M} ({zone})"}
+
+
+def keep_clock_confirmation(container: Container) -> dict[str, Any]:
+    """No app runs: its next start takes the clock for right, whatever robots show."""
+    now, settings = container.clock.now(), container.repositories.settings
+    container.db.write(lambda c: settings.put(c, CLOCK_CONFIRMED_AT, to_text(now)))
+    return clock_now(container)
+
+
 def find_robot(c: sqlite3.Connection, name: str) -> Robot:
     """Raises InvalidInput."""
     robots = RobotRepository().all(c)
@@ -134,6 +151,15 @@ def handlers(container: Container) -> Mapping[str, Handler]:
     def take_move_here(_request: Mapping[str, Any]) -> Mapping[str, Any]:
         return {"was_copy": container.tablet.move_here()}
 
+    def take_clock_is_right(_request: Mapping[str, Any]) -> Mapping[str, Any] | None:
+        """Answered once it is known whether robots agree."""
+        problem = container.holds.clock_problem
+        if problem == UNPROVEN:
+            return None
+        if problem is not None:
+            container.holds.confirm_clock()
+        return {"was_in_doubt": problem is not None, **clock_now(container)}
+
     def do_import(request: Mapping[str, Any]) -> Mapping[str, Any]:
         file, path = Path(request["content"]), request["path"]
         content = file.read_bytes()
@@ -152,4 +178,5 @@ def handlers(container: Container) -> Mapping[str, Handler]:
             return {"exit": 2, "error": str(error)}
 
     return {"import": _InBackground("import", do_import).take, "check_up": _InBackground("check-up", do_check_up).take,
-            "run_now": take_run_now, "remove_pin": take_remove_pin, "move_here": take_move_here}
+            "run_now": take_run_now, "remove_pin": take_remove_pin, "move_here": take_move_here,
+            "clock_is_right": take_clock_is_right}

@@ -21,8 +21,9 @@ from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import DECLINED_PLACES, UNPROVEN_TIME, WRONG_PINS, SettingsRepository
+from app.database.settings import CLOCK_CONFIRMED_AT, DECLINED_PLACES, UNPROVEN_TIME, WRONG_PINS, SettingsRepository
 from app.database.soundness import LARGEST, YEARS, tables, unusable, wrong_number
+from app.database.values import to_optional_instant
 from app.domain.message import Message, message
 from app.domain.models import OPEN_STATES, InvalidInput
 from app.services.catalogue import validation
@@ -102,7 +103,7 @@ def _settings(c: sqlite3.Connection) -> None:
     validation.settings({name: value for name, value in found.items() if name not in _FORGIVEN})
     for text in (*(found[name] for name in _FORGIVEN), repository.get(c, "install_id", "")):
         _require(isinstance(text, str), repr(text)[:60])
-    instants = [repository.heartbeat(c), repository.restored_at(c)]
+    instants = [repository.heartbeat(c), repository.restored_at(c), to_optional_instant(repository.get(c, CLOCK_CONFIRMED_AT))]
     if move := stored_move(repository, c):
         instants.append(move.at)
     if unproven := repository.get(c, UNPROVEN_TIME):

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 from app.database.connection import Database
-from app.database.settings import UNPROVEN_TIME, SettingsRepository
-from app.database.values import to_instant, to_text
+from app.database.settings import CLOCK_CONFIRMED_AT, UNPROVEN_TIME, SettingsRepository
+from app.database.values import to_instant, to_optional_instant, to_text
 from app.domain.clock import Clock, ClockReading
 from app.domain.message import Message, message
 from app.services.dispatch.timing import CLOCKS_AGREE, FIRST_DOUBT, REPORTED_STEP
@@ -28,6 +28,7 @@ HEARD_AGAIN = 3600.0                    # s without a difference after which the
 EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)        # before that there was no app: a clock that shows such a time is wrong
 LONGEST_SLEEP = timedelta(days=1)       # a clock that nothing has proven right and that moves further ahead was set
 CONFIRMED = "confirmed_clock_offsets"   # name of the setting: what the robots' clocks differed by when a person said that this one is right
+CONFIRMATION_LASTS = timedelta(days=1)           # until an app is started to which it is said
 UNPROVEN = message("it is being compared with the robots' clocks")
 
 Readings = Mapping[int, ClockReading]   # by robot
@@ -83,11 +84,13 @@ class ClockGuard:
         self._without_proof: _Unproven | None = None
         self._noted_at = 0.0                                    # on the monotonic clock, whether it was proven
         self._wrong: list[Span] = []
+        self._confirmed_at: datetime | None = None              # by a person, before this run
         self.is_proven = False                                  # by a robot or a person; else one robot's word counts
 
     def start(self) -> None:
         """Called once, before the first round."""
         self._last_heartbeat = self._settings.heartbeat(self._db.read())
+        self._confirmed_at = to_optional_instant(self._settings.get(self._db.read(), CLOCK_CONFIRMED_AT))
         self._started_at = self._clock.monotonic()
         self._noted_at = self._started_at
         self._recall_unproven(self._clock.now())
@@ -143,6 +146,9 @@ class ClockGuard:
 
     def _end_doubt(self, now: datetime) -> None:
         doubt, self._doubt = self._doubt, None
+        if self._confirmed_at is not None:
+            self._db.write(lambda c: self._settings.put(c, CLOCK_CONFIRMED_AT, None))
+            self._confirmed_at = None
         self._notice_absence(now)
         if doubt is not None and (doubt.has_alarm or doubt.was_set):
             self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
@@ -163,17 +169,20 @@ class ClockGuard:
                 self._begin_doubt(now, said_at=min(reading.read_at for reading in readings.values()))
                 return _difference(differ)
             return None
-        if self._holds.take_clock_confirmation():
+        problem = _difference(differ) if agree < len(differ) else None if agree else self._unproven(can_ask, now, mono)
+        if self._holds.take_clock_confirmation() or (problem not in (None, UNPROVEN) and self._was_confirmed(now)):
             offsets = {str(key): reading.offset for key, reading in readings.items() if reading.read_at >= since}
             self._db.write(lambda c: self._settings.put(c, CONFIRMED, offsets))
             self._overrule(readings, mono)
             self.is_proven = True
-        elif differ and agree < len(differ):
-            return _difference(differ)
-        elif not agree and (problem := self._unproven(can_ask, now, mono)):
+        elif problem is not None:
             return problem
         self._end_doubt(now)
         return None
+
+    def _was_confirmed(self, now: datetime) -> bool:
+        """By a command, a short time before this run."""
+        return self._confirmed_at is not None and timedelta() <= now - self._confirmed_at <= CONFIRMATION_LASTS
 
     def _unproven(self, can_ask: bool, now: datetime, mono: float) -> Message | None:
         """No robot has told its time yet."""
@@ -328,6 +337,9 @@ class ClockGuard:
 
 def _difference(differ: list[float]) -> Message:
     seconds = sorted(differ)[len(differ) // 2]
+    if len(differ) == 1:
+        return (message("the robot's clock is {time} ahead of it", time=_span(seconds)) if seconds > 0 else
+                message("the robot's clock is {time} behind it", time=_span(-seconds)))
     if seconds > 0:
         return message("most robots' clocks are {time} ahead of it", time=_span(seconds))
     return message("most robots' clocks are {time} behind it", time=_span(-seconds))

@@ -145,6 +145,11 @@ class Holds:
         """At that time, wall and monotonic."""
         self._judged_at = (now, mono)
 
+    @property
+    def clock_problem(self) -> Message | None:
+        """Why the clock is not plausible, or is still being judged; None: it is trusted."""
+        return self._clock_problem
+
     def confirm_clock(self) -> None:
         """A person says that the tablet's clock is right, whatever robots say."""
         with self._lock:

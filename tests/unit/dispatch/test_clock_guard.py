@@ -8,7 +8,8 @@ import pytest
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.holds import HoldRepository
-from app.database.settings import SettingsRepository
+from app.database.settings import CLOCK_CONFIRMED_AT, SettingsRepository
+from app.database.values import to_text
 from app.services.dispatch.clock_guard import ClockGuard, Judgement
 from app.services.dispatch.observation import ClockReading
 from app.services.dispatch.timing import FIRST_DOUBT
@@ -233,3 +234,46 @@ def test_a_person_can_say_that_the_clock_is_right_whatever_robots_say(tablet):
     tablet.restart()
     assert tablet.judge(HOUR + 1, HOUR - 1).is_trusted
     assert not tablet.judge(2 * HOUR, 2 * HOUR).is_trusted
+
+
+@pytest.mark.parametrize(("offsets", "sentence"), [
+    ((HOUR,), "the robot's clock is 60 min ahead of it"), ((-HOUR,), "the robot's clock is 60 min behind it"),
+    ((HOUR, HOUR), "most robots' clocks are 60 min ahead of it"), ((0.0, -HOUR, -HOUR), "most robots' clocks are 60 min behind it")])
+def test_it_is_said_whose_clocks_differ(tablet, offsets, sentence):
+    tablet.judge(*offsets)
+    assert tablet.problem() == sentence
+
+
+def confirm(tablet, ago: timedelta) -> None:
+    """As the command does while no app runs."""
+    tablet.db.write(lambda c: tablet.settings.put(c, CLOCK_CONFIRMED_AT, to_text(NOW - ago)))
+
+
+def test_what_was_said_before_the_start_ends_the_first_doubt(tablet):
+    confirm(tablet, timedelta(hours=23))
+    tablet.restart()
+    assert tablet.judge(HOUR).is_trusted
+    tablet.restart()
+    assert tablet.judge(HOUR).is_trusted                 # as it was then
+    assert not tablet.judge(2 * HOUR, 2 * HOUR).is_trusted
+
+
+def test_it_ends_that_of_a_clock_before_the_last_run_too(tablet):
+    confirm(tablet, timedelta(minutes=1))
+    tablet.restart(TOMORROW)
+    assert tablet.judge(can_ask=False).is_trusted
+
+
+@pytest.mark.parametrize("ago", [timedelta(hours=25), timedelta(minutes=-1)])
+def test_what_was_said_long_ago_or_by_another_time_counts_no_more(tablet, ago):
+    confirm(tablet, ago)
+    tablet.restart()
+    assert not tablet.judge(HOUR).is_trusted
+
+
+def test_it_is_used_up_by_a_start_at_which_the_clocks_agree(tablet):
+    confirm(tablet, timedelta(hours=1))
+    tablet.restart()
+    assert tablet.judge(0.0).is_trusted
+    tablet.restart()
+    assert not tablet.judge(HOUR).is_trusted
