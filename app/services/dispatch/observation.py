@@ -30,7 +30,15 @@ from app.mir.errors import (
 )
 from app.services.dispatch.freedom import can_work, is_charging
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import IN_PART_AT_MOST, LIVE_EVERY, SAVE_SPANS_EVERY, SLOW_ANSWER, STATUS_IS_FRESH
+from app.services.dispatch.timing import (
+    CLOCKS_PART,
+    IN_PART_AT_MOST,
+    LEAVES_WITHIN,
+    LIVE_EVERY,
+    SAVE_SPANS_EVERY,
+    SLOW_ANSWER,
+    STATUS_IS_FRESH,
+)
 from app.services.live.snapshots import STALE_POLLS
 
 log = logging.getLogger(__name__)
@@ -50,6 +58,7 @@ class Observation:
         self._status: RobotStatus | None = None
         self._read_at = -math.inf                # -inf while it is asked for, and after anything went wrong
         self._answered_at = -math.inf            # when it was last read; -inf once anything went wrong
+        self._answered_on = shared.clock.now()   # and by the wall clock
         self._identified = False
         self._refused = False                    # answers, but not to this user; /status alone answers anybody
         self._in_part_since = math.inf           # it tells its status, but its queue can't be read; on the monotonic clock
@@ -96,7 +105,7 @@ class Observation:
             raise
         if self.robot.profile is not None and _may_have_changed(self._status, status, self.robot):
             self._identified = False
-        self._status = status
+        self._status, self._answered_on = status, self._s.clock.now()
         self._answered_at = self._read_at = self._s.clock.monotonic()        # last, as other threads ask for ``fresh_status``
         self._note_answer(status)
         return status
@@ -134,8 +143,20 @@ class Observation:
 
     @property
     def fresh_status(self) -> RobotStatus | None:
-        """What was read a moment ago; None when that is too long ago, or nothing answered. Changes nothing: any thread may ask."""
-        return self._status if self.age <= STATUS_IS_FRESH else None
+        """What was read a moment ago; None when that is too long ago, or nothing answered, or the tablet has slept since. Changes nothing:
+        any thread may ask."""
+        return self._status if self.age <= STATUS_IS_FRESH and not self._has_slept else None
+
+    @property
+    def may_be_sent_by(self) -> bool:
+        """Whether a start that was found ready by what was read may still leave, however slow the robot and its connection are."""
+        return self.age <= LEAVES_WITHIN and not self._has_slept
+
+    @property
+    def _has_slept(self) -> bool:
+        """Since it was read: its clocks have not gone on alike. That of a tablet whose clock was set looks the same."""
+        passed = (self._s.clock.now() - self._answered_on).total_seconds()
+        return abs(passed - (self._s.clock.monotonic() - self._answered_at)) > CLOCKS_PART
 
     @property
     def is_to_be_heard(self) -> bool:

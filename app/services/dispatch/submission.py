@@ -350,7 +350,8 @@ class Submission:
         """``description`` carries the token; ``message`` is for people and the robot overwrites it. Whatever goes wrong in an unforeseen
         way leaves it in doubt. Until it leaves, which may take a while, it may be taken back."""
         def is_wanted() -> bool:
-            return self._is_wanted(intent, plan_version) and self._s.holds.active(self._robot_id) is None
+            is_ready = self._seen.may_be_sent_by and self._s.holds.active(self._robot_id) is None
+            return is_ready and self._is_wanted(intent, plan_version)
 
         self._doubt(intent)
         try:

@@ -26,6 +26,8 @@ STOP_WITHIN = 3.0            # a stop has to end within 5 s, the database includ
 
 # A robot's worker
 STATUS_IS_FRESH = 2.0        # for which one status serves everything that falls due
+LEAVES_WITHIN = 90.0         # of a status, what was found ready by it: as long as the robot's pace and its connection may take
+CLOCKS_PART = 1.0            # by which wall and monotonic clock may go on differently where the tablet has not slept
 ROUND_TAKES = 0.04           # what is due sooner goes first
 PUT_OFF_AT_MOST = 0.5        # that everything else gives way to what is due
 RECHECK = 2.0                # between looks at what a start waits for (battery, hold)
