@@ -1,5 +1,5 @@
 """Characters that a name may have: visible ones. Invisible characters and those that change the direction of writing would make two
-different names look alike.
+different names look alike; marks heaped on one letter would be drawn over what stands beside it.
 
 Categories are Unicode's (UAX 44). The joiners of UAX 31, section 2.3, stay where a script writes with them: inside a word of Arabic or
 Indic letters, inside an emoji.
@@ -11,8 +11,11 @@ from collections.abc import Iterator
 from itertools import count
 
 LONGEST = 80                             # characters
+MOST_MARKS = 3                           # on one letter: no script in use needs more
 
 _UNWANTED = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
+_MARKS = frozenset({"Mn", "Me"})         # drawn on the character before them
+_FIRST_MARK = "\u0300"
 _BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")       # letters, marks and a symbol that show nothing
 # Of one of several pictures of the character before; of a symbol only they are seen.
 _SELECTORS = frozenset(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0), 0x180B, 0x180C, 0x180D, 0x180F)))
@@ -36,16 +39,21 @@ def has_visible(text: str) -> bool:
     return any(unicodedata.category(character)[0] in "LNPS" and character not in _BLANK for character in text)
 
 
+def is_mark(character: str) -> bool:
+    """Whether it is seen on the letter before it, such as an accent."""
+    return unicodedata.category(character) in _MARKS and character not in _RARE
+
+
 def cleaned(text: str, longest: int = LONGEST) -> str:
     """A valid name made of a text from a robot or a file: on one line, cut to the longest a name may be; "" when nothing is left."""
     line = " ".join("".join(" " if unicodedata.category(c) in ("Cc", "Zl", "Zp") else c for c in text).split())
-    name = normal(visible(line))[:longest].rstrip().rstrip("".join(_JOINERS))
+    name = visible(normal(visible(line)))[:longest].rstrip().rstrip("".join(_JOINERS))
     return name if has_visible(name) else ""
 
 
 def visible(text: str) -> str:
     """Without all that can't be part of a name."""
-    if text.isprintable() and (text.isascii() or _RARE.isdisjoint(text)):
+    if text.isprintable() and (text.isascii() or (_RARE.isdisjoint(text) and not _has_marks(text))):
         return text
     seen = "".join(c for c in text if c in _JOINERS or not _is_unwanted(c))
     return "".join(c for n, c in enumerate(seen) if _may_stand(seen, n))
@@ -77,7 +85,18 @@ def _is_unwanted(character: str) -> bool:
     return unicodedata.category(character) in _UNWANTED or character in _BLANK
 
 
+def _has_marks(text: str) -> bool:
+    return max(text) >= _FIRST_MARK and any(unicodedata.category(character) in _MARKS for character in text)
+
+
+def _is_heaped(text: str, n: int) -> bool:
+    """Whether it is a mark on a letter that has the most already."""
+    return n >= MOST_MARKS and all(unicodedata.category(character) in _MARKS for character in text[n - MOST_MARKS:n + 1])
+
+
 def _may_stand(text: str, n: int) -> bool:
+    if _is_heaped(text, n):
+        return False
     if text[n] in _SELECTORS:
         return n > 0 and unicodedata.category(text[n - 1]) == "So"
     if text[n] not in _JOINERS:

@@ -81,7 +81,9 @@ def name(text: object, field: str = "name") -> str:
         raise InvalidInput(field, "a name has at most {most} characters, this one has {length}", most=names.LONGEST, length=len(normal))
     if _has_control_characters(normal):
         raise InvalidInput(field, "a name can't contain control characters")
-    if unwanted := names.unwanted(normal):
+    if (unwanted := names.unwanted(normal)) and names.is_mark(unwanted):
+        raise InvalidInput(field, "a name can't have more than {most} marks on one letter", most=names.MOST_MARKS)
+    if unwanted:
         raise InvalidInput(field, "a name can't contain an invisible or unknown character: remove {character}",
                            character=f"U+{ord(unwanted):04X}")
     if not names.has_visible(normal):

@@ -75,7 +75,26 @@ def test_names_from_outside_are_cleaned(raw, name):
     assert names.cleaned(raw) == name
 
 
-@given(st.text(max_size=120))
+ZALGO = "Z" + "\u0301" * 60
+VIETNAMESE, HEBREW, TIBETAN = "Phòng chờ lớn", "בְּרֵאשִׁ֖ית", "རྒྱལ"
+
+
+def test_marks_are_not_heaped_on_a_letter():
+    """They would be drawn over the lines above and below."""
+    assert names.cleaned(f"Dock {ZALGO}{ZALGO}") == "Dock Ź" + "\u0301" * 2 + "Ź" + "\u0301" * 2
+    assert names.visible(f"{ZALGO}!") == "Z" + "\u0301" * 3 + "!"
+    with pytest.raises(InvalidInput, match="marks"):
+        validation.name(ZALGO)
+
+
+@pytest.mark.parametrize("text", [VIETNAMESE, HEBREW, TIBETAN, "ที่นี่", "नमस्ते"])
+@pytest.mark.parametrize("form", ["NFC", "NFD"])
+def test_scripts_that_write_with_marks_keep_theirs(text, form):
+    assert names.visible(unicodedata.normalize(form, text)) == unicodedata.normalize(form, text)
+    assert validation.name(text) == unicodedata.normalize("NFC", text)
+
+
+@given(st.text(max_size=120) | st.text("Za\u0301\u0308\u0344\u20dd\u200b", max_size=40))
 def test_what_is_cleaned_can_be_entered(raw):
     name = names.cleaned(raw)
     assert name == "" or validation.name(name) == name

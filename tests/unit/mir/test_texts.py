@@ -18,6 +18,7 @@ from app.mir.texts import LONGEST_TEXT, clean, resolve
         "\u00ad\u034f\u180e\u200c\u200d\u2062\u206a\u2800\u3164\ue000\ufff9\U0001bca0\U000e0041\U0010fffd")),
     *((joined, joined) for joined in ("\u0646\u0645\u06cc\u200c\u062e\u0648", "👩\u200d🔧")),
     ("Äänekoski 🚚 电", "Äänekoski 🚚 电"),
+    ("heaped Z" + "\u0301" * 60 + "!", "heaped Z" + "\u0301" * 3 + "!"),
     (None, ""), (7, ""), (["x"], ""),
 ])
 def test_texts_are_cleaned(raw: object, text: str) -> None:
