@@ -56,6 +56,7 @@ from app.services.live.changes import Changes, Topic
 from app.services.live.clearing import Clearing
 from app.services.live.gaps import Downtime
 from app.services.live.holds import Holds
+from app.services.live.mission_parameters import MissionParameters
 from app.services.live.questions import Questions
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet, machine_id
@@ -117,7 +118,8 @@ class Container:
         self.tablet = Tablet(db, repositories.settings, clock, self.holds, machine)
         self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes, self.alarms)
         self.history = History(db, repositories.executions, repositories.missions)
-        self.catalogue = Catalogue(db, clock, self.changes)
+        self.parameters = MissionParameters(db, clock, self.make_client, self.snapshots)
+        self.catalogue = Catalogue(db, clock, self.changes, self.parameters)
         self.kpis = Kpis(db, clock)
         self.group_figures, self.promises = GroupFigures(db, clock), PromiseFigures(db, clock)
         seen = Seen(self._is_out, lambda robot_id: is_charging(self.snapshots.get(robot_id).status), self._may_have)
@@ -131,8 +133,9 @@ class Container:
         guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
         self.shared = Shared(db, clock, self.ledger, self.holds, self.clearing, self.alarms, self.downtime, self.snapshots,
                              repositories.robots, repositories.missions, repositories.schedules, self.settings, self.calendar,
-                             self.tablet, self.whereabouts, lambda: self.engine.plan_version, guard.is_contradicted)
-        self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock)
+                             self.tablet, self.whereabouts, lambda: self.engine.plan_version, guard.is_contradicted,
+                             self.parameters)
+        self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock, self.parameters)
         self.allocator = Allocator(self.shared, self.robot_missions.lacks)
         self.engine = Engine(planner=planner, guard=guard, ledger=self.ledger, clock=clock, alarms=self.alarms, changes=self.changes,
                              robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
@@ -146,7 +149,7 @@ class Container:
         self.mission_actions = MissionActionsReader(db, self.catalogue, self.snapshots, self.make_client, clock)
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
                                  engine=self.engine, holds=self.holds, clearing=self.clearing, settings=self.settings,
-                                 make_client=self.make_client, robot_missions=self.robot_missions,
+                                 make_client=self.make_client, parameters=self.parameters,
                                  leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id))
         self.check_ups = CheckUps(db, clock=clock, ledger=self.ledger, holds=self.holds, alarms=self.alarms, changes=self.changes,
                                   settings=self.settings, make_client=self.make_client)

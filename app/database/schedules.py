@@ -126,6 +126,12 @@ class ScheduleRepository:
                            AND (paused_until IS NULL OR paused_until <= next_at)""", (robot_id,)).fetchone()
         return to_optional_instant(row[0])
 
+    def given_parameters(self, c: sqlite3.Connection, robot_id: int, until: datetime) -> list[str]:
+        """Guids of missions that a robot starts by then and that are given parameters."""
+        return [row[0] for row in c.execute("""SELECT DISTINCT missions.guid FROM schedules JOIN missions ON missions.id = mission_id
+                                               WHERE schedules.robot_id = ? AND enabled = 1 AND next_at <= ? AND parameters <> '{}'""",
+                                            (robot_id, to_text(until)))]
+
     def next_of_groups(self, c: sqlite3.Connection, robot_id: int, until: datetime) -> dict[tuple[int, ...], int]:
         """Of each group of a robot how many starts are planned by then: by its members that are switched on."""
         rows = c.execute("""

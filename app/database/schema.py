@@ -9,6 +9,7 @@ from app.database.schema_groups import (
     _DRAIN,
     _FAILURES,
     _GROUPS,
+    _MISSION_PARAMETERS,
     _RUN_DURATIONS,
     _SKIPPED_AHEAD,
     _STARTS,
@@ -302,4 +303,4 @@ ALTER TABLE skips ADD COLUMN held INTEGER NOT NULL DEFAULT 0;               -- n
 MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
                                _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _SKIPPED_AHEAD, _GROUPS,
                                _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN, _RUN_DURATIONS, _CHECK_UPS, _WAYS, _KEPT_BACK_AHEAD, _STARTS,
-                               _FAILURES)
+                               _FAILURES, _MISSION_PARAMETERS)

@@ -130,6 +130,16 @@ _FAILURES = """
 ALTER TABLE robots ADD COLUMN failures INTEGER NOT NULL DEFAULT 0;           -- starts of ours that it failed since its last success
 """
 
+_MISSION_PARAMETERS = """
+CREATE TABLE mission_parameters (             -- what a mission asks for when it is queued, as each robot said when it was asked last
+    robot_id     INTEGER NOT NULL REFERENCES robots(id) ON DELETE CASCADE,
+    mission_guid TEXT NOT NULL,
+    parameters   TEXT NOT NULL,               -- JSON
+    PRIMARY KEY (robot_id, mission_guid)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX mission_parameters_by_guid ON mission_parameters (mission_guid);
+"""
+
 _NOTE_DURATION = """
     INSERT INTO run_durations (robot_id, mission_guid, ended_at, execution_id, duration_s)
         SELECT id, NEW.mission_guid, NEW.ended_at, NEW.id, NEW.duration_s FROM robots WHERE id = NEW.robot_id

@@ -11,6 +11,7 @@ from datetime import datetime
 from enum import Enum, IntEnum, StrEnum
 from typing import Any, NamedTuple
 
+ENTRIES = frozenset({1, 8, 21, 26})        # types of positions in front of markers, chargers and lifts: no destination of their own
 POSITIONS = ("position", "marker")         # parameters of actions whose value is the guid of a position
 FARTHEST = 10_000.0          # m between two spots of one map
 
@@ -171,7 +172,8 @@ class MissionParameter:
     default: Any = None
     minimum: float | None = None
     maximum: float | None = None
-    choices: tuple[tuple[Any, str], ...] = ()        # (value, label)
+    choices: tuple[tuple[Any, str], ...] = ()        # (value, label); of positions those on the robot's present map
+    elsewhere: tuple[tuple[Any, str], ...] = ()      # the same of positions on its other maps
     sets: str = ""                       # the parameter of an action that it sets, as MiR calls it: position, x, time …
     unit: str = ""                       # of a number
 
@@ -184,8 +186,12 @@ class MissionParameter:
         """One of the choices: ``given`` itself, or the one that people call so; None where it is none of them."""
         if any(given == value and type(given) is type(value) for value, _label in self.choices):
             return given
-        named = [value for value, label in self.choices if label.casefold() == str(given).strip().casefold()]
-        return named[0] if len(named) == 1 else None
+        word = str(given).strip().casefold()
+        for places in (self.choices, self.elsewhere):
+            named = [value for value, label in places if word in (label.casefold(), str(value).casefold())]
+            if named:
+                return named[0] if len(named) == 1 else None
+        return None
 
 
 class IdentifiedBy(StrEnum):

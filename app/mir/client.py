@@ -190,29 +190,31 @@ class RobotClient:
         """Raises Rejected with status 404 when the robot has no such mission."""
         return self._get(f"/missions/{_segment(guid)}", parse.mission_detail)
 
-    def parameters(self, guid: str) -> list[MissionParameter]:
-        """What has to be given when this mission is queued; [] for most missions."""
+    def parameters(self, guid: str) -> list[MissionParameter] | None:
+        """What has to be given when this mission is queued; [] for most missions. None: the robot does not say. Raises Rejected with
+        status 404 when it has no such mission."""
         mission = self.mission(guid)
         if mission.has_user_parameters is False:
             return []
         own = f"{API}/missions/{_segment(guid)}"
-        found, of_actions = (self._parameters(url, read) for url, read in (
+        defined, of_actions = (self._parameters(url, read) for url, read in (
             (mission.definition_url or f"{own}/definition", mission_parameters.from_definition),
             (mission.actions_url or f"{own}/actions", mission_parameters.from_actions)))
-        return mission_parameters.with_meaning(found, of_actions) if found else of_actions
+        found = mission_parameters.with_meaning(defined or (), of_actions or ())
+        return found or (None if mission.has_user_parameters or of_actions is None else [])
 
     def actions(self, guid: str) -> MissionActions:
         """What the mission's actions tell."""
         url = self.mission(guid).actions_url or f"{API}/missions/{_segment(guid)}/actions"
         return self._get(url.removeprefix(API), mission_parameters.actions, largest=None)
 
-    def _parameters(self, url: str, read: Callable[[Any], list[MissionParameter]]) -> list[MissionParameter]:
+    def _parameters(self, url: str, read: Callable[[Any], list[MissionParameter]]) -> list[MissionParameter] | None:
         try:
             return self._get(url.removeprefix(API), read, largest=None)
         except Refusal as error:
             if error.status not in NOT_OFFERED:
                 raise
-            return []
+            return None
 
     # ------------------------------------------------------------------ the queue
     def enqueue(self, mission_guid: str, *, description: str = "", text: str = "", priority: int = 0,

@@ -65,10 +65,13 @@ def _is_way_to_charger(value: Any) -> bool:
     return isinstance(value, list) and len(value) <= LONGEST_LIST and CHARGING in types and types <= WAY_TO_CHARGER
 
 
-def with_meaning(found: Sequence[MissionParameter], of_actions: Sequence[MissionParameter]) -> list[MissionParameter]:
-    """Those of a definition, with what the mission's actions tell about them."""
+def with_meaning(defined: Sequence[MissionParameter], of_actions: Sequence[MissionParameter]) -> list[MissionParameter]:
+    """Those of a definition, with what the mission's actions tell about them. The names that the queue takes are those of the actions:
+    where a definition has none of them, it means something else, and those of the actions count."""
     sets = {parameter.name: parameter.sets for parameter in of_actions}
-    return [_setting(parameter, sets.get(parameter.name, "")) for parameter in found]
+    if sets and not any(parameter.name in sets for parameter in defined):
+        return list(of_actions)
+    return [_setting(parameter, sets.get(parameter.name, "")) for parameter in defined]
 
 
 def _setting(parameter: MissionParameter, sets: str) -> MissionParameter:

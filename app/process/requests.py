@@ -133,16 +133,22 @@ class _InBackground:
 
 
 def handlers(container: Container) -> Mapping[str, Handler]:
+    def begin_run(request: Mapping[str, Any]) -> Mapping[str, Any]:
+        try:
+            run_now(container, request["robot"], request["mission"], request["parameters"], request["token"])
+        except InvalidInput as error:
+            return {"exit": 2, "error": str(error)}
+        return {}
+
+    begun = _InBackground("run now", begin_run)              # a robot may have to be asked for the mission's parameters
+
     def take_run_now(request: Mapping[str, Any]) -> Mapping[str, Any] | None:
         """Answered once the robot has accepted it or it has ended: until then the request stays in the inbox."""
         if (hold := container.holds.active()) is not None and hold.is_copy:
             return {"exit": 2, "error": f"{hold.reason}: with --move-here this machine starts its missions"}
         execution = container.ledger.by_token(request["token"])
         if execution is None:
-            try:
-                execution = run_now(container, request["robot"], request["mission"], request["parameters"], request["token"])
-            except InvalidInput as error:
-                return {"exit": 2, "error": str(error)}
+            return begun.take(request) or None
         return None if execution.state in (State.WAITING, State.SUBMITTING) else outcome(execution)
 
     def take_remove_pin(_request: Mapping[str, Any]) -> Mapping[str, Any]:

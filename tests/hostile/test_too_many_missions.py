@@ -4,6 +4,7 @@ from __future__ import annotations
 import gc
 import json
 import tracemalloc
+from unittest.mock import Mock
 
 import pytest
 
@@ -59,7 +60,7 @@ def test_far_more_are_not_parsed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_no_name_of_them_is_kept() -> None:
     robot = client(30_000)
-    names = RobotMissions({1: ROBOT}.get, lambda _robot: robot, VirtualClock())
+    names = RobotMissions({1: ROBOT}.get, lambda _robot: robot, VirtualClock(), Mock())
     tracemalloc.start()
     assert not names.learn_names(1)
     gc.collect()
@@ -70,6 +71,6 @@ def test_no_name_of_them_is_kept() -> None:
 
 
 def test_names_are_not_copied_for_the_screens_that_ask_each_second() -> None:
-    names = RobotMissions({1: ROBOT}.get, lambda _robot: client(3), VirtualClock())
+    names = RobotMissions({1: ROBOT}.get, lambda _robot: client(3), VirtualClock(), Mock())
     assert names.learn_names(1)
     assert names.names(1) is names.names(1)

@@ -258,6 +258,7 @@ INSERT INTO run_durations VALUES (1, 'guid-1', '{SPANS[1]}', 7, 60.0, 2.0);
 INSERT INTO skips SELECT id, '{SPANS[1]}', 0 FROM schedules;
 INSERT INTO holds (robot_id, started_at) VALUES (1, '{SPANS[0]}');
 INSERT INTO mission_stops VALUES ('guid-1', 1, 'p', 'P', NULL, 1.0, 1.0);
+INSERT INTO mission_parameters VALUES (1, 'guid-1', '[]');
 INSERT INTO suggestion_answers (schedule_id, answer, answered_at, late, starts) VALUES (1, 'accepted', '{SPANS[0]}', 1, 2);
 INSERT INTO activity_days VALUES (1, '2026-11-22', 'idle', 5.0);
 {SPAN.format(*SPANS)};

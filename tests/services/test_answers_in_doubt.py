@@ -1,10 +1,12 @@
 """Answers that leave open whether a start was taken: what the robot said is shown while it is looked for, and afterwards."""
 from __future__ import annotations
 
+from datetime import UTC, datetime
+
 import pytest
 
 from app.domain.message import render
-from app.domain.models import ReasonCode, State
+from app.domain.models import Execution, ReasonCode, State, Trigger
 from app.domain.reasons import sentence, waiting_sentence
 from app.mir.errors import Busy, ConnectionLost, NotAMir, RobotFault, TimedOut
 from app.services.dispatch.refusals import answer_in_doubt
@@ -12,7 +14,12 @@ from tests.support.network import Fate
 
 START = "2026-11-23T06:05"
 WHY = "the robot answered: Position mirconst-guid not found (status 500)"
+NOON = datetime(2026, 11, 23, 12, tzinfo=UTC)
 QUIET = 95.0             # s, and a little more than the quiet time
+
+
+def start(**parameters: object) -> Execution:
+    return Execution(Trigger.MANUAL, 1, "R1", "Deliver", "g", NOON, NOON, NOON, "token", "UTC", parameters=parameters)
 
 
 @pytest.fixture
@@ -90,11 +97,15 @@ def test_of_a_group_another_robot_gets_it(hall):
     (Busy(reason="Docking"), "the robot answered: Docking (status 503)", False),
     (NotAMir(code="web_page"), "the robot answers with a web page, not like a MiR robot", False)])
 def test_every_answer_has_its_own_sentence_and_only_a_reason_is_final(error, text, is_final):
-    kept = answer_in_doubt(error)
+    kept = answer_in_doubt(start(), error)
     assert bool(kept.get("is_reason")) is is_final
     assert render(kept["answer"]) == text
 
 
 @pytest.mark.parametrize("error", [TimedOut(seconds=5), ConnectionLost()])
 def test_where_nothing_was_answered_nothing_is_said_of_an_answer(error):
-    assert answer_in_doubt(error) == {}
+    assert answer_in_doubt(start(), error) == {}
+
+
+def test_robots_answer_a_parameter_that_they_do_not_know_with_no_more_than_that_something_went_wrong():
+    assert answer_in_doubt(start(Speed=1), RobotFault(status=500, reason="Internal server error"))["is_reason"]

@@ -3,7 +3,6 @@ kept as robots want them, a position as its identifier; only a robot knows what 
 and what is learnt anywhere is known to all (``Shell.given``)."""
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from app.domain.clock import Clock
 from app.domain.models import Execution, Group, Mission, Robot, Schedule
 from app.domain.names import given_to_schedule
+from app.domain.parameters import IDENTIFIER
 from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common import formats
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 ASK_AGAIN_AFTER = 300.0                  # s, for a name that the robot has not told
 LONGEST_BESIDE = 32                      # characters of a value beside the mission's name
-_IDENTIFIER = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", re.IGNORECASE)
 
 Start = tuple[int | None, str, Mapping[str, Any]]        # robot, guid of the mission, what it is given
 
@@ -63,7 +62,7 @@ class Given:
 
     def lacks(self, values: Mapping[str, Any]) -> bool:
         """Whether there is one of which only a robot knows the name."""
-        return any(_IDENTIFIER.fullmatch(str(value)) and value not in self.names for value in values.values())
+        return any(IDENTIFIER.fullmatch(str(value)) and value not in self.names for value in values.values())
 
     def positions_with(self, text: str) -> tuple[str, ...]:
         """Identifiers of those in whose names that is, in whatever case."""
@@ -80,7 +79,7 @@ class Given:
         if isinstance(value, bool):
             return _("Yes") if value else _("No")
         text = formats.plain(value) if isinstance(value, float) else str(value).removesuffix(".000000")      # of a duration
-        return "" if _IDENTIFIER.fullmatch(text) else " ".join(filter(None, (text, parameter.unit)))
+        return "" if IDENTIFIER.fullmatch(text) else " ".join(filter(None, (text, parameter.unit)))
 
 
 NOTHING_KNOWN = Given()
@@ -94,7 +93,7 @@ class Learnt:
 
     def take(self, guid: str, found: Sequence[MissionParameter]) -> None:
         """What a robot says that this mission asks for."""
-        names = {key: label for parameter in found for key, label in parameter.choices if _IDENTIFIER.fullmatch(str(key))}
+        names = {key: label for parameter in found for key, label in parameter.choices if IDENTIFIER.fullmatch(str(key))}
         self.known = replace(self.known, parameters={**self.known.parameters, guid: found}, names={**self.known.names, **names})
 
 

@@ -9,15 +9,14 @@ from typing import Any
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
-from app.domain.models import Connection, IdleRule, Robot
+from app.domain.models import Connection, Robot
+from app.domain.parameters import missing
 from app.domain.robot import MissionParameter
 from app.i18n import _
-from app.screens.common.parameters_view import fields_of, problems_of
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import PROBLEM_SECONDS
 from app.screens.settings.missions_view import idle_panels, mission_options
 from app.screens.settings.page import PageContext, SettingsPage
-from app.services.catalogue.catalogue import Edit
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 
@@ -97,7 +96,7 @@ class IdlePage(SettingsPage):
         answers = mission is not None and self.context.facts.snapshot(robot.id).connection is Connection.CONNECTED
 
         def told(asked: Sequence[MissionParameter]) -> None:
-            labels = [field.label for field in fields_of(asked) if field.name in problems_of(asked)]
+            labels = missing(asked)
             if mission is not None and labels:
                 self._refuse(robot, _("{mission} asks for {values}, which only a schedule or Run now can give").format(
                     mission=mission.name, values=", ".join(labels)))
@@ -121,9 +120,8 @@ class IdlePage(SettingsPage):
         if minutes is not None:
             changes["after_minutes"] = minutes
 
-        def save(edit: Edit) -> Robot:
-            return edit.set_idle_rule(robot.id, replace(edit.the_robot(robot.id).idle or IdleRule(0), **changes))
-        self.context.change(lambda: self.context.services.catalogue.edit(save), lambda problem: self._not_saved(robot, minutes, problem))
+        self.context.change(lambda: self.context.services.catalogue.change_idle_rule(robot.id, **changes),
+                            lambda problem: self._not_saved(robot, minutes, problem))
 
     def _not_saved(self, robot: Robot, minutes: int | None, problem: BaseException) -> None:
         if minutes is not None and self._minutes.get(robot.id) == minutes:

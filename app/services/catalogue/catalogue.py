@@ -23,9 +23,12 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
+from app.domain.robot import MissionParameter
+from app.services.catalogue import parameter_check
 from app.services.catalogue.edit import Edit
 from app.services.catalogue.undo import Removed, Switched, Uses, restore, switch_back, wait_again
 from app.services.live.changes import Changes
+from app.services.live.mission_parameters import MissionParameters
 from app.services.planning import public_holidays
 
 REHEARSALS = 5               # of many changes, until they can be repeated as they were
@@ -38,8 +41,10 @@ __all__ = ["Catalogue", "Edit", "Removed"]
 
 
 class Catalogue:
-    def __init__(self, db: Database, clock: Clock, changes: Changes | None = None) -> None:
-        self._db, self._clock, self._changes = db, clock, changes
+    """``parameters``: what missions ask for, where robots can be asked."""
+
+    def __init__(self, db: Database, clock: Clock, changes: Changes | None = None, parameters: MissionParameters | None = None) -> None:
+        self._db, self._clock, self._changes, self.parameters = db, clock, changes, parameters
         self._robots, self._missions, self._schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self._calendar = CalendarRepository()
         self._missed_uses: Uses = frozenset()    # that wait for what else may be put back
@@ -160,7 +165,26 @@ class Catalogue:
 
     def save_idle_rule(self, robot_id: int, mission_id: int, after_minutes: int = 10, enabled: bool = True) -> Robot:
         """The robot's idle automation: which mission after how many minutes (5–30)."""
-        return self.edit(lambda edit: edit.set_idle_rule(robot_id, IdleRule(mission_id, after_minutes, enabled)))
+        return self.edit(lambda edit: self._save_idle_rule(edit, robot_id, IdleRule(mission_id, after_minutes, enabled)))
+
+    def change_idle_rule(self, robot_id: int, **changes: Any) -> Robot:
+        """Of the rule as it is stored now, or of a new one, whose mission has to be named."""
+        return self.edit(lambda edit: self._save_idle_rule(
+            edit, robot_id, replace(edit.the_robot(robot_id).idle or IdleRule(0), **changes)))
+
+    def _save_idle_rule(self, edit: Edit, robot_id: int, rule: IdleRule) -> Robot:
+        before = edit.the_robot(robot_id).idle
+        saved = edit.set_idle_rule(robot_id, rule)
+        if saved.idle is not None and parameter_check.is_mission_new(saved.idle, before):
+            _raise(parameter_check.of_idle_rule(edit, saved, saved.idle, self.known_parameters))
+        return saved
+
+    def known_parameters(self, robot: Robot, guid: str) -> Sequence[MissionParameter] | None:
+        """What a mission asks for, as the robot has said, or else another one."""
+        if self.parameters is None:
+            return None
+        known = self.parameters.known(robot.id, guid)
+        return known if known is not None else self.parameters.known_of_any(guid)
 
     # ------------------------------------------------------------------ groups and places
     def save_group(self, group: Group) -> Group:
@@ -190,8 +214,15 @@ class Catalogue:
 
     # ------------------------------------------------------------------ schedules
     def save_schedule(self, schedule: Schedule) -> Schedule:
-        """Add (id 0) or change a schedule; a blank name becomes "<mission> on <robot>"."""
-        return self.edit(lambda edit: edit.save_schedule(schedule))
+        """Add (id 0) or change a schedule; a blank name becomes "<mission> on <robot>". Parameters are judged by what is known of the
+        mission: who may ask robots does so before."""
+        def work(edit: Edit) -> Schedule:
+            before = edit.the_schedule(schedule.id) if schedule.id else None
+            saved = edit.save_schedule(schedule)
+            if parameter_check.is_given_anew(saved, before):
+                _raise(parameter_check.of_schedule(edit, saved, self.known_parameters))
+            return saved
+        return self.edit(work)
 
     def set_schedule_enabled(self, schedule_id: int, enabled: bool) -> Schedule:
         """Switch it on or off; what waits of it is cancelled."""
@@ -218,3 +249,8 @@ class Catalogue:
     def wait_again(self, execution_id: int) -> None:
         """Undo that a person has cancelled a start of which nothing was sent; raises InvalidInput when it is too late for that."""
         self.edit(lambda edit: wait_again(edit, execution_id))
+
+
+def _raise(checked: parameter_check.Checked) -> None:
+    if checked.problem is not None:
+        raise checked.problem

@@ -223,7 +223,7 @@ def _mission(client: RobotClient, agreed: Trial) -> str | None:
     guid = missions_of(client).get(agreed.mission)
     if guid is None:
         raise InvalidInput("mission", "the robot has no mission {mission}", mission=agreed.mission)
-    if any(parameter.default in (None, "") for parameter in client.parameters(guid)):
+    if any(parameter.default in (None, "") for parameter in client.parameters(guid) or ()):
         raise InvalidInput("mission", "{mission} asks for values when it is started: choose another mission", mission=agreed.mission)
     return guid
 

@@ -122,7 +122,7 @@ class Allocator:
                 waits += self._awaits(row, decision, belief)
             elif mission := belief.mission(decision.robot_id, row.mission):
                 bound.append(self._ledger.moves.bound(row, belief.robots[decision.robot_id], mission.guid, belief.choice(decision),
-                                                self._intent_floor(row, workers[decision.robot_id]),
+                                                self._intent_floor(row, workers[decision.robot_id], mission.guid),
                                                 belief.approach(decision.robot_id, mission)))
                 if decision.is_last_call or decision.start.at_once:
                     into_queue.add(row.id)
@@ -132,11 +132,12 @@ class Allocator:
             given |= {row.id for row in self._ledger.bind(some, into_queue, partial(self.hand_over, plan_version))}
         return given, {move.execution.id for move in bound} - given
 
-    @staticmethod
-    def _intent_floor(row: Execution, worker: RobotWorker) -> int | None:
+    def _intent_floor(self, row: Execution, worker: RobotWorker, guid: str) -> int | None:
         """Where nothing of it was ever there and the robot is ready for it, its intent is written with the choice: the highest id known."""
         ready = worker.readiness()
         if ready is None or str(worker.robot.id) in row.tried or not rules.battery_allows(ready.battery, row.minimum_battery_percent):
+            return None
+        if not self._s.parameters.may_send(row, worker.robot.id, guid):          # the robot is asked first
             return None
         may_be_there = ready.uncertain_through is not None and row.planned_at <= ready.uncertain_through
         return None if may_be_there else ready.queue_floor

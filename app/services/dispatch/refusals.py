@@ -39,19 +39,19 @@ def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason
     return Reason(ReasonCode.REFUSED, {"problem": error.message})
 
 
-def answer_in_doubt(error: RobotError) -> Mapping[str, Any]:
+def answer_in_doubt(start: Execution, error: RobotError) -> Mapping[str, Any]:
     """What is kept of an answer that does not say whether the start was taken: ``answer`` is its sentence, ``is_reason`` whether that tells
     why the robot can't take it, so that another try would end the same way. Empty: there was no answer."""
     if isinstance(error, Refusal) and error.reason:
         sentence = message("the robot answered: {reason} (status {status})", reason=error.reason, status=error.status)
-        return {"answer": sentence, "is_reason": _is_reason(error)}
+        return {"answer": sentence, "is_reason": _is_reason(start, error)}
     return {"answer": error.message} if isinstance(error, Refusal | NotAMir | Unreadable) else {}
 
 
-def _is_reason(error: Refusal) -> bool:
+def _is_reason(start: Execution, error: Refusal) -> bool:
     """A robot that is busy (503) or a proxy in front of it may say something else the next time, and so may one that only says that
-    something went wrong."""
-    return isinstance(error, RobotFault) and error.status not in OF_A_PROXY and not _is_name_of_status(error)
+    something went wrong; but that is how robots answer a parameter that they don't know."""
+    return isinstance(error, RobotFault) and error.status not in OF_A_PROXY and bool(start.parameters or not _is_name_of_status(error))
 
 
 def _is_name_of_status(error: Refusal) -> bool:

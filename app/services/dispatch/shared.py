@@ -17,6 +17,7 @@ from app.services.live.alarms import Alarms
 from app.services.live.clearing import Clearing
 from app.services.live.gaps import Downtime
 from app.services.live.holds import Holds
+from app.services.live.mission_parameters import MissionParameters
 from app.services.live.snapshots import Snapshots
 from app.services.live.tablet import Tablet
 from app.services.planning.working_days import WorkingCalendar
@@ -43,4 +44,5 @@ class Shared:
     whereabouts: Whereabouts
     plan_version: Callable[[], int]
     is_contradicted: Callable[[int, ClockReading], bool]
+    parameters: MissionParameters
     activities: ActivityRepository = field(default_factory=ActivityRepository)

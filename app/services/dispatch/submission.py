@@ -147,6 +147,8 @@ class Submission:
         if status is None or not self._seen.robot.enabled or self._s.holds.active(self._robot_id) or self._seen.contradicts_clock:
             return False
         is_charged = rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
+        if not self._s.parameters.may_send(intent, self._robot_id, intent.mission_guid):
+            return False
         return is_charged and (can_work(status) or not is_for_any(intent))
 
     def _taken_back(self, row: Execution) -> Reason | None:
@@ -256,6 +258,10 @@ class Submission:
             if self._seen.highest is None:
                 self._seen.highest = self._client.highest_queue_id() or 0
             already_there = self._copies.of(row) if row.attempts and row.queue_floor is not None else []
+            if not already_there and not self._s.parameters.may_send(row, self._robot_id, row.mission_guid) and (
+                    refused := self._s.parameters.learn_for(row, self._robot_id, self._client)):
+                self._refused([row], refused)
+                return False
         except RobotError as problem:
             self._read_failed([row], problem)
             return False
@@ -356,7 +362,7 @@ class Submission:
         self._doubt(intent)
         try:
             queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, text=intent.schedule or intent.mission,
-                                            priority=intent.priority, parameters=dict(intent.parameters),
+                                            priority=intent.priority, parameters=self._s.parameters.to_send(intent, self._robot_id),
                                             is_wanted=is_wanted)
         except RobotError as error:
             self._seen.distrust()
@@ -372,7 +378,7 @@ class Submission:
             else:
                 is_taken = isinstance(error, Unnumbered)
                 self._doubt(intent, is_taken=is_taken)          # the quiet time begins now
-                if answer := answer_in_doubt(error):
+                if answer := answer_in_doubt(intent, error):
                     self._ledger.make([self._ledger.moves.in_doubt(intent, answer, is_taken=is_taken)], quietly=True)
                 log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._seen.robot.name, error.text)
         else:

@@ -14,6 +14,7 @@ import logging
 import math
 import uuid
 from collections.abc import Sequence
+from datetime import timedelta
 
 from app.domain import rules
 from app.domain.models import Execution, HandOver, Robot, Trigger
@@ -32,6 +33,7 @@ from app.services.live.snapshots import STALE_POLLS
 
 log = logging.getLogger(__name__)
 
+SOON = timedelta(seconds=10)    # what is due within it is prepared
 GOLDEN_RATIO = 0.618034         # multiples of it fill a circle evenly, however many they are
 
 
@@ -274,6 +276,9 @@ class RobotWorker:
                 self.seen.read_status()
             if self.seen.highest is None:               # its queue could not be read yet
                 self.seen.highest = self._client.highest_queue_id() or 0
+            for guid in self._s.schedules.given_parameters(self._s.db.read(), self.robot.id, self._clock.now() + SOON):
+                if not self._s.parameters.was_asked(self.robot.id, guid):
+                    self._s.parameters.learn(self.robot.id, guid, self._client)
 
     def _apart(self, pause: float) -> float:
         """About ``pause``, different for each robot, so that robots polled or sent to in one moment are not read in one moment again and

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import uuid
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from types import MappingProxyType
@@ -28,12 +28,13 @@ from app.mir.errors import Delivery, RobotError
 from app.mir.fingerprint import presented_fingerprint
 from app.services.allocation.belief import HIGH
 from app.services.catalogue import validation
+from app.services.catalogue.parameter_check import Checked, of_start
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.moves import Move
 from app.services.live.clearing import Clearing
 from app.services.live.holds import Holds
-from app.services.robots.missions import RobotMissions
+from app.services.live.mission_parameters import MissionParameters
 
 log = logging.getLogger(__name__)
 
@@ -45,18 +46,20 @@ ClientFactory = Callable[[Robot], RobotClient]
 class Operator:
     def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, engine: Engine,
                  holds: Holds, clearing: Clearing, settings: Callable[[], Settings], make_client: ClientFactory,
-                 robot_missions: RobotMissions, leave_paused: Callable[[int], None]) -> None:
+                 parameters: MissionParameters, leave_paused: Callable[[int], None]) -> None:
         self._db, self._robots, self._missions = db, robots, missions
         self._ledger, self._clock, self._engine, self._settings, self._make_client = ledger, clock, engine, settings, make_client
-        self._holds, self._clearing, self._robot_missions, self._leave_paused = holds, clearing, robot_missions, leave_paused
+        self._holds, self._clearing, self._parameters, self._leave_paused = holds, clearing, parameters, leave_paused
 
     # ------------------------------------------------------------------ missions
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
         """Submit a mission at once, whatever its constraints are. ``token`` is made per press, so a press that arrives twice runs once.
         Raises InvalidInput, also where the data was copied from another tablet: it must not wait here until the plan moves."""
         robot, mission = self._usable(robot_id), self._mission(mission_id)
-        parameters = self._robot_missions.checked(robot_id, mission.guid, parameters or {})
-        return self._start(robot, mission, parameters, token, HIGH if robot.hand_over is HandOver.WHEN_FREE else 0)
+        given = parameters or {}
+        self._check_parameters(mission, given, [(robot, mission.guid)])
+        values = self._parameters.values(robot_id, mission.guid, mission.name, given)
+        return self._start(robot, mission, given if values is None else values, token, HIGH if robot.hand_over is HandOver.WHEN_FREE else 0)
 
     def run_on_any(self, group_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None, *,
                    priority: int = HIGH) -> Execution:
@@ -68,7 +71,22 @@ class Operator:
             raise InvalidInput("mission", "the mission {name} is for one robot only; a group needs one for all robots",
                                name=self._mission(mission_id).name)
         self._check_is_no_copy()
+        members = [(robot, self._missions.for_robot(self._db.read(), mission.name, robot.id)) for robot in map(self._robot, group.members)]
+        self._check_parameters(mission, parameters or {}, [(robot, own.guid) for robot, own in members if robot.enabled and own])
         return self._start(group, mission, parameters or {}, token, priority)
+
+    def _check_parameters(self, mission: Mission, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]]) -> None:
+        """By what these robots have said of the mission; they are asked where they have not, or would not take it. What can't be found out
+        now is found out when it is sent. Raises InvalidInput."""
+        def checked() -> Checked:
+            return of_start(mission.name, given, robots, lambda robot, guid: self._parameters.known(robot.id, guid))
+
+        first = checked()
+        if not first.to_ask:
+            return
+        self._parameters.keep(self._parameters.ask([(robot, [guid]) for robot, guid in first.to_ask]))
+        if (problem := checked().problem) is not None:
+            raise problem
 
     def give_to(self, execution_id: int, robot_id: int) -> Execution:
         """A start that waits for a robot of its group goes to this one, into its queue where that is busy. Raises InvalidInput."""

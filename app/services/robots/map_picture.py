@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from app.domain.message import message
-from app.domain.robot import MapPosition, Pose, RobotMap
+from app.domain.robot import ENTRIES, MapPosition, Pose, RobotMap
 from app.mir.errors import Unreadable
 
 LARGEST_DECODED = 48 * 1024 * 1024   # bytes of a picture in memory; about twice that is needed to reduce it
@@ -28,7 +28,6 @@ MARGIN = 1.0                         # m kept around what is known
 FINEST = 0.001                       # m per pixel; robots' maps have 0.05
 MOST_PLACES = 200
 LONGEST_NAME = 255
-ENTRIES = frozenset({1, 8, 21, 26})  # types of positions in front of markers, chargers and lifts: nobody's destination
 _FORMAT = 1
 
 

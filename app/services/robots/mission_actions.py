@@ -17,12 +17,11 @@ from app.database.robots import RobotRepository
 from app.database.stops import StopRepository
 from app.domain.clock import Clock
 from app.domain.models import Connection, InvalidInput, Robot
-from app.domain.robot import Stop
+from app.domain.robot import ENTRIES, Stop
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, Unreadable
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.live.snapshots import Snapshots
-from app.services.robots.map_picture import ENTRIES
 
 log = logging.getLogger(__name__)
 

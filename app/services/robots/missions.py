@@ -8,31 +8,28 @@ import math
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
-from typing import Any
 
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Mission, Robot
 from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
-from app.services.robots.map_picture import ENTRIES
+from app.services.live.mission_parameters import MissionParameters
 
 ASK_AGAIN_AFTER = 60.0       # s between two questions for names that the robot may not have either
 NAMES_HOLD = 3600.0          # s for which a robot that lacks a mission by its list is not asked to start it where another one may
-PARAMETERS_HOLD = 300.0      # s for which a mission's parameters are kept; an integrator may edit the mission meanwhile
 
 
 class RobotMissions:
     """``robot`` finds a configured robot by id; ``make_client`` connects to it."""
 
-    def __init__(self, robot: Callable[[int], Robot | None], make_client: Callable[[Robot], RobotClient], clock: Clock) -> None:
-        self._robot, self._make_client, self._clock = robot, make_client, clock
+    def __init__(self, robot: Callable[[int], Robot | None], make_client: Callable[[Robot], RobotClient], clock: Clock,
+                 parameters: MissionParameters) -> None:
+        self._robot, self._make_client, self._clock, self._parameters = robot, make_client, clock, parameters
         self._lock = threading.Lock()
         self._names: dict[int, dict[str, str]] = {}
         self._asked_at: dict[int, float] = {}
         self._learnt_at: dict[int, float] = {}
-        self._parameters: dict[tuple[int, str], tuple[float, Sequence[MissionParameter]]] = {}
 
     def names(self, robot_id: int) -> Mapping[str, str]:
         """Guid -> name, as far as known."""
@@ -64,32 +61,10 @@ class RobotMissions:
 
     def parameters(self, robot_id: int, guid: str) -> Sequence[MissionParameter]:
         """What has to be given when this mission is queued. Raises RobotError, or InvalidInput when the robot has been removed."""
-        with self._lock:
-            learnt_at, known = self._parameters.get((robot_id, guid), (0.0, None))
-        now = self._clock.monotonic()
-        if known is not None and now - learnt_at < PARAMETERS_HOLD:
-            return known
+        if (lately := self._parameters.lately(robot_id, guid)) is not None:
+            return lately
         with self._client(robot_id) as client:
-            found = tuple(client.parameters(guid))
-            if any(parameter.is_position for parameter in found):
-                found = _with_positions(found, _positions(client))
-        with self._lock:
-            self._parameters[robot_id, guid] = now, found
-        return found
-
-    def checked(self, robot_id: int, guid: str, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The values as the robot wants them: choices by their value, where they were given by name. Raises InvalidInput for one that is
-        missing. Asks no robot: where its parameters have not been read, all is taken as it is."""
-        with self._lock:
-            _learnt_at, known = self._parameters.get((robot_id, guid), (0.0, ()))
-        values = dict(given)
-        for parameter in known:
-            value = values.get(parameter.name, parameter.default)
-            if value is None or value == "":
-                raise InvalidInput("parameters", "{name} is missing: the robot does not start the mission without it", name=parameter.name)
-            if parameter.name in values and (meant := parameter.value_of(value)) is not None:
-                values[parameter.name] = meant
-        return values
+            return self._parameters.learn(robot_id, guid, client) or ()
 
     def offered(self, robot_id: int, missions: Iterable[Mission]) -> list[Mission]:
         """Those that the robot has, in their order; all where its list has not been read."""
@@ -106,18 +81,3 @@ class RobotMissions:
             yield client
         finally:
             client.close()
-
-
-def _positions(client: RobotClient) -> tuple[tuple[str, str], ...]:
-    """Guid and name of where the robot can be sent on its present map, by name."""
-    map_id = client.status().map_id
-    found = client.positions(map_id) if map_id else client.positions()
-    named = {position.guid: position.name for position in found if position.name and position.type_id not in ENTRIES}
-    return tuple(sorted(named.items(), key=lambda entry: entry[1].casefold()))
-
-
-def _with_positions(found: Sequence[MissionParameter], positions: tuple[tuple[str, str], ...]) -> tuple[MissionParameter, ...]:
-    """A default on another map is none."""
-    given = [replace(parameter, choices=positions) if parameter.is_position and not parameter.choices else parameter for parameter in found]
-    return tuple(replace(parameter, default=parameter.value_of(parameter.default)) if parameter.is_position and positions else parameter
-                 for parameter in given)

@@ -29,7 +29,7 @@ def test_what_was_entered_travels_in_the_robots_types():
 
 @pytest.mark.parametrize(("name", "text", "problem"), [
     ("count", "", "A number is needed"), ("count", "2.5", "A whole number is needed"), ("speed", "inf", "A number is needed"),
-    ("note", " ", "Enter a value"), ("place", "K3", "Choose one"), ("count", "9", "It must be 1 to 8"),
+    ("note", " ", "Enter a value"), ("place", "K3", "Choose one of Kitting 1, Kitting 2"), ("count", "9", "It must be 1 to 8"),
     ("speed", "2", "It must be 1.5 or less"), ("place", None, "Choose one")])
 def test_what_cannot_be_taken_is_said_at_its_field(name, text, problem):
     entered = {"place": "K1", "count": "1", "speed": "1", "loud": False, "note": "-", name: text}
@@ -48,10 +48,10 @@ def test_a_position_is_chosen_by_its_name_from_a_list_and_sent_as_its_guid():
     [field] = fields_of([GOAL])
     assert (field.kind, field.choices, field.default) == ("position", (("g-1", "Dock 3"), ("g-2", "Press")), None)
     assert values_of([GOAL], {"goal": "g-2"}) == values_of([GOAL], {"goal": "press"}) == {"goal": "g-2"}
-    for nothing in (None, "", "Nowhere"):
+    for nothing, problem in ((None, "Choose one"), ("", "Choose one"), ("Nowhere", "Choose one of Dock 3, Press")):
         with pytest.raises(Problems) as caught:
             values_of([GOAL], {"goal": nothing})
-        assert caught.value.by_name == {"goal": "Choose one"}
+        assert caught.value.by_name == {"goal": problem}
 
 
 def test_what_a_schedule_has_by_name_is_shown_as_chosen():

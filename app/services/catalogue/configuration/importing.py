@@ -13,10 +13,12 @@ from typing import Any
 from app.domain import names
 from app.domain.message import Message, message, render
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
-from app.services.catalogue import validation
+from app.services.catalogue import parameter_check, validation
 from app.services.catalogue.catalogue import Catalogue, Edit
+from app.services.catalogue.configuration.asked_robots import AskedRobots, MoreToAsk
 from app.services.catalogue.configuration.document import Document, Item, at, check_new, read
 from app.services.catalogue.configuration.unnamed import Unnamed
+from app.services.catalogue.parameter_check import Checked
 
 # Written in some 200 ms, while nobody else can write.
 MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 500, 100, 100, 2000, 2000
@@ -56,7 +58,15 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
     limit: int | None = document.settings.values.get("history_limit")
     if limit is not None and not may_delete and (count := catalogue.runs_beyond(limit)):
         raise DeletesRuns(limit, count)
-    return catalogue.edit_rehearsed(lambda edit: _Import(edit, document).run())
+    asked = AskedRobots(catalogue)
+    while True:
+        try:
+            lines = catalogue.edit_rehearsed(lambda edit: _Import(edit, document, asked).run())
+        except MoreToAsk as more:
+            asked.ask(more)
+        else:
+            asked.keep()
+            return lines
 
 
 def stops_a_robot(line: Message) -> bool:
@@ -65,8 +75,9 @@ def stops_a_robot(line: Message) -> bool:
 
 
 class _Import:
-    def __init__(self, edit: Edit, document: Document) -> None:
-        self._edit, self._document = edit, document
+    def __init__(self, edit: Edit, document: Document, asked: AskedRobots) -> None:
+        self._edit, self._document, self._asked = edit, document, asked
+        self._doubts: list[tuple[Item, Checked]] = []        # parameters that a robot has to be asked about, or refuses
         self._unnamed: dict[tuple[str, int], Unnamed] = {}
         self._place_ids: dict[str, int] = {}
 
@@ -92,6 +103,7 @@ class _Import:
             self._idle(item)
         schedule_lines = self._schedules(self._document.schedules)
         self._check_room()
+        self._asked.judge(self._doubts)
         robot_lines = [line for item in self._document.robots for line in self._robot_line(item, before[item.path])]
         return [*setting_lines, *robot_lines, *group_lines, *place_lines, *mission_lines, *schedule_lines]
 
@@ -195,7 +207,10 @@ class _Import:
         if rule is None:
             raise InvalidInput(f"{path}.mission", "{path}: 'mission' is missing", path=path)
         with _placed(Item(path, given)):
-            self._edit.set_idle_rule(robot.id, replace(rule, **{key: given[key] for key in ("after_minutes", "enabled") if key in given}))
+            rule = replace(rule, **{key: given[key] for key in ("after_minutes", "enabled") if key in given})
+            saved = self._edit.set_idle_rule(robot.id, rule)
+        if parameter_check.is_mission_new(rule, robot.idle):
+            self._doubts.append((Item(path, given), parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known)))
 
     def _robot_line(self, item: Item, before: Robot | None) -> Iterator[Message]:
         after = self._robot_named(item.values["name"], item.path)
@@ -304,6 +319,8 @@ class _Import:
             saved = self._edit.save_schedule(Schedule(**{**defaults, **values}))
         else:
             saved = self._edit.save_schedule(replace(stored, **values))
+        if parameter_check.is_given_anew(saved, stored):
+            self._doubts.append((item, parameter_check.of_schedule(self._edit, saved, self._asked.known)))
         if stored is None:
             yield message("schedule {name} added", name=saved.name)
         elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:

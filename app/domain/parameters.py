@@ -1,0 +1,163 @@
+"""What a mission's parameters take: the one rule for a value, wherever it was entered. Pure.
+
+A value that fits becomes what is sent to the robot: a choice by its value, a position by its guid, a number of the parameter's own type.
+"""
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from app.domain.message import Message, message, render
+from app.domain.models import InvalidInput
+from app.domain.robot import MissionParameter
+
+WHOLE = ("integer", "int")
+DECIMAL = ("float", "double", "number", "decimal")
+YES_NO = ("bool", "boolean")
+DURATIONS = ("duration", "time", "minimum_time", "timeout")
+YES, NO = ("true", "1", "yes"), ("false", "0", "no")         # as robots' own values may say it
+MOST_NAMED = 12                          # choices or parameters in one sentence
+DURATION = re.compile(r"(?:(\d{1,3}):)?([0-5]?\d):([0-5]?\d)(?:[.,](\d*))?", re.ASCII)
+IDENTIFIER = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", re.IGNORECASE)
+
+
+class WrongValue(ValueError):
+    """``message`` says what is wanted instead."""
+
+    def __init__(self, what: Message) -> None:
+        self.message = what
+        super().__init__(render(what))
+
+
+def values_for(mission: str, parameters: Sequence[MissionParameter], given: Mapping[str, Any]) -> dict[str, Any]:
+    """The values to send with a mission of this name that asks for ``parameters``. Raises InvalidInput, which names mission and parameter:
+    for one that it does not have, for a value that it can't take, and for one that is missing and has no default."""
+    by_name = {parameter.name: parameter for parameter in parameters}
+    if unknown := next((name for name in given if name not in by_name), None):
+        raise _unknown(mission, unknown, list(by_name))
+    values = {}
+    for parameter in parameters:
+        entered = given.get(parameter.name, parameter.default)
+        if entered is None or entered == "":
+            raise InvalidInput("parameters", "{name} is missing: the robot does not start {mission} without it", name=parameter.name,
+                               mission=mission)
+        if parameter.name in given:
+            try:
+                values[parameter.name] = value_for(parameter, entered)
+            except WrongValue as problem:
+                raise InvalidInput("parameters", "{mission} can't take {value} for {name}: {problem}", mission=mission,
+                                   value=f"{entered!s:.60}", name=parameter.name, problem=problem.message) from None
+    return values
+
+
+def missing(parameters: Sequence[MissionParameter]) -> list[str]:
+    """What people call those that have to be given, as they have no default that can be used."""
+    return [parameter.label or parameter.name for parameter in parameters if not _has_default(parameter)]
+
+
+def _has_default(parameter: MissionParameter) -> bool:
+    try:
+        value_for(parameter, parameter.default)
+    except WrongValue:
+        return False
+    return True
+
+
+def _unknown(mission: str, name: str, known: Sequence[str]) -> InvalidInput:
+    if not known:
+        return InvalidInput("parameters", "{mission} has no parameter {name}: it takes none", mission=mission, name=name)
+    return InvalidInput("parameters", "{mission} has no parameter {name}; it takes {known}", mission=mission, name=name,
+                        known=_listed(known))
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:MOST_NAMED]) + (" …" if len(names) > MOST_NAMED else "")
+
+
+def value_for(parameter: MissionParameter, entered: Any) -> Any:
+    """Raises WrongValue."""
+    kind = kind_of(parameter)
+    if kind == "choice":
+        return _chosen(parameter, entered)
+    text = str("" if entered is None else entered).strip()
+    if kind == "text":
+        if not text:
+            raise WrongValue(message("Enter a value"))
+        return text if isinstance(entered, str) else entered
+    if kind == "duration":
+        if (found := DURATION.fullmatch(text)) is None:
+            raise WrongValue(message("Enter hours, minutes and seconds, such as 00:05:00"))
+        return written(found)
+    number = _number(text, is_whole=kind == "int")
+    if (parameter.minimum is not None and number < parameter.minimum) or (parameter.maximum is not None and number > parameter.maximum):
+        raise WrongValue(message("It must be {range}", range=range_of(parameter)))
+    if not isinstance(entered, str):
+        return number if kind == "int" else entered
+    was_whole = type(parameter.default) is int and parameter.type.casefold() not in DECIMAL       # the robot may not take 3.0 for 3
+    return int(number) if was_whole and float(number).is_integer() else number
+
+
+def _chosen(parameter: MissionParameter, entered: Any) -> Any:
+    if entered is None or entered == "":
+        raise WrongValue(message("Choose one"))
+    if not parameter.choices:
+        if (answer := yes_or_no(entered)) is None:
+            raise WrongValue(message("Choose one"))
+        return answer
+    if (meant := parameter.value_of(entered)) is not None:
+        return meant
+    if parameter.is_position and IDENTIFIER.fullmatch(str(entered).strip()):         # one that the robot doesn't list, such as an entry
+        return str(entered).strip()
+    raise WrongValue(message("Choose one of {choices}", choices=_listed([label for _value, label in parameter.choices])))
+
+
+def kind_of(parameter: MissionParameter) -> str:
+    """choice, int, decimal, duration or text."""
+    name = parameter.type.casefold()
+    if parameter.choices or name in YES_NO or (isinstance(parameter.default, bool) and name not in (*WHOLE, *DECIMAL)):
+        return "choice"
+    if name in WHOLE or parameter.sets in ("retries", "minimum_percentage", "register"):
+        return "int"
+    if name in DECIMAL or parameter.unit or isinstance(parameter.default, int | float):
+        return "decimal"
+    return "duration" if name in DURATIONS else "text"
+
+
+def yes_or_no(value: Any) -> bool | None:
+    """None: neither."""
+    word = str(int(value) if isinstance(value, bool | float) and float(value).is_integer() else value).strip().casefold()
+    return True if word in YES else False if word in NO else None
+
+
+def written(duration: re.Match[str]) -> str:
+    """As the robot does, to the microsecond."""
+    hours, minutes, seconds = (int(part or 0) for part in duration.groups()[:3])
+    return f"{hours:02d}:{minutes:02d}:{seconds:02d}.{(duration[4] or '')[:6]:0<6}"
+
+
+def range_of(parameter: MissionParameter) -> Message:
+    """Of a number, with its unit; empty where it has neither."""
+    low, high, unit = parameter.minimum, parameter.maximum, parameter.unit
+    limits: Message = ""
+    if low is not None and high is not None:
+        limits = message("{low} to {high}", low=low, high=high)
+    elif low is not None:
+        limits = message("{low} or more", low=low)
+    elif high is not None:
+        limits = message("{high} or less", high=high)
+    return message("{limits} {unit}", limits=limits, unit=unit) if limits and unit else limits or unit
+
+
+def _number(text: str, *, is_whole: bool) -> int | float:
+    """3.0 is a whole number, too."""
+    try:
+        number: int | float = int(text) if text.isdecimal() and is_whole else float(text.replace(",", "."))
+    except ValueError:
+        raise WrongValue(message("A whole number is needed") if is_whole and text else message("A number is needed")) from None
+    if isinstance(number, float) and not math.isfinite(number):
+        raise WrongValue(message("A number is needed"))
+    if is_whole and not float(number).is_integer():
+        raise WrongValue(message("A whole number is needed"))
+    return int(number) if is_whole else number
