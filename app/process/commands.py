@@ -43,6 +43,7 @@ from app.process.requests import (
 )
 from app.process.restoring import restore_backup
 from app.process.terminal import say
+from app.process.waiting import said_while_waiting
 from app.services.catalogue import configuration
 from app.services.check_up.service import moves
 from app.services.dispatch.worker import RobotWorker
@@ -112,12 +113,13 @@ def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
 def _run_now(directory: DataDirectory, robot: str, mission: str, given: Sequence[str]) -> int:
     parameters = dict(_parameter(text) for text in given)
     token = str(uuid.uuid4())            # of this command: whoever carries it out, and however often it is asked, the mission runs once
-    try:
-        answer = _here_or_by_the_running_app(
-            directory, lambda container: _submit(container, robot, mission, parameters, token), "run_now", MORE_THAN_A_WINDOW,
-            robot=robot, mission=mission, parameters=parameters, token=token)
-    except NoAnswer as error:
-        answer = _found_out(directory, token, error)
+    with said_while_waiting(directory, token):
+        try:
+            answer = _here_or_by_the_running_app(
+                directory, lambda container: _submit(container, robot, mission, parameters, token), "run_now", MORE_THAN_A_WINDOW,
+                robot=robot, mission=mission, parameters=parameters, token=token)
+        except NoAnswer as error:
+            answer = _found_out(directory, token, error)
     _raise_for(answer)
     say(" ".join([*([answer["robot"]] if "robot" in answer else []), str(answer["queue_id"])]))
     return 0

@@ -233,8 +233,9 @@ class Submission:
         try:
             status, minimum = self._seen.recent_status(), row.minimum_battery_percent
             may_go_elsewhere = is_for_any(row)
-            if self._seen.contradicts_clock:
-                self._later(row, RECHECK)                     # by then everything is held back
+            if self._seen.contradicts_clock:                  # soon everything is held back, where the whole app runs
+                self._ledger.waits(row, Wait.CLOCK)
+                self._later(row, RECHECK)
                 return False
             if may_go_elsewhere and not can_work(status):
                 self._unbind(row)
