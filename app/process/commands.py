@@ -29,7 +29,7 @@ from app.failures import BadInput, Failure
 from app.mir.errors import RobotError
 from app.process import log_file, terminal
 from app.process.data_directory import DataDirectory, refuse_own_file
-from app.process.inbox import HolderGone, NoAnswer, ask
+from app.process.inbox import HolderGone, Interrupted, NoAnswer, ask
 from app.process.lock import InstanceLock
 from app.process.opening import open_container, open_for_reading
 from app.process.requests import (
@@ -251,6 +251,8 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
                                                  mission=trial.mission if trial else None)
         except NoAnswer as error:
             raise Failure(f"{error}; give the command again") from None
+        except Interrupted as end:
+            raise Failure(f"interrupted; {_what_is_left(end.answer)}") from None
         if "text" not in answer:
             _raise_for(answer)
         if file is not None:
@@ -258,6 +260,13 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
     say(answer["document" if options.report == "-" else "text"].rstrip("\n"))
     _raise_for(answer)
     return 0
+
+
+def _what_is_left(answer: Mapping[str, Any] | None) -> str:
+    """By a check-up that the running app ended."""
+    if answer is None:
+        return f"the app did not say within {PUT_BACK_WITHIN:.0f} s that the robot is as it was before: look at it"
+    return str(answer.get("left", "nothing is left on the robot"))
 
 
 def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:

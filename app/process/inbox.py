@@ -6,7 +6,6 @@ killed left without a request is deleted when it is a minute old: it may hold pa
 """
 from __future__ import annotations
 
-import contextlib
 import json
 import logging
 import os
@@ -34,6 +33,14 @@ class NoAnswer(Exception):
 
 class HolderGone(NoAnswer):
     """The process that held the data directory ended without an answer. The request is withdrawn; it may have been begun."""
+
+
+class Interrupted(Exception):
+    """By a signal. ``answer``: the app's, once it had ended what it had begun; None: it did not give one in time."""
+
+    def __init__(self, answer: Mapping[str, Any] | None) -> None:
+        super().__init__(answer)
+        self.answer = answer
 
 
 class Inbox:
@@ -97,7 +104,8 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
     answer.
 
     ``timeout`` in seconds bounds the whole wait. Raises NoAnswer when it passes, HolderGone when the other process ended first. A command
-    that is interrupted withdraws its request, and waits ``put_back_within`` s for the app to end what it has begun.
+    that is interrupted withdraws its request, and waits ``put_back_within`` s for the app to end what it has begun: then it raises
+    Interrupted.
     """
     directory = _directory_in(data_dir)
     path = directory / f"{uuid.uuid4().hex}.request"
@@ -111,11 +119,14 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
     try:
         return _answer_to(path, timeout, holder_is_gone)
     except KeyboardInterrupt:
-        if put_back_within:
-            withdrawn(path).touch()
-            with contextlib.suppress(NoAnswer):
-                _answer_to(path, put_back_within, holder_is_gone)
-        raise
+        if not put_back_within:
+            raise
+        withdrawn(path).touch()
+        try:
+            answer = _answer_to(path, put_back_within, holder_is_gone)
+        except NoAnswer:
+            answer = None
+        raise Interrupted(answer) from None
     finally:
         for suffix in _SUFFIXES:
             path.with_suffix(suffix).unlink(missing_ok=True)

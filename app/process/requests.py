@@ -14,7 +14,7 @@ from app.database.robots import RobotRepository
 from app.database.settings import CLOCK_CONFIRMED_AT
 from app.database.values import to_text
 from app.domain import names
-from app.domain.check_up import Level, Trial
+from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
 from app.domain.models import Execution, Group, InvalidInput, Mission, Robot, State
 from app.domain.reasons import sentence
@@ -82,6 +82,8 @@ def check_up(container: Container, robot: str, trial: Trial | None, is_wanted: C
     answer = {"text": reports.text(report, zone), "document": reports.document(report, zone)}
     if report.is_complete:
         return answer
+    if left := [finding for finding in report.findings if finding.topic is Topic.LEFT and finding.level is not Level.GREEN]:
+        answer["left"] = render(left[0].says)
     problem = next((finding for finding in reversed(report.findings) if finding.level is not Level.GREEN), None)
     why = f": {render(problem.says)}" if problem and is_wanted() else ""
     return {**answer, "exit": 1, "error": f"the check-up of {report.robot} is not complete{why}"}

@@ -278,4 +278,21 @@ def test_who_interrupts_it_or_closes_its_terminal_leaves_nothing(data, robot, nu
         assert (missions(robot), robot.state()["state_id"]) == (before, 3), "it ends when the robot has been put back"
         assert set(queue(robot)) <= {"Aborted", "Done"}
         assert not (data / "inbox").exists() or not list((data / "inbox").iterdir())
+        assert not is_beside_an_app or "interrupted; nothing is left on the robot" in err
     assert kept(data) is None
+
+
+def test_what_the_app_could_not_put_back_is_said_at_the_end(data, robot):
+    with headless(data):
+        process = start(data, "--check-up", robot.name, "--with-mission", "--yes")
+        try:
+            wait_for(lambda: len(queue(robot)) >= 2, within=WITHIN)
+            robot.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
+            process.send_signal(signal.SIGTERM)
+            out, err = process.communicate(timeout=WITHIN)
+        finally:
+            process.kill()
+            robot.control({"fault": None})
+        assert (process.returncode, out) == (1, "")
+        assert is_one_line(err)
+        assert "interrupted; It is not as it was before: " in err

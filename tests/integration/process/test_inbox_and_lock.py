@@ -12,7 +12,7 @@ import pytest
 
 from app.failures import BadInput
 from app.process import inbox as inboxes
-from app.process.inbox import HolderGone, Inbox, ask
+from app.process.inbox import HolderGone, Inbox, Interrupted, ask
 from app.process.lock import AlreadyRunning, InstanceLock
 
 
@@ -100,6 +100,20 @@ def test_an_app_that_was_started_at_once_is_asked_anew(tmp_path):
     with pytest.raises(HolderGone):
         ask(tmp_path, "greet", timeout=1.0, holder_is_gone=is_gone)
     app.join()
+
+
+def test_who_is_interrupted_learns_within_a_bound_what_became_of_it(tmp_path):
+    interrupts = iter([KeyboardInterrupt])
+
+    def interrupt() -> bool:
+        for error in interrupts:
+            raise error
+        return False
+
+    with pytest.raises(Interrupted) as end:
+        ask(tmp_path, "greet", timeout=10.0, holder_is_gone=interrupt, put_back_within=0.2)
+    assert end.value.answer is None
+    assert list((tmp_path / "inbox").iterdir()) == []
 
 
 def test_a_withdrawn_request_leaves_no_answer(tmp_path):
