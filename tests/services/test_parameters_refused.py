@@ -151,6 +151,20 @@ def test_a_mission_that_was_edited_on_the_robot_is_asked_again_before_anything_i
     assert [row.state for row in site.executions()] == [State.COMPLETED]
 
 
+def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_first_refusal(site, robot, mission):
+    """What was remembered let it pass; the robot answered 500 without a word about the parameter."""
+    before = {(robot.id, GO_TO_POSITION): (MissionParameter("Speed", default=1.0),)}
+    site.container.parameters.keep(before)
+    take(site, schedule({"Speed": 1}, recurrence="FREQ=DAILY"))
+    site.run(600)
+    row, = site.executions(State.FAILED)
+    assert sentence(row.reason, "UTC") == "The robot refused it: Go to position has no parameter Speed; it takes Position"
+    assert len(site.network.posts()) == 1
+    site.run(86_400)
+    assert [row.reason.code for row in site.executions(State.FAILED)] == [ReasonCode.REFUSED] * 2
+    assert len(site.network.posts()) == 1
+
+
 # ---------------------------------------------------------------------- what it costs
 def test_each_robot_is_asked_once_for_each_mission_of_a_file(site, robot, mission):
     seen = asked(site)

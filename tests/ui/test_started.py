@@ -10,10 +10,11 @@ import pytest
 from app.domain.models import Execution, ReasonCode, State, Wait
 from app.domain.robot import MissionParameter
 from app.screens.common.cancelled import say_cancelled
+from app.screens.common.given import NOTHING_KNOWN
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.overlays import Dialogs
 from app.screens.common.shell import Shell
-from app.screens.common.started import StartReports, as_it_is
+from app.screens.common.started import StartReports, as_it_is, outcome
 from app.screens.common.threads import Changed, UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame.controller import FrameController
@@ -30,6 +31,12 @@ UNBOUND = replace(execution(7, AINO, "Kits", State.WAITING), robot_id=None, robo
 BOUND = replace(UNBOUND, robot_id=1, robot="Aino", wait=Wait.DUE, wait_details={}, choice={"robots": [{"robot": "Aino"}]})
 SENT = replace(BOUND, state=State.QUEUED, queue_id=31)
 REFUSED = replace(UNBOUND, tried={"2": {"tries": 1, "robot": "Veikko", "code": "unknown_mission", "problem": ""}})
+
+
+def test_an_answer_that_leaves_it_open_is_said_as_such():
+    looked_for = replace(SENT, state=State.SUBMITTING, queue_id=None, wait_details={"answer": "the robot answered: No (status 500)"})
+    text, _icon, _seconds = outcome(looked_for, NOTHING_KNOWN)
+    assert text == "It is not certain that Aino has Kits. Checking with the robot: the robot answered: No (status 500)"
 
 
 class AtOnce:

@@ -39,6 +39,9 @@ def outcome(execution: Execution, given: Given) -> Words | None:
             return _("{mission} is not sent yet. {why}").format(**names, why=words), "timer-sand", PROBLEM_SECONDS
         return _("{mission} is not sent to {robot} yet. {why}").format(**names, why=words), \
             HAND if execution.wait is Wait.HOLD else "timer-sand", PROBLEM_SECONDS
+    if execution.state is State.SUBMITTING and execution.queue_id is None and "answer" in execution.wait_details:
+        return _("It is not certain that {robot} has {mission}. {why}").format(
+            **names, why=waiting_words(execution, execution.timezone)), "timer-sand", PROBLEM_SECONDS
     if execution.queue_id is not None or execution.state in (State.QUEUED, State.EXECUTING, State.COMPLETED):
         if why := passed or choice.chosen(execution.choice, execution.timezone, _):
             return _("{mission} is sent to {robot}. {why}").format(**names, why=why), "check", PROBLEM_SECONDS

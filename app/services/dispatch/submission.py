@@ -11,6 +11,7 @@ quiet time has passed and the window has closed: it ends as unknown, with an ala
 """
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -429,10 +430,13 @@ class Submission:
             self._copies.watch_for(row)
 
     def _is_not_there(self, row: Execution) -> None:
-        """Certainly, so it has failed, or was refused where the robot has said why."""
+        """Certainly, so it has failed, or was refused where the robot has said why: mostly it has other parameters by now."""
         answer = row.wait_details.get("answer")
         if row.wait_details.get("is_reason") and self._taken_back(row) is None:
-            self._refused([row], Reason(ReasonCode.REFUSED, {"problem": answer}), may_come=True)
+            reason = Reason(ReasonCode.REFUSED, {"problem": answer})
+            with contextlib.suppress(RobotError):
+                reason = (self._s.parameters.learn_for(row, self._robot_id, self._client) if row.parameters else None) or reason
+            self._refused([row], reason, may_come=True)
         else:
             self._failed([row], answer or message("the robot did not receive it"), waited=True)
 
