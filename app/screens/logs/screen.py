@@ -1,8 +1,10 @@
 """Logs: what happened, and how well. Facts are read in the background and turned into words by the view modules."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
 
@@ -12,6 +14,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from app.domain.models import Execution, Trigger
 from app.i18n import _, ngettext
 from app.screens.common.given import GivenNames
+from app.screens.common.places import place_option
 from app.screens.common.presses import Presses
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
@@ -22,6 +25,7 @@ from app.screens.logs.kpi_view import Explanation
 from app.screens.logs.of_groups import OfGroup
 from app.screens.logs.robot_states import Mark, StatesFacts, Steps, read_states
 from app.screens.logs.view import Filters, Period
+from app.services.files.places import Place
 from app.services.history.shift_report import ReportPeriod, ShiftReport
 from app.services.live.changes import Topic
 from app.widgets import load_kv
@@ -339,10 +343,25 @@ class LogsViewModel(ViewModel):
 
     # ------------------------------------------------------------------ files
     def export(self) -> None:
-        """Write the runs that the filters let through as CSV."""
+        """Write the runs that the filters let through as a table, in the form and to the place that are asked for."""
         wanted = execution_filter(self._filters, self._services.clock.now(), self._facts.zone)
-        self._write("exporting", lambda: self._services.log_files.export(wanted), lambda found: ngettext(
-            "{n} run written to {path}", "{n} runs written to {path}", found[1]).format(n=found[1], path=found[0]))
+
+        def said(found: tuple[Path, int]) -> str:
+            path, runs = found
+            return ngettext("{n} run written to {path}", "{n} runs written to {path}", runs).format(n=runs, path=path)
+
+        def write(for_excel: bool, directory: Path) -> None:
+            self._write("exporting", lambda: self._services.log_files.export(wanted, directory, for_excel=for_excel), said)
+        self._shell.dialogs.choose(self.export_text, view.table_options(), lambda for_excel: self._to_place(partial(write, for_excel)))
+
+    def _to_place(self, write: Callable[[Path], object]) -> None:
+        """Asked for where a stick or a share is there."""
+        def found(places: Sequence[Place]) -> None:
+            if len(places) == 1:
+                write(places[0].path)
+            else:
+                self._shell.dialogs.choose(_("Where to?"), [place_option(place) for place in places], lambda path: write(Path(path)))
+        self._shell.background.run(self._services.log_files.places, found, self._shell.say_problem)
 
     def choose_report(self) -> None:
         """Ask for the period of a shift report, then write it as a page to print."""
@@ -354,11 +373,12 @@ class LogsViewModel(ViewModel):
                 return services.shift_reports.make(ReportPeriod(key), robot_id)
             return services.shift_reports.make(ReportPeriod(key), group=group.name, members=group.members)
 
-        def write(key: str) -> None:
-            self._write("reporting", lambda: services.log_files.write_page(report_page.page(make(key), given)),
+        def write(key: str, directory: Path) -> None:
+            self._write("reporting", lambda: services.log_files.write_page(report_page.page(make(key), given), directory),
                         lambda path: _("Report written to {path}").format(path=path))
 
-        self._shell.dialogs.choose(_("Shift report, {robot}").format(robot=robot), view.report_options(), write)
+        self._shell.dialogs.choose(_("Shift report, {robot}").format(robot=robot), view.report_options(),
+                                   lambda key: self._to_place(partial(write, key)))
 
     def _write(self, busy: str, work: Callable[[], T], text: Callable[[T], str]) -> None:
         """Write a file and say where it is; the property ``busy`` is True meanwhile."""

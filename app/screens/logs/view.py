@@ -151,6 +151,12 @@ def export_text(count: int) -> str:
     return ngettext("Export {n} run", "Export {n} runs", count).format(n=count)
 
 
+def table_options() -> list[Option]:
+    """Forms of the table; the key is whether it is for Excel."""
+    return [Option(True, _("For Excel"), "microsoft-excel", _("with semicolons")),
+            Option(False, "CSV", "file-delimited-outline", _("with commas, as other programs read it"))]
+
+
 def empty_texts(filters: Filters) -> tuple[str, str]:
     """(title, text) of a list without rows."""
     if not filters.narrow_list and filters.period is Period.ALL and filters.robot_ids is None:

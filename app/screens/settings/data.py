@@ -22,6 +22,7 @@ class DataModel(EventDispatcher):
     export_configuration = ObjectProperty(rebind=True)
     import_configuration = ObjectProperty(rebind=True)
     export_log = ObjectProperty(rebind=True)
+    log_for_excel = BooleanProperty(False)
     configuration_outcome = ObjectProperty(NoticeView())
     log_outcome = ObjectProperty(NoticeView())
     backup_outcome = ObjectProperty(NoticeView())
@@ -70,7 +71,8 @@ class DataPage(SettingsPage):
             self.vm.configuration_outcome = NoticeView()
 
     def export_log(self) -> None:
-        if self.vm.export_log.run(self.context, self.context.services.files.export_history, self._log_written):
+        files, for_excel = self.context.services.files, self.vm.log_for_excel
+        if self.vm.export_log.run(self.context, lambda path: files.export_history(path, for_excel=for_excel), self._log_written):
             self.vm.log_outcome = NoticeView()
 
     def _configuration_written(self, path: Path) -> None:

@@ -12,17 +12,17 @@ from kivy.uix.boxlayout import BoxLayout
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
+from app.screens.common.places import place_option, place_word
 from app.screens.common.presses import Presses
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
 from app.services.files.exports import DataFiles
-from app.services.files.places import FoundFile, Place, PlaceKind, found_in
+from app.services.files.places import FoundFile, Place, found_in
 from app.widgets import flow  # noqa: F401  (registers kivy classes)
 
 T = TypeVar("T")
 Offer = tuple[list[Place], Place, Path | None, list[FoundFile]]      # what there is, which one is shown, what is suggested there, its files
 ANOTHER = ""                             # key of the place that is typed
-ICONS = {PlaceKind.DOCUMENTS: "folder-outline", PlaceKind.USB: "usb-flash-drive-outline", PlaceKind.SHARE: "folder-network-outline"}
 
 
 class FileModel(EventDispatcher):
@@ -66,7 +66,7 @@ class FileModel(EventDispatcher):
 
     def _list(self) -> None:
         if self._offer is not None and self._offer[3]:
-            self._context.shell.dialogs.choose(_word(self._offer[1]), [
+            self._context.shell.dialogs.choose(place_word(self._offer[1]), [
                 Option(str(file.path), file.path.name, "file-document-outline", self._note(file)) for file in self._offer[3]],
                 self._picked, selected=self.path)
 
@@ -100,8 +100,8 @@ class FileModel(EventDispatcher):
         if self._offer is None:
             return
         places, at, _free, found = self._offer
-        self.places = [*(Option(str(place.path), _word(place), ICONS[place.kind], selected=not self.typed and place == at)
-                         for place in places), Option(ANOTHER, _("Another place"), "folder-edit-outline", selected=self.typed)]
+        self.places = [*(place_option(place, selected=not self.typed and place == at) for place in places),
+                       Option(ANOTHER, _("Another place"), "folder-edit-outline", selected=self.typed)]
         file = next((file for file in found if str(file.path) == self.path), None)
         self.note = self._note(file) if file else _("File")
         self.name = Path(self.path).name or _("No file {suffix} there").format(suffix=self._suffix)
@@ -129,11 +129,6 @@ class FileModel(EventDispatcher):
             self.busy, self.problem = False, sentence_of(problem)
         context.run(lambda: work(path), ended, failed, apart=f"{self._apart}, {self._suffix} {self._stem}")
         return True
-
-
-def _word(place: Place) -> str:
-    return {PlaceKind.DOCUMENTS: _("Documents"), PlaceKind.USB: _("USB: {name}").format(name=place.name),
-            PlaceKind.SHARE: _("Share: {name}").format(name=place.name)}[place.kind]
 
 
 class FileRow(BoxLayout):

@@ -76,10 +76,10 @@ class DataFiles:
             file.write(configuration.export_configuration(self._db.read()))
         return target
 
-    def export_history(self, path: str) -> Path:
+    def export_history(self, path: str, *, for_excel: bool = False) -> Path:
         """Write every execution as CSV. Returns the file."""
         with self._new_file(path, ".csv") as (target, file):
-            write_history(self._db.read(), file)
+            write_history(self._db.read(), file, for_excel=for_excel)
         return target
 
     # ------------------------------------------------------------------ in

@@ -1,4 +1,7 @@
-"""The execution history as CSV (docs/interfaces.md): RFC 4180, UTF-8 without BOM, English, open executions included."""
+"""The execution history as CSV (docs/interfaces.md): RFC 4180, UTF-8 without BOM, English, open executions included.
+
+Excel separates by what the country's settings say, in most of Europe a semicolon, and takes a file without a mark for one that isn't UTF-8.
+"""
 from __future__ import annotations
 
 import csv
@@ -19,13 +22,19 @@ COLUMNS = ("id", "trigger", "schedule", "robot", "mission", "mission_guid", "sta
 _FORMULA = re.compile(r'(^|[;\t\r\n])(?=[\s"]*[=+\-@＝＋－＠])')
 
 
-def write_history(c: sqlite3.Connection, file: TextIO, wanted: ExecutionFilter | None = None) -> int:
-    """Write the header and one row per execution, oldest first; returns how many rows.
+BYTE_ORDER_MARK = "\ufeff"
+
+
+def write_history(c: sqlite3.Connection, file: TextIO, wanted: ExecutionFilter | None = None, *, for_excel: bool = False) -> int:
+    """Write the header and one row per execution, oldest first; returns how many rows. ``for_excel``: with semicolons and a
+    byte order mark.
 
     ``file`` has to pass line ends on as they are (``newline=""``). Reads row by row through a read-only connection, so it works beside a
     running app and with any length of history.
     """
-    writer = csv.writer(file, dialect="excel", lineterminator="\r\n")
+    if for_excel:
+        file.write(BYTE_ORDER_MARK)
+    writer = csv.writer(file, dialect="excel", delimiter=";" if for_excel else ",", lineterminator="\r\n")
     writer.writerow(COLUMNS)
     number = 0
     for execution in ExecutionRepository().stream(c, wanted):

@@ -1,6 +1,7 @@
 """The Logs as an operator uses them: taps and typing on real services, at an invented plant on Friday 20 Nov 2026, 14:38."""
 from __future__ import annotations
 
+import codecs
 import csv
 import threading
 from dataclasses import replace
@@ -13,6 +14,7 @@ from kivy.core.window import Window
 from app.domain.robot import MissionParameter
 from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS
+from app.services.files.places import Place, PlaceKind
 from app.services.history.kpi import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
 from app.widgets.dialogs import ChoiceDialog
@@ -336,13 +338,42 @@ def test_the_list_loads_more_as_it_is_scrolled_until_everything_is_there(screen,
     assert planned == sorted(planned, reverse=True)
 
 
-def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, tmp_path, monkeypatch):
+def export_as(screen, ui, form):
+    tap(screen, ui, export_button(ui))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text=form))
+
+
+@pytest.fixture
+def documents(tmp_path, monkeypatch):
     documents = tmp_path / "Documents"
     documents.mkdir()
     monkeypatch.setattr("app.services.files.exports.platformdirs.user_documents_path", lambda: documents)
+    return documents
+
+
+def test_a_table_for_excel_has_semicolons_and_a_byte_order_mark(screen, ui, documents):
+    export_as(screen, ui, "For Excel")
+    [written] = documents.iterdir()
+    assert written.read_bytes().startswith(codecs.BOM_UTF8 + b"id;trigger;schedule;")
+
+
+def test_where_a_stick_is_there_it_is_asked_where_to(screen, ui, tmp_path, documents, monkeypatch):
+    stick = tmp_path / "STICK"
+    stick.mkdir()
+    monkeypatch.setattr("app.services.files.exports.mounted", lambda: iter([Place(PlaceKind.USB, stick, "STICK")]))
+    export_as(screen, ui, "CSV")
+    assert ui.find(ChoiceDialog).title == "Where to?"
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="USB: STICK"))
+    tap(screen, ui, ui.find(CommandButton, text="Report"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="Today"))
+    tap(screen, ui, ui.find(OptionRow, ui.find(ChoiceDialog), text="USB: STICK"))
+    assert sorted(path.suffix for path in stick.iterdir()) == [".csv", ".html"]
+    assert not [*documents.iterdir()]
+
+
+def test_what_is_filtered_is_exported_and_the_file_named(screen, ui, documents):
     tick(screen, ui, "Outcome", "Failed")
-    ui.tap(export_button(ui))
-    tap(screen, ui, export_button(ui))                        # a glove that trembles
+    export_as(screen, ui, "CSV")
     text = ui.find(Snackbar).text
     count = screen.logs._facts.count
     assert export_button(ui).text == f"Export {count} runs"
@@ -370,7 +401,7 @@ def test_what_no_list_shows_is_not_exported(screen, ui):
 
 def test_an_export_that_cannot_be_written_says_why_in_one_sentence(screen, ui, tmp_path, monkeypatch):
     monkeypatch.setattr("app.services.files.exports.draft_of", no_room)
-    tap(screen, ui, export_button(ui))
+    export_as(screen, ui, "CSV")
     assert "No space left on device" in ui.find(Snackbar).text
     assert not export_button(ui).busy
 

@@ -1,6 +1,7 @@
 """Settings, Data: every file says where it is, and no bad file changes anything."""
 from __future__ import annotations
 
+import codecs
 import json
 import os
 import threading
@@ -12,7 +13,7 @@ import pytest
 from app.screens.settings import files
 from app.screens.settings.files import FileRow
 from app.services.files import exports, places, reading
-from app.widgets.buttons import ChoiceChip, CommandButton
+from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import FormField, PickField
 from app.widgets.rows import OptionRow, SectionRow
@@ -47,6 +48,18 @@ def test_the_configuration_goes_out_without_secrets_and_says_where(site, app, ui
     enter_path(ui, row, first)
     press(ui, "Export", row)
     ui.wait(lambda: row.model.problem.endswith("exists already; choose another name"))
+
+
+def test_the_log_goes_out_for_excel_where_that_is_chosen(site, app, ui):
+    go(ui, "data")
+    row = file_row(ui, "Export to", 1)
+    ui.wait(lambda: row.model.path.startswith(str(site.documents)))
+    excel = ui.find(Segment, text="For Excel")
+    reveal(ui, excel)
+    ui.tap(excel)
+    press(ui, "Export", row)
+    ui.wait(lambda: outcome(app, "log").text == "Log written")
+    assert Path(outcome(app, "log").note).read_bytes().startswith(codecs.BOM_UTF8 + b"id;trigger;")
 
 
 def test_a_file_that_came_while_none_was_there_is_found_by_a_tap_on_the_field(site, app, ui):

@@ -1,6 +1,7 @@
 """The execution history as CSV, to the letter of the contract."""
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 from dataclasses import replace
@@ -49,6 +50,15 @@ def cells(db) -> list[dict[str, str]]:
 
 def test_without_rows_there_is_the_header(db):
     assert text_of(db) == HEADER + "\r\n"
+
+
+def test_for_excel_it_has_semicolons_and_a_byte_order_mark(db):
+    add(db, state=State.COMPLETED, mission="Vie lavat; tyhjät, pesuun", robot="Äijä")
+    plain, file = cells(db), io.StringIO(newline="")
+    assert write_history(db.read(), file, for_excel=True) == 1
+    content = file.getvalue().encode("utf-8")
+    assert content.startswith(codecs.BOM_UTF8 + b"id;trigger;schedule;robot;mission;")
+    assert list(csv.DictReader(io.StringIO(content.decode("utf-8-sig"), newline=""), delimiter=";")) == plain
 
 
 def test_an_ended_row_in_full(db):
