@@ -11,13 +11,19 @@ LONGEST = 280                # characters, so that the number of the others fits
 
 
 def in_words(problems: Sequence[RobotProblem]) -> Message:
-    """The first different descriptions, and how many more there are; empty when there is none."""
-    found = list(dict.fromkeys(problem.description for problem in problems if problem.description))
+    """The first different ones, each with its code, and how many more there are; empty when nothing is said of any."""
+    found = list(dict.fromkeys(filter(None, map(_described, problems))))
     shown = found[:MOST]
     while len(shown) > 1 and len("; ".join(shown)) > LONGEST:
         shown.pop()
     text, more = clipped("; ".join(shown), LONGEST), len(found) - len(shown)
     return message("{problems} … and {count} more", problems=text, count=more) if more else text
+
+
+def _described(problem: RobotProblem) -> str:
+    """In the robot's words, with the number under which its manual has it."""
+    text, number = problem.description or problem.module, "" if problem.code is None else f" ({problem.code})"
+    return (clipped(text, LONGEST - len(number)) + number).strip()
 
 
 def clipped(text: str, longest: int) -> str:

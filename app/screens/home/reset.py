@@ -10,7 +10,7 @@ from app.domain.models import Robot
 from app.i18n import _
 from app.screens.common.shell import PROBLEM_SECONDS
 from app.screens.home.facts import HomeFacts, Standing, standing
-from app.screens.home.view import has_errors
+from app.screens.home.view import error_words, has_errors
 from app.widgets.snackbar import SECONDS
 
 READ_WITHIN = 5.0                        # s, after which it is said that errors stand although they were reset
@@ -27,7 +27,7 @@ class ResetReport:
     def begin(self, robot: Robot, pressed_at: datetime) -> None:
         """The robot has taken Reset errors."""
         self._asked = robot.id, pressed_at, Clock.get_time() + READ_WITHIN
-        self._tell(robot, _("{robot} has got Reset errors"), "restore-alert")
+        self._tell(robot, _("Reset errors was sent to {robot}"), "restore-alert")
 
     def forget(self) -> None:
         """It may be long ago when this screen is shown again."""
@@ -50,8 +50,9 @@ class ResetReport:
             self._asked = None
             if status is not None:
                 self.in_vain |= {standing(seen)}
-            self._tell(robot, _("{robot} has got Reset errors, but its error stands: see to its cause, then reset again") if status else
-                       _("{robot} has got Reset errors and not answered since"), "alert-circle-outline", PROBLEM_SECONDS)
+            text = _("Reset errors was sent to {robot}, which has not answered since") if status is None else \
+                _("Still there: {problem}. See to its cause at {robot}, then reset again")
+            self._tell(robot, text, "alert-circle-outline", PROBLEM_SECONDS, problem=error_words(status) if status else "")
 
-    def _tell(self, robot: Robot, text: str, icon: str, seconds: float = SECONDS) -> None:
-        self._say(text.format(robot=robot.name), icon, ("reset", robot.id), seconds)
+    def _tell(self, robot: Robot, text: str, icon: str, seconds: float = SECONDS, **details: str) -> None:
+        self._say(text.format(robot=robot.name, **details), icon, ("reset", robot.id), seconds)

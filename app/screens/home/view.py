@@ -223,7 +223,7 @@ def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> Missio
         return MissionView(_("What to do now"), _("Release the red button, then press Reset on the robot"),
                            _errors(status), "fault")
     if has_errors(status):
-        tone, said = "fault" if status.state is RobotState.ERROR else "attention", _errors(status) or status.mission_text or _("An error")
+        tone, said = "fault" if status.state is RobotState.ERROR else "attention", error_words(status)
         if can_reset(status):
             hint = _("Reset errors did not clear it: see to its cause first") if facts.is_reset_in_vain else \
                 _("Reset errors clears it; the robot then waits for Resume")
@@ -298,6 +298,11 @@ def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> MissionView:
 
 def _errors(status: RobotStatus) -> str:
     return render(in_words(status.errors), _)
+
+
+def error_words(status: RobotStatus) -> str:
+    """What keeps it from working, where something does."""
+    return _errors(status) or status.mission_text or _("An error")
 
 
 def _figures(status: RobotStatus) -> tuple[LabelledValue, ...]:

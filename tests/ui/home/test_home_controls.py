@@ -15,6 +15,9 @@ from app.widgets.rows import QueueRow, RobotChip
 from tests.ui.home.operator import choose, is_shown_pending, is_shown_running, loud, pend, press, rows, run
 from tests.ui.whole_app import GUIDS, api
 
+ERROR = "Failed to reach goal position 'Line 1' (10120)"
+STANDS = f"Still there: {ERROR}. See to its cause at Aino, then reset again"
+
 
 # ---------------------------------------------------------------------- the controls
 def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
@@ -100,7 +103,7 @@ def test_resume_of_another_robot_is_ready_at_once(home, ui):
 
 def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, ui):
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
-    ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
+    ui.wait(lambda: ERROR in ui.texts())
     assert ui.find(CommandButton, text="Resume").disabled
     assert loud(ui) == ["Reset errors"]
     home.aino.control({"error": None})
@@ -114,10 +117,10 @@ def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, 
 
 def test_reset_errors_says_that_they_are_gone_only_when_they_are(home, ui):
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
-    ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
+    ui.wait(lambda: ERROR in ui.texts())
     press(ui, "Reset errors")                                 # its cause is still there
-    ui.wait(lambda: home.shell.snackbars.texts == ["Aino has got Reset errors"])
-    ui.wait(lambda: home.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands: see to its cause, then reset again"])
+    ui.wait(lambda: home.shell.snackbars.texts == ["Reset errors was sent to Aino"])
+    ui.wait(lambda: home.shell.snackbars.texts == [STANDS])
     home.aino.control({"error": None})
     home.shell.snackbars.clear()
     press(ui, "Reset errors")

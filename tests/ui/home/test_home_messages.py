@@ -8,6 +8,9 @@ from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.dialogs import ConfirmDialog
 from tests.ui.home.operator import choose, press, rows
 
+ERROR = "Failed to reach goal position 'Line 1' (10120)"
+STANDS = f"Still there: {ERROR}. See to its cause at Aino, then reset again"
+
 
 def say_held(home, ui) -> None:
     """Start a mission that a hold keeps from being sent."""
@@ -92,15 +95,15 @@ def test_whether_a_robot_answers_is_asked_of_the_one_that_was_shown_when_it_was_
 def failed(home, ui):
     """A robot whose error stands, whatever is reset."""
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
-    ui.wait(lambda: "Failed to reach goal position 'Line 1'" in ui.texts())
+    ui.wait(lambda: ERROR in ui.texts())
     return home
 
 
 def test_that_an_error_stands_is_said_for_longer_than_that_it_was_reset(failed, ui):
     press(ui, "Reset errors")
-    ui.wait(lambda: failed.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands: see to its cause, then reset again"])
+    ui.wait(lambda: failed.shell.snackbars.texts == [STANDS])
     ui.advance(6)
-    assert failed.shell.snackbars.texts == ["Aino has got Reset errors, but its error stands: see to its cause, then reset again"]
+    assert failed.shell.snackbars.texts == [STANDS]
     ui.advance(2.5)
     assert failed.shell.snackbars.texts == []
 
@@ -118,7 +121,7 @@ def test_the_card_promises_nothing_of_reset_once_it_did_not_help(failed, ui):
 
 def test_what_became_of_a_reset_is_not_said_after_another_screen_was_shown(failed, ui):
     press(ui, "Reset errors")
-    ui.wait(lambda: failed.shell.snackbars.texts == ["Aino has got Reset errors"])
+    ui.wait(lambda: failed.shell.snackbars.texts == ["Reset errors was sent to Aino"])
     failed.shell.go("logs")
     ui.skip(60)
     failed.shell.go("home")

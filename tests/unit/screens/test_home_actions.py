@@ -48,7 +48,7 @@ def test_emergency_stop_says_what_hands_must_do_and_offers_nothing_that_cannot_w
 
 def test_an_error_that_can_be_reset_lights_reset_up_and_resume_only_after_it():
     shown = view(with_aino(FAILED))
-    assert shown.card.mission.name == "Failed to reach goal position 'Line 2'"
+    assert shown.card.mission.name == "Failed to reach goal position 'Line 2' (10120)"
     assert not shown.controls.reset_off
     assert shown.controls.pause_off
     afterwards = view(with_aino(replace(EXECUTING, state=RobotState.PAUSE)))
@@ -79,7 +79,7 @@ def test_an_error_that_needs_hands_on_the_robot_says_so():
     assert shown.controls.reset_off
     assert shown.controls.next_step == "hands"
     assert shown.card.mission.name == "It can't be reset from here: check the robot itself"
-    assert shown.card.mission.note == "Scanner broken"
+    assert shown.card.mission.note == "Scanner broken (9000)"
     assert not can_reset(hardware)
     assert can_reset(replace(FAILED, errors=()))             # some software names no error
 

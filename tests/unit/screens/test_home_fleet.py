@@ -41,12 +41,12 @@ def in_state(state: RobotState, **values) -> RobotStatus:
 # ---------------------------------------------------------------------- one robot
 @pytest.mark.parametrize(("status", "group", "tone", "detail"), [
     (sample.STOPPED, Group.STOPPED, "fault", "Emergency stop"),
-    (sample.FAILED, Group.STOPPED, "fault", "Failed to reach goal position 'Line 2'"),
+    (sample.FAILED, Group.STOPPED, "fault", "Failed to reach goal position 'Line 2' (10120)"),
     (sample.ASKING, Group.ASKS, "action", "Is the pallet loaded at Dock 3?"),
     (in_state(RobotState.PAUSE), Group.PAUSED, "action", ""),
     (in_state(RobotState.MANUAL_CONTROL), Group.LOOK, "attention", "Manual control"),
     (in_state(RobotState.UNKNOWN, state_text="Levitating"), Group.LOOK, "attention", "Levitating"),
-    (in_state(RobotState.EXECUTING, errors=(RobotProblem(1, "Lidar is dirty"),)), Group.LOOK, "attention", "Lidar is dirty"),
+    (in_state(RobotState.EXECUTING, errors=(RobotProblem(1, "Lidar is dirty"),)), Group.LOOK, "attention", "Lidar is dirty (1)"),
     (in_state(RobotState.READY, battery_percentage=29.0), Group.LOOK, "attention", "Battery under 30 %"),
     (sample.READY, Group.READY, "neutral", ""),
     (in_state(RobotState.COMPLETED), Group.READY, "neutral", ""),

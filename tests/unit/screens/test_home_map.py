@@ -42,7 +42,7 @@ def test_a_stopped_robot_is_as_red_on_the_map_as_elsewhere() -> None:
                                               ("Waiting", "Waiting")])
 def test_words_that_are_those_of_the_error_are_not_repeated(words: str, shown: str) -> None:
     view = present(with_aino(replace(FAILED, mission_text=words)), NOW)
-    assert view.card.mission.name == "Failed to reach goal position 'Line 2'"
+    assert view.card.mission.name == "Failed to reach goal position 'Line 2' (10120)"
     assert (view.map.message, view.card.message) == (shown, shown)
 
 

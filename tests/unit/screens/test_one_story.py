@@ -121,7 +121,7 @@ def test_robots_that_fell_silent_together_are_one_line():
     issues, robots = issues_of(facts), {robot.id: robot for robot in facts.robots}
     assert [issue.view.text for issue in open_issues(issues, robots, facts.settings, sample.NOW)] == [
         "Robot 4 is stopped: emergency stop pressed", "Robot 7 asks: Is the pallet loaded at Dock 3?",
-        "Robot 31: Failed to reach goal position 'Line 2'", "Wi-Fi: 3 robots unreachable since 14:23"]
+        "Robot 31: Failed to reach goal position 'Line 2' (10120)", "Wi-Fi: 3 robots unreachable since 14:23"]
     assert banner(issues, robots, facts.settings, sample.NOW).others == "+3 more"
 
 
