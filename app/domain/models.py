@@ -303,6 +303,11 @@ class Execution:
         return self.attempts == 0 or (self.queue_floor is None and all(each.get("floor") is None for each in self.tried.values()))
 
     @property
+    def label(self) -> str:
+        """What it is called on the robot: by its schedule, else by its mission."""
+        return self.schedule or self.mission
+
+    @property
     def given_name(self) -> str:
         """Its schedule's, where a person has given one; "" where that says what it does where."""
         return names.given_to_schedule(self.schedule, self.mission, self.robot_group or self.robot)

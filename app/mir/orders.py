@@ -9,6 +9,7 @@ from app.domain.check_up import RobotProfile
 from app.domain.message import message
 from app.mir import parse
 from app.mir.errors import Unnumbered, Unreadable
+from app.mir.texts import resolve
 from app.mir.transport import Response
 
 LONGEST_DESCRIPTION = 200    # characters of message and description (MiR's REST definition 3.5.4)
@@ -25,6 +26,11 @@ def order(mission_guid: str, description: str, text: str, priority: int, paramet
         body["parameters"] = [{"input_name": name, "value": value} for name, value in parameters.items()]
     json.dumps(body, allow_nan=False)
     return body
+
+
+def as_kept(text: str) -> str:
+    """The message of an item in which the robot has written nothing: the text that was sent with it, as it comes back."""
+    return resolve(text[:LONGEST_DESCRIPTION])
 
 
 def problem_of(answer: Response, known: RobotProfile) -> Unreadable | None:

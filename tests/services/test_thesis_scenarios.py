@@ -4,6 +4,8 @@ from __future__ import annotations
 from datetime import timedelta
 
 from app.domain.models import ReasonCode, State, Trigger
+from app.domain.reasons import sentence
+from mir_sim.mission_queue import ItemState
 from tests.support.network import Fate
 
 
@@ -91,6 +93,16 @@ def test_a_failing_mission_is_recorded_with_the_robots_message(site, plan):
     [run] = site.executions()
     assert run.reason.code is ReasonCode.ROBOT_ABORTED
     assert "Dock 3" in run.reason.details["message"]
+
+
+def test_what_the_app_called_it_is_not_taken_for_the_robots_message(site, plan):
+    """The robot writes none, so that the message is what was sent."""
+    plan("2026-11-23T06:05", name="SE214 50 %")
+    site.run_until(lambda: site.executions(State.EXECUTING))
+    site.machines["R1"].controller.end(ItemState.ABORTED, "SE214 50 %")
+    site.run_until(lambda: site.executions(State.FAILED))
+    [run] = site.executions()
+    assert sentence(run.reason, "UTC") == "The robot ended it without saying why"
 
 
 def test_manual_cancellation_of_a_scheduled_mission(site, plan):

@@ -10,6 +10,7 @@ from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState, straight_way
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
+from app.mir.orders import as_kept
 from app.services.dispatch.copies import Copies
 from app.services.dispatch.draining import Draining
 from app.services.dispatch.ledger import seconds_between
@@ -152,8 +153,9 @@ class Following:
 
 
 def why_aborted(row: Execution, item: QueueItem) -> Reason:
-    """Cancelled by a person, or failed with the robot's message; where its final word is unknown, with that word."""
-    words = (item.message or "").strip()
+    """Cancelled by a person, or failed with the robot's message; where its final word is unknown, with that word. A robot that writes no
+    message leaves there what it was sent."""
+    words = "" if item.message == as_kept(row.label) else item.message
     if row.cancel_code:
         return Reason(row.cancel_code)
     if item.state is QueueState.UNKNOWN:

@@ -363,8 +363,8 @@ class Submission:
 
         self._doubt(intent)
         try:
-            queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, text=intent.schedule or intent.mission,
-                                            priority=intent.priority, parameters=self._s.parameters.to_send(intent, self._robot_id),
+            queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, text=intent.label, priority=intent.priority,
+                                            parameters=self._s.parameters.to_send(intent, self._robot_id),
                                             is_wanted=is_wanted)
         except RobotError as error:
             self._seen.distrust()
