@@ -127,7 +127,8 @@ class Container:
                          executions=repositories.executions, settings=repositories.settings, clock=clock, seen=seen)
         planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
                           missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
-                          alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window)
+                          alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window,
+                          uncertain_through=lambda: self.whereabouts.through)
         robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
         self.whereabouts = Whereabouts(db, repositories.settings, clock, self.changes, self.tablet, robots, self.settings)
         guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from app.database.values import from_json, placeholders, to_instant, to_json, to_text
+from app.domain import rules
 from app.domain.models import OPEN_STATES, Execution, Mission, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
@@ -274,10 +275,15 @@ class ExecutionRepository:
                              RETURNING iif(starts > 1, reason_details ->> '$.first', NULL)""", values).fetchall()
         return min([through, *(datetime.fromisoformat(first) - timedelta(microseconds=1) for first, in gone if first)])
 
-    def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime) -> None:
-        """What waits and was due in an absence is listed first."""
-        c.execute(f"""UPDATE executions SET wait = 'late_start', hold_until = ? WHERE {OPEN} AND state = 'waiting' AND planned_at <= ?
-                      AND closes_at > ?""", (to_text(until), to_text(now), to_text(since)))
+    def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime, uncertain_through: datetime | None) -> None:
+        """What waits and was due in an absence is listed first. What was planned up to ``uncertain_through`` may have run, and is listed
+        only once it is known that it has not."""
+        through = "" if uncertain_through is None else to_text(uncertain_through)
+        c.execute(f"""UPDATE executions SET hold_until = iif(planned_at > ?1, ?2, NULL),
+                                            wait = iif(planned_at > ?1, 'late_start', 'elsewhere'),
+                                            wait_details = iif(planned_at > ?1, wait_details, ?3)
+                      WHERE {OPEN} AND state = 'waiting' AND planned_at <= ?4 AND closes_at > ?5""",
+                  (through, to_text(until), to_json(dict(rules.LISTED_LATER)), to_text(now), to_text(since)))
 
     def surplus(self, c: sqlite3.Connection, history_limit: int) -> Surplus:
         """What is beyond the newest N that ran (completed, failed, cancelled) and, counted apart, the newest N that did not (skipped,

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 from app.domain.message import Message, message
@@ -14,6 +15,7 @@ from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Rob
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
+LISTED_LATER: Mapping[str, Any] = MappingProxyType({"late": True})       # of a late start that may have run: listed if it has not
 LONGEST_QUIET = 600.0        # s, whatever was measured
 INTENT_LEAD = timedelta(milliseconds=250)      # before its instant an intent is on disk, so that then only the POST remains
 

@@ -17,6 +17,7 @@ from app.database.group_starts import FullPlace, GroupStartRepository, Watched
 from app.database.robots import Accepted, RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
+from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.models import OPEN_STATES, Execution, InvalidInput, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.reasons import sentence, to_store
@@ -140,6 +141,11 @@ class Ledger:
         if (execution.wait, dict(execution.wait_details)) == (wait, details):
             return execution
         return self._change(execution, (State.WAITING,), quietly=execution.wait is wait, wait=wait, wait_details=details)
+
+    def list_late(self, execution: Execution) -> None:
+        """One that waits is a late start after all: it is listed for some seconds from now on."""
+        until = self._clock.now() + rules.LATE_START_HOLD
+        self._change(execution, (State.WAITING,), wait=Wait.LATE_START, wait_details={}, hold_until=until)
 
     def end(self, execution: Execution, reason: Reason) -> Execution | None:
         """End an open execution with a reason, whose code gives the state."""

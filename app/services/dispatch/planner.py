@@ -65,11 +65,14 @@ class DueBatch:
 class Planner:
     def __init__(self, db: Database, *, schedules: ScheduleRepository, executions: ExecutionRepository, robots: RobotRepository,
                  missions: MissionRepository, settings: SettingsRepository, clock: Clock, downtime: Downtime, alarms: Alarms,
-                 ledger: Ledger, changes: Changes, hold_late_starts: bool) -> None:
+                 ledger: Ledger, changes: Changes, hold_late_starts: bool,
+                 uncertain_through: Callable[[], datetime | None] = lambda: None) -> None:
+        """``uncertain_through``: what was planned up to then may have run though the ledger does not say so."""
         self._db, self._schedules, self._executions = db, schedules, executions
         self._robots, self._missions, self._settings = robots, missions, settings
         self._groups = GroupRepository()
         self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
+        self._uncertain_through = uncertain_through
         self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
         self._lasts_until: dict[int, float] = {}          # on the monotonic clock, by id of a Run now of a clock that was ahead
 
@@ -204,10 +207,11 @@ class Planner:
         self._downtime.add(Gap(alarm.raised_at - timedelta(seconds=LONGEST_WAIT), self._clock.now(), problem=alarm.details["problem"]))
 
     def list_late_starts(self, since: datetime) -> None:
-        """After an absence that began then, everything that would start late is listed for some seconds first, where there is a window."""
+        """After an absence that began then, everything that would start late is listed for some seconds first, where there is a window;
+        what may have run, once that is known."""
         if self._hold_late_starts:
-            now = self._clock.now()
-            self._db.write(lambda c: self._executions.hold_late(c, since, now, now + rules.LATE_START_HOLD))
+            now, through = self._clock.now(), self._uncertain_through()
+            self._db.write(lambda c: self._executions.hold_late(c, since, now, now + rules.LATE_START_HOLD, through))
             self._changes.publish(Topic.EXECUTIONS)
 
     def _load_context(self, c: sqlite3.Connection, schedules: Sequence[Schedule], now: datetime,
@@ -223,7 +227,7 @@ class Planner:
             self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
             self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]),
             self._schedules.skips(c, [schedule.id for schedule in schedules], held=True),
-            GroupStartRepository().with_places(c), ready)
+            GroupStartRepository().with_places(c), ready, self._uncertain_through())
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
         """What became of its instants up to now. None: its instant is still to come, and something prevents a start, which only then can
@@ -313,6 +317,7 @@ class PlanningContext:
     kept_back: Collection[Skip]
     with_places: Collection[str]                 # names of missions that wait where one is full
     ready: Callable[[int], Readiness | None]     # robots to which something can go out at once
+    uncertain_through: datetime | None           # what was planned up to then may have run
 
     def readiness(self, robot: Robot, mission: Mission) -> Readiness | None:
         """None: nothing goes out to it at once. What waits may have to go first."""
@@ -340,6 +345,8 @@ class _RowMaker:
         context = self.context
         row = rules.scheduled(self.schedule, self.target, self.mission, context.settings, context.install_id, planned_at, context.now,
                               intent_floor)
+        if late and context.uncertain_through is not None and planned_at <= context.uncertain_through:
+            return replace(row, wait=Wait.ELSEWHERE, wait_details=rules.LISTED_LATER)
         return replace(row, wait=Wait.LATE_START, hold_until=context.now + rules.LATE_START_HOLD) if late else row
 
     def submitting(self, planned_at: datetime, ready: Readiness) -> Execution:

@@ -41,7 +41,7 @@ class Waiting:
         elif (early := self._seconds_early(row)) > (0 if row.group_id is None else INTENT_LEAD):       # its intent may be ahead
             self._later(row, min(early, EARLY_RECHECK))
         else:
-            return not self._is_listed_first(row) and not self._may_have_run(row)
+            return not self._may_have_run(row) and not self._is_listed_first(row)
         return False
 
     def has_room(self, row: Execution) -> bool:
@@ -88,12 +88,18 @@ class Waiting:
         through = self._s.whereabouts.through
         if through is None or row.planned_at > through:
             return False
+        is_late = row.wait is Wait.LATE_START or rules.LISTED_LATER.items() <= row.wait_details.items()
         tokens = (row.token, old_token(self._s.tablet.move, row))
         found = self._s.whereabouts.find(tokens, None if row.trigger is Trigger.SCHEDULED else self._robot_id)
         if found.robot and found.item:
             self._ledger.adopt(row, found.robot, found.item)
         elif not found.is_certain:
-            self._waits(row, Wait.ELSEWHERE, **({"robots": ", ".join(found.silent)} if found.silent else {}))
+            silent = {"robots": ", ".join(found.silent)} if found.silent else {}
+            self._waits(row, Wait.ELSEWHERE, **silent, **(rules.LISTED_LATER if is_late else {}))
+        elif is_late and row.wait is Wait.ELSEWHERE:
+            self._ledger.list_late(row)
+            self._later(row, RECHECK)
+            return True
         return found.robot is not None or not found.is_certain
 
 

@@ -10,6 +10,7 @@ import pytest
 from app.database.backups import back_up, restore
 from app.domain.models import Schedule, State
 from app.domain.reasons import sentence, waiting_sentence
+from app.screens.frame.facts import late_starts
 from mir_sim.mission_queue import MissionQueue
 from tests.support.network import Fate
 from tests.support.seen import items, outcomes, reason, robot_of, sent_at, states
@@ -341,3 +342,54 @@ def test_what_ran_on_another_robot_before_the_plan_moved_here_is_not_sent_again(
     assert sent_at(fleet, "R1") == []
     assert rows_of(other) == [("R2", State.COMPLETED)]
     other.switch_off()
+
+
+# ---------------------------------------------------------------------- with a window
+@pytest.fixture
+def with_window(tmp_path):
+    """A start at 06:05."""
+    site = Site(tmp_path, with_window=True)
+    site.add_robots()
+    mission = site.add_mission("Deliver")
+    robot = site.container.catalogue.robots()[0]
+    site.container.catalogue.save_schedule(Schedule(
+        name="S1", robot_id=robot.id, mission_id=mission.id, start=datetime(2026, 11, 23, 6, 5), timezone="UTC"))
+    yield site
+    site.switch_off()
+
+
+def listed(site):
+    """What is asked about: "Start this now?"."""
+    return [row.planned_at for row in late_starts(site.executions(), {})]
+
+
+def test_nobody_is_asked_about_what_has_run(with_window):
+    site = with_window
+    site.run(200)
+    go_back = back_up_of(site)
+    site.run(250)
+    assert len(sent_at(site)) == 1
+    go_back()
+    for _second in range(200):
+        site.run(1)
+        assert listed(site) == []
+    assert [row.state for row in site.executions()] == [State.COMPLETED]
+    assert len(sent_at(site)) == 1
+
+
+def test_what_has_not_run_is_asked_about_once_that_is_known(with_window):
+    site = with_window
+    site.run(200)
+    go_back = back_up_of(site)
+    site.switch_off()
+    site.clock.advance(250)
+    site.switch_on()
+    go_back()
+    site.run(30)
+    assert listed(site) == []
+    site.run_until(lambda: listed(site), within=120)
+    began = site.seconds()
+    assert not sent_at(site)
+    site.run_until(lambda: sent_at(site), within=60)
+    assert site.seconds() - began >= 29
+    assert len(sent_at(site)) == 1
