@@ -85,9 +85,11 @@ def is_unseen(alarm: Alarm) -> bool:
 
 
 def urgency(alarm: Alarm) -> tuple[bool, bool, float, float]:
-    """What nobody has seen before what somebody has, what lasts before what is over, then by priority, the newest first."""
+    """What nobody has seen before what somebody has, what lasts before what is over, an emergency stop before all else, then by priority,
+    the newest first."""
     newest = (alarm.last_at or alarm.raised_at).timestamp()
-    return alarm.acknowledged_at is not None, is_over(alarm), list(Priority).index(alarm.priority), -newest
+    severity = -1 if alarm.code == "emergency_stop" else list(Priority).index(alarm.priority)
+    return alarm.acknowledged_at is not None, is_over(alarm), severity, -newest
 
 
 def state_words(alarm: Alarm, settings: Settings, now: datetime) -> tuple[str, str]:

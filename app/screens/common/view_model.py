@@ -72,7 +72,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, NumericProperty, ObjectProperty, StringProperty
 from kivymd.uix.screen import MDScreen
 from kivymd.uix.screenmanager import MDScreenManager
 
@@ -224,6 +224,7 @@ class Navigator(EventDispatcher):
     """
     current = StringProperty()
     all_robots = BooleanProperty(False)  # were looked at last, and not the selected one alone
+    robot_id = NumericProperty(None, allownone=True)     # of the robot that Home shows, before its choice is stored
     guard: Callable[[str, Callable[[], object]], object] | None = None     # asked before a screen is shown; proceeds, or not
 
     def __init__(self, manager: MDScreenManager, builders: Mapping[str, Callable[[], ScreenBase]], **kwargs: Any) -> None:

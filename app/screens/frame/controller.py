@@ -12,7 +12,7 @@ from app.domain.models import Execution, Robot, RobotSnapshot
 from app.i18n import _, ngettext, translator
 from app.screens.common import formats, questions
 from app.screens.common.alarm_groups import together
-from app.screens.common.alarms_view import Act, Here, bell, is_shelved
+from app.screens.common.alarms_view import Act, Here, bell, is_over, is_shelved
 from app.screens.common.given import GivenNames
 from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.options import Option
@@ -81,7 +81,7 @@ class FrameController:
     def start(self) -> None:
         frame = self._frame
         frame.bind(on_go=self._go, on_pick_robot=self._pick_robot, on_solve=self._press_banner, on_list_alarms=self._show_alarms)
-        self._shell.navigator.bind(current=self._went, all_robots=self._went)
+        self._shell.navigator.bind(current=self._went, all_robots=self._went, robot_id=self._went)
         self._release = [self._shell.bus.subscribe(Changed, self._changed), self._reader.start(), translator.subscribe(self._retranslated),
                          Clock.schedule_interval(lambda _dt: self._show(), 1).cancel]
         self._retranslated()
@@ -108,6 +108,12 @@ class FrameController:
         self._show()
 
     # ------------------------------------------------------------------ showing
+    @property
+    def _robot(self) -> Robot | None:
+        """The bar never names another one than the page."""
+        navigator, facts = self._shell.navigator, self._facts
+        return facts.robots.get(navigator.robot_id or 0 if navigator.current == "home" else 0) or facts.robot
+
     def _take(self, facts: FrameFacts) -> None:
         before, self._facts, self._is_read = self._facts.robot, facts, True
         if facts.robot and (before is None or before.id != facts.robot.id):
@@ -124,14 +130,14 @@ class FrameController:
 
     def _show(self) -> None:
         facts, frame, now = self._facts, self._frame, self._services.clock.now()
-        robot, issues = facts.robot, replace(facts.issues, given=self._shell.given.known)
+        robot, issues = self._robot, replace(facts.issues, given=self._shell.given.known)
         if self._is_read:                    # until then neither the robots nor the time zone are known
             show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
         if not finger.is_down():             # else a second later: the banner moves all that is below it
             self._banner = banner(issues, facts.robots, facts.settings, now, self._here())
             show_banner(frame, self._banner)
             self._show_choice()
-        shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, now)), now)
+        shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)), now)
         frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, facts.robots, facts.settings, now)), len(shelved))
         self._alarms.show(issues, facts.robots, facts.settings)
         is_heard = self._sounding.is_due(issues.alarms, now, self._services.clock.monotonic())
@@ -142,7 +148,7 @@ class FrameController:
 
     def _here(self) -> Here:
         """Among all robots no one of them is told in full."""
-        navigator, robot = self._shell.navigator, self._facts.robot
+        navigator, robot = self._shell.navigator, self._robot
         are_all = navigator.current == "home" and navigator.all_robots
         return Here(navigator.current, robot.id if robot is not None and not are_all else None)
 
@@ -172,7 +178,7 @@ class FrameController:
         groups = self._groups()
         ranked = sorted(zip(facts.robots.values(), groups, strict=True), key=lambda pair: help_rank(pair[1]))
         self._choice = self._shell.dialogs.choose(picker_title(groups), self._options([robot for robot, _group in ranked]),
-                                                  self._select_robot, selected=facts.robot.id if facts.robot else None)
+                                                  self._select_robot, selected=self._robot.id if self._robot else None)
         self._choice.bind(on_dismiss=self._choice_closed)
 
     def _options(self, robots: Iterable[Robot]) -> list[Option]:
@@ -189,7 +195,7 @@ class FrameController:
             return
         order = dict.fromkeys([*(option.key for option in choice.options if option.key in robots), *robots])
         choice.title, choice.options = picker_title(self._groups()), self._options(robots[key] for key in order)
-        choice.selected = [self._facts.robot.id] if self._facts.robot else []
+        choice.selected = [self._robot.id] if self._robot else []
 
     def _choice_closed(self, *_: object) -> None:
         self._choice = None

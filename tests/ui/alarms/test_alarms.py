@@ -105,6 +105,14 @@ def test_a_shelved_alarm_comes_back_by_itself(container, app, alarms, ui):
     assert ui.find(TopBar).bell_icon == "bell-ring-outline"
 
 
+def test_the_bell_forgets_a_shelved_alarm_that_is_over(app, alarms, ui):
+    alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
+    alarms.shelve(alarms.open()[0].id, 1)
+    ui.wait(lambda: ui.find(TopBar).bell_icon == "bell-sleep-outline")
+    alarms.clear("unreachable", "robot:77")
+    ui.wait(lambda: (ui.find(TopBar).bell_icon, ui.find(TopBar).bell_count) == ("bell-outline", ""))
+
+
 def test_nothing_is_said_to_be_as_it_should_be_while_an_alarm_is_shelved(app, alarms, ui):
     alarms.raise_("unreachable", "robot:77", robot="Aino", problem="no answer")
     alarms.shelve(alarms.open()[0].id, 1)

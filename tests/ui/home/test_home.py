@@ -41,6 +41,20 @@ def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
 
 
 # ---------------------------------------------------------------------- which robot
+def test_the_bar_names_the_robot_of_the_page_however_long_the_choice_takes_to_be_stored(home, ui, monkeypatch):
+    stored, write = threading.Event(), home.site.container.catalogue.change_settings
+    monkeypatch.setattr(home.site.container.catalogue, "change_settings", lambda **values: stored.wait(30) and write(**values))
+    try:
+        ui.tap(ui.find(RobotChip, name="Veikko"))
+        assert (home.root_vm.facts.robot.name, ui.find(TopBar).robot) == ("Veikko", "Veikko")
+        ui.advance(3)
+        assert (home.root_vm.facts.robot.name, ui.find(TopBar).robot) == ("Veikko", "Veikko")
+    finally:
+        stored.set()
+    ui.wait(lambda: home.shell.background.idle)
+    assert ui.find(TopBar).robot == "Veikko"
+
+
 def test_a_chip_selects_the_robot_for_the_whole_app(home, ui):
     ui.tap(ui.find(RobotChip, name="Veikko"))
     assert home.root_vm.facts.robot.name == "Veikko"        # at once, before the database knows

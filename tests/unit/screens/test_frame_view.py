@@ -111,6 +111,13 @@ def test_the_most_serious_comes_first_and_the_others_are_counted():
     assert view.others == "+2 more"
 
 
+def test_an_emergency_stop_comes_before_errors_that_came_later():
+    view = show(alarm("emergency_stop", "robot:2", raised_at=ago(minutes=9), details={"robot": "Veikko"}), alarm("robot_error", id=2))
+    assert (view.text, view.others) == ("Veikko is stopped: emergency stop pressed", "+1 more")
+    over = show(alarm("emergency_stop", "robot:2", cleared_at=NOW, details={"robot": "Veikko"}), alarm("robot_error", id=2))
+    assert over.text == "Aino: it broke"
+
+
 def test_a_new_alarm_comes_before_a_more_serious_one_that_was_acknowledged():
     assert show(alarm("emergency_stop", acknowledged_at=NOW), alarm("unreachable", "robot:2")).text == "Aino doesn't answer"
 
