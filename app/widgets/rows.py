@@ -102,7 +102,8 @@ class StoryStep(Row, Toned, BoxLayout):
 
 
 class LogRow(RecycledRow, TonedTap):
-    """A run in the log. A tap ("open") shows its history: ``steps`` (values of StoryStep) and the robot's ``message``."""
+    """A run in the log. A tap ("open") shows its history: ``steps`` (values of StoryStep), the robot's ``message``, and a button
+    ("again") with the words ``again``."""
     icon = StringProperty()
     outcome = StringProperty()
     mission = StringProperty()
@@ -114,6 +115,7 @@ class LogRow(RecycledRow, TonedTap):
     opened = BooleanProperty(False)
     steps = ListProperty()
     message = StringProperty()
+    again = StringProperty()
     narrow = BooleanProperty(False)      # robot and trigger are below the reason
 
     def on_release(self):

@@ -21,6 +21,8 @@ from app.services.history.kpi import Kpis
 from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
 from app.services.history.shift_report import ShiftReports
+from app.services.live.holds import Holds
+from app.services.robots.commands import Operator
 from app.services.robots.missions import RobotMissions
 
 PAGE = 100
@@ -33,9 +35,11 @@ class LogsServices:
     clock: Clock
     group_figures: GroupFigures
     history: History
+    holds: Holds
     kpis: Kpis
     ledger: Ledger
     log_files: LogExport
+    operator: Operator
     robot_missions: RobotMissions
     robot_states: RobotStates
     settings: Callable[[], Settings]

@@ -17,6 +17,7 @@ from app.screens.common.given import GivenNames
 from app.screens.common.places import place_option
 from app.screens.common.presses import Presses
 from app.screens.common.shell import Shell
+from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
 from app.screens.logs import cards, kpi_view, more_view, of_groups, report_page, robot_states, view  # noqa: F401  (kv's Factory learns the cards)
 from app.screens.logs.facts import PAGE, LogsFacts, LogsServices, execution_filter, period_with, read_facts, read_next_page
@@ -90,6 +91,7 @@ class LogsViewModel(ViewModel):
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
         self._figures_refresher = Refresher(shell, self._start_reading_figures, self._take_figures)
         self._presses = Presses()
+        self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self._search_soon = Clock.create_trigger(lambda _dt: self.set_filters(text=self.query), SEARCH_DELAY_S)
 
     # ------------------------------------------------------------------ reading
@@ -99,6 +101,7 @@ class LogsViewModel(ViewModel):
             self.part, self._filters = seen
             self.query, self.searching = self._filters.text, bool(self._filters.text)
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
+        self.keep(self._started.open())
         self.keep(self._runs_refresher.start())
         self.keep(self._figures_refresher.start())
         self.every(REFRESH_S, self._runs_refresher.read)
@@ -263,6 +266,23 @@ class LogsViewModel(ViewModel):
         if self._states is not None:
             self._states = self._states.moved(later)
             self._show_figures()
+
+    def row_action(self, execution_id: int, action: str) -> None:
+        """A row of the list was used."""
+        if action == "again":
+            self.run_again(execution_id)
+        else:
+            self.toggle(execution_id)
+
+    def run_again(self, execution_id: int) -> None:
+        """Ask first: whoever reads here may not see the robot."""
+        run = next((row for row in self._facts.rows if row.id == execution_id), None)
+        if run is None:
+            return
+        where = of_groups.any_of(run) or run.robot
+        question = _("Run {mission} on {robot} now?").format(mission=self._shell.given.known.run(run), robot=where)
+        self._shell.dialogs.confirm(question, "", _("Run now"), lambda: self._shell.background.run(
+            lambda: self._services.operator.run_again(execution_id), self._started.follow, self._shell.say_problem))
 
     def toggle(self, execution_id: int) -> None:
         """Open or close the story of a run."""

@@ -178,7 +178,7 @@ class StepView:
 
 @dataclass(frozen=True)
 class RunRow:
-    """A run in the list; only an opened one has ``steps`` and ``message``."""
+    """A run in the list; only an opened one has ``steps``, ``message`` and, where it can be run ``again``, the word for that."""
     key: int
     icon: str
     tone: str
@@ -192,6 +192,10 @@ class RunRow:
     opened: bool
     steps: tuple[StepView, ...] = ()
     message: str = ""
+    again: str = ""
+
+
+RUN_AGAIN = (State.FAILED, *NOT_RUN)     # what somebody may want to have after all
 
 
 def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened: bool,
@@ -204,7 +208,8 @@ def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds
         given.run(execution), reason_line(execution, zone, usual),
         of_groups.whose(execution), execution_appearance.trigger_word(execution.trigger),
         when(execution.planned_at.astimezone(zone), now.astimezone(zone)), formats.duration(execution.duration_s), opened,
-        story(execution, zone, usual, expected, elsewhere) if opened else (), message(execution, given) if opened else "")
+        story(execution, zone, usual, expected, elsewhere) if opened else (), message(execution, given) if opened else "",
+        _("Run again") if opened and execution.state in RUN_AGAIN else "")
 
 
 class RowCache:

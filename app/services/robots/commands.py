@@ -88,6 +88,21 @@ class Operator:
         if (problem := checked().problem) is not None:
             raise problem
 
+    def run_again(self, execution_id: int, token: str | None = None) -> Execution:
+        """The mission of a run with its parameters, at once, on the same robot or on any of the same group. Raises InvalidInput."""
+        row, c = self._ledger.get(execution_id), self._db.read()
+        if row is None:
+            raise InvalidInput("execution", "this run is no longer in the history")
+        if row.group_id is None:
+            mission = self._missions.with_guid(c, row.mission_guid, row.robot_id or 0)
+        else:
+            mission = self._missions.by_name(c, row.mission)
+        if mission is None:
+            raise InvalidInput("mission", "{robot} has no mission {mission}", robot=row.robot_group or row.robot, mission=row.mission)
+        if row.group_id is not None:
+            return self.run_on_any(row.group_id, mission.id, row.parameters, token)
+        return self.run_now(row.robot_id or 0, mission.id, row.parameters, token)
+
     def give_to(self, execution_id: int, robot_id: int) -> Execution:
         """A start that waits for a robot of its group goes to this one, into its queue where that is busy. Raises InvalidInput."""
         row, robot, c = self._ledger.get(execution_id), self._usable(robot_id), self._db.read()

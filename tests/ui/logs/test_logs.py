@@ -11,13 +11,14 @@ from pathlib import Path
 import pytest
 from kivy.core.window import Window
 
+from app.domain.models import State
 from app.domain.robot import MissionParameter
 from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS
 from app.services.files.places import Place, PlaceKind
 from app.services.history.kpi import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, Segment
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.display import CardHead
 from app.widgets.fields import SearchField
 from app.widgets.figures import FigureCard, FigureDialog
@@ -416,3 +417,28 @@ def no_room(*_where, **_how):
 def test_nothing_overlaps_or_is_too_small(screen, ui):
     tap(screen, ui, rows(ui)[1])
     assert checks.problems(screen.shell.navigator.screen("logs")) == []
+
+
+# ---------------------------------------------------------------------- run again
+@pytest.mark.parametrize(("answer", "times"), [("Run now", 1), ("Cancel", 0)])
+def test_a_failed_run_can_be_run_again(screen, container, ui, monkeypatch, answer, times):
+    asked: list[int] = []
+    monkeypatch.setattr(container.operator, "run_again", lambda run: asked.append(run) or container.history.get(run))
+    screen.logs.set_filters(outcomes=(State.FAILED,))
+    settle(screen, ui)
+    failed = rows(ui)[0]
+    tap(screen, ui, failed)
+    tap(screen, ui, ui.find(CommandButton, failed, text="Run again"))
+    question = ui.find(ConfirmDialog)
+    assert question.title == f"Run {failed.mission} on {failed.robot} now?"
+    tap(screen, ui, ui.find(CommandButton, question, text=answer))
+    assert asked == [failed.key] * times
+    assert failed.opened
+
+
+def test_a_completed_run_has_no_such_button(screen, ui):
+    screen.logs.set_filters(outcomes=(State.COMPLETED,))
+    settle(screen, ui)
+    tap(screen, ui, rows(ui)[0])
+    assert ui.find_all(StoryStep)
+    assert not ui.find_all(CommandButton, text="Run again")
