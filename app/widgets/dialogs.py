@@ -277,8 +277,10 @@ class ChoiceDialog(Dialog):
     ``options`` have ``key``, ``text``, ``note``, ``icon`` and ``tone``; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
     with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and ``none_word`` a button ticks all that the search
     shows, or none of them. Where it ``needs_one``, nothing can be confirmed while none is ticked. ``text`` stands above the options.
+    The ``last`` option is the way out for who doesn't find what is wanted: it is there whatever is searched for.
     """
     text = StringProperty()
+    last = ObjectProperty(None, allownone=True)
     needs_one = BooleanProperty(False)
     all_word = StringProperty()
     none_word = StringProperty()
@@ -316,10 +318,15 @@ class ChoiceDialog(Dialog):
 
     def _show(self, *_):
         words, selected = self.query.casefold().split(), set(self.selected)
-        self.shown = [
-            Choice(option.key, option.text, option.icon, option.note, option.key in selected, self.multiple, option.tone)
-            for option in self.options if all(word in f"{option.text} {option.note}".casefold() for word in words)]
+        self.shown = [self._choice(option, option.key in selected) for option in self.options
+                      if all(word in f"{option.text} {option.note}".casefold() for word in words)]
         self.all_shown = all(choice.selected for choice in self.shown)
+
+    def _choice(self, option, is_selected) -> Choice:
+        return Choice(option.key, option.text, option.icon, option.note, is_selected, self.multiple, option.tone)
+
+    def rows(self, shown, last) -> list[Choice]:
+        return shown if last is None else [*shown, self._choice(last, False)]
 
     def found(self) -> list:
         """What is shown with what has been typed up to now."""

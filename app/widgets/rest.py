@@ -13,6 +13,7 @@ from kivy.uix.scrollview import ScrollView
 
 DOUBLE_TAP = .6                          # s within which a second tap belongs to the first
 SETTLES = .4                             # s in which a finger was still on its way to what was there before
+INSTANT = .001                           # s: a frame that falls on the end comes after it
 SPOT = 48                                # dp: as far from the first tap as the second may be
 SHORT = 1.                               # s: a page that scrolls hands on a tap a little after the finger has left
 EVERYWHERE = (float("-inf"), float("-inf"), float("inf"), float("inf"))
@@ -72,8 +73,7 @@ class Rest:
     # ------------------------------------------------------------------ touches
     def _ignore(self, seconds, area=EVERYWHERE) -> None:
         now = Clock.get_time()
-        ends = now + seconds - .001          # a frame that falls on the end comes after it
-        self._areas = [known for known in self._areas if known[0] > now] + [(ends, *area)]
+        self._areas = [known for known in self._areas if known[0] > now] + [(now + seconds - INSTANT, *area)]
 
     def _touch_down(self, _window, touch) -> bool:
         now, (x, y) = Clock.get_time(), touch.pos
@@ -86,7 +86,7 @@ class Rest:
 
     # ------------------------------------------------------------------ keys
     def _ignore_keys(self, seconds, takes_letters) -> None:
-        self._keys_until, self._takes_letters = Clock.get_time() + seconds, takes_letters
+        self._keys_until, self._takes_letters = Clock.get_time() + seconds - INSTANT, takes_letters
         handlers = {"on_key_down": self._key_down, "on_textinput": self._typed}
         Window.unbind(**handlers)
         Window.bind(**handlers)              # the one bound last is asked first

@@ -340,3 +340,17 @@ def test_the_second_of_two_quick_taps_presses_nothing_in_what_the_first_has_open
     ui.tap_at(*Window.center)
     ui.tap(ui.find_all(OptionRow)[0])
     assert chosen == [0]
+
+
+def test_the_last_option_is_there_whatever_is_searched_for(ui, dialogs):
+    chosen: list[object] = []
+    dialog = dialogs.choose("Mission", MISSIONS, chosen.append, last=Option("fetch", "Not in the list?"))
+    ui.advance(.2)
+    dialog.query = "nothing like it"
+    ui.advance(.2)
+    assert ([row.text for row in ui.find_all(OptionRow)], dialog.found()) == (["Not in the list?"], [])
+    dialog.query = "on aino only"
+    assert [choice.key for choice in dialog.found()] == [7]           # Enter chooses the only one
+    ui.advance(.2)
+    ui.tap(ui.find(OptionRow, key="fetch"))
+    assert chosen == ["fetch"]

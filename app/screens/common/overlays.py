@@ -54,9 +54,10 @@ class Dialogs:
         return self.open(dialog)
 
     def choose(self, title: str, options: Sequence[Option], done: Callable[[Any], object], *,
-               selected: Hashable | None = None) -> Overlay:
-        """Pick one of ``options``; ``done(key)``. Eight and more can be searched."""
-        dialog = ChoiceDialog(title=title, options=list(options), selected=[] if selected is None else [selected],
+               selected: Hashable | None = None, last: Option | None = None) -> Overlay:
+        """Pick one of ``options``, or the ``last`` one, which is there whatever is searched for; ``done(key)``. Eight and more can be
+        searched."""
+        dialog = ChoiceDialog(title=title, options=list(options), last=last, selected=[] if selected is None else [selected],
                               hint=_("Search"), nothing=_("Nothing found"))
         dialog.bind(on_choose=lambda _dialog, key: done(key))
         return self.open(dialog)

@@ -12,6 +12,7 @@ from kivy.metrics import dp, sp
 
 from app.domain.robot import MissionParameter
 from app.i18n import _
+from app.screens.common.missing_mission import fetch_option, or_fetch
 from app.screens.common.presses import OfRobot, Presses
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.started import StartReports, as_it_is
@@ -190,8 +191,8 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._shell.dialogs.open(MapDialog(self, lambda: robots_on_map(self.facts, self._services.clock.now())))
 
     def pick_mission(self) -> None:
-        self._shell.dialogs.choose(_("Mission to run"), mission_options(self.facts, self._target), self.choose_mission,
-                                   selected=self.run.mission_id)
+        self._shell.dialogs.choose(_("Mission to run"), mission_options(self.facts, self._target),
+                                   or_fetch(self._shell, self.choose_mission), selected=self.run.mission_id, last=fetch_option())
 
     def choose_mission(self, mission_id: int) -> None:
         self._chosen = mission_id

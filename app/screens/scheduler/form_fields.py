@@ -10,6 +10,7 @@ from kivy.properties import ObjectProperty
 
 from app.domain.models import Schedule
 from app.i18n import _
+from app.screens.common.missing_mission import fetch_option, or_fetch
 from app.screens.scheduler import form_view, of_groups
 from app.screens.scheduler.asked import AsksRobot
 from app.screens.scheduler.draft import BEGINS_AT, Draft, Kind, Unit
@@ -124,5 +125,6 @@ class FormFields(AsksRobot):
             "month_weekday": (_("Weekday"), form_view.weekday_options()),
             "overlap": (_("When the previous run is still open"), form_view.overlap_options(draft)),
         }[field]
-        self._ask(self._shell.dialogs.choose(title, options, lambda key: self._change(
-            self._draft.aimed_at(key) if field == "target" else replace(self._draft, **{field: key})), selected=selected))
+        self._ask(self._shell.dialogs.choose(title, options, or_fetch(self._shell, lambda key: self._change(
+            self._draft.aimed_at(key) if field == "target" else replace(self._draft, **{field: key}))), selected=selected,
+            last=fetch_option() if field == "mission_id" else None))

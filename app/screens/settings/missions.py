@@ -106,6 +106,8 @@ class MissionsPage(SettingsPage):
             self.turn_to("places" if intent.get("places") else "missions")
         if intent.get("add"):
             self.add()
+        if intent.get("fetch"):
+            self.begin()
         if "found" in intent and (robot := self.context.facts.robot(intent["found"][0])):
             self._offer(robot, intent["found"][1])
 

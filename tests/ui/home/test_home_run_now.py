@@ -5,12 +5,12 @@ from app.domain.models import Mission, State, Trigger
 from app.screens.home.cards import BlockedLine
 from app.screens.home.run_dialog import RunDialog
 from app.widgets.buttons import ChoiceChip, CommandButton
-from app.widgets.dialogs import ConfirmDialog
+from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.fields import FormField
 from app.widgets.flow import PositionRow
 from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.positions import PositionsMap
-from app.widgets.rows import LogRow, RobotChip
+from app.widgets.rows import LogRow, OptionRow, RobotChip
 from tests.ui.home.operator import choose, press, rows, run, visible_rows
 from tests.ui.whole_app import GUIDS, api
 
@@ -200,3 +200,17 @@ def test_the_opened_run_tells_where_it_went_by_name(home, ui):
     execution, = home.site.container.history.open()
     home.shell.go("logs", execution_id=execution.id)
     ui.wait(lambda: any(row.opened and row.message.startswith("Position: Press\n") for row in ui.find_all(LogRow)))
+
+
+def test_a_mission_that_is_not_in_the_list_is_fetched_from_a_robot(home, ui, monkeypatch):
+    asked: list[int] = []
+    monkeypatch.setattr(home.site.container.operator, "fetch_missions", lambda robot_id: asked.append(robot_id) or ())
+    home.root_vm.pick_mission()
+    ui.advance(1)
+    ui.tap(ui.find(OptionRow, text="Not in the list? Fetch it from a robot"))
+    ui.wait(lambda: ui.find_all(ChoiceDialog, title="Fetch missions from"))
+    ui.advance(1)
+    ui.tap(ui.find(OptionRow, text="Veikko"))
+    ui.wait(lambda: asked)
+    assert home.shell.navigator.current == "settings"
+    assert home.root_vm.run.mission_id is None
