@@ -8,14 +8,17 @@ import re
 import zoneinfo
 from pathlib import Path
 
-import tzdata
+try:
+    from tzdata import IANA_VERSION
+except ModuleNotFoundError:              # --help works without what the app depends on
+    IANA_VERSION = ""
 
 _VERSION = re.compile(r"\b(\d{4})([a-z]+)")        # 2026f; the z of a year would be followed by za
 
 
 def use_newest() -> None:
     """From now on ``ZoneInfo`` reads the app's own data, and the system's only where they are known to be as new or newer."""
-    own = _comparable(tzdata.IANA_VERSION)
+    own = _comparable(IANA_VERSION)
     zoneinfo.reset_tzpath(to=[path for path in zoneinfo.TZPATH if own <= _comparable(_version_in(Path(path)))])
     zoneinfo.ZoneInfo.clear_cache()
 

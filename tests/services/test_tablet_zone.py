@@ -131,6 +131,16 @@ def test_a_rule_is_compared_with_the_known_zones(machine, rule, language, found,
     assert machine.zone(TZ=rule, LANG=language) == TabletZone(found, "TZ", is_certain)
 
 
+def test_a_rule_is_compared_with_the_systems_own_data_too(machine):
+    for name in ("Europe/Athens", "Europe/Helsinki", "Europe/London"):
+        machine.file(f"{ZONES}/{name}", zone_file(name))
+    assert machine.zone(TZ=RULE, LANG="fi_FI").name == "Europe/Helsinki"
+
+
+def test_a_language_without_a_country_does_not_hide_another(machine):
+    assert machine.zone(TZ=RULE, LC_ALL="C.UTF-8", LANG="fi_FI.UTF-8").name == "Europe/Helsinki"
+
+
 def test_one_that_is_neither_name_nor_rule_leaves_it_uncertain(machine):
     machine.link(LOCALTIME, f"{ZONES}/Europe/Helsinki")
     assert machine.zone(TZ="Europe/Helsinky") == TabletZone("Europe/Helsinki", LOCALTIME, False)

@@ -82,8 +82,8 @@ def tablet_zone(root: Path = Path("/"), environ: Mapping[str, str] = os.environ,
 
 def _country(environ: Mapping[str, str]) -> str:
     """Of the language that the system is set to: fi_FI.UTF-8."""
-    locale = next((environ[name] for name in ("LC_ALL", "LC_TIME", "LANG") if environ.get(name)), "")
-    return locale.partition(".")[0].partition("@")[0].rpartition("_")[2] if "_" in locale else ""
+    locales = (environ.get(name, "").partition(".")[0].partition("@")[0] for name in ("LC_ALL", "LC_TIME", "LANG"))
+    return next((locale.rpartition("_")[2] for locale in locales if "_" in locale), "")
 
 
 def of_windows(windows: WindowsZone, finder: _Finder) -> TabletZone:
@@ -119,11 +119,10 @@ class _Finder:
         steps = list(self._steps(path))
         name = next((name for step in steps if (name := _name_in(step))), "")
         zone = _zone_of(self._content(steps[-1]))
-        if name and (zone is None or self._mostly_agree(zone, ZoneInfo(name))):
+        past = self._moments(datetime(1970, 1, 1, tzinfo=UTC), self._now - SETTLED)
+        if name and (zone is None or _mostly_agree(zone, ZoneInfo(name), past)):
             return TabletZone(name, source, True)
-        if zone is None:
-            return None
-        return self._named(zone, source, self._moments(datetime(1970, 1, 1, tzinfo=UTC), self._now - SETTLED))
+        return None if zone is None else self._named(zone, source, past)
 
     def of_note(self) -> TabletZone | None:
         """The clock itself shows UTC then, so it is not certain."""
@@ -179,15 +178,11 @@ class _Finder:
         def all_agree(other: ZoneInfo | None) -> bool:
             return other is not None and all(_seen(moment, other, with_words) == seen for moment, seen in zip(moments, wanted, strict=True))
         found = {name for name in zone_names() if all_agree(_zone_of(self._content(f"{DIRECTORY}/{name}")))}
-        found = {name for name in found if self._mostly_agree(zone, ZoneInfo(name))}
+        found = {name for name in found if _mostly_agree(zone, ZoneInfo(name), moments)}        # no other file lies in its place
         return found or {name for name in zone_names() if all_agree(ZoneInfo(name))}
 
     def _agree(self, zone: ZoneInfo, name: str, moments: list[datetime]) -> bool:
         return all(_seen(moment, zone) == _seen(moment, ZoneInfo(name)) for moment in moments)
-
-    def _mostly_agree(self, zone: ZoneInfo, other: ZoneInfo) -> bool:
-        moments = self._moments(datetime(1970, 1, 1, tzinfo=UTC), self._now)
-        return sum(_seen(moment, zone) == _seen(moment, other) for moment in moments) > AGREE * len(moments)
 
     def coming(self) -> list[datetime]:
         return self._moments(self._now, self._now + timedelta(days=365))
@@ -195,6 +190,10 @@ class _Finder:
     @staticmethod
     def _moments(begin: datetime, end: datetime) -> list[datetime]:
         return [begin + number * STEP for number in range(max(1, (end - begin) // STEP))]
+
+
+def _mostly_agree(zone: ZoneInfo, other: ZoneInfo, moments: list[datetime]) -> bool:
+    return sum(_seen(moment, zone) == _seen(moment, other) for moment in moments) > AGREE * len(moments)
 
 
 def _seen(moment: datetime, zone: ZoneInfo, with_words: bool = False) -> tuple[timedelta | None, str | None]:
