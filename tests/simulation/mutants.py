@@ -22,6 +22,15 @@ CLOCKS = Profile(events_per_hour=6).only(
     rough_s=2400.0,
     calm_s=1200.0,
 )
+ABSENCES = Profile(acts_per_hour=12, events_per_hour=6).only(
+    acts="pause skip",
+    events="power_cut",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    rough_s=2400.0,
+    calm_s=1200.0,
+    site={"every_minutes": 3, "fleet": "normal", "history_limit": None},
+)
 PEOPLE = Profile(acts_per_hour=60, events_per_hour=20).only(
     acts="change_mission switch_schedule switch_robot delete pause skip hold cancel clear run_now plan_once working_days",
     events="lost_request outage slow_answers low_battery",
@@ -252,10 +261,27 @@ MUTANTS = (
     Mutant(
         "everything that is due was missed",
         f"{PLANNER}._take",
-        "if following is None or following > context.now:",
-        "if False:",
+        "rows, latest, following = self._passed_and_latest(schedule, make)",
+        "rows, latest, following = self._passed_and_latest(schedule, make)\n"
+        "    rows, latest = [*rows, *([make.missed(latest, None)] if latest else [])], None",
         "never ran",
         CALM,
+    ),
+    Mutant(
+        "an absence is said to have cost one start more",
+        "services.dispatch.passed:_parts",
+        "yield Passed(starts, first",
+        "yield Passed(starts + 1, first",
+        "by hand",
+        ABSENCES,
+    ),
+    Mutant(
+        "the start that still goes after an absence is missed as well",
+        f"{PLANNER}._passed_and_latest",
+        "until = context.now if latest is None else latest - MOMENT",
+        "until = context.now",
+        "truth",
+        ABSENCES,
     ),
     Mutant(
         "everything fails without a request",
