@@ -8,6 +8,7 @@ from enum import StrEnum
 from zoneinfo import ZoneInfo
 
 from app.database.executions import Elsewhere
+from app.domain import writing
 from app.domain.clock import midnight
 from app.domain.models import OPEN_STATES, DurationEstimate, Execution, ReasonCode, Robot, State, Trigger
 from app.domain.reasons import sentence
@@ -344,10 +345,12 @@ def _last_tone(state: State) -> str:
 
 
 def _planned_note(execution: Execution, elsewhere: Elsewhere | None) -> str:
-    """What started it, of which group any robot could take it, and instead of whose start a person wanted it."""
+    """Whether it is the last of several, what started it, of which group any robot could take it, and instead of whose start a person
+    wanted it."""
+    last = _("the last of {n}").format(n=writing.count(execution.starts, _)) if execution.starts > 1 else ""
     started_by = execution.given_name or execution_appearance.trigger_word(execution.trigger)
     instead = _("instead of the start on {robot}").format(robot=elsewhere.robot) if elsewhere and elsewhere.other == execution.id else ""
-    return " · ".join(filter(None, (started_by, of_groups.any_of(execution), instead)))
+    return " · ".join(filter(None, (last, started_by, of_groups.any_of(execution), instead)))
 
 
 def _queue_note(execution: Execution) -> str:

@@ -149,6 +149,14 @@ def test_a_story_goes_only_as_far_as_the_run_came():
     assert view.message(SKIPPED) == ""
 
 
+def test_the_row_of_an_absence_says_how_many_starts_it_stands_for_and_is_planned_for_the_last():
+    missed = replace(SKIPPED, state=State.MISSED, starts=2016, reason=Reason(ReasonCode.APP_DOWN, {
+        "starts": 2016, "first": "2026-11-06T11:30:00+00:00", "last": PLANNED.isoformat()}))
+    row = view.row(missed, NOW, ZONE, USUAL, opened=True)
+    assert (row.reason, row.when) == ("Missed 2,016 starts, 6–20 November: the app was off or asleep", "13:30")
+    assert (row.steps[0].time, row.steps[0].note) == ("13:30:00", "the last of 2,016 · Kits")
+
+
 def test_a_story_says_that_a_person_had_it_started_on_another_robot():
     doubted, run = replace(DONE, id=4, started_at=None, ended_at=None, duration_s=None, state=State.SUBMITTING), replace(DONE, id=5)
     found = Elsewhere(4, "Aino", 5, "Veikko", PLANNED + timedelta(minutes=2))
