@@ -24,6 +24,7 @@ Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]     # None: no
 
 
 LEFT_FOR = 60.0              # s that a file without a request may lie there: one that is being written, or an answer that is fetched
+_IN_THE_WAY = "{} is not a directory: remove it"
 _SUFFIXES = (".request", ".content", ".draft", ".answer", ".withdrawn")
 
 
@@ -61,12 +62,11 @@ class Inbox:
                 path.unlink(missing_ok=True)
 
     def tick(self) -> None:
-        """Raises BadInput where there is no directory any more and none can be made."""
+        """Raises OSError, or BadInput where something else is in the way, until the directory is there again: a command makes it."""
         try:
             names = self._files()
-        except OSError:
-            _directory_in(self._directory.parent)
-            return
+        except NotADirectoryError:
+            raise BadInput(_IN_THE_WAY.format(self._directory)) from None
         for name in sorted(name for name in names if name.endswith(".request")):
             self._take(self._directory / name)
         if self._seen or names:
@@ -155,7 +155,7 @@ def _directory_in(data_dir: Path) -> Path:
     try:
         directory.mkdir(mode=0o700, exist_ok=True)
     except FileExistsError:
-        raise BadInput(f"{directory} is not a directory: remove it") from None
+        raise BadInput(_IN_THE_WAY.format(directory)) from None
     except OSError as error:
         raise BadInput(f"{directory} can't be made: {error.strerror}; check the permissions of the data directory") from None
     return directory

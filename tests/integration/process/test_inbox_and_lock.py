@@ -210,12 +210,12 @@ def test_a_file_in_the_place_of_the_inbox_is_one_sentence(tmp_path):
             meets_it()
 
 
-def test_an_inbox_that_goes_while_the_app_runs_is_made_again(tmp_path):
+def test_an_inbox_that_is_replaced_while_the_app_runs_is_said_until_it_is_there_again(tmp_path):
     inbox = Inbox(tmp_path, {})
     (tmp_path / "inbox").rmdir()
-    inbox.tick()
-    assert (tmp_path / "inbox").is_dir()
-    (tmp_path / "inbox").rmdir()
     (tmp_path / "inbox").write_text("in the way")
-    with pytest.raises(BadInput, match="is not a directory"):
+    with pytest.raises(BadInput, match="is not a directory: remove it"):
         inbox.tick()
+    (tmp_path / "inbox").unlink()
+    (tmp_path / "inbox").mkdir()
+    inbox.tick()
