@@ -24,7 +24,8 @@ _OUT: Mapping[str, str] = MappingProxyType({
     "stopped": "{robot} stopped", "lacks_mission": "{robot} has no such mission", "tried": "{robot} refused it or did not answer",
     "low_battery": "{robot} {battery} % battery", "too_little_battery": "{robot} {battery} % battery, too little for the whole run"})
 _WHY: Mapping[str, str] = MappingProxyType({         # of the chosen one: what it had over others that were free
-    "soonest": "will be done soonest, about {done}", "less_run": "has run less today", "ahead": "leaves the others to what is planned"})
+    "soonest": "will be done soonest, about {done}", "less_run": "has run less today", "ahead": "leaves the others to what is planned",
+    "equal": "will be done as soon as the others"})
 
 
 def is_persons(choice: Mapping[str, Any]) -> bool:
@@ -107,6 +108,8 @@ def _why(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> 
 
 def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     told, failures = _state(robot, zone, translate), robot.get("failures")
+    if robot.get("late") is True:
+        told = translate("{told}, would be done too late").format(told=told)
     if not isinstance(failures, int) or failures < 1:
         return told
     words = translate("{told}, its last start failed") if failures == 1 else translate("{told}, {count} starts failed in a row")
@@ -120,6 +123,10 @@ def _state(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -
         return text.format(robot=robot["robot"], battery=round(battery) if isinstance(battery, int | float) else "–")
     if until := _time(robot.get("until"), zone, translate):
         return translate("{robot} busy until about {until}").format(robot=robot["robot"], until=until)
+    if gets := robot.get("gets"):
+        return translate("{robot} gets {mission} just now").format(robot=robot["robot"], mission=gets)
+    if robot.get("unread") is True:
+        return translate("{robot}: not read just now").format(robot=robot["robot"])
     metres = robot.get("metres")
     if isinstance(metres, int | float) and math.isfinite(metres):
         return translate("{robot}: free now, {metres} m away").format(robot=robot["robot"], metres=round(metres))

@@ -111,6 +111,16 @@ def test_the_nearer_of_two_robots_comes_and_says_so(hall):
     assert 7.0 in DurationRepository().usual(hall.container.db.read(), hall.robot("R2").id, GUIDS["Deliver"]).ways_m
 
 
+def test_a_nearer_robot_that_gets_another_start_is_said_to(hall):
+    hall.learn_stops()
+    experienced(hall)
+    put(hall, R2=NEAR)
+    hall.plan("B", f"{hall.clock.now() + timedelta(minutes=1):%Y-%m-%dT%H:%M}")
+    planned(hall)
+    [farther] = [row for row in hall.executions() if row.robot == "R1" and row.group_id]
+    assert told(farther) == "R1: free now, 28 m away; R2 gets Deliver just now"
+
+
 def test_without_positions_the_first_comes_and_nothing_is_said_of_metres(hall):
     experienced(hall)
     put(hall, R2=NEAR)

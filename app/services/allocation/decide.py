@@ -32,13 +32,15 @@ IN_A_HURRY = 300.0           # s to the latest start that can still be done in t
 
 
 class Option(NamedTuple):
-    """A robot that could take a start: when it would be done, and its score, both in s."""
+    """A robot that could take a start: when it would be done, and its score, both in s. ``taken_by``: the mission of a more important start
+    that has just been laid on it."""
     score: float
     robot_id: int
     done_s: float
     lasts_s: float
     is_free: bool
     failures: int = 0
+    taken_by: str = ""
 
 
 class Why(StrEnum):
@@ -46,6 +48,7 @@ class Why(StrEnum):
     SOONEST = "soonest"                  # it will be done before they would be
     LESS_RUN = "less_run"                # it has run less today than those that would be done as soon
     AHEAD = "ahead"                      # they are better where they are, for what is planned
+    EQUAL = "equal"                      # nothing: it is farther away, and done as soon
 
 
 @dataclass(frozen=True)
@@ -65,18 +68,23 @@ class Decision:
     @property
     def why(self) -> Why | None:
         """What the chosen robot has over others that are free; None: nothing, or no other is."""
-        free = [option for option in self.options if option.is_free]
-        chosen = next((option for option in free if option.robot_id == self.robot_id), None)
-        others = [option for option in free if option is not chosen]
+        chosen = next((option for option in self.options if option.robot_id == self.robot_id), None)
+        others = [option for option in self.options if option.is_free and option is not chosen]
         if chosen is None or not others:
             return None
         if chosen.done_s < min(other.done_s for other in others):
             return Why.SOONEST
-        peers = [other for other in others if other.failures <= chosen.failures]
+        if not chosen.is_free:
+            return None
+        peers = [other for other in others if other.failures <= chosen.failures and not self.is_too_late(other)]
         if not peers or chosen.done_s < min(peer.done_s for peer in peers):
             return None                                          # how often the others failed is told of each of them
         least = min(peer.score for peer in peers)
         return Why.LESS_RUN if chosen.score < least else Why.AHEAD if chosen.score > least else None
+
+    def is_too_late(self, option: Option) -> bool:
+        """Whether it could not be done there by when it has to be."""
+        return self.start.finish_s is not None and option.done_s > self.start.finish_s
 
 
 def decide(situation: Situation) -> list[Decision]:
@@ -93,6 +101,7 @@ class _Board:
         self._free_s = {robot.id: robot.free_s for robot in usable}
         self._idle = {robot.id for robot in usable if robot.is_free}
         self._room = dict(situation.room)
+        self._laid: dict[int, str] = {}          # missions that have been laid on robots, by robot
 
     def lay(self) -> Iterator[Decision]:
         for start in sorted(self._situation.starts, key=self._rank):
@@ -133,6 +142,7 @@ class _Board:
             return Decision(start, None, options, out, kept_for=first)
         is_given = is_last_call or start.at_once or (best.is_free and self._may_use_one_more(start))
         self._idle.discard(best.robot_id)
+        self._laid.setdefault(best.robot_id, start.mission)
         self._free_s[best.robot_id] = best.done_s
         if is_given:
             self._room.update({place: self._room[place] - 1 for place in start.places if place in self._room})
@@ -161,7 +171,8 @@ class _Board:
                 even = min(EVEN * (robot.hours - fewest), PATIENCE)              # never a reason to wait for another robot
                 failed = FAILED * min(robot.failures, MOST_FAILED)
                 score = done + (0.0 if is_free else PATIENCE) + even + failed
-                options.append(Option(score, robot_id, done, lasts, is_free, robot.failures))
+                options.append(Option(score, robot_id, done, lasts, is_free, robot.failures,
+                                      self._laid.get(robot_id, "")))
         options.sort(key=lambda option: (option.score, self._situation.robots[option.robot_id].name))
         return options, out
 

@@ -18,7 +18,7 @@ from app.domain.models import Connection, DurationEstimate, Execution, Group, Ha
 from app.domain.robot import QueueItem, QueueState, RobotStatus, Spot, Stop, straight_way
 from app.services.allocation import estimates
 from app.services.allocation.belief import Coming, Member, Out, Situation, Start
-from app.services.allocation.decide import AHEAD, Decision, Why
+from app.services.allocation.decide import AHEAD, Decision, Option, Why
 from app.services.dispatch.freedom import at_work, can_work, is_free
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.worker import RobotWorker
@@ -228,9 +228,11 @@ class Belief:
             member = self.members[option.robot_id]
             robots.append({"robot": member.name} | ({"until": self._in(member.free_s)} if member.id not in self._seem_free
                                                     else self._metres(member.id, decision))
-                          | ({"failures": member.failures} if member.failures else {}))
+                          | ({"failures": member.failures} if member.failures else {}) | self._unfit(decision, option))
             if option.robot_id == decision.robot_id and (why := decision.why):
                 robots[-1] |= {"why": why} | ({"done": self._in(option.done_s)} if why == Why.SOONEST else {})
+        if robots and decision.robot_id is not None and "why" not in robots[0] and _is_farther(*robots):
+            robots[0] |= {"why": Why.EQUAL}
         for robot_id, out in decision.out[:MOST_TOLD - len(robots)]:
             member = self.members[robot_id]
             tells_battery = out in (Out.LOW_BATTERY, Out.TOO_LITTLE_BATTERY) and member.battery is not None
@@ -239,6 +241,12 @@ class Belief:
         kept = decision.kept_for
         return {"robots": robots, **({"more": more} if more else {}), **({"kept_for": kept.mission} if kept else {}),
                 **({"last_call": True} if decision.is_last_call else {})}
+
+    def _unfit(self, decision: Decision, option: Option) -> dict[str, Any]:
+        """Why a robot that seems free was not taken, though nothing keeps it from having starts."""
+        if option.robot_id in self._seem_free and not option.is_free:
+            return {"gets": option.taken_by} if option.taken_by else {"unread": True}
+        return {"late": True} if decision.is_too_late(option) else {}
 
     def _metres(self, robot_id: int, decision: Decision) -> dict[str, int]:
         """Told of a choice; while it waits that would only be written anew each time a robot moves."""
@@ -255,3 +263,9 @@ class Belief:
     def _in(self, seconds: float) -> str:
         """An instant to the minute, so that what is stored changes once a minute at most."""
         return (self._now + timedelta(seconds=seconds + ABOUT)).replace(second=0, microsecond=0).isoformat()
+
+
+def _is_farther(chosen: Mapping[str, Any], *others: Mapping[str, Any]) -> bool:
+    """Than one of the others of which nothing else is said."""
+    metres = chosen.get("metres", 0)
+    return any(other.keys() == {"robot", "metres"} and other["metres"] < metres for other in others)

@@ -56,6 +56,21 @@ def test_why_the_chosen_one_of_several_that_are_free(robots, seconds, coming, wh
     assert decision.why == why
 
 
+def test_a_robot_that_gets_another_start_in_the_same_moment_is_free_no_more():
+    first, second = decide(situation(start(1), start(2), robots=(AINO, SISU)))
+    assert (first.robot_id, second.robot_id) == (AINO.id, SISU.id)
+    assert [(option.robot_id, option.is_free, option.taken_by) for option in second.options] == [
+        (SISU.id, True, ""), (AINO.id, False, "Deliver")]
+
+
+def test_one_that_could_not_be_done_in_time_there_leaves_nothing_to_what_is_planned():
+    hours = replace(AINO, hours=3.0)
+    [decision] = decide(situation(start(finish_s=305.0), robots=(hours, SISU, replace(VEIKKO, hours=4.0)),
+                                  takes=lambda robot_id, *_args, slow=False: {1: 300.0, 2: 310.0, 3: 290.0}[robot_id]))
+    assert (decision.robot_id, decision.why) == (AINO.id, Why.LESS_RUN)
+    assert [option.robot_id for option in decision.options if decision.is_too_late(option)] == [SISU.id]
+
+
 def test_a_busy_robot_is_waited_for_only_if_it_is_done_much_sooner():
     def fast_aino(robot_id, mission, slow=False):
         return 100.0 if robot_id == AINO.id else 100.0 + PATIENCE + 60.0
