@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import time
 import tracemalloc
+from collections.abc import Iterator
 from datetime import date
 from zoneinfo import ZoneInfo
 
@@ -28,6 +29,13 @@ def read(content: bytes) -> calendar_days.Found:
     return read_days(content, "bomb", ZoneInfo("UTC"), TODAY)
 
 
+def following(count: int) -> Iterator[list[str]]:
+    """Events that cancel all of a series from a day on, each from another day."""
+    for number in range(count):
+        day = f"{number // 300 + 2030}{number // 25 % 12 + 1:02}{number % 25 + 1:02}"
+        yield ["UID:1", f"RECURRENCE-ID;RANGE=THISANDFUTURE:{day}", "STATUS:CANCELLED"]
+
+
 def excepted() -> str:
     return "EXDATE;VALUE=DATE:" + ",".join(f"{year}{month:02}{day:02}" for year in range(2026, 2037) for month in range(1, 13)
                                            for day in range(1, 29))
@@ -43,7 +51,9 @@ def excepted() -> str:
     calendar(["EXDATE;VALUE=DATE:" + ",".join(["20260101"] * 110_000)]),
     calendar(*[[f"DTSTART:19500101T{number:04}00", "DURATION:PT1H", "RRULE:FREQ=DAILY;UNTIL=20250101"] for number in range(60)]).replace(
         b"DTSTART;VALUE=DATE:20260101\r\n", b""),
-], ids=["one rule", "sixty events", "rules without end", "rules of days that are excepted", "a count", "dates", "exceptions", "meetings"])
+    calendar(*[["UID:1"]] * 1_000, *[["UID:1", f"RECURRENCE-ID:{number // 12 + 2027}{number % 12 + 1:02}01"] for number in range(1_000)]),
+], ids=["one rule", "sixty events", "rules without end", "rules of days that are excepted", "a count", "dates", "exceptions", "meetings",
+        "copies"])
 def test_a_bomb_stops_at_the_limit(content, monkeypatch):
     """Of what is counted, not of time."""
     monkeypatch.setattr(calendar_days, "LONGEST_READING_S", 1e6)
@@ -71,6 +81,7 @@ def test_a_bomb_needs_little_memory():
     calendar(["SUMMARY" + ';P="a' * 1_000_000]),
     calendar(["SUMMARY" + "\x0b" * 4_000_000]),
     calendar(["\n" * 4_000_000]), calendar(["X\n" * 2_000_000]), calendar(["\0" * 4_000_000]), calendar(["BEGIN:X\n" * 500_000]),
+    calendar(["UID:1", EVERY_DAY.replace("FREQ=YEARLY", "FREQ=YEARLY;COUNT=1500")], *following(20_000)),
     calendar(["BEGIN:X\n" * 9_000 + "END:X\n" * 9_000]), calendar(["DTSTART;TZID=" + "a/" * 2_000_000 + ":20270101T000000"]),
     *(calendar([]).replace(b"BEGIN:VEVENT", (nested * 9_000).encode() + b"BEGIN:VEVENT") for nested in (
         "BEGIN:VTIMEZONE\r\n", "BEGIN:VALARM\r\n", "BEGIN:STANDARD\r\n")),

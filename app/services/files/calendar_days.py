@@ -5,6 +5,7 @@ them, unless a person says otherwise.
 """
 from __future__ import annotations
 
+from bisect import bisect_right
 from calendar import isleap
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -200,19 +201,27 @@ class _Reader:
             first = next((start for start in starts if start.year in validation.YEARS), starts[0])
             self._add(event, [place.span(first)], place.whole, yearly=True)
             return
-        replaced = {place.at(other.replaces).date(): other for other in instead if other.replaces}
-        following = sorted((day, number, other) for number, (day, other) in enumerate(replaced.items()) if other.moves_following)
+        replaced = self._replaced(place, instead)
+        following = sorted(day for day, other in replaced.items() if other.moves_following)
         kept = []
         for start in starts:
             day = start.date()
             if day in without or (day in replaced and not replaced[day].moves_following):
                 continue
-            if moved := [(since, other) for since, _number, other in following if since <= day]:
-                since, other = moved[-1]
-                later[other].add(day - since)
+            if number := bisect_right(following, day):
+                since = following[number - 1]
+                later[replaced[since]].add(day - since)
             else:
                 kept.append(start)
         self._take(event, place, kept)
+
+    def _replaced(self, place: _Place, instead: Sequence[Event]) -> dict[date, Event]:
+        found = {}
+        for event in instead:
+            self._budget.spend()
+            if event.replaces is not None:
+                found[place.at(event.replaces).date()] = event
+        return found
 
     def _moments(self, event: Event, name: str) -> Iterator[Moment]:
         """Those that can be read."""
