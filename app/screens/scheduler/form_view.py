@@ -247,7 +247,7 @@ def kinds(draft: Draft) -> tuple[tuple[str, str], ...]:
 
 
 def _common_every(draft: Draft) -> tuple[Option, ...]:
-    return tuple(Option(n, str(n), selected=n == draft.every) for n in COMMON_MINUTES if draft.unit is Unit.MINUTES)
+    return tuple(Option(n, formats.duration(n * 60), selected=n == draft.every) for n in COMMON_MINUTES if draft.unit is Unit.MINUTES)
 
 
 def _day_chips(draft: Draft) -> tuple[Option, ...]:

@@ -14,6 +14,7 @@ from app.widgets.buttons import CommandButton, MenuChip
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import AlarmBanner, TopBar
 from app.widgets.panel_grid import PanelGrid
+from app.widgets.rest import DOUBLE_TAP
 from app.widgets.rows import OptionRow
 from app.window.key_focus import ARROWS, ENTER, ESCAPE
 from tests.support import home_facts as sample
@@ -226,6 +227,7 @@ def test_escape_leads_back_to_all_robots_where_they_were(container, ui):
         app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)
         ui.key(ESCAPE)                                        # closes what is open first
         assert ui.find_all(HomeWide)
+        ui.advance(DOUBLE_TAP)
         ui.key(ESCAPE)
         assert ui.find_all(FleetPage)
         assert tiles(ui) == before

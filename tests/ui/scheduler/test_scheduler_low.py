@@ -53,11 +53,11 @@ def test_fields_and_lists_of_a_low_window_take_taps(low, screen, container, ui):
     ui.tap(ui.find(Toggle, line))
     settle(screen, ui)
     assert not container.repositories.schedules.get(container.db.read(), number).enabled
-    assert low.vm.listed.rows[0].key == number                # it stays under the finger
+    assert ui.find_all(ScheduleLine)[0].key == number         # it stays under the finger
     ui.tap(ui.find(Segment, text="Timeline"))
     ui.tap(ui.find(Segment, text="Schedules"))
     settle(screen, ui)
-    first = low.vm.listed.rows[0].key
+    first = ui.find_all(ScheduleLine)[0].key
     assert first != number                                    # looked at anew: what is off is at the end
     ui.advance(1)                                             # a tap at once would be meant for the row that stood there
     line = ui.find(ScheduleLine, key=first)

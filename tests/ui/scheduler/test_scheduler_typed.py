@@ -106,8 +106,9 @@ def test_common_minutes_are_one_tap_away(screen, ui):
     kind(screen, ui, "Interval")
     ui.tap(ui.find(Segment, text="minutes"))
     settle(screen, ui)
-    chips = [chip for chip in ui.find_all(ChoiceChip, ui.find(FormCard)) if chip.text.isdecimal()]
-    assert [(chip.text, chip.active) for chip in chips] == [("5", False), ("10", False), ("15", False), ("30", True)]
+    chips = [chip for chip in ui.find_all(ChoiceChip, ui.find(FormCard)) if chip.text.endswith(" min")]
+    assert [(chip.text, chip.active) for chip in chips] == [("5 min", False), ("10 min", False), ("15 min", False), ("30 min", True)]
+    reveal(ui, chips[2])
     ui.tap(chips[2])
     settle(screen, ui)
     assert (screen.plan.form.draft.every, chips[2].active) == (15, True)

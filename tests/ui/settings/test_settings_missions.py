@@ -13,6 +13,7 @@ from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.dialogs import ChoiceDialog, ConfirmDialog
 from app.widgets.display import Notice
 from app.widgets.fields import PickBox, SearchField
+from app.widgets.rest import DOUBLE_TAP
 from app.widgets.rows import OptionRow, SectionRow
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
@@ -246,6 +247,7 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     press(ui, "Cancel", question)
     ui.wait(lambda: app.shell.background.idle)
     assert len(missions(site)) == 2
+    ui.advance(DOUBLE_TAP)
     ui.tap_at(*place)
     press(ui, "Delete", ui.find(ConfirmDialog))
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Home"])
