@@ -151,7 +151,8 @@ class Container:
         self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
                                  engine=self.engine, holds=self.holds, clearing=self.clearing, settings=self.settings,
                                  make_client=self.make_client, parameters=self.parameters,
-                                 leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id))
+                                 leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id),
+                                 answered=self.questions.answered)
         self.check_ups = CheckUps(db, clock=clock, ledger=self.ledger, holds=self.holds, alarms=self.alarms, changes=self.changes,
                                   settings=self.settings, make_client=self.make_client)
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)

@@ -73,6 +73,11 @@ class AlarmRepository:
                             AND acknowledged_at IS NULL AND count = 1 AND abs(julianday(last_at) - julianday(?)) < 60 / 86400.0""",
                          (to_text(now), code, key, to_text(at))).rowcount > 0
 
+    def note_answer(self, c: sqlite3.Connection, key: str, guid: str, answer: str) -> bool:
+        """To the question of a robot with this guid. Returns whether there is such an alarm."""
+        return c.execute("""UPDATE alarms SET details = json_set(details, '$.answer', ?) WHERE code = 'question' AND key = ?
+                            AND json_extract(details, '$.guid') = ?""", (answer, key, guid)).rowcount > 0
+
     def clear_of_robot(self, c: sqlite3.Connection, robot_id: int, now: datetime) -> bool:
         """Its conditions, whatever they are. Returns whether there was something to clear."""
         return c.execute("UPDATE alarms SET cleared_at = ? WHERE key = ? AND cleared_at IS NULL",

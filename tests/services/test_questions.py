@@ -4,6 +4,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.models import Priority
+from app.screens.common.alarms_view import past_entry
 from app.services.live.alarms import alarm_sentence
 from mir_sim.control import COMMANDS
 
@@ -38,6 +39,30 @@ def test_a_question_is_an_alarm_until_it_is_answered(site, machine):
     site.container.operator.answer_prompt(robot.id, prompt.guid, "Yes")
     site.run(40)
     assert active(site) == []
+
+
+def past_notes(site):
+    settings, now = site.container.settings(), site.clock.now()
+    for alarm in questions(site):
+        site.container.alarms.acknowledge(alarm.id)
+    return [past_entry(alarm, settings, now).note for alarm in site.container.alarms.past(10)[0]]
+
+
+def test_the_past_alarm_says_what_was_answered(site, machine):
+    """By the question: one that came in its place was not answered."""
+    site.run(10)
+    ask(machine, LOADED)
+    site.run(40)
+    robot = site.container.catalogue.robots()[0]
+    first = site.container.snapshots.get(robot.id).status.user_prompt
+    site.container.operator.answer_prompt(robot.id, first.guid, "No")
+    site.run(40)
+    assert past_notes(site)[0].endswith(" · answered: No")
+    ask(machine, {**LOADED, "question": "Empty?", "timeout": 60})
+    site.run(120)
+    newest, before = past_notes(site)
+    assert newest.endswith(" · not answered here")
+    assert before.endswith(" · answered: No")
 
 
 def test_another_question_is_said_anew_although_the_first_was_acknowledged(site, machine):

@@ -175,6 +175,8 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = Fa
         times = ngettext("{n} time, last {time}", "{n} times, last {time}", alarm.count) if alarm.last_at else \
             ngettext("{n} time", "{n} times", alarm.count)
         parts.append(times.format(n=alarm.count, time=formats.day_and_time(alarm.last_at, zone, now)))
+    if alarm.code == "question" and is_over(alarm):
+        parts.append(_answered(alarm))
     if advises and not is_past(alarm) and not is_over(alarm) and alarm.code in _ADVICE:
         parts.append(_advice(alarm))
     return " · ".join(parts)
@@ -191,6 +193,12 @@ def _advice(alarm: Alarm) -> str:
     if alarm.code == "wrong_robot" and is_message(found):
         return _("correct the addresses")
     return _ADVICE[alarm.code]()
+
+
+def _answered(alarm: Alarm) -> str:
+    """How a question ended."""
+    answer = alarm.details.get("answer")
+    return _("answered: {answer}").format(answer=answer) if isinstance(answer, str) and answer else _("not answered here")
 
 
 def answers_of(alarm: Alarm) -> list[str]:

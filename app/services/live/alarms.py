@@ -144,6 +144,11 @@ class Alarms:
             self._db.write(lambda c: self._repository.clear(c, code, key, self._clock.now()))
             self._changes.publish(Topic.ALARMS)
 
+    def note_answer(self, key: str, guid: str, answer: str) -> None:
+        """What somebody has answered to the question with this guid, for whoever reads it among the past ones."""
+        if self._db.write(lambda c: self._repository.note_answer(c, key, guid, clipped(answer, LONGEST_DETAIL))):
+            self._changes.publish(Topic.ALARMS)
+
     def withdraw(self, code: str, key: str, at: datetime) -> None:
         """What this event told ``at`` that time, or about then, has turned out not to be so: nobody needs to read it any more, but it stays
         in the list of past ones."""

@@ -22,6 +22,11 @@ class Questions:
         self._asked: dict[int, UserPrompt | None] = {}       # of robots that have been read since the start; None: no question
         changes.subscribe(self._look)
 
+    def answered(self, robot_id: int, guid: str, answer: str) -> None:
+        """The robot has taken an answer that was given here."""
+        with suppress(DatabaseError):
+            self._alarms.note_answer(f"robot:{robot_id}", guid, answer)
+
     def _look(self, topic: Topic, about: int | None) -> None:
         if topic is Topic.SNAPSHOT and about is not None:
             with suppress(DatabaseError):                    # has its own alarm; the next snapshot is looked at again
@@ -39,5 +44,5 @@ class Questions:
         if prompt is None or (before is not None and before.guid != prompt.guid):
             self._alarms.clear(CODE, f"robot:{robot_id}")
         if prompt is not None and (robot := self._robot(robot_id)) is not None:
-            self._alarms.raise_about_robot(CODE, robot, question=prompt.question, answers=list(prompt.options))
+            self._alarms.raise_about_robot(CODE, robot, question=prompt.question, answers=list(prompt.options), guid=prompt.guid)
         self._asked[robot_id] = prompt

@@ -46,10 +46,12 @@ ClientFactory = Callable[[Robot], RobotClient]
 class Operator:
     def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, engine: Engine,
                  holds: Holds, clearing: Clearing, settings: Callable[[], Settings], make_client: ClientFactory,
-                 parameters: MissionParameters, leave_paused: Callable[[int], None]) -> None:
+                 parameters: MissionParameters, leave_paused: Callable[[int], None], answered: Callable[[int, str, str], None]) -> None:
+        """``answered`` is called with robot, question (its guid) and answer that the robot has taken."""
         self._db, self._robots, self._missions = db, robots, missions
         self._ledger, self._clock, self._engine, self._settings, self._make_client = ledger, clock, engine, settings, make_client
         self._holds, self._clearing, self._parameters, self._leave_paused = holds, clearing, parameters, leave_paused
+        self._answered = answered
 
     # ------------------------------------------------------------------ missions
     def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
@@ -233,6 +235,7 @@ class Operator:
     def answer_prompt(self, robot_id: int, guid: str, answer: str) -> None:
         with self._client(robot_id, f"its question is answered with {answer!r}") as client:
             client.answer_prompt(guid, answer)
+        self._answered(robot_id, guid, answer)
         self._engine.poll(robot_id)
 
     def _set_state(self, robot_id: int, state: RobotState) -> None:
