@@ -11,7 +11,7 @@ from app.database.settings import SettingsRepository
 from app.domain.models import DayException, InvalidInput
 from app.services.catalogue.edit import Edit
 from app.services.files import ics
-from app.services.files.calendar_days import FoundDays, LeftOut, read_days
+from app.services.files.calendar_days import Found, FoundDays, LeftOut, read_days
 from app.services.files.exports import DataFiles
 from app.services.files.reading import read_file
 
@@ -44,12 +44,8 @@ class CalendarFiles(DataFiles):
         except ics.TooMuch:
             raise InvalidInput("path", "{path} holds too much for a calendar of closed days: export those alone, and not for many years",
                                path=source) from None
-        if not found.events and found.left_out.get(LeftOut.ENDLESS):
-            raise InvalidInput("path", "{path} has no days to take: what repeats is taken where it comes every year, or ends", path=source)
-        if not found.events and found.left_out:
-            raise InvalidInput("path", "{path} has no days to take that can be read", path=source)
         if not found.events:
-            raise InvalidInput("path", "{path} has no days to take", path=source)
+            raise _nothing_in(found, source)
         there = set(map(_identity, CalendarRepository().all(c)))
         new = [FoundDays(tuple(replace(day, source=source.name) for day in event.days if _identity(day) not in there), event.whole)
                for event in found.events]
@@ -64,6 +60,16 @@ class CalendarFiles(DataFiles):
             there = set(map(_identity, edit.days.all(edit.c)))
             return edit.save_days([day for day in days if _identity(day) not in there])
         return self._catalogue.edit_rehearsed(add)
+
+
+def _nothing_in(found: Found, path: Path) -> InvalidInput:
+    if not found.is_whole:
+        return InvalidInput("path", "{path} ends in the middle, before any days: copy it again", path=path)
+    if found.left_out.get(LeftOut.ENDLESS):
+        return InvalidInput("path", "{path} has no days to take: what repeats is taken where it comes every year, or ends", path=path)
+    if found.left_out:
+        return InvalidInput("path", "{path} has no days to take that can be read", path=path)
+    return InvalidInput("path", "{path} has no days to take", path=path)
 
 
 def _identity(day: DayException) -> DayException:

@@ -92,7 +92,7 @@ def test_a_path_that_cannot_be_is_one_sentence(files, path, sentence):
 
 
 def test_a_failed_export_leaves_nothing_behind(files, tmp_path, monkeypatch):
-    def full(_connection, file):
+    def full(_connection, file, **_options):
         file.write("half a")
         raise OSError(28, "No space left on device")
     monkeypatch.setattr(data_files, "write_history", full)
