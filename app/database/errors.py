@@ -1,6 +1,8 @@
 """What can go wrong with the database, each with one English sentence that says what and how to mend it."""
 from __future__ import annotations
 
+import errno
+import os
 import shlex
 import sqlite3
 from pathlib import Path
@@ -70,6 +72,17 @@ def translated(error: BaseException, path: Path) -> BaseException:
     code = primary_code(error)
     if code in _DAMAGE:
         return DatabaseDamaged(path, str(error))
+    if code == sqlite3.SQLITE_CANTOPEN and _are_too_many_files_open():
+        return DatabaseUnavailable("{path} can't be opened because too many files are open: raise the limit (ulimit -n) and start the "
+                                   "app again", path=path)
     if msgid := SENTENCES.get(code):
         return DatabaseUnavailable(msgid, path=path)
     return error
+
+
+def _are_too_many_files_open() -> bool:
+    try:
+        os.close(os.open(os.devnull, os.O_RDONLY))
+    except OSError as error:
+        return error.errno in (errno.EMFILE, errno.ENFILE)
+    return False

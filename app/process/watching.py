@@ -17,12 +17,14 @@ Details = Mapping[str, Any]
 
 
 def watch(container: Container, lock: InstanceLock) -> None:
-    """Begin to. Both are alarms as long as they last."""
+    """Begin to, before there are none left to open. Both are alarms as long as they last."""
     robots = CachedUntilChanged(lambda: sum(robot.enabled for robot in container.catalogue.robots()), container.changes, Topic.ROBOTS)
-    container.engine.add_chore("Watching the lock", _while_it_lasts(
-        container.alarms, "lock_lost", lambda: None if lock.is_in_place else {"path": str(lock.path)}))
-    container.engine.add_chore("Counting open files", _while_it_lasts(
-        container.alarms, "too_few_files", lambda: too_few_files(robots(), most_open_files())))
+    for name, code, look in (
+            ("Watching the lock", "lock_lost", lambda: None if lock.is_in_place else {"path": str(lock.path)}),
+            ("Counting open files", "too_few_files", lambda: too_few_files(robots(), most_open_files()))):
+        chore = _while_it_lasts(container.alarms, code, look)
+        chore()
+        container.engine.add_chore(name, chore)
 
 
 def _while_it_lasts(alarms: Alarms, code: str, look: Callable[[], Details | None]) -> Callable[[], None]:

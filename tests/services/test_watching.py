@@ -1,6 +1,7 @@
 """What the app says of its own process: a lock that protects no more, and fewer open files than its robots need."""
 from __future__ import annotations
 
+import resource
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from app.database.connection import Database, DatabaseUnavailable
 from app.process.lock import InstanceLock
 from app.process.watching import too_few_files
 from tests.support.process import PATIENCE, ROOT, command, configuration_of, environment, prepared, running, wait_for
@@ -78,3 +80,15 @@ def test_where_that_is_too_few_an_alarm_says_so(tmp_path):
     with limited(tmp_path / "data", "ulimit -n 140"):
         wait_for(lambda: "alarm: 20 robots need about 160 open files and connections, and the system allows 140: starts may not be sent"
                  in (tmp_path / "data" / LOG).read_text(), what="the alarm")
+
+
+def test_a_database_that_can_not_be_opened_for_that_reason_says_so(tmp_path):
+    db = Database.open(tmp_path / "amr-scheduler.db")
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (0, hard))
+    try:
+        with pytest.raises(DatabaseUnavailable, match="can't be opened because too many files are open: raise the limit"):
+            db.read()
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+        db.close()
