@@ -24,7 +24,7 @@ from app.database.settings import SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, Settings
 from app.domain.robot import MissionParameter
-from app.services.catalogue import parameter_check
+from app.services.catalogue import parameter_check, validation
 from app.services.catalogue.edit import Edit
 from app.services.catalogue.undo import Removed, Switched, Uses, restore, switch_back, wait_again
 from app.services.live.changes import Changes
@@ -216,13 +216,12 @@ class Catalogue:
     def save_schedule(self, schedule: Schedule) -> Schedule:
         """Add (id 0) or change a schedule; a blank name becomes "<mission> on <robot>". Parameters are judged by what is known of the
         mission: who may ask robots does so before."""
-        def work(edit: Edit) -> Schedule:
-            before = edit.the_schedule(schedule.id) if schedule.id else None
-            saved = edit.save_schedule(schedule)
-            if parameter_check.is_given_anew(saved, before):
-                _raise(parameter_check.of_schedule(edit, saved, self.known_parameters))
-            return saved
-        return self.edit(work)
+        c = self._db.read()
+        before = self._schedules.get(c, schedule.id) if schedule.id else None
+        given = validation.parameters(schedule.parameters)
+        if self.parameters is not None and parameter_check.is_given_anew(replace(schedule, parameters=given), before):
+            _raise(parameter_check.Runners(c).check(schedule, self.known_parameters))
+        return self.edit(lambda edit: edit.save_schedule(schedule))
 
     def set_schedule_enabled(self, schedule_id: int, enabled: bool) -> Schedule:
         """Switch it on or off; what waits of it is cancelled."""

@@ -1,10 +1,14 @@
 """Whether the robots that are to run a mission take the parameters that it is given, as they have said themselves."""
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from app.domain.models import IdleRule, InvalidInput, Mission, Robot, Schedule
+from app.database.groups import GroupRepository
+from app.database.missions import MissionRepository
+from app.database.robots import RobotRepository
+from app.domain.models import IdleRule, InvalidInput, Robot, Schedule
 from app.domain.parameters import missing, values_for
 from app.domain.robot import MissionParameter
 from app.services.catalogue.transaction import Transaction
@@ -20,10 +24,30 @@ class Checked(NamedTuple):
     to_ask: Sequence[tuple[Robot, str]] = ()
 
 
-def of_schedule(edit: Transaction, schedule: Schedule, known: Known) -> Checked:
-    """Of a group one robot that takes it is enough: each has positions of its own."""
-    mission = edit.the_mission(schedule.mission_id)
-    return _checked(mission.name, schedule.parameters, _robots(edit, schedule, mission), known)
+class Runners:
+    """Which robots may get the starts of schedules, as all that is configured is at one moment."""
+
+    def __init__(self, c: sqlite3.Connection) -> None:
+        self._robots = {robot.id: robot for robot in RobotRepository().all(c)}
+        self._members = {group.id: group.members for group in GroupRepository().all(c)}
+        missions = MissionRepository().all(c)
+        self._names = {mission.id: mission.name for mission in missions}
+        self._guids = {(mission.name, mission.robot_id): mission.guid for mission in missions}
+        self._found: dict[tuple[int, int | None, int | None], list[tuple[Robot, str]]] = {}
+
+    def check(self, schedule: Schedule, known: Known) -> Checked:
+        """Of a group one robot that takes it is enough: each has positions of its own."""
+        return check(self._names.get(schedule.mission_id, ""), schedule.parameters, self._of(schedule), known)
+
+    def _of(self, schedule: Schedule) -> list[tuple[Robot, str]]:
+        """Those that are switched on, each with the mission's guid there."""
+        key = schedule.mission_id, schedule.robot_id, schedule.group_id
+        if key not in self._found:
+            name = self._names.get(schedule.mission_id, "")
+            members = self._members.get(schedule.group_id or 0, ()) if schedule.robot_id is None else (schedule.robot_id,)
+            guids = ((each, self._guids.get((name, each)) or self._guids.get((name, None))) for each in members)
+            self._found[key] = [(robot, guid) for each, guid in guids if guid and (robot := self._robots.get(each)) and robot.enabled]
+        return self._found[key]
 
 
 def of_idle_rule(edit: Transaction, robot: Robot, rule: IdleRule, known: Known) -> Checked:
@@ -35,11 +59,6 @@ def of_idle_rule(edit: Transaction, robot: Robot, rule: IdleRule, known: Known) 
     problem = None if parameters is None else InvalidInput(
         "mission", "{mission} asks for {values}, which only a schedule or Run now can give", mission=mission.name, values=", ".join(asked))
     return Checked(problem, [(robot, mission.guid)])
-
-
-def of_start(mission: str, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]], known: Known) -> Checked:
-    """Of a mission that is to be run now on one of these robots, each with its guid there."""
-    return _checked(mission, given, robots, known)
 
 
 def is_given_anew(schedule: Schedule, before: Schedule | None) -> bool:
@@ -56,15 +75,8 @@ def _given(schedule: Schedule) -> tuple[object, ...]:
     return schedule.mission_id, schedule.robot_id, schedule.group_id, dict(schedule.parameters)
 
 
-def _robots(edit: Transaction, schedule: Schedule, mission: Mission) -> list[tuple[Robot, str]]:
-    """Those that are switched on, each with the mission's guid there."""
-    target = edit.target_of(schedule)
-    members = [target] if isinstance(target, Robot) else [edit.the_robot(member) for member in target.members]
-    meant = ((robot, edit.missions.for_robot(edit.c, mission.name, robot.id)) for robot in members if robot.enabled)
-    return [(robot, there.guid) for robot, there in meant if there is not None]
-
-
-def _checked(mission: str, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]], known: Known) -> Checked:
+def check(mission: str, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]], known: Known) -> Checked:
+    """Of a mission of that name that one of these robots is to run, each with its guid there."""
     problem: InvalidInput | None = None
     for robot, guid in robots:
         if (parameters := known(robot, guid)) is None:

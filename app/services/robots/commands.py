@@ -28,7 +28,7 @@ from app.mir.errors import Delivery, RobotError
 from app.mir.fingerprint import presented_fingerprint
 from app.services.allocation.belief import HIGH
 from app.services.catalogue import validation
-from app.services.catalogue.parameter_check import Checked, of_start
+from app.services.catalogue.parameter_check import Checked, check
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.moves import Move
@@ -81,7 +81,7 @@ class Operator:
         """By what these robots have said of the mission; they are asked where they have not, or would not take it. What can't be found out
         now is found out when it is sent. Raises InvalidInput."""
         def checked() -> Checked:
-            return of_start(mission.name, given, robots, lambda robot, guid: self._parameters.known(robot.id, guid))
+            return check(mission.name, given, robots, lambda robot, guid: self._parameters.known(robot.id, guid))
 
         first = checked()
         if not first.to_ask:

@@ -29,11 +29,15 @@ class AskedRobots:
         self._said = Said()
         self._robots: dict[int, Robot] = {}              # those that were asked, as they are in the file
         self._asked: set[tuple[int, str]] = set()
+        self._known: dict[tuple[int, str], Sequence[MissionParameter] | None] = {}       # until more is said
         self._until = 0.0
 
     def known(self, robot: Robot, guid: str) -> Sequence[MissionParameter] | None:
-        said = self._said.get((robot.id, guid))
-        return said if said is not None else self._catalogue.known_parameters(robot, guid)
+        key = robot.id, guid
+        if key not in self._known:
+            said = self._said.get(key)
+            self._known[key] = said if said is not None else self._catalogue.known_parameters(robot, guid)
+        return self._known[key]
 
     def judge(self, doubts: Sequence[tuple[Item, Checked]]) -> None:
         """Raises InvalidInput for the first that a robot refuses, MoreToAsk where another answer may change that."""
@@ -49,6 +53,7 @@ class AskedRobots:
                 raise at(f"{item.path}.{checked.problem.field}", checked.problem)
 
     def ask(self, more: MoreToAsk) -> None:
+        self._known.clear()
         self._until = self._until or time.monotonic() + ANSWERED_WITHIN
         self._robots |= {robot.id: robot for robot, _guids in more.wanted}
         self._asked |= {(robot.id, guid) for robot, guids in more.wanted for guid in guids}

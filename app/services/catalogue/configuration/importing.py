@@ -77,7 +77,8 @@ def stops_a_robot(line: Message) -> bool:
 class _Import:
     def __init__(self, edit: Edit, document: Document, asked: AskedRobots) -> None:
         self._edit, self._document, self._asked = edit, document, asked
-        self._doubts: list[tuple[Item, Checked]] = []        # parameters that a robot has to be asked about, or refuses
+        self._given_anew: list[tuple[Item, Schedule]] = []   # whose parameters are to be judged
+        self._idle: list[tuple[Item, Checked]] = []
         self._unnamed: dict[tuple[str, int], Unnamed] = {}
         self._place_ids: dict[str, int] = {}
 
@@ -100,10 +101,11 @@ class _Import:
             with _placed(item):
                 mission_lines += self._mission(item)
         for item in self._document.robots:
-            self._idle(item)
+            self._idle_rule(item)
         schedule_lines = self._schedules(self._document.schedules)
         self._check_room()
-        self._asked.judge(self._doubts)
+        runners = parameter_check.Runners(self._edit.c)
+        self._asked.judge([*self._idle, *((item, runners.check(schedule, self._asked.known)) for item, schedule in self._given_anew)])
         robot_lines = [line for item in self._document.robots for line in self._robot_line(item, before[item.path])]
         return [*setting_lines, *robot_lines, *group_lines, *place_lines, *mission_lines, *schedule_lines]
 
@@ -192,7 +194,7 @@ class _Import:
                 raise InvalidInput("address", "{name} has the address of {robot}, which is configured already; if it is the same one, "
                                    "write {robot} in the file", name=robot.name, robot=other.name) from problem
 
-    def _idle(self, item: Item) -> None:
+    def _idle_rule(self, item: Item) -> None:
         if "idle" not in item.values:
             return
         robot = self._robot_named(item.values["name"], f"{item.path}.name")
@@ -210,7 +212,7 @@ class _Import:
             rule = replace(rule, **{key: given[key] for key in ("after_minutes", "enabled") if key in given})
             saved = self._edit.set_idle_rule(robot.id, rule)
         if parameter_check.is_mission_new(rule, robot.idle):
-            self._doubts.append((Item(path, given), parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known)))
+            self._idle.append((Item(path, given), parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known)))
 
     def _robot_line(self, item: Item, before: Robot | None) -> Iterator[Message]:
         after = self._robot_named(item.values["name"], item.path)
@@ -320,7 +322,7 @@ class _Import:
         else:
             saved = self._edit.save_schedule(replace(stored, **values))
         if parameter_check.is_given_anew(saved, stored):
-            self._doubts.append((item, parameter_check.of_schedule(self._edit, saved, self._asked.known)))
+            self._given_anew.append((item, saved))
         if stored is None:
             yield message("schedule {name} added", name=saved.name)
         elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
