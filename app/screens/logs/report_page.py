@@ -14,7 +14,7 @@ from app.screens.common.alarms_view import alarm_text
 from app.screens.common.given import NOTHING_KNOWN, Given
 from app.screens.common.name_order import by_name
 from app.screens.common.printed import NO_BREAK, document, table, unbroken
-from app.screens.logs.kpi_view import with_interval
+from app.screens.logs.kpi_view import Explanation, FactLine, with_interval
 from app.screens.logs.more_view import cause_text
 from app.screens.logs.robot_states import word
 from app.services.history import group_kpi
@@ -30,6 +30,26 @@ def page(report: ShiftReport, given: Given = NOTHING_KNOWN) -> str:
     parts = [_head(report, title), _figures(report), pair, _robots(report), _runs(report, given), _alarms(report),
              f'<p class="quiet ends">{escape(_explained())}</p>']
     return document(f"{title} {_period(report)}", parts)
+
+
+def on_screen(report: ShiftReport, given: Given = NOTHING_KNOWN) -> Explanation:
+    """The same in short, where nobody can open a file: the figures, robots, runs that were not completed, and alarms."""
+    zone, at = report.settings.timezone, report.made_at
+    robots = [FactLine(robot.robot, formats.percent(None if robot.utilisation is None else robot.utilisation * 100),
+                       " · ".join(f"{label} {number}" for label, number in (
+                           (_("Completed"), robot.completed), (execution_appearance.word(State.FAILED), robot.failed),
+                           (_("Cancelled"), robot.cancelled)) if number)) for robot in by_name(report.thesis.robots, "robot")]
+    runs = [FactLine(given.run(run), execution_appearance.word(run.state), " · ".join(filter(None, (
+        formats.day_and_time(run.planned_at, zone, at), run.robot, sentence(run.reason, zone, _) if run.reason else ""))))
+        for run in report.runs]
+    more_runs = ngettext("and {n} more in the log", "and {n} more in the log", report.more_runs).format(n=report.more_runs)
+    more_alarms = ngettext("and {n} more", "and {n} more", report.more_alarms).format(n=report.more_alarms)
+    alarms = [FactLine(alarm_text(alarm, report.settings, at), formats.day_and_time(alarm.raised_at, zone, at), alarm.note)
+              for alarm in report.alarms]
+    lines = [*(FactLine(*figure) for figure in _key_figures(report)), *robots, *runs,
+             *([FactLine(more_runs, "")] if report.more_runs > 0 else []), *alarms,
+             *([FactLine(more_alarms, "")] if report.more_alarms else [])]
+    return Explanation(_("Shift report"), f"{_period(report)} · {_whose(report)}", tuple(lines))
 
 
 def _explained() -> str:
@@ -61,10 +81,11 @@ def _head(report: ShiftReport, title: str) -> str:
             f'<p class="quiet">{escape(made)}</p></div>')
 
 
-def _figures(report: ShiftReport) -> str:
+def _key_figures(report: ShiftReport) -> Sequence[tuple[str, str, str]]:
+    """Label, value, and of what."""
     thesis, adherence, delays = report.thesis, report.adherence, report.delays
     tried = thesis.completed + thesis.failed
-    shown = [
+    return [
         (_("Success rate"), _share(thesis.success_rate), with_interval(
             ngettext("{completed} of {n} ended run", "{completed} of {n} ended runs", tried).format(completed=thesis.completed, n=tried),
             thesis.completed, tried)),
@@ -77,9 +98,13 @@ def _figures(report: ShiftReport) -> str:
          _("nine of ten within {duration}").format(duration=formats.duration(delays.p90_s))),
         (_("On missions"), formats.rough_duration(thesis.mission_s), ngettext("{n} robot", "{n} robots", len(thesis.robots)).format(
             n=len(thesis.robots)))]
+
+
+def _figures(report: ShiftReport) -> str:
     return '<section class="figures">\n' + "\n".join(
         f'<div class="figure"><small>{escape(label)}</small><b>{escape(value)}</b>'
-        f'<span class="quiet">{escape(unbroken(note))}</span></div>' for label, value, note in shown) + "\n</section>" + "".join(
+        f'<span class="quiet">{escape(unbroken(note))}</span></div>'
+        for label, value, note in _key_figures(report)) + "\n</section>" + "".join(
             f'\n<p class="quiet">{escape(unbroken(group_kpi.line(group, _)))}</p>' for group in report.groups)
 
 

@@ -31,6 +31,7 @@ from app.services.history.shift_report import ReportPeriod, ShiftReport
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.figures import FigureDialog
+from app.widgets.snackbar import Message
 
 T = TypeVar("T")
 
@@ -393,15 +394,19 @@ class LogsViewModel(ViewModel):
                 return services.shift_reports.make(ReportPeriod(key), robot_id)
             return services.shift_reports.make(ReportPeriod(key), group=group.name, members=group.members)
 
+        def work(key: str, directory: Path) -> tuple[ShiftReport, Path]:
+            report = make(key)
+            return report, services.log_files.write_page(report_page.page(report, given), directory)
+
         def write(key: str, directory: Path) -> None:
-            self._write("reporting", lambda: services.log_files.write_page(report_page.page(make(key), given), directory),
-                        lambda path: _("Report written to {path}").format(path=path))
+            self._write("reporting", partial(work, key, directory), lambda done: _("Report written to {path}").format(path=done[1]),
+                        lambda done: self._open_explanation(report_page.on_screen(done[0], given)))
 
         self._shell.dialogs.choose(_("Shift report, {robot}").format(robot=robot), view.report_options(),
                                    lambda key: self._to_place(partial(write, key)))
 
-    def _write(self, busy: str, work: Callable[[], T], text: Callable[[T], str]) -> None:
-        """Write a file and say where it is; the property ``busy`` is True meanwhile."""
+    def _write(self, busy: str, work: Callable[[], T], text: Callable[[T], str], show: Callable[[T], object] | None = None) -> None:
+        """Write a file and say where it is, with a button to ``show`` what is in it; the property ``busy`` is True meanwhile."""
         if getattr(self, busy) or self._presses.is_same(busy):
             return
         setattr(self, busy, True)
@@ -409,7 +414,8 @@ class LogsViewModel(ViewModel):
         def written(result: T) -> None:
             setattr(self, busy, False)
             self._presses.rest(busy)
-            self._shell.snackbars.show(text(result), icon="file-check-outline", seconds=PATH_SHOWN_S)
+            self._shell.snackbars.post(Message(text(result), "file-check-outline", _("Show") if show else "",
+                                               partial(show, result) if show else None, seconds=PATH_SHOWN_S))
 
         def failed(problem: BaseException) -> None:
             setattr(self, busy, False)

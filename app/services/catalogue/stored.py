@@ -202,7 +202,8 @@ def _executions(c: sqlite3.Connection) -> None:
     _check_objects(*itertools.chain.from_iterable((each.parameters, each.wait_details, each.choice, each.tried) for each in found))
     for robot_id, tried in itertools.chain.from_iterable(each.tried.items() for each in found):
         _check_objects(tried)
-        instants = [datetime.fromisoformat(tried[name]) for name in ("at", "until")]
+        names = ("until",) if tried.get("is_for_good") else ("at", "until")
+        instants = [datetime.fromisoformat(tried[name]) for name in names]
         _require(robot_id.isdigit() and all(instant.tzinfo is not None for instant in instants), f"tried {robot_id}")
         _require(isinstance(tried.get("tries", 0), int) and isinstance(tried.get("floor", 0), int | None), f"tried {robot_id}")
 

@@ -108,6 +108,10 @@ def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatc
     assert "Aino" in page
     assert "Veikko" not in page
     assert not screen.logs.reporting
+    tap(screen, ui, ui.find(root=ui.find(Snackbar), text="Show"))                  # a kiosk has nothing to open a page with
+    shown = ui.find(FigureDialog)
+    assert (shown.title, words in shown.text.replace(" · Aino", ""), shown.rows[0].label) == ("Shift report", True, "Success rate")
+    assert "Aino" in [row.label for row in shown.rows]
 
 
 def test_a_report_that_cannot_be_written_says_why_in_one_sentence(screen, ui, monkeypatch):

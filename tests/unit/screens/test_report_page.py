@@ -68,6 +68,16 @@ def test_its_figures_are_those_of_the_kpi_service(container, period, robot_id):
         assert robot.robot in texts
 
 
+def test_on_the_screen_it_has_the_same_figures_robots_and_runs(container):
+    report = ShiftReports(container.db, container.clock).make(ReportPeriod.WEEK)
+    shown = report_page.on_screen(report)
+    lines = {line.label: line for line in shown.lines}
+    assert f"{report.thesis.completed} of {report.thesis.completed + report.thesis.failed} ended runs" in lines["Success rate"].note
+    assert {robot.robot for robot in report.thesis.robots} <= lines.keys()
+    assert {run.mission for run in report.runs} <= lines.keys()
+    assert f"and {report.more_runs} more in the log" in lines or not report.more_runs
+
+
 def test_of_eight_hours_a_robot_is_seen_for_eight_hours_at_most(container):
     """The observed time is kept by whole days; a shift uses the spans."""
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.SHIFT)
