@@ -12,6 +12,8 @@ from functools import lru_cache
 from typing import Protocol
 from zoneinfo import ZoneInfo, available_timezones
 
+EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)        # before that there was no app: a clock that shows such a time is wrong
+
 
 class Clock(Protocol):
     """Wall-clock time for people and plans, monotonic time for waits and ages (the wall clock may be set at any moment)."""

@@ -36,8 +36,8 @@ class Machine:
         put(self.root, path, content)
         return self
 
-    def zone(self, *, windows: WindowsZone | None = None, **environ: str) -> TabletZone:
-        return tablet_zone(self.root, environ, lambda: windows, NOW)
+    def zone(self, *, windows: WindowsZone | None = None, now: datetime = NOW, **environ: str) -> TabletZone:
+        return tablet_zone(self.root, environ, lambda: windows, now)
 
 
 @pytest.fixture
@@ -103,6 +103,13 @@ def test_the_note_tells_zones_apart_that_equal_a_copy(machine, note, is_certain)
     zone = machine.zone()
     assert zone.is_certain is is_certain
     assert zone.name == (note.split()[-1] if is_certain else "Europe/Helsinki")
+
+
+def test_a_clock_that_was_never_set_makes_no_difference(machine):
+    machine.file(LOCALTIME, zone_file("Asia/Tokyo"))
+    never_set = datetime(1970, 1, 1, tzinfo=UTC)
+    assert machine.zone(now=never_set) == TabletZone("Asia/Tokyo", LOCALTIME, True)
+    assert machine.zone(now=never_set, TZ=RULE, LANG="fi_FI").name == "Europe/Helsinki"
 
 
 @pytest.mark.parametrize("content", ["", "garbage", b"TZif", b"TZif2" + bytes(200)])

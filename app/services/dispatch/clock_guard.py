@@ -9,12 +9,12 @@ import logging
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 
 from app.database.connection import Database
 from app.database.settings import CLOCK_CONFIRMED_AT, UNPROVEN_TIME, SettingsRepository
 from app.database.values import to_instant, to_optional_instant, to_text
-from app.domain.clock import Clock, ClockReading
+from app.domain.clock import EARLIEST, Clock, ClockReading
 from app.domain.message import Message, message
 from app.services.dispatch.timing import CLOCKS_AGREE, FIRST_DOUBT, REPORTED_STEP
 from app.services.live.alarms import Alarms
@@ -25,7 +25,6 @@ log = logging.getLogger(__name__)
 
 BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
 HEARD_AGAIN = 3600.0                    # s without a difference after which the clock of an overruled robot counts again
-EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)        # before that there was no app: a clock that shows such a time is wrong
 LONGEST_SLEEP = timedelta(days=1)       # a clock that nothing has proven right and that moves further ahead was set
 CONFIRMED = "confirmed_clock_offsets"   # name of the setting: what the robots' clocks differed by when a person said that this one is right
 CONFIRMATION_LASTS = timedelta(days=1)           # until an app is started to which it is said

@@ -66,7 +66,7 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "too_few_files": (Priority.HIGH, "{robots} robots need about {needed} open files and connections, and the system allows {allowed}: "
                                      "starts may not be sent"),
     "pin_guessed": (Priority.HIGH, "Somebody is guessing the PIN of Settings: {tries} wrong ones in a row, or more"),
-    "zone_guessed": (Priority.HIGH, "It is not certain which time zone this tablet has: times are those of {zone} until one is chosen"),
+    "zone_guessed": (Priority.MEDIUM, "It is not certain which time zone this tablet has: times are those of {zone} until one is chosen"),
     "zone_unknown": (Priority.MEDIUM, "{schedule} was switched off: its time zone {zone} is not known here"),
     "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
 })

@@ -19,7 +19,7 @@ from itertools import chain, pairwise
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
-from app.domain.clock import zone_names
+from app.domain.clock import EARLIEST, zone_names
 
 LOCALTIME, NOTE = "/etc/localtime", "/etc/timezone"
 DIRECTORY = "/usr/share/zoneinfo"
@@ -72,7 +72,7 @@ def read_registry() -> WindowsZone | None:
 def tablet_zone(root: Path = Path("/"), environ: Mapping[str, str] = os.environ,
                 registry: Callable[[], WindowsZone | None] = read_registry, now: datetime | None = None) -> TabletZone:
     """The zone of the machine whose files are below ``root``. Raises nothing."""
-    finder = _Finder(root, _country(environ), now or datetime.now(UTC))
+    finder = _Finder(root, _country(environ), max(EARLIEST, now or datetime.now(UTC)))
     variable, windows = environ.get("TZ", "").strip().removeprefix(":"), registry()
     if variable and (found := finder.of_variable(variable)):
         return found
