@@ -11,6 +11,7 @@ from typing import Any
 from kivy.factory import Factory
 
 from app.database.errors import DatabaseDamaged
+from app.domain.clock import zone_names
 from app.domain.message import message, render
 from app.domain.models import Alarm, Priority, Robot, RobotSnapshot, Settings, State, Wait
 from app.domain.reasons import to_store
@@ -26,7 +27,7 @@ from app.screens.common.view_model import Navigator
 from app.screens.frame import controller as frame_controller
 from app.screens.frame.alarm_list import LateStartsDialog
 from app.screens.frame.facts import OpenIssues
-from app.screens.frame.view import banner, open_issues, robot_option, top_bar
+from app.screens.frame.view import banner, open_issues, robot_option, top_bar, zone_asked
 from app.screens.home.facts import HomeFacts
 from app.screens.home.run_dialog import RunDialog
 from app.screens.home.screen import HomeScreen
@@ -246,6 +247,14 @@ def robot_picker(studio: Any) -> Any:
     facts = sample.FACTS
     options = [robot_option(robot, facts.snapshots[robot.id], facts.settings, sample.NOW) for robot in facts.robots]
     return studio.dialogs.choose(_("Robot"), options, lambda _key: None, selected=1)
+
+
+@picture("time-zone-asked", sizes=BOTH)
+def time_zone_asked(studio: Any) -> Any:
+    """At the first start, where it isn't certain which one the tablet has."""
+    home(studio, sample.FACTS)
+    title, options = zone_asked(zone_names(), "Europe/Helsinki", sample.NOW)
+    return studio.dialogs.choose(title, options, lambda _key: None)
 
 
 @picture("mission-picker", sizes=(LANDSCAPE,))

@@ -21,11 +21,10 @@ from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of, help_rank
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
-from app.screens.common.zones import zone_options
 from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
 from app.screens.frame.facts import FrameFacts, FrameServices, read
 from app.screens.frame.sounding import Sounding
-from app.screens.frame.view import BannerView, BarView, banner, open_issues, picker_title, robot_option, top_bar, whose_plan
+from app.screens.frame.view import BannerView, BarView, banner, open_issues, picker_title, robot_option, top_bar, whose_plan, zone_asked
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.dialogs import ChoiceDialog
@@ -259,11 +258,10 @@ class FrameController:
         self._shell.background.run(work, done, self._shell.say_problem)
 
     def _ask_zone(self) -> None:
-        """The guess is on top, and the time there: a look at a clock tells whether it is right."""
         self._zone_is_asked = True
-        guess, now = self._facts.issues.guessed_zone, self._services.clock.now()
-        self._shell.dialogs.choose(_("Which time zone is this tablet in?"), zone_options(zone_names(), now, guess),
-                                   lambda zone: self._work(lambda: self._services.catalogue.change_settings(timezone=zone)))
+        question, options = zone_asked(zone_names(), self._facts.issues.guessed_zone, self._services.clock.now())
+        self._shell.dialogs.choose(question, options, lambda zone: self._work(
+            lambda: self._services.catalogue.change_settings(timezone=zone)))
 
     def _decide(self, moves_here: bool) -> None:
         tablet = self._services.tablet

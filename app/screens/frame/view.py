@@ -1,7 +1,7 @@
 """What is always there, in words: the selected robot in the top bar, and the banner with the most serious alarm or hold. Pure."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
@@ -29,6 +29,7 @@ from app.screens.common.holding import HAND, hold_at, state_and_hold
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import battery_appearance, is_old, link_appearance, state_appearance
 from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, group_of, help_words, look_of
+from app.screens.common.zones import zone_options
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.sounding import is_overdue
 from app.services.live.holds import Hold
@@ -198,6 +199,11 @@ def _copy(hold: Hold) -> BannerView:
     reason = _(hold.reason)
     return BannerView(_("Nothing is sent from this tablet"), reason[:1].upper() + reason[1:], "attention", "tablet-dashboard", "",
                       _("Decide"), Act.WHOSE_PLAN)
+
+
+def zone_asked(names: Iterable[str], guess: str, now: datetime) -> tuple[str, list[Option]]:
+    """The question and its answers, the guess on top: the time there tells whether it is right."""
+    return _("Which time zone is this tablet in?"), zone_options(names, now, guess)
 
 
 def whose_plan() -> list[Option]:
