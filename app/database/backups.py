@@ -18,7 +18,7 @@ from app.database.errors import DatabaseRefused, DatabaseUnavailable, primary_co
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 from app.database.schema_groups import RECOUNT
 from app.database.settings import WRONG_PINS, SettingsRepository
-from app.database.soundness import problem_in_history
+from app.database.soundness import LARGEST, problem_in_backup
 from app.database.sqlite import configured
 from app.database.values import to_text
 from app.domain.message import Message, message, message_of_system
@@ -96,7 +96,7 @@ def problem_of(backup: Path, any_version: bool = False, check: Check | None = No
             if check is None:
                 return None
             with contextlib.closing(_rows_of(connection, version)) as rows:
-                return check(rows) or problem_in_history(connection)
+                return check(rows) or problem_in_backup(connection)
     except OSError as error:
         return message_of_system(error)
     except sqlite3.Error as error:
@@ -252,6 +252,6 @@ def _wrong_pins(database: Path) -> int:
     is_whole = not files.size_of(files.beside_of(database, "-wal"))        # then nothing has to be created beside it
     try:
         with contextlib.closing(sqlite3.connect(f"{database.as_uri()}?mode=ro{'&immutable=1' * is_whole}", uri=True)) as connection:
-            return int(SettingsRepository().get(configured(connection), WRONG_PINS, 0))
-    except (sqlite3.Error, ValueError, TypeError):
+            return min(int(SettingsRepository().get(configured(connection), WRONG_PINS, 0)), LARGEST)
+    except (sqlite3.Error, ValueError, TypeError, OverflowError):
         return 0

@@ -9,7 +9,8 @@ from app.database.values import to_instant
 from app.domain.activity import ACTIVITIES
 from app.domain.message import Message, message
 
-LARGEST = 2**53              # of every number, either way: exact as a float too, and far from where adding to it fails
+LARGEST = 2**53              # of every number of a backup, either way: exact as a float too
+FULL = 2**62                 # of those in use, which have grown since: still far from where adding fails
 YEARS = range(1970, 9000)    # of instants: far from where adding to one fails
 _INSTANT = len("2026-11-23T04:30:00.000000Z")
 
@@ -23,24 +24,24 @@ def tables(c: sqlite3.Connection) -> list[str]:
     return [name for (name,) in c.execute("SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite%' ORDER BY name")]
 
 
-def wrong_number(c: sqlite3.Connection, table: str, rows: str = "") -> str | None:
-    """The first column that has a number beyond LARGEST, with it. ``rows``: which, as a WHERE clause; all. Tables are STRICT: a column of
-    numbers has nothing else."""
+def wrong_number(c: sqlite3.Connection, table: str, largest: int, rows: str = "") -> str | None:
+    """The first column that has a larger number than that, either way, with it. ``rows``: which, as a WHERE clause; all. Tables are
+    STRICT: a column of numbers has nothing else."""
     columns = [row[1] for row in c.execute(f"PRAGMA table_info({table})") if row[2] in ("INTEGER", "REAL")]
     ends = ", ".join(f"min({name}), max({name})" for name in columns)
     found = c.execute(f"SELECT {ends} FROM (SELECT {', '.join(columns)} FROM {table} {rows})").fetchone() if columns else ()
     for name, low, high in zip(columns, found[::2], found[1::2], strict=True):
-        if low is not None and not -LARGEST <= low <= high <= LARGEST:
-            return f"{name} {high if high > LARGEST else low}"
+        if low is not None and not -largest <= low <= high <= largest:
+            return f"{name} {high if high > largest else low}"
     return None
 
 
-def problem_in_history(c: sqlite3.Connection) -> Message | None:
-    """Of the tables that only grow, in a database of any version, what can't be used. What is only counted (``ended_days``) is counted
-    again when a backup is restored."""
-    for table in {"executions", "observed", "activity_days", "activity_spans"}.intersection(tables(c)):
-        problem = wrong_number(c, table)
-        if problem is None and table != "executions":
+def problem_in_backup(c: sqlite3.Connection) -> Message | None:
+    """Of a backup of any version: numbers of all tables, and what robots were seen doing. What is only counted (``ended_days``) is
+    counted again when it is restored."""
+    for table in tables(c):
+        problem = None if table == "ended_days" else wrong_number(c, table, LARGEST)
+        if problem is None and table in ("observed", "activity_days", "activity_spans"):
             problem = _wrong_activity(c, table)
         if problem is not None:
             return unusable(table, problem)

@@ -16,7 +16,7 @@ from app.database import backups
 from app.database.connection import DatabaseDamaged, DatabaseRefused
 from app.database.group_starts import GroupStartRepository, Watch
 from app.database.schema import APPLICATION_ID, MIGRATIONS
-from app.database.soundness import tables
+from app.database.soundness import LARGEST, tables
 from app.domain import rules
 from app.domain.check_up import LeftBehind, Report, RobotProfile
 from app.domain.message import render
@@ -70,6 +70,11 @@ WRONG = {
     "a heartbeat that is a number": ("settings", "INSERT OR REPLACE INTO settings VALUES ('heartbeat', '5')"),
     "declined places that are a number": ("settings", "INSERT OR REPLACE INTO settings VALUES ('declined_places', '[5]')"),
     "wrong PINs that are a text": ("settings", "INSERT OR REPLACE INTO settings VALUES ('settings_pin_wrong', '\"many\"')"),
+    "wrong PINs without end": ("settings", f"INSERT OR REPLACE INTO settings VALUES ('settings_pin_wrong', '1{'0' * 400}')"),
+    "a clock's error without end": (
+        "settings", f"INSERT OR REPLACE INTO settings VALUES ('confirmed_clock_offsets', json_object('1', json('1{'0' * 400}')))"),
+    "a clock's error that is no number": (
+        "settings", "INSERT OR REPLACE INTO settings VALUES ('confirmed_clock_offsets', '{\"1\": NaN}')"),
     "a PIN that is no JSON": ("settings", "INSERT INTO settings VALUES ('settings_pin', 'not json')"),
     "a PIN that is a number": ("settings", "INSERT INTO settings VALUES ('settings_pin', '1234')"),
     "a PIN that takes hours to compare": (
@@ -296,6 +301,16 @@ def test_no_number_is_restored_to_which_nothing_can_be_added(full, tmp_path, tab
     else:
         with pytest.raises(DatabaseRefused):
             backups.restore(backup, target, NOW, problem_in)
+
+
+def test_what_is_restored_may_grow_and_is_still_opened(full, tmp_path):
+    """With the largest numbers that a backup may have, and one more run."""
+    backup = spoilt(full, tmp_path / "backup.db", f"UPDATE robots SET drain_runs = {LARGEST}, failures = {LARGEST}")
+    spoilt_more = spoilt(backup, tmp_path / "more.db", f"UPDATE sqlite_sequence SET seq = {LARGEST}")
+    database = tmp_path / "data" / "amr-scheduler.db"
+    backups.restore(spoilt_more, database, NOW, problem_in)
+    spoilt(database, database, "UPDATE robots SET drain_runs = drain_runs + 1, failures = failures + 1")
+    Container.open(tmp_path / "data").close()
 
 
 def test_all_of_these_are_restored_with_what_they_should_hold(full, tmp_path):

@@ -22,7 +22,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CLOCK_CONFIRMED_AT, DECLINED_PLACES, UNPROVEN_TIME, WRONG_PINS, SettingsRepository
-from app.database.soundness import LARGEST, YEARS, tables, unusable, wrong_number
+from app.database.soundness import FULL, YEARS, tables, unusable, wrong_number
 from app.database.values import to_optional_instant
 from app.domain.message import Message, message
 from app.domain.models import OPEN_STATES, InvalidInput
@@ -91,10 +91,10 @@ def _sizes(c: sqlite3.Connection) -> None:
 
 def _sequences(c: sqlite3.Connection) -> None:
     for table, last in c.execute("SELECT name, seq FROM sqlite_sequence"):
-        _require(isinstance(last, int) and 0 <= last <= LARGEST, f"{table}: {last!r}")
+        _require(isinstance(last, int) and 0 <= last <= FULL, f"{table}: {last!r}")
     for table in ("robots", "missions", "robot_groups", "places", "schedules", "executions", "alarms", "holds", "calendar_days"):
         low, high = c.execute(f"SELECT coalesce(min(id), 1), coalesce(max(id), 1) FROM {table}").fetchone()
-        _require(0 < low <= high <= LARGEST, f"{table}: {low}, {high}")
+        _require(0 < low <= high <= FULL, f"{table}: {low}, {high}")
 
 
 def _settings(c: sqlite3.Connection) -> None:
@@ -116,9 +116,9 @@ def _settings(c: sqlite3.Connection) -> None:
     declined = repository.get(c, DECLINED_PLACES, [])
     _require(isinstance(declined, list) and all(isinstance(position, str) for position in declined), DECLINED_PLACES)
     wrong, offsets = repository.get(c, WRONG_PINS, 0), repository.get(c, "confirmed_clock_offsets", {})
-    _require(type(wrong) is int and wrong >= 0, f"{WRONG_PINS} {wrong!r}"[:60])
+    _require(type(wrong) is int and 0 <= wrong <= FULL, f"{WRONG_PINS} {wrong!r}"[:60])
     _check_objects(offsets)
-    _require(all(isinstance(offset, int | float) for offset in offsets.values()), "confirmed_clock_offsets")
+    _require(all(isinstance(offset, int | float) and abs(offset) <= FULL for offset in offsets.values()), "confirmed_clock_offsets")
 
 
 def _robots(c: sqlite3.Connection) -> None:
@@ -217,7 +217,7 @@ def _of_numbers(c: sqlite3.Connection) -> Iterator[tuple[str, Callable[[sqlite3.
 
 
 def _numbers(c: sqlite3.Connection, table: str, rows: str) -> None:
-    problem = wrong_number(c, table, rows)
+    problem = wrong_number(c, table, FULL, rows)
     _require(problem is None, problem or "")
 
 
