@@ -109,7 +109,7 @@ def test_the_simulated_robot_has_the_nearest_software(tmp_path, software, neares
     *({"token_field": field} for field in (*ITEM_FIELDS, "", "order_description")),
     *({"clock_offset": seconds} for seconds in (-2e9, 2e9, 3.0)),
     {"item_states": {"": "Cancelled", "Fertig": "Done", "Valmis": "Done"}}, {"item_states": {"Weg": "Cancelled", "Stopp": "Aborted"}},
-    {"page_limit": 0}, {"latency": (0.0, 0.0, 0.0, 0.0)}, {"rest": Rest(1, 1.0)}, {"ignores": frozenset({"limit", "filters"})},
+    {"page_limit": 0}, {"latency": (0.0, 0.0, 0.0, 0.0)}, {"rest": Rest(1, 1.0)}, {"ignores": frozenset({"filters"})},
     {"cancelled_message": "Aborted - User Request"}, {"cancelled_message": ""}, {"order_status": 202}, {"has_search": False}], ids=str)
 def test_the_simulator_takes_whatever_was_found(tmp_path, found):
     assert as_simulated(replace(REPORT, profile=replace(RobotProfile("S1", "3.5.4"), **found)), tmp_path / "found.json")
