@@ -275,7 +275,8 @@ class ExecutionRepository:
                              RETURNING iif(starts > 1, reason_details ->> '$.first', NULL)""", values).fetchall()
         return min([through, *(datetime.fromisoformat(first) - timedelta(microseconds=1) for first, in gone if first)])
 
-    def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime, uncertain_through: datetime | None) -> None:
+    def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime,
+                  uncertain_through: datetime | None = None) -> None:
         """What waits and was due in an absence is listed first. What was planned up to ``uncertain_through`` may have run, and is listed
         only once it is known that it has not."""
         through = "" if uncertain_through is None else to_text(uncertain_through)
