@@ -256,7 +256,9 @@ def test_the_missions_to_run_on_a_group_say_which_robot_lacks_them(home, hall, u
     ui.tap(ui.find(PickField, ui.find(RunNowCard)))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     ui.advance(.3)
-    assert {row.text: row.note for row in ui.find_all(OptionRow)} == {"Deliver": "not on Veikko", "Home": ""}
+    *rows, fetch = sorted(ui.find_all(OptionRow), key=lambda row: -row.to_window(0, row.y)[1])
+    assert {row.text: row.note for row in rows} == {"Deliver": "not on Veikko", "Home": ""}
+    assert fetch.text == "Not in the list? Fetch it from a robot"
 
 
 def test_what_waits_is_cancelled(home, hall, ui):
