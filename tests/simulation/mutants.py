@@ -309,7 +309,7 @@ MUTANTS = (
     ),
     Mutant(
         "what did not arrive is given up",
-        f"{SUBMISSION}._reconcile",
+        f"{SUBMISSION}._is_not_there",
         "waited=True",
         "waited=self._give_up(row, 'x')",
         "never ran",
