@@ -243,7 +243,9 @@ class Belief:
                 **({"last_call": True} if decision.is_last_call else {})}
 
     def _unfit(self, decision: Decision, option: Option) -> dict[str, Any]:
-        """Why a robot that seems free was not taken, though nothing keeps it from having starts."""
+        """Why a robot that seems free was not chosen, though nothing keeps it from having starts. Told of a choice only, as metres are."""
+        if decision.robot_id is None:
+            return {}
         if option.robot_id in self._seem_free and not option.is_free:
             return {"gets": option.taken_by} if option.taken_by else {"unread": True}
         return {"late": True} if decision.is_too_late(option) else {}
