@@ -18,14 +18,14 @@ from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
 from app.services.dispatch.moves import NOT_WITH_THE_ROBOT
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
-from app.services.dispatch.timing import WATCHED_FOR
+from app.services.dispatch.timing import UNSEARCHED_AT_MOST, WATCHED_FOR
 from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
 
 SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched for what a restored backup does not know
 DOUBLED_WITHIN = timedelta(minutes=1)   # of a start, and a poll more: what the network may do to a request
-LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too, or that were given up
+LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too
 # Nobody wanted it not to run.
 MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT, ReasonCode.NO_ROBOT,
                  ReasonCode.REFUSED)
@@ -41,6 +41,7 @@ class Copies:
     def __init__(self, client: RobotClient, shared: Shared, observation: Observation) -> None:
         self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
+        self._unsearched_since = math.inf                    # the first of the searches for them that failed in a row, on the same clock
         self._alarmed: set[tuple[str, int]] = set()             # alarms by code and queue id
         self.note_accepted: Callable[[], None] = lambda: None    # writes which items have been told to be ours
         self._has_forgotten = False                             # an item that is certainly ours came without its token
@@ -197,10 +198,8 @@ class Copies:
         items = {item.id: item for item in open_items if looks_like_token(item.description)}
         self._find_other_tablet(items.values())
         mono = self._s.clock.monotonic()
-        longest = LOOKS_BACK.total_seconds()                 # a queue that can't be searched must not keep the robot unreadable for ever
+        newer = self._search(mono)
         before = set(self._watched)
-        self._watched = {token: value for token, value in self._watched.items() if value[1] > mono - longest}
-        newer = self._client.items_after(self._watched_from()) if self._watched else []
         items |= {item.id: item for item in newer if item.description in self._watched}
         unsettled = self._tell_of_unmarked(newer, open_items)
         for item in sorted(items.values(), key=lambda item: item.id):
@@ -223,6 +222,21 @@ class Copies:
                          if until > mono or (token in unsettled and until > mono - WATCHED_FOR)}       # once more after its time
         if over := before - self._watched.keys():
             self._ledger.drop_watches(self._seen.robot.id, over)
+
+    def _search(self, mono: float) -> list[QueueItem]:
+        """Items above the floor of everything watched for, however long the robot was away. A queue that can't be searched would keep its
+        robot unreadable for ever: after an hour of that, what is past its time is given up. Raises RobotError."""
+        try:
+            newer = self._client.items_after(self._watched_from()) if self._watched else []
+        except RobotError:
+            self._unsearched_since = min(self._unsearched_since, mono)
+            if mono - self._unsearched_since >= UNSEARCHED_AT_MOST:
+                over = {token for token, (_floor, until) in self._watched.items() if until <= mono}
+                self._ledger.drop_watches(self._seen.robot.id, over)
+                self._watched = {token: value for token, value in self._watched.items() if token not in over}
+            raise
+        self._unsearched_since = math.inf
+        return newer
 
     def _tell_of_unmarked(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
         """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for, or was sent lately, can't

@@ -164,13 +164,14 @@ def test_two_items_of_one_start_of_which_the_second_could_not_be_cancelled_are_t
     assert "duplicate_running" in alarms(site)
 
 
-def test_what_was_given_up_is_searched_for_once_more_however_long_the_robot_was_gone(site, plan):
-    """It had the item all the time and comes back long after anybody would look for it."""
+@pytest.mark.parametrize("gone", [1800.0, 3 * 3600.0])
+def test_what_was_given_up_is_searched_for_once_more_however_long_the_robot_was_gone(site, plan, gone):
+    """It had the item all the time and comes back long after the search for it has ended."""
     plan("2026-11-23T06:05", start_window_minutes=5)
     site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
     site.run(300.5)
     site.network.down.add("R1")
-    site.run(1800)
+    site.run(gone)
     assert outcomes(site) == [(State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)]
     site.network.down.clear()
     site.run(120)
@@ -194,8 +195,9 @@ def test_what_was_given_up_and_came_while_the_app_was_off_is_found_by_the_next_r
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
 
 
-def test_a_queue_that_can_not_be_searched_keeps_a_robot_unreadable_for_a_while_only(site, plan):
-    """Its numbers have begun anew since, and it is read item by item: a hundred are too many."""
+@pytest.fixture
+def unsearchable(site, plan):
+    """A start that was given up, on a robot whose numbers have begun again since. It is read item by item: a hundred are too many."""
     plan("2026-11-23T06:05", start_window_minutes=5)
     site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
     site.run(300.5)
@@ -208,8 +210,25 @@ def test_a_queue_that_can_not_be_searched_keeps_a_robot_unreadable_for_a_while_o
     site.machines["R1"].cancel_all()
     site.network.short_lists = 10
     site.network.down.clear()
+
+
+def test_a_queue_that_can_not_be_searched_keeps_a_robot_unreadable_for_a_while_only(site, unsearchable):
     site.run(2 * 3600)
     assert site.container.snapshots.get(1).connection is Connection.CONNECTED
+
+
+def test_what_was_given_up_later_is_found_once_the_search_for_the_older_one_has_ended(site, plan, unsearchable):
+    """Both are searched for together; the newer one is within its ten minutes when the hour is over."""
+    site.run(3400)
+    plan("2026-11-23T07:17", start_window_minutes=1)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(4620.5 - site.seconds())
+    site.network.down.add("R1")
+    site.run(150)
+    site.network.down.clear()
+    assert outcomes(site) == [(State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)] * 2
+    site.run(120)
+    assert [row.state for row in site.executions()] == [State.FAILED, State.COMPLETED]
 
 
 # ---------------------------------------------------------------------- the only item of a row that has ended
