@@ -10,7 +10,9 @@ from tests.simulation.twins import Twin, sent
 from tests.simulation.world import World
 
 
-@pytest.mark.parametrize(("seed", "hours"), [(24, 2.0), *(pytest.param(seed, 5.0, marks=pytest.mark.long) for seed in (6, 12, 18))])
+@pytest.mark.parametrize(
+    ("seed", "hours"), [(24, 2.0), (11, 3.0), *(pytest.param(seed, 5.0, marks=pytest.mark.long) for seed in (6, 12, 18))]
+)
 def test_whatever_happens_nothing_is_doubled_or_lost_and_rows_tell_the_truth(seed, hours):
     """Each is as many simulated hours; any number by hand: ``python -m tests.simulation``."""
     found = simulate(seed, hours)

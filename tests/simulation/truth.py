@@ -28,7 +28,7 @@ class Truth:
         items = self.judge_._items_of
         rows = self.world.site.executions()
         for row in rows:
-            found = items.get(row.token, [])
+            found = [each for each in items.get(row.token, []) if self._is_on_its_robot(each)]
             if row.state.is_open:
                 self._judge_open(row, found, since)
             elif row.token not in self.diary.excused and not self._is_of_restored_time(row):
@@ -39,6 +39,11 @@ class Truth:
                     self.judge_.object(f"truth: an item without a row: {token[:8]}")
         self._judge_absences(rows)
         self._count_again(rows)
+
+    def _is_on_its_robot(self, found: Found) -> bool:
+        """A late request lands on whichever machine has the address by then. What another machine makes of it says nothing about the
+        robot, and can't be known: the app doesn't read the queue of a machine with a different serial number."""
+        return found.machine is self.world.site.machines.get(found.robot)
 
     def _judge_absences(self, rows: list[Execution]) -> None:
         """A row that stands for several starts has the right number of them, and none of these has another row."""
