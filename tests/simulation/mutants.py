@@ -73,6 +73,13 @@ ROBOTS = Profile(events_per_hour=30).only(
     crash_rate=0.0,
     site={"fleet": "normal", "every_minutes": 5},
 )
+LATE_AND_PAUSED = Profile(events_per_hour=30).only(
+    acts="run_now",
+    events="very_late_request robot_pauses",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"every_minutes": 3, "fleet": "normal", "poll_interval": 10, "quiet_s": 90, "history_limit": None},
+)
 BACK = Profile(acts_per_hour=30, events_per_hour=12).only(
     acts="back_up run_now",
     events="restore outage",
@@ -204,6 +211,15 @@ MUTANTS = (
         "if True:",
         "items with one token",
         BACK,
+    ),
+    Mutant(
+        "a second copy that waits is left alone",
+        f"{COPIES}.cancel_copy",
+        "if item.is_pending:",
+        "if False:",
+        "a second copy ran",
+        LATE_AND_PAUSED,
+        seed=3,
     ),
     Mutant(
         "after a restore only the robot of the backup is asked",

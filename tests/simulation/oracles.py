@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from app.domain.models import Overlap
 from mir_sim import SimulatedRobot
 from mir_sim.mission_queue import ItemState, QueueItem
-from tests.simulation.diary import Key, Wishes, instants
+from tests.simulation.diary import KEPT_S, Key, Wishes, instants
 from tests.simulation.group_oracles import GroupJudge
 from tests.simulation.truth import Truth
 from tests.simulation.weather import FLAT, SPEED
@@ -314,11 +314,13 @@ class Judge:
 
     def _ended_before(self, found: Found, at: float) -> float:
         """For how long an item had ended then, in s; negative: it had not."""
-        if found.item.finished is None:
-            return -1.0
-        local = found.machine.clock.local(self.world.site.seconds() * SPEED)
-        ago = (local - datetime.fromisoformat(found.item.finished)).total_seconds() / SPEED
-        return at - (self.world.site.seconds() - ago)
+        return -1.0 if found.item.finished is None else at - self._when(found, found.item.finished)
+
+    def _when(self, found: Found, stamp: str) -> float:
+        """The true time of what its robot wrote down, if the robot's clock has not been set since."""
+        now = self.world.site.seconds()
+        local = found.machine.clock.local(now * SPEED)
+        return now - (local - datetime.fromisoformat(stamp)).total_seconds() / SPEED
 
     # ------------------------------------------------------------------ verdicts
     def _take_new_items(self) -> None:
@@ -370,17 +372,19 @@ class Judge:
             self.object(f"safety: {len(items)} items with one token: {token[:8]} {shown}")
             return
         ran = sorted((found for found in items if found.item.started is not None), key=lambda found: found.item.id)
-        patience = self.world.nature.poll_interval + 20.0
-        for found in ran[1:]:
-            waited = datetime.fromisoformat(found.item.started or "") - datetime.fromisoformat(found.item.ordered)
-            begins = self.world.site.seconds() + self._ended_before(found, 0.0) if found.item.finished else None
-            if (
-                waited.total_seconds() / SPEED > patience
-                and begins is not None
-                and self.diary.is_clear(found.robot, -begins - patience, -begins)
-                and self.world.keeps_history
-            ):
-                self.object(f"safety: a second copy ran after it had waited: {token[:8]} {shown}")
+        if self.world.keeps_history and any(self._could_be_cancelled(found, posts[0].at) for found in ran[1:]):
+            self.object(f"safety: a second copy ran after it had waited: {token[:8]} {shown}")
+
+    def _could_be_cancelled(self, copy: Found, first_sent: float) -> bool:
+        """Whether it waited on its robot until after the next poll, with nothing wrong before it began. ``first_sent``: when its start was
+        sent first. False where the app or the judge can't know: the app's row is not in a backup that was restored since, the robot's
+        clock has been wrong since, or the diary has forgotten what was wrong."""
+        now, patience = self.world.site.seconds(), self.world.nature.poll_interval + 20.0
+        is_forgotten = self.world.was_restored_since(first_sent) or first_sent < now - KEPT_S
+        if is_forgotten or self.diary.was_wrong("robot's clock", copy.robot, first_sent, now):
+            return False
+        came, began = self._when(copy, copy.item.ordered), self._when(copy, copy.item.started or "")
+        return began - came > patience and self.diary.is_clear(copy.robot, began - patience, began, but=())
 
     def all_is_well(self, since: float) -> None:
         """Everything has been well for that long (s)."""

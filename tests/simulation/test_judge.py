@@ -1,0 +1,96 @@
+"""A late request has brought a second copy, which waits on its robot: the judge objects when it runs, but only where the app could have
+cancelled it."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+
+import pytest
+
+from mir_sim.mission_queue import ItemState
+from tests.simulation.diary import KEPT_S, Restore
+from tests.simulation.mutants import MUTANTS, planted
+from tests.simulation.profile import Profile
+from tests.simulation.world import World
+from tests.support.network import QUEUE, Fate
+
+LANDS_AFTER = 300.0  # s after the request left: the start has been sent again by then, and has run
+WAITS_FOR = 200.0  # s for which the robot is paused then
+STILL = Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.0, crash_rate=0.0)
+PLACE = {"robots": 1, "every_minutes": 20, "poll_interval": 30, "quiet_s": 90, "fleet": "normal", "history_limit": None}
+LEFT_ALONE = next(mutant for mutant in MUTANTS if mutant.name == "a second copy that waits is left alone")
+
+
+@pytest.fixture
+def world(tmp_path):
+    """A second copy of the first start is about to come to its robot, which is paused."""
+    world = World(tmp_path, 1, STILL.only(site=PLACE))
+    world.site.network.next("POST", QUEUE, Fate.LATE, LANDS_AFTER)
+    world.site.run_until(lambda: world.site.network.submissions, within=120)
+    world.site.run(LANDS_AFTER - 10.0)
+    assert [item.state for item in robot(world).queue] == [ItemState.DONE]
+    robot(world).pause()
+    yield world
+    world.site.container.db.close()
+
+
+def robot(world):
+    machine = world.site.machines["R1"]
+    machine.catch_up()
+    return machine
+
+
+def let_it_run(world):
+    robot(world).resume()
+    world.site.run(30.0)
+    assert [item.state for item in robot(world).queue] == [ItemState.DONE, ItemState.DONE]
+
+
+def wait_while_the_app_is_off(world):
+    trouble = world.diary.begin("app", None, world.site.seconds())
+    world.site.power_cut(WAITS_FOR)
+    trouble.end = world.site.seconds() + 5.0
+
+
+def objections(world):
+    world.judge.now_and_then()
+    return [each for each in world.findings.violations if "second copy" in each]
+
+
+def test_a_copy_that_waits_while_nothing_is_wrong_has_to_be_cancelled(world):
+    with planted(LEFT_ALONE):
+        world.site.run(WAITS_FOR)
+        let_it_run(world)
+    assert len(objections(world)) == 1
+
+
+def test_a_copy_that_waits_while_the_app_is_off_may_run(world):
+    wait_while_the_app_is_off(world)
+    let_it_run(world)
+    assert objections(world) == []
+
+
+def test_it_may_still_have_run_when_the_diary_has_forgotten_that_the_app_was_off(world):
+    wait_while_the_app_is_off(world)
+    let_it_run(world)
+    world.site.run(KEPT_S)
+    world.diary.forget(world.site.seconds())
+    assert objections(world) == []
+
+
+def test_it_may_have_run_whatever_the_clock_of_its_robot_shows_afterwards(world):
+    wait_while_the_app_is_off(world)
+    let_it_run(world)
+    world.diary.begin("robot's clock", "R1", world.site.seconds())
+    robot(world).clock.offset += 3600.0
+    world.site.run(1.0)
+    assert objections(world) == []
+
+
+def test_a_copy_of_what_a_restored_backup_does_not_know_may_run(world):
+    now = world.site.clock.now()
+    world.diary.restores.append(Restore(world.site.seconds(), now - timedelta(hours=1), now))
+    with planted(LEFT_ALONE):
+        world.site.run(WAITS_FOR)
+        let_it_run(world)
+    assert objections(world) == []
