@@ -167,7 +167,7 @@ class Judge:
             and not self.diary.was_wrong("hold", post.robot, self._back_at, post.at)
             and self._back_at - self._away_since > ABSENCE
             and post.at < self._back_at + LISTED_FOR
-            and not any(post.token in each.given for each in self.diary.between(self._back_at, post.at))
+            and not any(post.token in each.given | each.kept_back for each in self.diary.between(self._back_at, post.at))
         ):
             self.object(f"safety: started late after an absence without the list: {name}")
         if all((plan.minimum_battery_percent or 0) > FLAT for plan in plans) and any(

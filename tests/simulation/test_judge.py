@@ -1,5 +1,5 @@
-"""A late request has brought a second copy, which waits on its robot: the judge objects when it runs, but only where the app could have
-cancelled it."""
+"""What the judge holds against the app, and what not: a second copy that runs, where it could have been cancelled; a late start that was
+not listed first, unless a person let it go."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.domain.models import Wait
 from mir_sim.mission_queue import ItemState
 from tests.simulation.diary import KEPT_S, Restore
 from tests.simulation.mutants import MUTANTS, planted
@@ -21,6 +22,7 @@ PLACE = {"robots": 1, "every_minutes": 20, "poll_interval": 30, "quiet_s": 90, "
 LEFT_ALONE = next(mutant for mutant in MUTANTS if mutant.name == "a second copy that waits is left alone")
 
 
+# ---------------------------------------------------------------------- a second copy
 @pytest.fixture
 def world(tmp_path):
     """A second copy of the first start is about to come to its robot, which is paused."""
@@ -54,14 +56,15 @@ def wait_while_the_app_is_off(world):
 
 def objections(world):
     world.judge.now_and_then()
-    return [each for each in world.findings.violations if "second copy" in each]
+    return world.findings.violations
 
 
 def test_a_copy_that_waits_while_nothing_is_wrong_has_to_be_cancelled(world):
     with planted(LEFT_ALONE):
         world.site.run(WAITS_FOR)
         let_it_run(world)
-    assert len(objections(world)) == 1
+    (objection,) = objections(world)
+    assert "a second copy ran after it had waited" in objection
 
 
 def test_a_copy_that_waits_while_the_app_is_off_may_run(world):
@@ -94,3 +97,21 @@ def test_a_copy_of_what_a_restored_backup_does_not_know_may_run(world):
         world.site.run(WAITS_FOR)
         let_it_run(world)
     assert objections(world) == []
+
+
+# ---------------------------------------------------------------------- a late start
+def test_a_late_start_that_a_person_lets_go_need_not_stay_on_the_list(tmp_path):
+    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": True}))
+    world.site.run(30.0)
+    world.site.power_cut(WAITS_FOR)
+    world.judge.came_back(away_since=30.0)
+    world.site.run(5.0)
+    (row,) = world.site.executions()
+    assert row.wait is Wait.LATE_START
+    for held in (True, False):
+        assert world.site.container.operator.hold_starts([row.id], held)
+        world.diary.decide(world.site.seconds()).kept_back = {row.token} if held else set()
+        world.site.run(2.0)
+    assert len(world.site.network.submissions) == 1
+    assert objections(world) == []
+    world.site.container.db.close()
