@@ -565,6 +565,15 @@ MUTANTS = (
         "taken back",
         SHORT,
     ),
+    Mutant(
+        "a late start is not listed first",
+        "services.dispatch.waiting:Waiting._is_listed_first",
+        "if row.hold_until is None or row.wait is not Wait.LATE_START:",
+        "if True:",
+        "without the list",
+        WINDOW,
+        seed=2,
+    ),
     # ------------------------------------------------------------------ truth
     Mutant(
         "an aborted mission was completed",
