@@ -173,8 +173,10 @@ class Copies:
         self._watched[row.token] = (row.queue_floor or 0, self._s.clock.monotonic() + WATCHED_FOR)
 
     def watch_from(self, row: Execution, floor: int) -> None:
-        """One too many that could not be cancelled is met again, though it may have begun by then. What is searched for stays so."""
-        if row.token in self._watched:
+        """One too many that could not be cancelled is met again, though it may have begun by then. What is still searched for
+        stays so."""
+        _floor, until = self._watched.get(row.token, (0, -math.inf))
+        if until > self._s.clock.monotonic():
             return
         highest = self._seen.highest
         self._watched[row.token] = (floor if highest is None else min(floor, highest), self._s.clock.monotonic() + WATCHED_FOR)

@@ -178,6 +178,24 @@ def test_what_was_given_up_is_searched_for_once_more_however_long_the_robot_was_
     assert outcomes(site) == [(State.COMPLETED, None, 1)]
 
 
+def test_what_could_not_be_cancelled_after_a_long_absence_is_followed_when_it_runs(site, plan):
+    """Too late to run, but the request to cancel it is lost and the robot goes on; its queue is not read again until the next poll."""
+    site.container.catalogue.change_settings(poll_interval_seconds=600)
+    site.machines["R1"].pause()
+    plan("2026-11-23T06:05", start_window_minutes=5)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run(300.5)
+    site.network.down.add("R1")
+    site.run(1800)
+    site.network.next("DELETE", "/mission_queue/1", Fate.LOST, count=50)
+    site.network.down.clear()
+    site.run_until(lambda: len(site.network.planned) < 50, 900)
+    site.machines["R1"].resume()
+    site.run(900)
+    assert states(site) == ["Done"]
+    assert outcomes(site) == [(State.COMPLETED, None, 1)]
+
+
 @pytest.mark.parametrize("away", [900.0, 5 * 3600.0])
 def test_what_was_given_up_and_came_while_the_app_was_off_is_found_by_the_next_run(site, plan, away):
     """Its window was long, so that it was planned long before it was sent, and nobody was there while it might still have come."""
