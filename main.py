@@ -106,8 +106,8 @@ def _start(options: argparse.Namespace) -> int:
         with _demo_directory(options.data_dir) as path, _fleet() as robots:
             return _schedule(options, DataDirectory.prepare(path), robots)
     is_export = bool(options.export_config or options.export_log)
-    directory = DataDirectory.prepare(options.data_dir, only_to_read=is_export,
-                                      has_data=is_export or bool(options.run_now or options.check_up))
+    begins_data = options.import_config or options.restore_backup or not _one_shot(options)
+    directory = DataDirectory.prepare(options.data_dir, only_to_read=is_export, has_data=not begins_data)
     if _one_shot(options):
         from app.process import commands
         return commands.run(options, directory)

@@ -8,7 +8,7 @@ import time
 from collections.abc import Mapping, Sequence
 
 from app.container import Container
-from app.failures import BadInput, Failure
+from app.failures import BadInput
 from app.process import log_file
 from app.process.data_directory import DataDirectory
 from app.process.host import host
@@ -31,7 +31,7 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
             _wait_for(stop, container)
             if damage := container.runner.damage:
                 raise BadInput(damage.text)
-    except Failure:
+    except Exception:
         for number in (signal.SIGINT, signal.SIGTERM):       # what ends it is said next, perhaps to a terminal that stands still
             signal.signal(number, signal.SIG_DFL)
         raise

@@ -8,6 +8,7 @@ import os
 import queue
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from io import FileIO, RawIOBase
 from itertools import pairwise
 from pathlib import Path
@@ -38,7 +39,7 @@ class Sink(logging.Handler):
         super().__init__()
         self.setFormatter(formatter)
         self._write, self._edit = write, edit
-        self._waiting: queue.SimpleQueue[str | _LeftOut | threading.Event | None] = queue.SimpleQueue()
+        self._waiting: queue.SimpleQueue[str | _LeftOut | Future[bool] | None] = queue.SimpleQueue()
         self._left_out: _LeftOut | None = None       # the newest thing in the queue, if that is one
         threading.Thread(target=self._run, name=f"log-{name}", daemon=True).start()
 
@@ -64,11 +65,14 @@ class Sink(logging.Handler):
     def flush(self) -> None:
         self.is_written()
 
-    def is_written(self) -> bool:
-        """Waits until everything so far is written, at most ``WRITTEN_WITHIN``."""
-        reached = threading.Event()
-        self._waiting.put(reached)
-        return reached.wait(WRITTEN_WITHIN)
+    def is_written(self, within: float = WRITTEN_WITHIN) -> bool:
+        """Whether everything so far is. Waits so many seconds for that, at most."""
+        written: Future[bool] = Future()
+        self._waiting.put(written)
+        try:
+            return written.result(within)
+        except TimeoutError:
+            return False
 
     def close(self) -> None:
         self._waiting.put(None)
@@ -78,8 +82,8 @@ class Sink(logging.Handler):
         left_out = 0
         while (waiting := self._waiting.get()) is not None:
             line = ""
-            if isinstance(waiting, threading.Event):
-                waiting.set()
+            if isinstance(waiting, Future):
+                waiting.set_result(left_out == 0)
             elif isinstance(waiting, _LeftOut):
                 left_out += waiting.lines
             else:
@@ -128,8 +132,9 @@ class RotatingFile:
 
     def write(self, data: bytes) -> None:
         """Raises OSError."""
-        if self._file is None or self._size >= self._most:
+        if self._file is not None and self._size >= self._most:
             self._rotate()
+        if self._file is None:
             self._file = self._open()
         write_all(self._file, data)
         self._size += len(data)
@@ -140,10 +145,15 @@ class RotatingFile:
         return file
 
     def _rotate(self) -> None:
+        """The older ones move up only when the present one could be renamed: on Windows another process may have it open."""
         if self._file is not None:
             self._file.close()                       # Windows renames no open file
             self._file = None
-        names = [self._path, *(self._path.with_name(f"{self._path.name}.{number}") for number in range(1, self._kept + 1))]
+        names = [self._path.with_name(f"{self._path.name}.{number}") for number in range(self._kept + 1)]
+        try:
+            os.replace(self._path, names[0])
+        except OSError:
+            return                                   # and goes on in it
         for newer, older in reversed(list(pairwise(names))):
             with contextlib.suppress(FileNotFoundError):
                 os.replace(newer, older)

@@ -1,4 +1,4 @@
-"""What a command says, and whoever sits at its terminal: asked before something moves, and what it begins is ended well when they leave."""
+"""What a command prints; it asks before a robot moves, and ends cleanly when the terminal closes."""
 from __future__ import annotations
 
 import contextlib
@@ -40,11 +40,9 @@ def say(text: str) -> None:
 
 
 def complain(text: str) -> None:
-    """One line on stderr, if that takes any."""
-    try:
-        print(f"main.py: {' '.join(text.split())}", file=sys.stderr, flush=True)
-    except OSError:
-        _drop_rest_of(sys.stderr)
+    """One line on stderr, if that takes any. Past its buffer: a thread that hangs in it would keep the process from ending."""
+    if sys.stderr is not None:
+        _write(unbuffered(sys.stderr), f"main.py: {' '.join(text.split())}\n".encode(errors="backslashreplace"))
 
 
 def _drop_rest_of(stream: TextIO | None) -> None:

@@ -38,8 +38,9 @@ def test_a_data_directory_without_data_is_bad_input_and_stays_as_it_is(tmp_path,
     assert not is_there or not list(directory.iterdir())
 
 
-@pytest.mark.parametrize("arguments", [("--run-now", "R1", "Home"), ("--check-up", "R1")])
-def test_nor_does_a_command_for_a_robot_make_one(tmp_path, arguments):
+@pytest.mark.parametrize("arguments", [("--run-now", "R1", "Home"), ("--check-up", "R1"), ("--remove-pin",), ("--move-here",),
+                                       ("--clock-is-right",)])
+def test_nor_does_a_command_that_needs_data_make_one(tmp_path, arguments):
     ended = run(tmp_path / "dtaa", *arguments)
     assert (ended.returncode, is_one_line(ended.stderr)) == (2, True)
     assert "there is no data directory" in ended.stderr

@@ -1,8 +1,11 @@
 """What ``--run-now`` says on stderr while its mission waits, whichever process carries it out."""
 from __future__ import annotations
 
-import threading
-import time
+import contextlib
+import os
+import socket
+import subprocess
+import sys
 
 import pytest
 
@@ -10,7 +13,7 @@ import mir_sim
 from app.failures import Failure
 from app.process import commands, waiting
 from app.process.data_directory import DataDirectory
-from tests.support.process import PATIENCE, configuration_of, prepared, running
+from tests.support.process import PATIENCE, ROOT, configuration_of, environment, prepared, running, wait_for
 
 
 @pytest.fixture
@@ -63,13 +66,39 @@ def test_what_is_taken_at_once_waits_for_nothing(tmp_path, fleet, capsys):
     assert (said.out.strip().isdecimal(), said.err) == (True, "")
 
 
-def test_a_stderr_that_stands_still_holds_up_nothing(tmp_path, fleet, monkeypatch, capsys):
-    configuration = silent(configuration_of(fleet))
+NOTES_THAT_IT_WAITS = """
+import sys, pathlib, main
+from app.process import waiting
+say, noted = waiting.complain, pathlib.Path(sys.argv.pop())
+waiting.complain, waiting.SAID_EVERY = lambda text: (noted.touch(), say(text)), 0.2
+sys.exit(main.main(sys.argv[1:]))"""
+
+
+def test_a_stderr_that_stands_still_holds_up_nothing(tmp_path):
+    """Nor the end of the process, when the mission has been taken."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    configuration = configuration_of()
+    configuration["robots"] = [{"name": "R1", "address": f"http://127.0.0.1:{port}", "username": "distributor", "password": "distributor"}]
     prepared(tmp_path / "data", configuration)
-    stands = threading.Event()
-    monkeypatch.setattr(waiting, "complain", lambda _text: stands.wait(PATIENCE * 3))
-    began = time.monotonic()
-    with pytest.raises(Failure):
-        run(tmp_path / "data", configuration)
-    stands.set()
-    assert time.monotonic() - began < PATIENCE * 2
+    reader, full = os.pipe()
+    os.set_blocking(full, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(full, b"x" * 4096)
+    os.set_blocking(full, True)
+    process = subprocess.Popen(
+        [sys.executable, "-c", NOTES_THAT_IT_WAITS, "--data-dir", tmp_path / "data", "--run-now", "R1", "Home", tmp_path / "waits"],
+        stdout=subprocess.PIPE, stderr=full, cwd=ROOT, env=environment(), text=True)
+    try:
+        wait_for((tmp_path / "waits").exists)
+        with mir_sim.serve(robots=1, port=port):
+            said, _nothing = process.communicate(timeout=PATIENCE * 2)
+        assert process.returncode == 0
+        assert said.strip().isdecimal()
+    finally:
+        process.kill()
+        os.close(reader)
+        os.close(full)
+

@@ -45,6 +45,16 @@ def test_nothing_is_sent_while_it_is_off(site, waiting):
     assert list(site.machines["R1"].queue) == []
 
 
+def test_what_fell_due_while_it_was_off_by_mistake_runs(site, plan):
+    schedule = plan("2026-11-23T06:05", "FREQ=DAILY", start_window_minutes=20)
+    site.run(298)
+    switched = site.container.catalogue.switch_schedule(schedule.id, False)
+    site.run(5)
+    site.container.catalogue.switch_back(switched)
+    site.run(600)
+    assert [(row.planned_at.minute, row.state) for row in site.executions()] == [(5, State.COMPLETED)]
+
+
 def test_undone_twice_it_runs_once(site, waiting):
     switched = site.container.catalogue.switch_schedule(waiting.id, False)
     for _press in range(2):

@@ -26,8 +26,9 @@ PATIENCE = 20.0          # s that any single step may take on a busy machine
 
 
 def environment() -> dict[str, str]:
-    """Without a display, and without variables that would move the data."""
-    return {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")} | {"TZ": "Europe/Helsinki"}
+    """Without a display, and without variables that would move the data or write past Python's buffers."""
+    without = "DISPLAY", "WAYLAND_DISPLAY", "PYTHONUNBUFFERED"
+    return {name: value for name, value in os.environ.items() if name not in without} | {"TZ": "Europe/Helsinki"}
 
 
 def command(data_dir: Path, *arguments: object) -> list[str]:

@@ -74,8 +74,12 @@ class Switched:
 
 
 def switch_back(edit: Edit, switched: Switched) -> None:
-    """Only the switch: whatever else of the schedule was changed meanwhile stays."""
-    edit.save_schedule(replace(edit.the_schedule(switched.schedule.id), enabled=switched.schedule.enabled))
+    """Only the switch: whatever else of the schedule was changed since stays. What fell due while it was off is due."""
+    before = switched.schedule
+    schedule = edit.save_schedule(replace(edit.the_schedule(before.id), enabled=before.enabled))
+    if schedule.enabled and before.next_at is not None and before.next_at <= edit.now and (
+            before.start, before.recurrence, before.timezone) == (schedule.start, schedule.recurrence, schedule.timezone):
+        edit.schedules.advance(edit.c, schedule.id, before.next_at)
     together = {start.planned_at for start in switched.starts}
     for start in switched.starts:
         _restore_start(edit, start, together, has_its_robot_again=False)

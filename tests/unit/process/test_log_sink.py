@@ -47,7 +47,7 @@ def log(place):
 
 
 def written(log) -> bool:
-    return log.handlers[0].is_written()
+    return log.handlers[0].is_written(WITHIN)
 
 
 def test_whoever_logs_goes_on_and_what_found_no_room_is_counted(log, place):
@@ -55,7 +55,7 @@ def test_whoever_logs_goes_on_and_what_found_no_room_is_counted(log, place):
     assert place.hangs.wait(WITHIN)                  # the thread has taken it, so that the whole queue is free
     for number in range(MOST_WAITING + 212):
         log.info("%d", number)
-    assert not written(log)                          # nor does the end of the process wait for long
+    assert not log.handlers[0].is_written()          # nor does the end of the process wait for long
     place.works.set()
     assert written(log)
     log.info("last")
@@ -68,7 +68,7 @@ def test_what_could_not_be_written_is_counted_until_it_works(log, place):
     place.error = OSError(errno.ENOSPC, "No space left on device")
     for number in range(3):
         log.info("%d", number)
-    assert written(log)
+    assert not written(log)
     place.error = None
     log.info("last")
     assert written(log)
@@ -80,7 +80,7 @@ def test_a_place_that_hangs_holds_up_no_other(log, place):
     other = Sink("other", lines.append, logging.Formatter("%(message)s"))
     log.addHandler(other)
     log.info("both")
-    assert other.is_written()
+    assert other.is_written(WITHIN)
     assert (lines, place.lines) == ([b"both\n"], [])
     other.close()
 
@@ -127,6 +127,33 @@ def test_a_full_file_is_followed_by_a_new_one_and_the_oldest_goes(tmp_path):
         RotatingFile(path, most=8, kept=2).write(f"{number} line\n".encode() + b"x" * 8)
     assert {file.name: file.read_bytes()[:6] for file in tmp_path.iterdir()} == {"log": b"4 line", "log.1": b"3 line", "log.2": b"2 line"}
     assert {file.stat().st_mode & 0o777 for file in tmp_path.iterdir()} == {0o600}
+
+
+def test_older_files_stay_while_no_new_one_can_be_opened(tmp_path, monkeypatch):
+    file = RotatingFile(tmp_path / "log", most=4, kept=2)
+    (tmp_path / "log.1").write_bytes(b"older")
+    file.write(b"full")
+    monkeypatch.setattr("app.process.log_sink.os.open", refuse)
+    for _line in range(5):
+        with pytest.raises(OSError, match="No space"):
+            file.write(b"lost")
+    assert (tmp_path / "log.1").read_bytes() == b"full"
+    assert (tmp_path / "log.2").read_bytes() == b"older"
+
+
+def test_a_file_that_can_not_be_renamed_is_written_on(tmp_path, monkeypatch):
+    file = RotatingFile(tmp_path / "log", most=4, kept=2)
+    (tmp_path / "log.1").write_bytes(b"older")
+    file.write(b"full")
+    monkeypatch.setattr("app.process.log_sink.os.replace", refuse)
+    for _line in range(5):
+        file.write(b"+")
+    assert (tmp_path / "log").read_bytes() == b"full+++++"
+    assert (tmp_path / "log.1").read_bytes() == b"older"
+
+
+def refuse(*_arguments: object) -> int:
+    raise OSError(errno.ENOSPC, "No space left on device")
 
 
 def test_a_directory_that_is_made_again_gets_a_file_again(tmp_path):
