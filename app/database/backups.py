@@ -232,7 +232,7 @@ def _finish(path: Path) -> Path | None:
 
 def _note_restore(file: Path, former: Path, now: datetime) -> None:
     """Bring it up to this version, count again what is only counted, record the restore, continue ids beyond everything that was made
-    since the backup, and forgive nobody's wrong PINs."""
+    since the backup, and keep the count of wrong PINs."""
     settings, wrong = SettingsRepository(), _wrong_pins(former)
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as connection:
         configured(connection)

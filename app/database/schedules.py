@@ -55,7 +55,7 @@ class ScheduleRepository:
         c.execute("UPDATE schedules SET mission_id = ? WHERE mission_id = ? AND robot_id = ?", (new_id, old_id, robot_id))
 
     def due(self, c: sqlite3.Connection, now: datetime, lately: datetime | None = None, limit: int = -1, offset: int = 0) -> list[Schedule]:
-        """Switched-on ones whose next occurrence has come, all or so many, from an ``offset`` on: what fell due ``lately`` first, in
+        """Enabled schedules that are due, all or so many, from an ``offset`` on: what fell due ``lately`` first, in
         order of time; of the others those first that may still start: the newest."""
         since = to_optional_text(lately) or ""
         return self._list(c, """WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ?

@@ -220,7 +220,7 @@ _DROP_EMPTY = """
     DELETE FROM ended_days WHERE day = substr(OLD.ended_at, 1, 10) AND number = 0;"""
 
 LONGEST_RUN = 131 * 366 * 86400          # s: robots' clocks are read from 1970 to 2099
-# What is only counted, counted again, whatever it says. A duration that no robot can have told would soon be too much to be added up.
+# Rebuild the counters from the executions. A duration that no robot can have told would soon be too much to be added up.
 RECOUNT = f"""
 DELETE FROM ended_days;
 UPDATE executions SET duration_s = NULL WHERE duration_s NOT BETWEEN 0 AND {LONGEST_RUN};

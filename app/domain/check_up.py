@@ -129,7 +129,7 @@ class Trial:
 class LeftBehind:
     """What a trial is about to change, or has changed, so that it can be put back whatever happens: the mission that was made (its guid;
     None: none) or the robot's own one that was ``queued`` (its guid), the tokens of what was queued, whether the robot was paused, and the
-    ``hold`` (its id) that keeps the plan's starts back meanwhile.
+    ``hold`` (its id) that keeps the plan's starts back during the trial.
 
     As it was when it was paused, so that a later pause is not taken for the trial's: ``started`` is when the newest mission of the trial
     had begun, as the robot gives it (None: none had), ``uptime_s`` how long the robot had been on."""

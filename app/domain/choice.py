@@ -48,13 +48,13 @@ def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate =
     first = _queued(robots[0], zone, translate) if choice.get("last_call") else _why(robots[0], zone, translate)
     if not whole:
         return first
-    others = [_told(robot, zone, translate) for robot in robots[1:MOST_SHOWN]]
+    others = [_described(robot, zone, translate) for robot in robots[1:MOST_SHOWN]]
     return "; ".join([first, *others, *_more(choice, robots, translate)])
 
 
 def moved_on(tried: Mapping[str, Any], robot: str, translate: Translate = lambda text: text) -> str:
     """Of a start of a group: robots that had it before and did not take it, and who has it now; empty where there were none."""
-    told = []
+    parts = []
     for each in tried.values():
         if not (isinstance(each, Mapping) and each.get("tries") and each.get("robot") and each["robot"] != robot):
             continue
@@ -63,10 +63,10 @@ def moved_on(tried: Mapping[str, Any], robot: str, translate: Translate = lambda
         template = translate("{robot}: {problem}") if text else translate("{robot} refused it or did not answer")
         if "code" in each:                                   # for good
             template, text = translate("{robot} refused it: {problem}"), text or stored_sentence(each, "UTC", translate)
-        told.append(template.format(robot=each["robot"], problem=text))
-    if told and robot:
-        told.append(translate("given to {robot}").format(robot=robot))
-    return "; ".join(told)
+        parts.append(template.format(robot=each["robot"], problem=text))
+    if parts and robot:
+        parts.append(translate("given to {robot}").format(robot=robot))
+    return "; ".join(parts)
 
 
 def stuck_since(execution: Execution, snapshot: RobotSnapshot) -> datetime | None:
@@ -84,10 +84,10 @@ def stuck(robot: str, since: datetime, zone: tzinfo | str, translate: Translate 
 def awaited(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
     """Of one that waits for a robot: what each is doing; empty when that is not known."""
     robots = _robots(choice)
-    told = [_told(robot, zone, translate) for robot in robots[:MOST_SHOWN]]
+    parts = [_described(robot, zone, translate) for robot in robots[:MOST_SHOWN]]
     if kept_for := choice.get("kept_for"):
-        told.insert(0, translate("kept for {mission}").format(mission=kept_for))
-    return "; ".join([*told, *_more(choice, robots, translate)])
+        parts.insert(0, translate("kept for {mission}").format(mission=kept_for))
+    return "; ".join([*parts, *_more(choice, robots, translate)])
 
 
 def may_any(choice: Mapping[str, Any]) -> bool:
@@ -101,19 +101,19 @@ def _robots(choice: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
 
 
 def _why(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
-    told, done = _told(robot, zone, translate), _time(robot.get("done"), zone, translate)
+    text, done = _described(robot, zone, translate), _time(robot.get("done"), zone, translate)
     why = str(robot.get("why"))
-    return told if why not in _WHY or (why == "soonest" and not done) else f"{told}, {translate(_WHY[why]).format(done=done)}"
+    return text if why not in _WHY or (why == "soonest" and not done) else f"{text}, {translate(_WHY[why]).format(done=done)}"
 
 
-def _told(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
-    told, failures = _state(robot, zone, translate), robot.get("failures")
+def _described(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+    text, failures = _state(robot, zone, translate), robot.get("failures")
     if robot.get("late") is True:
-        told = translate("{told}, would be done too late").format(told=told)
+        text = translate("{text}, would be done too late").format(text=text)
     if not isinstance(failures, int) or failures < 1:
-        return told
-    words = translate("{told}, its last start failed") if failures == 1 else translate("{told}, {count} starts failed in a row")
-    return words.format(told=told, count=failures)
+        return text
+    words = translate("{text}, its last start failed") if failures == 1 else translate("{text}, {count} starts failed in a row")
+    return words.format(text=text, count=failures)
 
 
 def _state(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
@@ -124,9 +124,9 @@ def _state(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -
     if until := _time(robot.get("until"), zone, translate):
         return translate("{robot} busy until about {until}").format(robot=robot["robot"], until=until)
     if gets := robot.get("gets"):
-        return translate("{robot} gets {mission} just now").format(robot=robot["robot"], mission=gets)
+        return translate("{mission} is being sent to {robot}").format(robot=robot["robot"], mission=gets)
     if robot.get("unread") is True:
-        return translate("{robot}: not read just now").format(robot=robot["robot"])
+        return translate("{robot}: no reading yet").format(robot=robot["robot"])
     metres = robot.get("metres")
     if isinstance(metres, int | float) and math.isfinite(metres):
         return translate("{robot}: free now, {metres} m away").format(robot=robot["robot"], metres=round(metres))

@@ -89,13 +89,13 @@ def _has_marks(text: str) -> bool:
     return max(text) >= _FIRST_MARK and any(unicodedata.category(character) in _MARKS for character in text)
 
 
-def _is_heaped(text: str, n: int) -> bool:
+def _has_too_many_marks(text: str, n: int) -> bool:
     """Whether it is a mark on a letter that has the most already."""
     return n >= MOST_MARKS and all(unicodedata.category(character) in _MARKS for character in text[n - MOST_MARKS:n + 1])
 
 
 def _may_stand(text: str, n: int) -> bool:
-    if _is_heaped(text, n):
+    if _has_too_many_marks(text, n):
         return False
     if text[n] in _SELECTORS:
         return n > 0 and unicodedata.category(text[n - 1]) == "So"

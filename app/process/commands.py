@@ -265,7 +265,7 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
 def _what_is_left(answer: Mapping[str, Any] | None) -> str:
     """By a check-up that the running app ended."""
     if answer is None:
-        return f"the app did not say within {PUT_BACK_WITHIN:.0f} s that the robot is as it was before: look at it"
+        return f"the app did not confirm within {PUT_BACK_WITHIN:.0f} s that the robot was put back: check it"
     return str(answer.get("left", "nothing is left on the robot"))
 
 
@@ -298,7 +298,7 @@ def _move_here(directory: DataDirectory) -> int:
 def _clock_is_right(directory: DataDirectory) -> int:
     answer = _change(directory, keep_clock_confirmation, "clock_is_right")
     if "was_in_doubt" not in answer:
-        say(f"the app's next start within a day takes this clock for right, whatever robots show: {answer['time']}")
+        say(f"no app runs; the next one started within a day trusts this clock: {answer['time']}")
     elif answer["was_in_doubt"]:
         say(f"missions start by this clock from now on: {answer['time']}")
     else:

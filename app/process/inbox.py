@@ -77,7 +77,7 @@ class Inbox:
             return {entry.name for entry in entries if entry.is_file(follow_symlinks=False)}
 
     def _sweep(self, names: set[str]) -> None:
-        """Timed by a clock that nobody sets, from when they were seen."""
+        """Timed by the monotonic clock, from when they were seen."""
         now = time.monotonic()
         left = {name for name in names if name.endswith(_SUFFIXES) and f"{name.partition('.')[0]}.request" not in names}
         self._seen = {name: self._seen.get(name, now) for name in left}
@@ -133,7 +133,7 @@ def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[
 
 
 def withdrawn(request: Path) -> Path:
-    """The file that says that nobody wants what this one asks for any more."""
+    """The file that marks the request as withdrawn."""
     return request.with_suffix(".withdrawn")
 
 

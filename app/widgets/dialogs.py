@@ -277,7 +277,7 @@ class ChoiceDialog(Dialog):
     ``options`` have ``key``, ``text``, ``note``, ``icon`` and ``tone``; ``selected`` the keys chosen. Fires ``on_choose(key)``, or
     with ``multiple`` ``on_choose_many(keys)`` in the options' order. With ``all_word`` and ``none_word`` a button ticks all that the search
     shows, or none of them. Where it ``needs_one``, nothing can be confirmed while none is ticked. ``text`` stands above the options.
-    The ``last`` option is the way out for who doesn't find what is wanted: it is there whatever is searched for.
+    The ``last`` option is for somebody who does not find what they want: it is there whatever is searched for.
     """
     text = StringProperty()
     last = ObjectProperty(None, allownone=True)

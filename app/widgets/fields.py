@@ -61,7 +61,7 @@ class FieldInput(MDTextField):
 
     def on_touch_up(self, touch):
         if touch.grab_current is None and touch.ud.pop(self.uid, None) and self.collide_point(*touch.pos):
-            return self._enter(touch)                    # and is told of the end, too: it has grabbed the touch
+            return self._enter(touch)                    # it gets the touch's end, too: it has grabbed it
         taken = super().on_touch_up(touch)
         if touch.grab_current is self and self._entering == touch.uid:
             self._entering = None

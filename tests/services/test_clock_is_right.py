@@ -46,7 +46,7 @@ def test_a_running_app_is_told_and_starts(data, fleet):
 
 
 def test_the_next_start_is_told_where_none_runs(data, fleet):
-    assert confirmed(data, "the app's next start within a day takes this clock for right, whatever robots show: ")
+    assert confirmed(data, "no app runs; the next one started within a day trusts this clock: ")
     with running(data) as app:
         assert run(data, "--run-now", fleet.robots[0].name, "Home").returncode == 0
         assert not app.said("can't be right")

@@ -118,7 +118,7 @@ def test_a_nearer_robot_that_gets_another_start_is_said_to(hall):
     hall.plan("B", f"{hall.clock.now() + timedelta(minutes=1):%Y-%m-%dT%H:%M}")
     planned(hall)
     [farther] = [row for row in hall.executions() if row.robot == "R1" and row.group_id]
-    assert told(farther) == "R1: free now, 28 m away; R2 gets Deliver just now"
+    assert told(farther) == "R1: free now, 28 m away; Deliver is being sent to R2"
 
 
 def test_without_positions_the_first_comes_and_nothing_is_said_of_metres(hall):

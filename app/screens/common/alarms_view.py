@@ -131,7 +131,7 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "two_tablets": lambda: _("switch the other tablet off, then release the hold"),
     "lock_lost": lambda: _("see that only one app runs on this data, and start it again"),
     "too_few_files": lambda: _("raise the limit (ulimit -n, or LimitNOFILE of the service) and start the app again"),
-    "zone_guessed": lambda: _("choose the one in which robots and tablet are"),
+    "zone_guessed": lambda: _("choose the zone that the robots and the tablet are in"),
     "zone_unknown": lambda: _("look at its times, then switch it on again"),
     "pin_guessed": lambda: _("enter the right PIN to end this"),
     "unknown_outcome": lambda: _("check the robot's queue before starting it again"),

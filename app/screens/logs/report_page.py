@@ -33,7 +33,7 @@ def page(report: ShiftReport, given: Given = NOTHING_KNOWN) -> str:
 
 
 def on_screen(report: ShiftReport, given: Given = NOTHING_KNOWN) -> Explanation:
-    """The same in short, where nobody can open a file: the figures, robots, runs that were not completed, and alarms."""
+    """The same in short, for screens on which no file can be opened: the figures, robots, runs that were not completed, and alarms."""
     zone, at = report.settings.timezone, report.made_at
     robots = [FactLine(robot.robot, formats.percent(None if robot.utilisation is None else robot.utilisation * 100),
                        " · ".join(f"{label} {number}" for label, number in (

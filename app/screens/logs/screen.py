@@ -276,7 +276,7 @@ class LogsViewModel(ViewModel):
             self.toggle(execution_id)
 
     def run_again(self, execution_id: int) -> None:
-        """Ask first: whoever reads here may not see the robot."""
+        """Ask first: the person reading may not see the robot."""
         run = next((row for row in self._facts.rows if row.id == execution_id), None)
         if run is None:
             return
@@ -406,7 +406,7 @@ class LogsViewModel(ViewModel):
                                    lambda key: self._to_place(partial(write, key)))
 
     def _write(self, busy: str, work: Callable[[], T], text: Callable[[T], str], show: Callable[[T], object] | None = None) -> None:
-        """Write a file and say where it is, with a button to ``show`` what is in it; the property ``busy`` is True meanwhile."""
+        """Write a file and say where it is, with a button to ``show`` what is in it; the property ``busy`` is True while it is written."""
         if getattr(self, busy) or self._presses.is_same(busy):
             return
         setattr(self, busy, True)

@@ -152,7 +152,7 @@ def _days_found(event: FoundDays, today: date) -> str:
         n = days_in(event.days)
         notes = [ngettext("{n} day", "{n} days", n).format(n=n), dated_span(first.first_day, last.last_day)]
     if not event.whole:
-        notes.append(_("has times of day"))
+        notes.append(_("with times"))
     return " · ".join(notes)
 
 

@@ -78,7 +78,7 @@ class Decision:
             return None
         peers = [other for other in others if other.failures <= chosen.failures and not self.is_too_late(other)]
         if not peers or chosen.done_s < min(peer.done_s for peer in peers):
-            return None                                          # how often the others failed is told of each of them
+            return None                                          # how often each of the others failed is in its own text
         least = min(peer.score for peer in peers)
         return Why.LESS_RUN if chosen.score < least else Why.AHEAD if chosen.score > least else None
 

@@ -95,7 +95,7 @@ class Edit(GroupEdit, ScheduleEdit):
         return f"the time zone {unknown} is not known here; the schedule {schedule.name} is switched off"
 
     def _zone_was_chosen(self) -> None:
-        """By a person, or with a configuration: nobody has to be asked."""
+        """By a person, or with a configuration: the question is answered."""
         if guessed := self._alarms.active(self.c, *ZONE_GUESSED):
             self._alarms.clear(self.c, *ZONE_GUESSED, self.now)
             self._alarms.acknowledge(self.c, guessed.id, self.now)

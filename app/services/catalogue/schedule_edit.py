@@ -66,15 +66,15 @@ class ScheduleEdit(Transaction):
     def follow_rules(self) -> int:
         """At a start: what was planned by other rules (those of an older version) or with other zone data is planned again from the last
         instant on that has its row. Returns of how many schedules."""
-        strangers = [schedule for schedule in self.schedules.all(self.c) if schedule.next_at is not None
+        outdated = [schedule for schedule in self.schedules.all(self.c) if schedule.next_at is not None
                      and not self._is_instant(schedule, schedule.next_at)]
-        for schedule in strangers:
+        for schedule in outdated:
             self.schedules.advance(self.c, schedule.id, self._next_by_rule(schedule))
             self.topics.add(Topic.SCHEDULES)
-        return len(strangers)
+        return len(outdated)
 
     def _is_instant(self, schedule: Schedule, at: datetime) -> bool:
-        """Whatever day it is: what is due on a day that was closed since stays due."""
+        """Ignores working days: a start stays due if its day was closed later."""
         return next_occurrence(replace(schedule, respect_working_days=False), at - _MOMENT, self.calendar) == at
 
     def _next_by_rule(self, schedule: Schedule) -> datetime | None:

@@ -15,8 +15,8 @@ MINUTE = 60                  # questions, one a second
 FEWEST = 5                   # of a robot that takes long: enough to judge it
 LOAD_S, LOAD_A_SECOND = 10.0, 4          # how long, and how many: more than the app asks at its busiest
 BACK_WITHIN = 300.0          # s that a robot which went away is waited for: longer than it boots
-SLOW_S, LOST = 1.0, 0.02     # from here on it is told
-LEAST_S = 0.01               # that is told: nothing takes no time
+SLOW_S, LOST = 1.0, 0.02     # from here on it is reported
+LEAST_S = 0.01               # the least that is shown
 TOO_SLOW_S = Timeouts().read             # an answer that takes longer is none, unless the robot's profile allows for it
 QUIET_FACTOR, TIMEOUT_FACTOR = 6, 2      # times the slowest answer
 LONGEST_QUIET, LONGEST_TIMEOUT = 600.0, 30.0
@@ -79,7 +79,7 @@ def load(look: Look, after_s: float, of_s: float) -> None:
                    message("Check up again while it stands: it is asked 40 times within 10 s then."))
         return
     run = _ask_often(look, after_s, of_s)
-    if run.is_borne:
+    if run.all_answered:
         look.green(Topic.LOAD, message("It answered {n} questions within {seconds} s", n=run.asked, seconds=round(run.seconds)))
         return
     back = _come_back(look, after_s, of_s)
@@ -99,7 +99,7 @@ def load(look: Look, after_s: float, of_s: float) -> None:
 def _confirm(look: Look, first: _Run, after_s: float, of_s: float) -> None:
     look.pause(LOAD_S)
     again = _ask_often(look, after_s, of_s)
-    if again.is_borne:
+    if again.all_answered:
         look.amber(Topic.LOAD, message("It left one of {n} questions within 10 s unanswered, and answered all when it was asked as often "
                                        "once more", n=first.asked),
                    message("That was the network rather than the robot. Nothing to do."))
@@ -113,7 +113,7 @@ def _confirm(look: Look, first: _Run, after_s: float, of_s: float) -> None:
 class _Run:
     asked: int
     seconds: float
-    is_borne: bool
+    all_answered: bool
 
 
 def _ask_often(look: Look, after_s: float, of_s: float) -> _Run:
@@ -141,4 +141,3 @@ def _come_back(look: Look, after_s: float, of_s: float) -> RobotStatus | None:
         except RobotError:
             continue
     return None
-

@@ -18,7 +18,7 @@ from app.services.check_up.look import Look, why
 PAGE = 200                   # entries asked for at once, as the app does
 FEW = 5
 LATELY = timedelta(hours=2)              # by the robot's own clock: orders of others since then count
-FEW_MEANS = message("The app takes the careful way there. Check up again when the robot has had some missions.")
+FEW_MEANS = message("The app uses the careful way until then. Check up again when the robot has had some missions.")
 SHARED = message("A fleet or another program may queue by itself. Starts of this plan wait in the robot's queue behind what others put "
                  "there: give this robot to one of them, or plan with room between starts.")
 
@@ -157,7 +157,7 @@ class QueueLists:
 
 
 def look_at_others(look: Look, entries: Sequence[parse.Object], user: str, *, is_empty: bool = False) -> None:
-    """Who else has put missions there of late, by the robot's own times. ``entries``: the newest, [] where they can't be read;
+    """Who else has put missions there recently, by the robot's own times. ``entries``: the newest, [] where they can't be read;
     ``user``: who we are to it; ``is_empty``: nothing is in its queue."""
     if is_empty:
         look.green(Topic.OTHERS, message("Its queue is empty: nobody uses it just now"))
@@ -172,12 +172,12 @@ def look_at_others(look: Look, entries: Sequence[parse.Object], user: str, *, is
     elif lately:
         look.amber(Topic.OTHERS, message("One mission of the last two hours is of {name}", name=_name(lately[0][1])), SHARED)
     elif undated:
-        look.amber(Topic.OTHERS, message("{n} of the newest {of} missions in its queue are of others; it does not tell when they were "
+        look.amber(Topic.OTHERS, message("{n} of the newest {of} missions in its queue were queued by others; it does not tell when they were "
                                          "queued", n=undated, of=len(entries)), SHARED)
     elif is_unclear or not entries:
         look.amber(Topic.OTHERS, message("Not found out: who queued the newest missions can't be told"), SHARED)
     else:
-        look.green(Topic.OTHERS, message("Nobody else has used its queue of late"))
+        look.green(Topic.OTHERS, message("Nobody else has used its queue recently"))
 
 
 def _tell_others(look: Look, lately: Sequence[tuple[datetime, parse.Object]]) -> None:

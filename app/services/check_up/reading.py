@@ -124,11 +124,11 @@ def _battery(look: Look, status: RobotStatus) -> None:
     if status.battery_percentage is not None:
         look.green(Topic.BATTERY, message("Its battery is at {percent} %", percent=round(status.battery_percentage)))
     elif status.state is RobotState.EMERGENCY_STOP:
-        look.amber(Topic.BATTERY, message("Not found out whether it tells its battery, as it stands in emergency stop"),
+        look.amber(Topic.BATTERY, message("Not found out whether it reports its battery level, as it stands in emergency stop"),
                    message("Check up again when it is released."))
     else:
-        look.amber(Topic.BATTERY, message("It does not tell its battery"),
-                   message("A start that needs a least battery is skipped on it: set none for its schedules."))
+        look.amber(Topic.BATTERY, message("It does not report its battery level"),
+                   message("A start that needs a minimum battery is skipped on it: set none for its schedules."))
 
 
 def _clock(look: Look) -> None:

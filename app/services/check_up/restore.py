@@ -22,7 +22,7 @@ Note = Callable[[LeftBehind | None], None]
 
 
 class Outcome(NamedTuple):
-    """``problem``: what is not as it was; None: everything is. ``stays_paused``: by somebody else. ``is_in_error``: the robot stands so."""
+    """``problem``: what could not be put back; None: all was. ``stays_paused``: by somebody else. ``is_in_error``: the robot stands so."""
     problem: Message | None
     stays_paused: bool = False
     is_in_error: bool = False

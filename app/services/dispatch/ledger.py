@@ -397,7 +397,7 @@ class Ledger:
                                 reason=to_store(ended.reason), timezone=ended.timezone)
 
     def _judge_robot(self, robot_id: int, row: Execution) -> None:
-        """A robot that fails start after start has an alarm until it completes one, whoever plans them. ``row``: the last one."""
+        """A robot that fails start after start has an alarm until it completes one. ``row``: the last one."""
         c = self._db.read()
         robot, failures = self._robots.get(c, robot_id), self._robots.failures(c, [robot_id]).get(robot_id, 0)
         if robot is not None and failures >= TOO_MANY:

@@ -27,8 +27,8 @@ class Passed:
 
 def passed(schedule: Schedule, until: datetime, calendar: WorkingCalendar, downtime: Downtime,
            skipped: Collection[datetime]) -> list[Passed]:
-    """From its next instant up to ``until``, which is included. Starts that a person ``skipped`` have their rows already. What nothing
-    tells a reason of belongs to the absence beside it."""
+    """From its next instant up to ``until``, which is included. Starts that a person ``skipped`` have their rows already. Starts
+    without a known reason count to the adjacent absence."""
     found: list[Passed] = []
     for each in _parts(schedule, until, calendar, downtime, skipped):
         before = found[-1] if found else None

@@ -260,7 +260,7 @@ class Planner:
         next."""
         context = make.context
         following = next_occurrence(schedule, schedule.next_at or context.now, context.calendar)
-        if following is None or following > context.now:                    # as always, unless the app was off or the clock was set
+        if following is None or following > context.now:                    # usual case: one instant is due
             return [], schedule.next_at, following
         latest = make.still_open()
         skipped = {instant for schedule_id, instant in context.skips if schedule_id == schedule.id}
@@ -366,7 +366,7 @@ class _RowMaker:
         return self.ended(planned_at, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()} if until else {}))
 
     def still_open(self) -> datetime | None:
-        """The latest instant, where its start window is open and nobody has left it out: it still runs."""
+        """The latest instant, where its start window is open and it was not left out by a person: it still runs."""
         context, schedule = self.context, self.schedule
         window = rules.closes_at(context.now, schedule.start_window_minutes, context.settings) - context.now
         since = max(context.now - window, (schedule.next_at or context.now) - MOMENT)

@@ -18,11 +18,9 @@ from app.domain.reasons import known_zone, sentence
 
 COLUMNS = ("id", "trigger", "schedule", "robot", "mission", "mission_guid", "state", "reason_code", "reason", "planned_at", "created_at",
            "submitted_at", "started_at", "ended_at", "duration_s", "attempts", "queue_id", "group", "choice", "starts")
+BYTE_ORDER_MARK = "\ufeff"
 # Where a cell begins that a spreadsheet takes for a formula; inside a text, too, where a spreadsheet separates by semicolons or tabs.
 _FORMULA = re.compile(r'(^|[;\t\r\n])(?=[\s"]*[=+\-@＝＋－＠])')
-
-
-BYTE_ORDER_MARK = "\ufeff"
 
 
 def write_history(c: sqlite3.Connection, file: TextIO, wanted: ExecutionFilter | None = None, *, for_excel: bool = False) -> int:

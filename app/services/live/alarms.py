@@ -31,8 +31,8 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
     "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
     "wrong_robot": (Priority.HIGH, "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
                                    "nothing is sent"),
-    "same_machine": (Priority.HIGH, "{robots} have one serial number, {number}: they are one machine, and what is planned for each meets "
-                                    "in its queue"),
+    "same_machine": (Priority.HIGH, "{robots} have the same serial number, {number}: they are one machine, and starts for both end up in "
+                                    "its one queue"),
     "serial_hidden": (Priority.HIGH, "{robot} no longer shows its serial number {expected}; nothing is sent"),
     "certificate_changed": (Priority.HIGH, "{robot} shows another certificate than the one that is trusted; nothing is sent"),
     "certificate_untrusted": (Priority.HIGH, "{robot} shows a certificate that is not trusted; nothing is sent"),
@@ -78,7 +78,7 @@ LONGEST_SHOWN = 1000         # characters of a detail in a sentence: it may be o
 EVENTS = frozenset({"execution_failed", "start_refused", "execution_skipped", "executions_missed", "app_was_off", "backup_restored",
                     "clock_stepped", "duplicate_healed", "duplicate_running", "started_twice", "unmarked_copy", "unknown_outcome",
                     "late_cancelled", "adopted_unproven", "item_unreadable", "zone_unknown"})
-ZONE_GUESSED = ("zone_guessed", "tablet")        # code and key; as long as it is active, nobody has chosen the time zone
+ZONE_GUESSED = ("zone_guessed", "tablet")        # code and key; as long as it is active, the time zone was not chosen by a person
 
 
 class _Known(dict[str, Any]):
@@ -145,7 +145,7 @@ class Alarms:
             self._changes.publish(Topic.ALARMS)
 
     def note_answer(self, key: str, guid: str, answer: str) -> None:
-        """What somebody has answered to the question with this guid, for whoever reads it among the past ones."""
+        """What somebody has answered to the question with this guid: shown with past alarms."""
         if self._db.write(lambda c: self._repository.note_answer(c, key, guid, clipped(answer, LONGEST_DETAIL))):
             self._changes.publish(Topic.ALARMS)
 

@@ -92,9 +92,9 @@ def of_windows(windows: WindowsZone, finder: _Finder) -> TabletZone:
     name = WINDOWS_TO_OLSON.get(windows.key)
     if name not in zone_names():
         return NOT_KNOWN
-    names = finder.alike(ZoneInfo(name), finder.coming(), with_words=True)
-    alike = [place for place in _places().values() if place.name in names]
-    there = [place for place in alike if place.country == windows.country] or alike
+    names = finder.matching(ZoneInfo(name), finder.coming(), with_words=True)
+    places = [place for place in _places().values() if place.name in names]
+    there = [place for place in places if place.country == windows.country] or places
     is_known = not there or name in [place.name for place in there if place.country == windows.country]
     found = name if is_known or len(there) > 1 else there[0].name
     return TabletZone(found, "Windows", (is_known or len(there) == 1) and not windows.keeps_standard_time)
@@ -154,8 +154,8 @@ class _Finder:
     # ------------------------------------------------------------------ which of the known ones it is
     def _named(self, zone: ZoneInfo, source: str, moments: list[datetime]) -> TabletZone | None:
         """The known zone that shows the same times at these moments. None where none does."""
-        if not (found := self.alike(zone, moments, with_words=True)):
-            lately = self.alike(zone, self._moments(self._now - timedelta(days=365), self._now))
+        if not (found := self.matching(zone, moments, with_words=True)):
+            lately = self.matching(zone, self._moments(self._now - timedelta(days=365), self._now))
             return TabletZone(self._best(lately), source, False) if lately else None
         found = {name for name in found if self._agree(zone, name, self._moments(self._now - SETTLED, self._now))} or found
         if (note := self._note()) in found:
@@ -169,7 +169,7 @@ class _Finder:
             return min(found, key=lambda place: (place.country != self._country, place.rank)).name
         return "UTC" if "UTC" in names else min(names, key=lambda name: ("/" not in name, name))
 
-    def alike(self, zone: ZoneInfo, moments: list[datetime], *, with_words: bool = False) -> set[str]:
+    def matching(self, zone: ZoneInfo, moments: list[datetime], *, with_words: bool = False) -> set[str]:
         """Names of the zones that show the same time, ``with_words`` also the same abbreviation of it (EET), as the system's own data say,
         or those of the app."""
         moments = _with_changes(moments, zone)

@@ -130,7 +130,7 @@ def with_items(*changes: dict[str, Any]) -> AskedRobot:
 def test_missions_of_others_without_dates_are_told():
     robot = with_items(*[{"created_by_name": "Fleet", "ordered": None}] * 5)
     assert says(read(robot), Topic.OTHERS) == (
-        AMBER, "5 of the newest 200 missions in its queue are of others; it does not tell when they were queued")
+        AMBER, "5 of the newest 200 missions in its queue were queued by others; it does not tell when they were queued")
 
 
 def test_one_mission_of_another_of_late_is_told():
@@ -157,7 +157,7 @@ def test_of_a_long_queue_in_the_other_order_the_newest_missions_are_looked_at():
 def test_a_status_without_battery_is_told():
     robot = AskedRobot()
     robot.meddle = of_status(lambda status: status.pop("battery_percentage"))
-    assert says(read(robot), Topic.BATTERY) == (AMBER, "It does not tell its battery")
+    assert says(read(robot), Topic.BATTERY) == (AMBER, "It does not report its battery level")
     assert says(read(AskedRobot()), Topic.BATTERY) == (GREEN, "Its battery is at 80 %")
 
 

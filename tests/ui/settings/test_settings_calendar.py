@@ -164,7 +164,7 @@ def test_the_days_of_a_calendar_file_are_shown_and_taken_as_ticked(site, app, ui
     dialog = offered(ui)
     assert (dialog.title, dialog.text) == ("Closed days in plant.ics", "1 past event left out")
     assert [(option.text, option.note, option.selected) for option in dialog.shown] == [
-        ("Audit", "Tue 24 Nov 2026 – Wed 25 Nov 2026", True), ("Meeting", "Fri 27 Nov 2026 · has times of day", False)]
+        ("Audit", "Tue 24 Nov 2026 – Wed 25 Nov 2026", True), ("Meeting", "Fri 27 Nov 2026 · with times", False)]
     assert entries(site) == []
     press(ui, "Close these days", dialog)
     ui.wait(lambda: says(ui, "2 closed days imported"))

@@ -79,7 +79,7 @@ def test_events_of_a_file_are_offered_whole_days_ticked():
                     FoundDays(closed("Year's end", ("2020-12-24", "2021-01-03"), yearly=True), True),
                     FoundDays(closed("Leap day", ("2024-02-29", "2024-02-29"), yearly=True), True))
     assert [(option.key, option.text, option.note, option.selected) for option in view.import_options(offered, TODAY)] == [
-        (0, "Break", "Mon 5 Jul 2027 – Sun 18 Jul 2027", True), (1, "Audit", "Tue 1 Dec 2026 · has times of day", False),
+        (0, "Break", "Mon 5 Jul 2027 – Sun 18 Jul 2027", True), (1, "Audit", "Tue 1 Dec 2026 · with times", False),
         (2, "Fridays", "2 days · Fri 4 Jun 2027 – Fri 11 Jun 2027", True),
         (3, "Year's end", "Thu 24 Dec 2026 – Sun 3 Jan 2027 · every year", True),
         (4, "Leap day", "Tue 29 Feb 2028 · every year · leap years only", True)]

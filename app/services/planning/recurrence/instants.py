@@ -196,7 +196,7 @@ class _Rule:
             yield heapq.heappop(waiting)
 
     def _passed_dates(self, after: datetime, until: datetime, calendar: WorkingCalendar | None, last_day: date, end: datetime) -> Passed:
-        """Instants of one by one are those about the ends and about clock changes, where two may become one."""
+        """Only days at the ends and near clock changes, where two instants may become one, are expanded."""
         after = max(after, to_utc(self.start, self.zone) - DAY)
         low, moments, number, whole, found = self._wall_clock_at(after), self.times_of_day, 0, None, set[datetime]()
         first, last = max(after.astimezone(self.zone).date(), self.start.date()), min(until.astimezone(self.zone).date(), end.date())
