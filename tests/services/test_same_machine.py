@@ -22,8 +22,8 @@ def alarms(site: Site) -> list[str]:
 
 
 def said(site: Site) -> str:
-    return (f"R1, R3 have one serial number, {site.machines['R1'].serial_number}: they are one machine, and what is planned for each meets "
-            "in its queue")
+    return (f"R1, R3 have the same serial number, {site.machines['R1'].serial_number}: they are one machine, and starts for both end "
+            "up in its one queue")
 
 
 def test_both_are_named_at_once(site):

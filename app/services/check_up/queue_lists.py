@@ -172,8 +172,8 @@ def look_at_others(look: Look, entries: Sequence[parse.Object], user: str, *, is
     elif lately:
         look.amber(Topic.OTHERS, message("One mission of the last two hours is of {name}", name=_name(lately[0][1])), SHARED)
     elif undated:
-        look.amber(Topic.OTHERS, message("{n} of the newest {of} missions in its queue were queued by others; it does not tell when they were "
-                                         "queued", n=undated, of=len(entries)), SHARED)
+        look.amber(Topic.OTHERS, message("{n} of the newest {of} missions in its queue were queued by others; it does not tell when they "
+                                         "were queued", n=undated, of=len(entries)), SHARED)
     elif is_unclear or not entries:
         look.amber(Topic.OTHERS, message("Not found out: who queued the newest missions can't be told"), SHARED)
     else:

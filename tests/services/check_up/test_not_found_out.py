@@ -164,7 +164,7 @@ def test_a_status_without_battery_is_told():
 def test_in_emergency_stop_it_is_not_found_out_whether_it_tells_its_battery():
     robot = AskedRobot()
     robot.machine.press_emergency_stop(True)
-    assert says(read(robot), Topic.BATTERY)[1] == "Not found out whether it tells its battery, as it stands in emergency stop"
+    assert says(read(robot), Topic.BATTERY)[1] == "Not found out whether it reports its battery level, as it stands in emergency stop"
 
 
 @pytest.mark.parametrize(("user", "password", "level"), [("distributor", "distributor", AMBER), ("Admin", "admin", AMBER),
