@@ -112,3 +112,22 @@ def test_one_that_answers_every_start_with_an_error_is_passed_over_too(hall):
     rows = sorted(hall.executions(), key=lambda row: row.planned_at)
     assert "R1" not in {row.robot for row in rows}
     assert all((row.submitted_at - row.planned_at).total_seconds() < 3 for row in rows[1:])
+
+
+def refused_unsent(hall):
+    """Starts that no robot takes, as the app finds out when they are to be sent."""
+    hall.network.down.update(hall.machines)
+    plan = {"recurrence": "FREQ=MINUTELY;INTERVAL=10;COUNT=4", "parameters": {"Speed": 1}}
+    hall.at(60, lambda: hall.network.down.clear())
+    return plan
+
+
+def test_what_the_app_refuses_without_sending_it_is_not_held_against_a_robot(hall):
+    hall.plan(**refused_unsent(hall))
+    hall.plan("own", robot_id=hall.robot("R1").id, group_id=None, **refused_unsent(hall))
+    hall.run(3000)
+    assert {row.state for row in hall.executions()} == {State.FAILED}
+    assert (hall.network.posts(), alarm_of(hall)) == ([], None)
+    hall.plan("later", f"{hall.clock.now() + timedelta(minutes=5):%Y-%m-%dT%H:%M}")
+    hall.run(400)
+    assert "failed" not in chosen(hall.run_of("later").choice, "UTC")

@@ -54,6 +54,11 @@ def was_replaced(row: Execution, serial_number: str | None) -> bool:
     return None not in (row.robot_serial, serial_number) and row.robot_serial != serial_number
 
 
+def _robot_failed(execution: Execution, code: object) -> bool:
+    """Whether the robot is to blame. One that was not sent it could not fail it."""
+    return code in _THE_ROBOT_FAILED and execution.state is not State.WAITING
+
+
 class Moves:
     """Of a row as it was read; ``Ledger.make`` makes none of a row that has moved on."""
 
@@ -107,7 +112,7 @@ class Moves:
         return Move(execution, NOT_WITH_THE_ROBOT, {
             **UNBOUND, "state": State.WAITING, "wait": Wait.ROBOT, "wait_details": {}, "attempts": attempts,
             "tried": {**execution.tried, str(robot_id): tried}}, self.watch(execution, robot_id) if may_come else None,
-            went_well=False if may_come or tried.get("code") in _THE_ROBOT_FAILED else None)
+            went_well=False if may_come or _robot_failed(execution, tried.get("code")) else None)
 
     def unbound_again(self, execution: Execution) -> Move:
         """A start of a group that its robot could not begin is for any of them again; nothing is held against this one."""
@@ -152,7 +157,7 @@ class Moves:
               duration_s: float | None = None) -> Move:
         """Ended with a reason, whose code gives the state."""
         return Move(execution, expected, {"state": reason.state, "reason": reason, "ended_at": self._clock.now(), "duration_s": duration_s},
-                    went_well=False if reason.code in _THE_ROBOT_FAILED else None)
+                    went_well=False if _robot_failed(execution, reason.code) else None)
 
     def watch(self, execution: Execution, robot_id: int | None) -> Watch:
         assert robot_id is not None, "it was sent to a robot"
