@@ -44,13 +44,16 @@ def test_nothing_is_sent_without_what_is_required(site, robot, mission, given):
 
 
 @pytest.mark.parametrize("given", ["Line 1", "line 1", None])
-def test_a_position_travels_as_its_guid(site, robot, mission, given):
+def test_a_position_is_kept_as_it_was_entered_and_sent_by_its_guid(site, robot, mission, given):
     site.run(10)
     by_name = {name: guid for guid, name in asked(site, robot).choices}
-    execution = site.container.operator.run_now(robot.id, mission.id, {"Position": given or by_name["Line 1"]})
-    assert dict(execution.parameters) == {"Position": by_name["Line 1"]}
+    entered = {"Position": given or by_name["Line 1"]}
+    execution = site.container.operator.run_now(robot.id, mission.id, entered)
+    assert dict(execution.parameters) == entered
     site.run(600)
     assert site.container.ledger.get(execution.id).state is State.COMPLETED
+    item, = site.machines["R1"].queue
+    assert item.parameters[0]["value"] == by_name["Line 1"]
 
 
 def test_missions_that_a_robot_lacks_are_not_offered_for_it(site, robot, mission):

@@ -58,10 +58,8 @@ class Operator:
         """Submit a mission at once, whatever its constraints are. ``token`` is made per press, so a press that arrives twice runs once.
         Raises InvalidInput, also where the data was copied from another tablet: it must not wait here until the plan moves."""
         robot, mission = self._usable(robot_id), self._mission(mission_id)
-        given = parameters or {}
-        self._check_parameters(mission, given, [(robot, mission.guid)])
-        values = self._parameters.values(robot_id, mission.guid, mission.name, given)
-        return self._start(robot, mission, given if values is None else values, token, HIGH if robot.hand_over is HandOver.WHEN_FREE else 0)
+        self._check_parameters(mission, parameters or {}, [(robot, mission.guid)])
+        return self._start(robot, mission, parameters or {}, token, HIGH if robot.hand_over is HandOver.WHEN_FREE else 0)
 
     def run_on_any(self, group_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None, *,
                    priority: int = HIGH) -> Execution:
