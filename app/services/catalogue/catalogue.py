@@ -219,7 +219,7 @@ class Catalogue:
         c = self._db.read()
         before = self._schedules.get(c, schedule.id) if schedule.id else None
         given = validation.parameters(schedule.parameters)
-        if self.parameters is not None and parameter_check.is_given_anew(replace(schedule, parameters=given), before):
+        if self.parameters is not None and parameter_check.needs_check(replace(schedule, parameters=given), before):
             _raise(parameter_check.Runners(c).check(schedule, self.known_parameters))
         return self.edit(lambda edit: edit.save_schedule(schedule))
 

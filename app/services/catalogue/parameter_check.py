@@ -61,8 +61,8 @@ def of_idle_rule(edit: Transaction, robot: Robot, rule: IdleRule, known: Known) 
     return Checked(problem, [(robot, mission.guid)])
 
 
-def is_given_anew(schedule: Schedule, before: Schedule | None) -> bool:
-    """Whether it is to be checked: one that stays as it is may be edited otherwise, whatever robots say by now."""
+def needs_check(schedule: Schedule, before: Schedule | None) -> bool:
+    """Whether it is to be checked: one that stays as it is may be edited otherwise, even if robots would refuse it today."""
     return before is None or _given(schedule) != _given(before)
 
 

@@ -77,7 +77,7 @@ def stops_a_robot(line: Message) -> bool:
 class _Import:
     def __init__(self, edit: Edit, document: Document, asked: AskedRobots) -> None:
         self._edit, self._document, self._asked = edit, document, asked
-        self._given_anew: list[tuple[Item, Schedule]] = []   # whose parameters are to be judged
+        self._to_check: list[tuple[Item, Schedule]] = []     # whose parameters are to be judged
         self._idle: list[tuple[Item, Checked]] = []
         self._unnamed: dict[tuple[str, int], Unnamed] = {}
         self._place_ids: dict[str, int] = {}
@@ -105,7 +105,7 @@ class _Import:
         schedule_lines = self._schedules(self._document.schedules)
         self._check_room()
         runners = parameter_check.Runners(self._edit.c)
-        self._asked.judge([*self._idle, *((item, runners.check(schedule, self._asked.known)) for item, schedule in self._given_anew)])
+        self._asked.judge([*self._idle, *((item, runners.check(schedule, self._asked.known)) for item, schedule in self._to_check)])
         robot_lines = [line for item in self._document.robots for line in self._robot_line(item, before[item.path])]
         return [*setting_lines, *robot_lines, *group_lines, *place_lines, *mission_lines, *schedule_lines]
 
@@ -321,8 +321,8 @@ class _Import:
             saved = self._edit.save_schedule(Schedule(**{**defaults, **values}))
         else:
             saved = self._edit.save_schedule(replace(stored, **values))
-        if parameter_check.is_given_anew(saved, stored):
-            self._given_anew.append((item, saved))
+        if parameter_check.needs_check(saved, stored):
+            self._to_check.append((item, saved))
         if stored is None:
             yield message("schedule {name} added", name=saved.name)
         elif changed := [_KEY_OF_FIELD.get(key, key) for key in values if getattr(saved, key) != getattr(stored, key)]:
