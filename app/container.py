@@ -118,7 +118,7 @@ class Container:
         self.tablet = Tablet(db, repositories.settings, clock, self.holds, machine)
         self.ledger = Ledger(db, repositories.executions, repositories.settings, clock, self.changes, self.alarms)
         self.history = History(db, repositories.executions, repositories.missions)
-        self.parameters = MissionParameters(db, clock, self.make_client, self.snapshots)
+        self.parameters = MissionParameters(db, clock, self.make_client, self.snapshots, self.changes)
         self.catalogue = Catalogue(db, clock, self.changes, self.parameters)
         self.kpis = Kpis(db, clock)
         self.group_figures, self.promises = GroupFigures(db, clock), PromiseFigures(db, clock)

@@ -44,4 +44,4 @@ def _parameter(found: dict[str, Any]) -> MissionParameter:
     for name in ("minimum", "maximum"):
         found[name] = None if found[name] is None else float(found[name])
     return MissionParameter(**{**found, **{name: tuple((value, str(label)) for value, label in found[name])
-                                           for name in ("choices", "elsewhere")}})
+                                           for name in ("choices", "on_other_maps")}})

@@ -59,6 +59,8 @@ class RobotRepository:
         """All of it, its idle rule included. What was learned of another machine (another serial number) is forgotten."""
         c.execute("""DELETE FROM check_ups WHERE robot_id = ? AND left_behind IS NULL
                      AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""", (robot.id, robot.serial_number))
+        c.execute("""DELETE FROM mission_parameters WHERE robot_id = ?
+                     AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""", (robot.id, robot.serial_number))
         c.execute("""UPDATE robots SET drain_runs = 0, drain_percent = 0, drain_hours = 0, failures = 0
                      WHERE id = ? AND serial_number <> coalesce(?, '')""", (robot.id, robot.serial_number))
         c.execute(f"UPDATE robots SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?", (*_values(robot), robot.id))

@@ -2,10 +2,10 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_optional_text, to_text
 from app.domain.models import Between, Overlap, Schedule
@@ -126,11 +126,12 @@ class ScheduleRepository:
                            AND (paused_until IS NULL OR paused_until <= next_at)""", (robot_id,)).fetchone()
         return to_optional_instant(row[0])
 
-    def given_parameters(self, c: sqlite3.Connection, robot_id: int, until: datetime) -> list[str]:
-        """Guids of missions that a robot starts by then and that are given parameters."""
-        return [row[0] for row in c.execute("""SELECT DISTINCT missions.guid FROM schedules JOIN missions ON missions.id = mission_id
-                                               WHERE schedules.robot_id = ? AND enabled = 1 AND next_at <= ? AND parameters <> '{}'""",
-                                            (robot_id, to_text(until)))]
+    def with_parameters(self, c: sqlite3.Connection, robot_id: int, until: datetime) -> list[tuple[str, str, Mapping[str, Any]]]:
+        """What a robot starts by then with parameters: the mission's guid and name, and the values as they were entered."""
+        rows = c.execute("""SELECT DISTINCT guid, missions.name, parameters FROM schedules JOIN missions ON missions.id = mission_id
+                            WHERE schedules.robot_id = ? AND enabled = 1 AND next_at <= ? AND parameters <> '{}'""",
+                         (robot_id, to_text(until)))
+        return [(guid, name, from_json(text)) for guid, name, text in rows]
 
     def next_of_groups(self, c: sqlite3.Connection, robot_id: int, until: datetime) -> dict[tuple[int, ...], int]:
         """Of each group of a robot how many starts are planned by then: by its members that are switched on."""

@@ -52,6 +52,15 @@ def values_for(mission: str, parameters: Sequence[MissionParameter], given: Mapp
     return values
 
 
+def has_position_by_name(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]) -> bool:
+    """Whether a value has to be looked up among the robot's positions. A guid means the same position on every map."""
+    return any(parameter.is_position and parameter.name in entered and not _is_guid(entered[parameter.name]) for parameter in parameters)
+
+
+def _is_guid(entered: Any) -> bool:
+    return IDENTIFIER.fullmatch(str(entered).strip()) is not None
+
+
 def missing(parameters: Sequence[MissionParameter]) -> list[str]:
     """What people call those that have to be given, as they have no default that can be used."""
     return [parameter.label or parameter.name for parameter in parameters if not _has_default(parameter)]
@@ -108,7 +117,7 @@ def _chosen(parameter: MissionParameter, entered: Any) -> Any:
         return answer
     if (meant := parameter.value_of(entered)) is not None:
         return meant
-    if parameter.is_position and IDENTIFIER.fullmatch(str(entered).strip()):         # one that the robot doesn't list, such as an entry
+    if parameter.is_position and _is_guid(entered):         # one that the robot doesn't list, such as an entry
         return str(entered).strip()
     raise WrongValue(message("Choose one of {choices}", choices=_listed([label for _value, label in parameter.choices])))
 

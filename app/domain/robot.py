@@ -173,7 +173,7 @@ class MissionParameter:
     minimum: float | None = None
     maximum: float | None = None
     choices: tuple[tuple[Any, str], ...] = ()        # (value, label); of positions those on the robot's present map
-    elsewhere: tuple[tuple[Any, str], ...] = ()      # the same of positions on its other maps
+    on_other_maps: tuple[tuple[Any, str], ...] = ()  # the same of positions on its other maps
     sets: str = ""                       # the parameter of an action that it sets, as MiR calls it: position, x, time …
     unit: str = ""                       # of a number
 
@@ -187,7 +187,7 @@ class MissionParameter:
         if any(given == value and type(given) is type(value) for value, _label in self.choices):
             return given
         word = str(given).strip().casefold()
-        for places in (self.choices, self.elsewhere):
+        for places in (self.choices, self.on_other_maps):
             named = [value for value, label in places if word in (label.casefold(), str(value).casefold())]
             if named:
                 return named[0] if len(named) == 1 else None

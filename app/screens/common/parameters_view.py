@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -85,10 +85,10 @@ def _limits(parameter: MissionParameter) -> tuple[int, int] | None:
 
 
 def _shown(parameter: MissionParameter) -> Any:
-    """What its field begins with."""
+    """What its field begins with. A position on another map has to be chosen by a person."""
     default = parameter.default
     if parameter.choices:
-        return parameter.value_of(default)
+        return replace(parameter, on_other_maps=()).value_of(default)
     if _limits(parameter) is not None:
         return _whole(default)
     kind = kind_of(parameter)

@@ -137,7 +137,7 @@ class Allocator:
         ready = worker.readiness()
         if ready is None or str(worker.robot.id) in row.tried or not rules.battery_allows(ready.battery, row.minimum_battery_percent):
             return None
-        if not self._s.parameters.may_send(row, worker.robot.id, guid):          # the robot is asked first
+        if self._s.parameters.to_send(worker.robot.id, guid, row.mission, row.parameters) is None:         # the robot is asked first
             return None
         may_be_there = ready.uncertain_through is not None and row.planned_at <= ready.uncertain_through
         return None if may_be_there else ready.queue_floor

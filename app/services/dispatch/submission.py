@@ -14,8 +14,9 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
+from typing import Any
 
 from app.database.executions import Unsent
 from app.database.values import to_text
@@ -148,8 +149,6 @@ class Submission:
         if status is None or not self._seen.robot.enabled or self._s.holds.active(self._robot_id) or self._seen.contradicts_clock:
             return False
         is_charged = rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
-        if not self._s.parameters.may_send(intent, self._robot_id, intent.mission_guid):
-            return False
         return is_charged and (can_work(status) or not is_for_any(intent))
 
     def _taken_back(self, row: Execution) -> Reason | None:
@@ -260,8 +259,8 @@ class Submission:
             if self._seen.highest is None:
                 self._seen.highest = self._client.highest_queue_id() or 0
             already_there = self._copies.of(row) if row.attempts and row.queue_floor is not None else []
-            if not already_there and not self._s.parameters.may_send(row, self._robot_id, row.mission_guid) and (
-                    refused := self._s.parameters.learn_for(row, self._robot_id, self._client)):
+            if not already_there and self._values(row) is None and (
+                    refused := self._s.parameters.refusal(row, self._robot_id, self._client)):
                 self._refused([row], refused)
                 return False
         except RobotError as problem:
@@ -271,6 +270,10 @@ class Submission:
             for intent in self._begin([row]):
                 self._found(intent, already_there)
         return not already_there
+
+    def _values(self, row: Execution) -> Mapping[str, Any] | None:
+        """The parameters to send; None: the robot has to be asked first."""
+        return self._s.parameters.to_send(self._robot_id, row.mission_guid, row.mission, row.parameters)
 
     def _start(self, rows: list[Execution]) -> None:
         """Their intents with one write, then each like those the planner has written. Empties ``rows``."""
@@ -361,11 +364,13 @@ class Submission:
             is_ready = self._seen.may_be_sent_by and self._s.holds.active(self._robot_id) is None
             return is_ready and self._is_wanted(intent, plan_version)
 
+        if (values := self._values(intent)) is None:
+            self._release([intent])
+            return
         self._doubt(intent)
         try:
             queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, text=intent.label, priority=intent.priority,
-                                            parameters=self._s.parameters.to_send(intent, self._robot_id),
-                                            is_wanted=is_wanted)
+                                            parameters=values, is_wanted=is_wanted)
         except RobotError as error:
             self._seen.distrust()
             if isinstance(error, NotWanted) and self._clock.now() < intent.closes_at:
@@ -374,7 +379,7 @@ class Submission:
                 self._failed([intent], error.message)
             elif error.delivery is Delivery.REFUSED:
                 if reason := refusal(self._client, intent, error):
-                    self._refused([intent], reason)
+                    self._refused([intent], self._said_of_parameters(intent, reason))
                 else:
                     self._failed([intent], error.message)
             else:
@@ -430,15 +435,19 @@ class Submission:
             self._copies.watch_for(row)
 
     def _is_not_there(self, row: Execution) -> None:
-        """Certainly, so it has failed, or was refused where the robot has said why: mostly it has other parameters by now."""
+        """Not on the robot: failed, or refused where it said why."""
         answer = row.wait_details.get("answer")
         if row.wait_details.get("is_reason") and self._taken_back(row) is None:
-            reason = Reason(ReasonCode.REFUSED, {"problem": answer})
-            with contextlib.suppress(RobotError):
-                reason = (self._s.parameters.learn_for(row, self._robot_id, self._client) if row.parameters else None) or reason
-            self._refused([row], reason, may_come=True)
+            self._refused([row], self._said_of_parameters(row, Reason(ReasonCode.REFUSED, {"problem": answer})), may_come=True)
         else:
             self._failed([row], answer or message("the robot did not receive it"), waited=True)
+
+    def _said_of_parameters(self, row: Execution, refused: Reason) -> Reason:
+        """Mostly a robot refuses what it was sent because the mission has been edited: why it refuses the parameters, where it says so."""
+        if row.parameters and refused.code is ReasonCode.REFUSED:
+            with contextlib.suppress(RobotError):
+                return self._s.parameters.refusal(row, self._robot_id, self._client) or refused
+        return refused
 
     def _found(self, row: Execution, items: list[QueueItem], left_at: datetime | None = None) -> None:
         """``left_at``: when its request left, where that is known: robots tell their times in no known zone."""

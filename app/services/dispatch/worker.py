@@ -276,9 +276,9 @@ class RobotWorker:
                 self.seen.read_status()
             if self.seen.highest is None:               # its queue could not be read yet
                 self.seen.highest = self._client.highest_queue_id() or 0
-            for guid in self._s.schedules.given_parameters(self._s.db.read(), self.robot.id, self._clock.now() + SOON):
-                if not self._s.parameters.was_asked(self.robot.id, guid):
-                    self._s.parameters.learn(self.robot.id, guid, self._client)
+            for guid, mission, entered in self._s.schedules.with_parameters(self._s.db.read(), self.robot.id, self._clock.now() + SOON):
+                if self._s.parameters.to_send(self.robot.id, guid, mission, entered) is None:
+                    self._s.parameters.learn_for_starts(self.robot.id, guid, self._client)
 
     def _apart(self, pause: float) -> float:
         """About ``pause``, different for each robot, so that robots polled or sent to in one moment are not read in one moment again and

@@ -19,15 +19,17 @@ from app.database.errors import DatabaseError
 from app.database.mission_parameters import MissionParameterRepository
 from app.domain.clock import Clock
 from app.domain.models import Connection, Execution, InvalidInput, Reason, ReasonCode, Robot
-from app.domain.parameters import values_for
+from app.domain.parameters import has_position_by_name, values_for
 from app.domain.robot import ENTRIES, MapPosition, MissionParameter
 from app.mir.client import RobotClient
-from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
+from app.mir.errors import AnotherRobot, Busy, NotAMir, Refusal, RobotError, SerialNumberHidden, Unreadable
+from app.services.live.changes import Changes, Topic
 from app.services.live.snapshots import Snapshots
 
 log = logging.getLogger(__name__)
 
 HOLDS_FOR = 300.0            # s for which a screen does not ask again; an integrator may edit the mission
+HOLDS_FOR_STARTS = 10.0      # s for which the name of a position still means the same one; asked within these before an instant
 ANSWERED_WITHIN = 10.0       # s for all robots that are asked before something is saved
 ASKED_TOGETHER = 16          # robots
 
@@ -35,24 +37,28 @@ Said = dict[tuple[int, str], Sequence[MissionParameter]]             # by robot 
 
 
 class _Kept(NamedTuple):
-    """``at`` on the monotonic clock; ``parameters`` None: the robot was asked and does not say, or it never was (``at`` −∞)."""
-    at: float
+    """What a robot said (``parameters`` None: it does not say) at a time of the monotonic clock, when it was on that map. What is only read
+    from the database was said before all times."""
     parameters: Sequence[MissionParameter] | None
+    at: float = -math.inf
+    map_id: str | None = None
 
 
 class MissionParameters:
-    def __init__(self, db: Database, clock: Clock, make_client: Callable[[Robot], RobotClient], snapshots: Snapshots) -> None:
+    def __init__(self, db: Database, clock: Clock, make_client: Callable[[Robot], RobotClient], snapshots: Snapshots,
+                 changes: Changes) -> None:
         self._db, self._clock, self._make_client, self._snapshots = db, clock, make_client, snapshots
         self._stored = MissionParameterRepository()
         self._lock = threading.Lock()
         self._kept: dict[tuple[int, str], _Kept] = {}
+        changes.subscribe(self._forget)
 
     # ------------------------------------------------------------------ what is known
     def _of(self, robot_id: int, guid: str) -> _Kept:
         with self._lock:
             kept = self._kept.get((robot_id, guid))
         if kept is None:
-            kept = _Kept(-math.inf, self._stored.get(self._db.read(), robot_id, guid))
+            kept = _Kept(self._stored.get(self._db.read(), robot_id, guid))
             with self._lock:
                 kept = self._kept.setdefault((robot_id, guid), kept)
         return kept
@@ -64,66 +70,76 @@ class MissionParameters:
     def known_of_any(self, guid: str) -> Sequence[MissionParameter] | None:
         """As any robot has said, but for the positions, which each robot has its own of."""
         found = self._stored.of_any(self._db.read(), guid)
-        return found and tuple(replace(each, choices=(), elsewhere=()) if each.is_position else each for each in found)
+        return found and tuple(replace(each, choices=(), on_other_maps=()) if each.is_position else each for each in found)
 
     def lately(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
         """As the robot has said within the last minutes."""
         kept = self._of(robot_id, guid)
         return kept.parameters if self._clock.monotonic() - kept.at < HOLDS_FOR else None
 
-    def was_asked(self, robot_id: int, guid: str) -> bool:
-        """Whether there is nothing to ask for: the robot has said it, or was asked since the app began and does not say."""
+    def to_send(self, robot_id: int, guid: str, mission: str, entered: Mapping[str, Any]) -> Mapping[str, Any] | None:
+        """The values as the robot wants them: positions by their guid, choices by their value; as they were ``entered`` where it does not
+        say what the mission asks for. None: it has to be asked first, as it would refuse them by what is remembered, or that may no longer
+        be so."""
+        if not entered:
+            return {}
         kept = self._of(robot_id, guid)
-        return kept.parameters is not None or math.isfinite(kept.at)
-
-    def values(self, robot_id: int, guid: str, mission: str, given: Mapping[str, Any]) -> Mapping[str, Any] | None:
-        """What is sent to that robot: positions by their guid, choices by their value. As it was ``given`` where the robot does not say
-        what the mission asks for; None: it has not been asked. Raises InvalidInput for what it would not take."""
-        if not self.was_asked(robot_id, guid):
+        is_recent = self._clock.monotonic() - kept.at <= HOLDS_FOR_STARTS
+        if kept.parameters is None:
+            return dict(entered) if is_recent else None
+        if has_position_by_name(kept.parameters, entered) and not (is_recent and kept.map_id == self._map_of(robot_id)):
             return None
-        known = self.known(robot_id, guid)
-        return dict(given) if known is None else values_for(mission, known, given)
+        with suppress(InvalidInput):
+            return values_for(mission, kept.parameters, entered)
+        return None
+
+    def _map_of(self, robot_id: int) -> str | None:
+        status = self._snapshots.get(robot_id).status
+        return None if status is None else status.map_id
+
+    def _forget(self, topic: Topic, _about: int | None) -> None:
+        """A robot may be another machine now: what the database still has holds."""
+        if topic is Topic.ROBOTS:
+            with self._lock:
+                self._kept.clear()
 
     # ------------------------------------------------------------------ asking
     def learn(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
         """Ask the robot. None: it does not say. Raises RobotError, Rejected with status 404 where it has no such mission."""
+        map_id = self._map_of(robot_id)          # as it is known before: should it have changed since, names are asked for again
         found = _asked(client, guid)
-        self.keep({(robot_id, guid): found})
+        self._keep({(robot_id, guid): found}, map_id)
         return found
 
-    def learn_for(self, start: Execution, robot_id: int, client: RobotClient) -> Reason | None:
-        """Ask the robot for what a start has to be given that is to be sent to it now: why it would refuse that. A robot that does not say
-        it is left to judge for itself. Raises RobotError where it can't be asked."""
+    def learn_for_starts(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
+        """Ask the robot. None: it does not say, or not to this user: it judges for itself. Raises RobotError where it can't be asked."""
         try:
-            self.learn(robot_id, start.mission_guid, client)
-            self.values(robot_id, start.mission_guid, start.mission, start.parameters)
+            return self.learn(robot_id, guid, client)
+        except RobotError as error:
+            if not _does_not_say(error):
+                raise
+            self.keep({(robot_id, guid): None})
+            return None
+
+    def refusal(self, start: Execution, robot_id: int, client: RobotClient) -> Reason | None:
+        """Ask the robot what the mission needs; returns why it would refuse these values. Raises RobotError where it can't be asked."""
+        found = self.learn_for_starts(robot_id, start.mission_guid, client)
+        try:
+            if found is not None:
+                values_for(start.mission, found, start.parameters)
         except InvalidInput as problem:
             return Reason(ReasonCode.REFUSED, {"problem": problem.message})
-        except (Rejected, RobotFault, Unreadable):
-            self.keep({(robot_id, start.mission_guid): None})
         return None
-
-    def may_send(self, start: Execution, robot_id: int, guid: str) -> bool:
-        """Whether a start can be sent to this robot without asking it first."""
-        try:
-            return not start.parameters or self.values(robot_id, guid, start.mission, start.parameters) is not None
-        except InvalidInput:
-            return False
-
-    def to_send(self, start: Execution, robot_id: int) -> Mapping[str, Any]:
-        """What a start gives its mission there; as it was entered where the robot has changed its mind since that was judged."""
-        given = dict(start.parameters)
-        if given:
-            with suppress(InvalidInput):
-                return self.values(robot_id, start.mission_guid, start.mission, given) or given
-        return given
 
     def keep(self, said: Mapping[tuple[int, str], Sequence[MissionParameter] | None]) -> None:
         """What robots have just said; None: one was asked and does not say."""
+        self._keep(said, None)
+
+    def _keep(self, said: Mapping[tuple[int, str], Sequence[MissionParameter] | None], map_id: str | None) -> None:
         now = self._clock.monotonic()
         new = {key: found for key, found in said.items() if found is not None and found != self._of(*key).parameters}
         with self._lock:
-            self._kept |= {key: _Kept(now, found) for key, found in said.items()}
+            self._kept |= {key: _Kept(found, now, map_id) for key, found in said.items()}
         if new:
             try:
                 self._db.write(lambda c: self._stored.put(c, new), patient=True)
@@ -158,11 +174,20 @@ class MissionParameters:
                 for guid in guids:
                     if time.monotonic() > end:
                         return
-                    with suppress(Rejected, RobotFault, Unreadable):         # it lacks the mission, or does not say what it asks for
+                    try:
                         if (found := _asked(client, guid)) is not None:
                             said[robot.id, guid] = found
+                    except RobotError as error:
+                        if not _does_not_say(error):
+                            raise
         except (RobotError, InvalidInput) as error:
             log.info("What missions ask for was not said by %r: %s", robot.name, error)
+
+
+def _does_not_say(error: RobotError) -> bool:
+    """Whether the robot itself has answered, only not with what a mission asks for: it lacks the mission or the question, or this user may
+    not read it. One that is busy may say it soon."""
+    return isinstance(error, Refusal | NotAMir | Unreadable) and not isinstance(error, Busy | AnotherRobot | SerialNumberHidden)
 
 
 def _asked(client: RobotClient, guid: str) -> Sequence[MissionParameter] | None:
@@ -186,10 +211,7 @@ def _named(positions: Iterable[MapPosition]) -> tuple[tuple[str, str], ...]:
 
 def _with_positions(parameter: MissionParameter, here: tuple[tuple[str, str], ...], everywhere: tuple[tuple[str, str], ...]
                     ) -> MissionParameter:
-    """A default on another map is none."""
     if not parameter.is_position:
         return parameter
     choices = parameter.choices or here
-    on_this_map = replace(parameter, choices=choices)
-    default = on_this_map.value_of(parameter.default) if here else parameter.default
-    return replace(on_this_map, default=default, elsewhere=tuple(entry for entry in everywhere if entry not in choices))
+    return replace(parameter, choices=choices, on_other_maps=tuple(entry for entry in everywhere if entry not in choices))

@@ -4,12 +4,12 @@ from __future__ import annotations
 import pytest
 
 from app.domain.models import InvalidInput
-from app.domain.parameters import missing, values_for
+from app.domain.parameters import has_position_by_name, missing, values_for
 from app.domain.robot import MissionParameter
 
 GUID = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
 GOAL = MissionParameter("Goal", sets="position", choices=(("g-1", "Dock 3"), ("g-2", "Press")),
-                        elsewhere=(("g-3", "Press"), ("g-4", "Yard")))
+                        on_other_maps=(("g-3", "Press"), ("g-4", "Yard")))
 SPEED = MissionParameter("Speed", type="Float", default=0.5, minimum=0.1, maximum=1.5)
 COUNT = MissionParameter("Count", type="Integer", default=1, minimum=1, maximum=8)
 LOUD = MissionParameter("Loud", type="Boolean", default=False)
@@ -58,3 +58,9 @@ def test_what_has_no_default_has_to_be_given():
 def test_a_mission_without_parameters_takes_none():
     with pytest.raises(InvalidInput, match="M has no parameter Goal: it takes none"):
         values_for("M", (), {"Goal": 1})
+
+
+@pytest.mark.parametrize(("entered", "is_by_name"), [
+    ({"Goal": "Press"}, True), ({"Goal": 3}, True), ({"Goal": GUID}, False), ({"Note": "Press"}, False), ({}, False)])
+def test_only_a_position_that_is_no_guid_has_to_be_looked_up(entered, is_by_name):
+    assert has_position_by_name(ALL, entered) is is_by_name
