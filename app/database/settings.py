@@ -14,7 +14,6 @@ NAMES = frozenset(field.name for field in fields(Settings))
 WRONG_PINS = "settings_pin_wrong"        # name of the row that counts the wrong PINs for Settings in a row
 DECLINED_PLACES = "declined_places"      # of the row with the guids of positions that shall not be proposed as places again
 CLOCK_CONFIRMED_AT = "clock_confirmed_at"        # of the row that says when a command called the clock right while no app ran
-UNPROVEN_TIME = "clock_unproven"         # of the row that says since and until when nothing has shown that the clock is right
 
 
 class SettingsRepository:

@@ -21,7 +21,7 @@ from app.database.holds import HoldRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.database.settings import CLOCK_CONFIRMED_AT, DECLINED_PLACES, UNPROVEN_TIME, WRONG_PINS, SettingsRepository
+from app.database.settings import CLOCK_CONFIRMED_AT, DECLINED_PLACES, WRONG_PINS, SettingsRepository
 from app.database.soundness import FULL, YEARS, tables, unusable, wrong_number
 from app.database.values import to_optional_instant
 from app.domain.message import Message, message
@@ -106,9 +106,6 @@ def _settings(c: sqlite3.Connection) -> None:
     instants = [repository.heartbeat(c), repository.restored_at(c), to_optional_instant(repository.get(c, CLOCK_CONFIRMED_AT))]
     if move := stored_move(repository, c):
         instants.append(move.at)
-    if unproven := repository.get(c, UNPROVEN_TIME):
-        _require(type(unproven["is_wrong"]) is bool and len(unproven) == 3, UNPROVEN_TIME)
-        instants += [datetime.fromisoformat(unproven[name]) for name in ("since", "until")]
     for instant in instants:
         _require(instant is None or (instant.tzinfo is not None and instant.year in range(1970, 10000)), str(instant))
     pin = repository.get(c, PIN)

@@ -8,12 +8,12 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 
 from app.database.connection import Database
-from app.database.settings import CLOCK_CONFIRMED_AT, UNPROVEN_TIME, SettingsRepository
-from app.database.values import to_instant, to_optional_instant, to_text
+from app.database.settings import CLOCK_CONFIRMED_AT, SettingsRepository
+from app.database.values import to_optional_instant
 from app.domain.clock import EARLIEST, Clock, ClockReading
 from app.domain.message import Message, message
 from app.services.dispatch.timing import CLOCKS_AGREE, FIRST_DOUBT, REPORTED_STEP
@@ -25,7 +25,6 @@ log = logging.getLogger(__name__)
 
 BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
 HEARD_AGAIN = 3600.0                    # s without a difference after which the clock of an overruled robot counts again
-LONGEST_SLEEP = timedelta(days=1)       # a clock that nothing has proven right and that moves further ahead was set
 CONFIRMED = "confirmed_clock_offsets"   # name of the setting: what the robots' clocks differed by when a person said that this one is right
 CONFIRMATION_LASTS = timedelta(days=1)           # until an app is started to which it is said
 UNPROVEN = message("it is being compared with the robots' clocks")
@@ -38,12 +37,12 @@ Span = tuple[datetime, datetime]        # both included
 class Judgement:
     """``absent_since``: the app was off, asleep or in doubt until now. ``went_back``: instants that have been handled may come again.
     ``step``: by how much the clock was set since what the last judgement asked for was done, or the tablet has slept.
-    ``wrong``: from when to when the clock showed a wrong time before it was set ahead; what was planned then counts from now."""
+    ``wrong``: from when to when the clock showed a wrong time before it was set to that of the robots."""
     is_trusted: bool
     absent_since: datetime | None = None
     went_back: bool = False
     step: timedelta = timedelta()
-    wrong: tuple[Span, ...] = ()
+    wrong: Span | None = None
 
 
 @dataclass
@@ -52,18 +51,30 @@ class _Doubt:
     since_mono: float
     jump_s: float = 0.0                 # that the clock has moved ahead while the app ran
     has_alarm: bool = False
-    was_set: bool = False               # the clock was wrong before it moved ahead
+    ahead: Mapping[int, float] = field(default_factory=dict)         # s, of robots' clocks when they last contradicted this one
+    shown: Span | None = None           # the times that it showed until then, or until it moved
+    moved_s: float = 0.0                # ahead, since then
 
     def begin_anew(self, mono: float) -> None:
         """After a jump: what was read up to that very moment says nothing any more."""
         self.since_mono = math.nextafter(mono, math.inf)
 
+    def move(self, before: datetime, step: float) -> None:
+        """By ``step`` seconds the clock was set, or the tablet has slept; ``before`` is what it would show now without that."""
+        if self.shown is not None and not self.moved_s:
+            self.shown = (self.shown[0], before)
+        self.moved_s += step
+        if self.jump_s:
+            self.jump_s = max(0.0, self.jump_s + step)         # perhaps taken back
 
-@dataclass
-class _Unproven:
-    """A time, by the tablet's clock, in which nothing has shown that it is right."""
-    since: datetime
-    is_wrong: bool = False              # something has shown that it is not
+    def found_wrong(self, readings: Readings) -> Span | None:
+        """The wrong times that the clock showed, where a robot agrees that had contradicted it before it was set ahead by about as much. In
+        any other case it may have been right: the tablet slept, or it was a robot's clock that was set."""
+        for key, ahead in self.ahead.items():
+            if (key in readings and abs(readings[key].offset) <= CLOCKS_AGREE
+                    and abs(self.moved_s - ahead) <= min(CLOCKS_AGREE, ahead / 2)):
+                return self.shown
+        return None
 
 
 class ClockGuard:
@@ -80,9 +91,8 @@ class ClockGuard:
         self._went_back = False
         self._step = timedelta()
         self._overruled: dict[int, float] = {}                   # robots against whose clocks a person decided, and when they last differed
-        self._without_proof: _Unproven | None = None
-        self._noted_at = 0.0                                    # on the monotonic clock, whether it was proven
-        self._wrong: list[Span] = []
+        self._wrong_since: datetime | None = clock.now()        # from when it was, if it is found wrong; None: that doubt began
+        self._wrong: Span | None = None
         self._confirmed_at: datetime | None = None              # by a person, before this run
         self.is_proven = False                                  # by a robot or a person; else one robot's word counts
 
@@ -91,8 +101,6 @@ class ClockGuard:
         self._last_heartbeat = self._settings.heartbeat(self._db.read())
         self._confirmed_at = to_optional_instant(self._settings.get(self._db.read(), CLOCK_CONFIRMED_AT))
         self._started_at = self._clock.monotonic()
-        self._noted_at = self._started_at
-        self._recall_unproven(self._clock.now())
         self._begin_doubt(self._clock.now())
 
     def judge(self, readings: Readings, can_ask: bool) -> Judgement:
@@ -102,13 +110,12 @@ class ClockGuard:
         self._last = (now, mono)
         self._holds.clock_was_judged(now, mono)
         problem = self._problem(readings, can_ask, now, mono)
-        self._note_unproven(problem, now, mono)
         if self._doubt is None:
             self._beat(now, mono)
             self._report_absence(now)
             if self._went_back:
                 self._downtime.forget_beyond(now)
-            return Judgement(True, self._absent_since, self._went_back, self._step, tuple(self._wrong))
+            return Judgement(True, self._absent_since, self._went_back, self._step, self._wrong)
         if problem is not None:
             self._holds.distrust_clock(problem)
             if problem is not UNPROVEN and not self._doubt.has_alarm:
@@ -118,8 +125,7 @@ class ClockGuard:
 
     def acted(self) -> None:
         """What the last judgement asked for has been done; until then each one asks for it again, as nothing may be writable just now."""
-        self._absent_since, self._went_back, self._step = None, False, timedelta()
-        self._wrong.clear()
+        self._absent_since, self._went_back, self._step, self._wrong = None, False, timedelta(), None
 
     def is_contradicted(self, robot_id: int, reading: ClockReading) -> bool:
         """Whether that robot's word is enough to put the clock in doubt, as nothing has proven it right: the next round will. Until then
@@ -136,23 +142,27 @@ class ClockGuard:
             self._db.write(lambda c: self._settings.set_heartbeat(c, now))
 
     # ------------------------------------------------------------------ inside
-    def _begin_doubt(self, now: datetime, jump_s: float = 0.0, said_at: float = math.inf) -> None:
+    def _begin_doubt(self, now: datetime, jump_s: float = 0.0, said_at: float = math.inf) -> _Doubt:
         """``said_at``: what robots have told since then still counts, as long as they tell nothing newer."""
-        self._doubt = _Doubt(now, min(said_at, self._clock.monotonic()), jump_s)
+        doubt = self._doubt = _Doubt(now, min(said_at, self._clock.monotonic()), jump_s)
         if jump_s:
-            self._doubt.begin_anew(self._clock.monotonic())
+            doubt.begin_anew(self._clock.monotonic())
         self._holds.distrust_clock(UNPROVEN)
+        return doubt
 
-    def _end_doubt(self, now: datetime) -> None:
+    def _end_doubt(self, now: datetime, wrong: Span | None) -> None:
+        """``wrong``: the times that the clock showed before it was set right."""
         doubt, self._doubt = self._doubt, None
+        self._wrong = wrong or self._wrong
         if self._confirmed_at is not None:
             self._db.write(lambda c: self._settings.put(c, CLOCK_CONFIRMED_AT, None))
             self._confirmed_at = None
         self._notice_absence(now)
-        if doubt is not None and (doubt.has_alarm or doubt.was_set):
+        was_wrong = wrong is not None or (doubt is not None and doubt.since < EARLIEST <= now)
+        if doubt is not None and (doubt.has_alarm or was_wrong):
             self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
             self._absent_since = self._absent_since or min(doubt.since, now)
-        if doubt is not None and not doubt.was_set and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:      # the tablet slept
+        if doubt is not None and not was_wrong and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:      # the tablet slept
             self._away(doubt.since, now)
         self._went_back = True                     # perhaps before this run
         self._holds.distrust_clock(None)
@@ -161,23 +171,33 @@ class ClockGuard:
     def _problem(self, readings: Readings, can_ask: bool, now: datetime, mono: float) -> Message | None:
         """None ends the doubt."""
         since = self._doubt.since_mono if self._doubt else -1.0
-        agree, differ = self._votes({key: reading for key, reading in readings.items() if reading.read_at >= since})
+        fresh = {key: reading for key, reading in readings.items() if reading.read_at >= since}
+        agree, differ = self._votes(fresh)
         self.is_proven |= agree > 0
         if self._doubt is None:
             if len(differ) >= (2 if self.is_proven else 1) and len(differ) > agree:
-                self._begin_doubt(now, said_at=min(reading.read_at for reading in readings.values()))
-                return _difference(differ)
+                doubt = self._begin_doubt(now, said_at=min(reading.read_at for reading in readings.values()))
+                return self._contradict(doubt, differ, now)
             return None
-        problem = _difference(differ) if agree < len(differ) else None if agree else self._unproven(can_ask, now, mono)
+        problem = (self._contradict(self._doubt, differ, now) if agree < len(differ) else
+                   None if agree else self._unproven(can_ask, now, mono))
         if self._holds.take_clock_confirmation() or (problem not in (None, UNPROVEN) and self._was_confirmed(now)):
-            offsets = {str(key): reading.offset for key, reading in readings.items() if reading.read_at >= since}
+            offsets = {str(key): reading.offset for key, reading in fresh.items()}
             self._db.write(lambda c: self._settings.put(c, CONFIRMED, offsets))
             self._overrule(readings, mono)
             self.is_proven = True
+            self._end_doubt(now, wrong=None)
         elif problem is not None:
             return problem
-        self._end_doubt(now)
+        else:
+            self._end_doubt(now, self._doubt.found_wrong(fresh))
         return None
+
+    def _contradict(self, doubt: _Doubt, differ: Mapping[int, float], now: datetime) -> Message:
+        """Robots' clocks differ: it may turn out that it is this one that is wrong."""
+        since = None if self.is_proven else self._wrong_since
+        doubt.ahead, doubt.shown, doubt.moved_s = differ, (since or doubt.since, now), 0.0
+        return _difference(list(differ.values()))
 
     def _was_confirmed(self, now: datetime) -> bool:
         """By a command, a short time before this run."""
@@ -209,10 +229,11 @@ class ClockGuard:
             return False
         return True
 
-    def _votes(self, readings: Readings) -> tuple[int, list[float]]:
+    def _votes(self, readings: Readings) -> tuple[int, dict[int, float]]:
         """How many robots' clocks agree, and by how many seconds the others differ. One whose clock differs as it did when a person said
         that the tablet's is right agrees."""
-        differ, agree = [], 0
+        differ: dict[int, float] = {}
+        agree = 0
         confirmed: Mapping[str, float] | None = None
         for key, reading in readings.items():
             offset, has_a_say = reading.offset, True
@@ -224,7 +245,7 @@ class ClockGuard:
             if abs(offset) <= CLOCKS_AGREE:
                 agree += 1
             elif has_a_say:
-                differ.append(reading.offset)
+                differ[key] = reading.offset
         return agree, differ
 
     def _notice_step(self, now: datetime, mono: float) -> None:
@@ -239,57 +260,16 @@ class ClockGuard:
         self._step += timedelta(seconds=step)
         if step < 0:
             self._went_back = True
-        was_set = self._was_set(now, step)
+        self._wrong_since = None
         if self._doubt is not None:                         # what was read before says nothing any more
             self._doubt.begin_anew(mono)
-            if self._doubt.jump_s:
-                self._doubt.jump_s = max(0.0, self._doubt.jump_s + step)         # perhaps taken back
+            self._doubt.move(now - timedelta(seconds=step), step)
         elif step > self._shortest_doubtful():
             self._begin_doubt(self._last[0], step)
         elif step >= NOTEWORTHY.total_seconds():
             self._away(self._last[0], now)
         else:
             self._alarms.raise_("clock_stepped", "clock", seconds=round(step))
-        if was_set and self._doubt is not None:
-            self._doubt.was_set = True
-
-    def _was_set(self, now: datetime, step: float) -> bool:
-        """Whether the clock was wrong before it moved ahead just now: known to be, or nothing had proven it right and no tablet sleeps so
-        long."""
-        unproven = self._without_proof
-        if unproven is None or step <= 0 or not (unproven.is_wrong or step >= LONGEST_SLEEP.total_seconds()):
-            return False
-        self._wrong.append((unproven.since, now - timedelta(seconds=step)))
-        self._without_proof = _Unproven(now)
-        return True
-
-    def _recall_unproven(self, now: datetime) -> None:
-        """What the run before noted. One that was off since may as well have been right: it was wrong where that is certain."""
-        self._without_proof = _Unproven(now)
-        stored = self._settings.get(self._db.read(), UNPROVEN_TIME)
-        if stored is None:
-            return
-        since, until = to_instant(stored["since"]), to_instant(stored["until"]) + timedelta(seconds=HEARTBEAT_EVERY)
-        is_wrong = stored["is_wrong"] or until < EARLIEST
-        if now - until < NOTEWORTHY:
-            self._without_proof = _Unproven(min(since, now), is_wrong)
-        elif is_wrong:
-            self._wrong.append((since, until))
-
-    def _note_unproven(self, problem: Message | None, now: datetime, mono: float) -> None:
-        """Kept in the database, as the clock may be set while the app is off. A span that is still to be acted on stays there."""
-        if self._doubt is None and self.is_proven:
-            self._without_proof = None
-        elif self._doubt is not None and problem not in (None, UNPROVEN):
-            self._without_proof = self._without_proof or _Unproven(self._doubt.since)
-            self._without_proof.is_wrong = True
-        if self._wrong or mono - self._noted_at < HEARTBEAT_EVERY:
-            return
-        self._noted_at = mono
-        unproven = self._without_proof
-        stored = unproven and {"since": to_text(unproven.since), "until": to_text(now), "is_wrong": unproven.is_wrong}
-        if stored is not None or self._settings.get(self._db.read(), UNPROVEN_TIME) is not None:
-            self._db.write(lambda c: self._settings.put(c, UNPROVEN_TIME, stored))
 
     def _shortest_doubtful(self) -> float:
         """s; a jump ahead beyond a start window would make starts late that a wrong clock only pretends to be."""
@@ -304,7 +284,7 @@ class ClockGuard:
         if self._last_heartbeat is None:
             self._downtime.add(Gap(EVER, began))           # a run before may have ended before its first heartbeat
             self._absent_since = EVER
-        elif any(since <= self._last_heartbeat <= until for since, until in self._wrong):      # nothing tells for how long it was off
+        elif self._last_heartbeat < EARLIEST <= now:           # by a wrong clock: nothing tells for how long it was off
             self._downtime.add(Gap(self._last_heartbeat, began, clock=True))
             self._absent_since = self._last_heartbeat
         elif began - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):

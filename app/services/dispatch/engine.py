@@ -240,13 +240,11 @@ class Engine:
         if self._guard.is_in_doubt and not was_in_doubt:
             self.request_cycle(self._window_drives)          # the robots' clocks decide
             self._post_to_all(messages.TimeLost())
-        if judgement.wrong:
-            self._planner.count_from_now(judgement.wrong)
         if judgement.absent_since is not None:
             self._planner.list_late_starts(judgement.absent_since)
             self._post_to_all(messages.TimeLost())
         if judgement.went_back:
-            self._planner.follow_clock(judgement.step)
+            self._planner.follow_clock(judgement.step, judgement.wrong)
         if judgement.is_trusted:
             self._planner.end_windows()
             self._guard.acted()

@@ -17,7 +17,7 @@ from app.database.robots import RobotRepository
 from app.database.schedules import Progress, ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import rules
-from app.domain.clock import Clock
+from app.domain.clock import EARLIEST, Clock
 from app.domain.models import Alarm, Execution, Group, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
@@ -140,35 +140,32 @@ class Planner:
         batch.note(added)
         return work >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
 
-    def follow_clock(self, step: timedelta) -> None:
-        """The clock has been set back, by that ``step`` or before this start of the app: instants that are to come again are planned
-        again, and no Run now waits longer for it."""
-        def work(c: sqlite3.Connection) -> bool:
+    def follow_clock(self, step: timedelta, wrong: tuple[datetime, datetime] | None) -> None:
+        """The clock has been set, by that ``step`` or before this start of the app: what was made or changed while it was wrong counts from
+        now, which is before there was this app, or from the first to the last instant of ``wrong``; instants that are to come again are
+        planned again, and no Run now waits longer for it."""
+        def work(c: sqlite3.Connection) -> tuple[int, int]:
             now, settings = self._clock.now(), self._settings.load(c)
-            calendar, ahead = working_calendar(c, settings), self._schedules.planned_beyond(c, now)
+            calendar, spans = working_calendar(c, settings), [wrong] if wrong else []
+            if now >= EARLIEST:
+                spans.append((EVER, EARLIEST))
+            changed = {schedule.id: schedule for span in spans for schedule in self._schedules.changed_between(c, *span)}
+            for schedule in changed.values():
+                next_at = first_due(schedule, settings, now, calendar, self._schedules.skipped(c, schedule.id))
+                self._schedules.count_from(c, schedule.id, next_at, now)
+            ahead = self._schedules.planned_beyond(c, now)
             for schedule in ahead:
                 self._plan_anew(c, schedule, now, settings, calendar)
             self._time_unplanned(c, now, step)
-            return bool(ahead)
-        if self._db.write(work):
+            return len(changed), len(ahead)
+        counted, planned_again = self._db.write(work)
+        if counted:
+            log.warning("The clock was wrong and has been set: %d schedules that were changed before count from now", counted)
+        if planned_again:
             log.warning("The clock was set back: what had been planned beyond it is planned anew")
+        if counted or planned_again:
             self._changes.publish(Topic.SCHEDULES)
             self._changes.publish(Topic.EXECUTIONS)
-
-    def count_from_now(self, spans: Iterable[tuple[datetime, datetime]]) -> None:
-        """The clock has been set right: what was made or changed while it was wrong, in these ``spans`` of its time, is planned as if that
-        had happened now."""
-        def work(c: sqlite3.Connection) -> int:
-            now, settings = self._clock.now(), self._settings.load(c)
-            calendar = working_calendar(c, settings)
-            changed = [schedule for span in spans for schedule in self._schedules.changed_between(c, *span)]
-            for schedule in changed:
-                next_at = first_due(schedule, settings, now, calendar, self._schedules.skipped(c, schedule.id))
-                self._schedules.count_from(c, schedule.id, next_at, now)
-            return len(changed)
-        if count := self._db.write(work):
-            log.warning("The clock was wrong and has been set: %d schedules that were changed before count from now", count)
-            self._changes.publish(Topic.SCHEDULES)
 
     def _plan_anew(self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar) -> None:
         """From the last instant on that was begun. Rows after that of which nothing was sent make room; what the begun one has passed over
