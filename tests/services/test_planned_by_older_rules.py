@@ -5,7 +5,8 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import Schedule
+from app.domain import rules
+from app.domain.models import Reason, ReasonCode, Schedule, State
 from tests.support.site import Site
 
 MONDAY = datetime(2026, 11, 23, tzinfo=UTC)          # 02:00 in Helsinki, where it is winter
@@ -26,9 +27,20 @@ def site(tmp_path):
     site.switch_off()
 
 
-def restarted(site, schedule, next_at, planned_through, changed_at=datetime(2026, 5, 2, tzinfo=UTC)):
+def skip(site, c, schedule, at):
+    """As a person does in advance: the row in the history, and the note in the plan."""
+    repositories, now = site.container.repositories, site.clock.now()
+    robot, mission = repositories.robots.get(c, schedule.robot_id), repositories.missions.get(c, schedule.mission_id)
+    row = rules.scheduled(schedule, robot, mission, repositories.settings.load(c), repositories.settings.install_id(c), at, now)
+    repositories.executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}), at))
+    repositories.schedules.skip(c, schedule.id, at)
+
+
+def restarted(site, schedule, next_at, planned_through, changed_at=datetime(2026, 5, 2, tzinfo=UTC), skipped=(), kept_back=()):
     """The next instant after a start on what an older version has stored."""
     saved = site.container.catalogue.save_schedule(schedule)
+    site.container.db.write(lambda c: [skip(site, c, saved, at) for at in skipped])
+    site.container.db.write(lambda c: [site.container.repositories.schedules.keep_back(c, saved.id, at) for at in kept_back])
     values = [each and each.isoformat(timespec="microseconds") for each in (next_at, planned_through, changed_at)]
     site.container.db.write(lambda c: c.execute("UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = ?", values))
     site.switch_off()
@@ -75,3 +87,46 @@ def test_other_zone_data(site):
 def test_a_single_start_follows_the_zone_data_too(site):
     schedule = Schedule("S", 1, 1, datetime(2026, 12, 1, 6), "America/Vancouver", respect_working_days=False)
     assert restarted(site, schedule, datetime(2026, 12, 1, 14, tzinfo=UTC), None) == datetime(2026, 12, 1, 13, tzinfo=UTC)
+
+
+def started(site):
+    """When R1 got its missions, and what was skipped."""
+    return ([row.planned_at for row in site.executions() if row.state is State.COMPLETED],
+            [row.planned_at for row in site.executions() if row.state is State.SKIPPED])
+
+
+def test_a_skipped_start_stays_skipped_at_its_new_time(site):
+    assert restarted(site, every_eight_hours(), at(13), at(-3), skipped=[at(5)]) == at(14)
+    site.run(14 * 3600)
+    assert started(site) == ([at(14)], [at(6)])
+
+
+def test_several_skipped_starts_in_a_row_stay_so(site):
+    assert restarted(site, every_eight_hours(), at(21), at(-3), skipped=[at(5), at(13)]) == at(22)
+
+
+def test_a_skip_that_moved_can_be_undone(site):
+    restarted(site, every_eight_hours(), at(13), at(-3), skipped=[at(5)])
+    site.container.pausing.take_again(1, at(6))
+    site.run(4 * 3600)
+    assert started(site) == ([at(6)], [])
+
+
+def test_a_start_that_is_kept_back_stays_so_at_its_new_time(site):
+    restarted(site, every_eight_hours(), at(5), at(-3), kept_back=[at(5)])
+    site.run(2.1 * 3600)
+    assert [(row.planned_at, row.state, row.held) for row in site.executions()] == [(at(6), State.WAITING, True)]
+
+
+def test_a_skip_after_the_last_start_of_the_rule_moves_back(site):
+    schedule = Schedule("S", 1, 1, datetime(2026, 5, 2, 6), "America/Vancouver", "FREQ=DAILY;UNTIL=20261124", respect_working_days=False)
+    first, last = MONDAY + 13 * HOUR, MONDAY + 37 * HOUR
+    assert restarted(site, schedule, first + HOUR, MONDAY - 10 * HOUR, skipped=[last + HOUR]) == first
+    site.run(48 * 3600)
+    assert started(site) == ([first], [last])
+
+
+def test_what_an_edit_left_behind_is_not_taken_for_a_skip_of_a_schedule_that_is_planned_right(site):
+    assert restarted(site, every_eight_hours(), at(6), at(-2), skipped=[at(13)]) == at(6)
+    site.run(12 * 3600)
+    assert started(site)[0] == [at(6), at(14)]

@@ -7,18 +7,20 @@ from datetime import datetime, timedelta
 
 from app.domain import names
 from app.domain.models import Group, InvalidInput, Mission, Robot, Schedule, State
+from app.domain.rules import token_of
 from app.services.catalogue import told, validation
 from app.services.catalogue.transaction import Transaction
 from app.services.catalogue.undo import Removed, Switched
 from app.services.live.changes import Topic
 from app.services.planning.first_due import first_due
-from app.services.planning.recurrence import next_occurrence
+from app.services.planning.recurrence import next_occurrence, passed_occurrences
 from app.services.planning.wanted import as_defined, is_planned
 from app.services.planning.working_days import WorkingCalendar
 
 NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None, "planned_through": None,
                 "started_through": None}                 # of a schedule
 _MOMENT = timedelta(microseconds=1)
+_FAR = timedelta(days=366)               # a rule that has ended is not searched further back
 
 
 class ScheduleEdit(Transaction):
@@ -64,28 +66,51 @@ class ScheduleEdit(Transaction):
         return before
 
     def follow_rules(self) -> int:
-        """At a start: what was planned by other rules (those of an older version) or with other zone data is planned again from the last
-        instant on that has its row. Returns of how many schedules."""
+        """At a start: what was planned by other rules (those of an older version) or with other zone data is planned again, each start in
+        the place of the nearest one. Returns of how many schedules."""
         outdated = [schedule for schedule in self.schedules.all(self.c) if schedule.next_at is not None
-                     and not self._is_instant(schedule, schedule.next_at)]
+                    and self._nearest(schedule, schedule.next_at) != schedule.next_at]
         for schedule in outdated:
-            self.schedules.advance(self.c, schedule.id, self._next_by_rule(schedule))
-            self.topics.add(Topic.SCHEDULES)
+            self._move_skips(schedule)
+            through = schedule.planned_through and self._nearest(schedule, schedule.planned_through)
+            self.schedules.advance(self.c, schedule.id, first_due(
+                replace(schedule, planned_through=through), self.settings, schedule.changed_at or self.now, self.calendar,
+                self.schedules.skipped(self.c, schedule.id)))
+            self.topics |= {Topic.SCHEDULES, Topic.EXECUTIONS}
         return len(outdated)
 
-    def _is_instant(self, schedule: Schedule, at: datetime) -> bool:
-        """Ignores working days: a start stays due if its day was closed later."""
-        return next_occurrence(replace(schedule, respect_working_days=False), at - _MOMENT, self.calendar) == at
+    def _nearest(self, schedule: Schedule, at: datetime) -> datetime:
+        """The instant of the schedule nearest to ``at``, which may be one itself. Ignores working days: a start stays due if its day was
+        closed later."""
+        schedule = replace(schedule, respect_working_days=False)
+        following = next_occurrence(schedule, at - _MOMENT, self.calendar)
+        if following == at:
+            return at
+        reach = _FAR if following is None else min(following - at, _FAR)
+        return passed_occurrences(schedule, at - reach, at, self.calendar).last or following or at
 
-    def _next_by_rule(self, schedule: Schedule) -> datetime | None:
-        through, changed_at = schedule.planned_through, schedule.changed_at or self.now
-        skipped = self.schedules.skipped(self.c, schedule.id)
-        found = first_due(schedule, self.settings, max(through or changed_at, changed_at), self.calendar, skipped)
-        if found is None or through is None or self._is_instant(schedule, through):
-            return found
-        following = next_occurrence(schedule, found, self.calendar)
-        is_the_same = following is not None and found - through < (following - found) / 2      # 05:00 by the old rule, 06:00 by this one
-        return following if is_the_same else found
+    def _move_skips(self, schedule: Schedule) -> None:
+        """Starts to come that a person skipped or keeps back stay so at their new instants."""
+        through = schedule.planned_through
+        for held in (False, True):
+            for _id, old in self.skips_of([schedule], held=held):
+                new = self._nearest(schedule, old)
+                if new == old or (through is not None and old <= through):
+                    continue
+                self.schedules.take_again(self.c, schedule.id, old)
+                if held:
+                    self.schedules.keep_back(self.c, schedule.id, new)
+                else:
+                    self.schedules.skip(self.c, schedule.id, new)
+                    self._move_skipped_row(schedule, old, new)
+
+    def _move_skipped_row(self, schedule: Schedule, old: datetime, new: datetime) -> None:
+        install_id = self._settings.install_id(self.c)
+        row = self.executions.by_token(self.c, token_of(install_id, schedule.id, old))
+        if row is not None and row.ended_at is not None and not self.executions.has_instant(self.c, schedule.id, new):
+            self.executions.change(self.c, row.id, (State.SKIPPED,), planned_at=new, ended_at=row.ended_at + (new - old),
+                                   closes_at=row.closes_at + (new - old), finish_by=row.finish_by and row.finish_by + (new - old),
+                                   token=token_of(install_id, schedule.id, new))
 
     def _replan(self, stored: Schedule, schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
         """When it comes next, and what waits of instants that it no longer has is taken back; nothing of that when only how it runs was
