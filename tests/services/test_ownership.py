@@ -146,7 +146,7 @@ def test_an_intent_whose_write_is_said_to_have_failed_is_looked_for(site, plan, 
 
     def fail_after_the_intent(work, patient=False):
         done = write(work, patient)
-        if isinstance(done, list) and State.SUBMITTING in [row.state for row in done]:
+        if isinstance(done, list) and any(row.state is State.SUBMITTING for _move, row in done):
             monkeypatch.undo()
             raise DatabaseUnavailable("committed all the same")
         return done
