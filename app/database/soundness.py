@@ -12,6 +12,7 @@ from app.domain.message import Message, message
 LARGEST = 2**53              # of every number of a backup, either way: exact as a float too
 FULL = 2**62                 # of those in use, which have grown since: still far from where adding fails
 YEARS = range(1970, 9000)    # of instants: far from where adding to one fails
+FLAGS = {"enabled", "needs_password", "favourite", "on_low_battery", "charges", "respect_working_days", "held", "is_working", "yearly"}
 _INSTANT = len("2026-11-23T04:30:00.000000Z")
 
 
@@ -25,14 +26,15 @@ def tables(c: sqlite3.Connection) -> list[str]:
 
 
 def wrong_number(c: sqlite3.Connection, table: str, largest: int, rows: str = "") -> str | None:
-    """The first column that has a larger number than that, either way, with it. ``rows``: which, as a WHERE clause; all. Tables are
-    STRICT: a column of numbers has nothing else."""
+    """The first column that has a larger number than that, either way, with it; a flag is 0 or 1. ``rows``: which, as a WHERE clause; all.
+    Tables are STRICT: a column of numbers has nothing else."""
     columns = [row[1] for row in c.execute(f"PRAGMA table_info({table})") if row[2] in ("INTEGER", "REAL")]
     ends = ", ".join(f"min({name}), max({name})" for name in columns)
     found = c.execute(f"SELECT {ends} FROM (SELECT {', '.join(columns)} FROM {table} {rows})").fetchone() if columns else ()
     for name, low, high in zip(columns, found[::2], found[1::2], strict=True):
-        if low is not None and not -largest <= low <= high <= largest:
-            return f"{name} {high if high > largest else low}"
+        least, most = (0, 1) if name in FLAGS else (-largest, largest)
+        if low is not None and not least <= low <= high <= most:
+            return f"{name} {high if high > most else low}"
     return None
 
 

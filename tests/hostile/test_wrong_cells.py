@@ -43,9 +43,13 @@ def checked_up(column: str, **values: object) -> str:
            "WHERE name = 'Bad'"
 
 
+FLAGS = [("robots", "enabled"), ("robots", "needs_password"), ("idle_rules", "enabled"), ("missions", "favourite"),
+         ("missions", "on_low_battery"), ("missions", "charges"), ("schedules", "enabled"), ("schedules", "respect_working_days"),
+         ("calendar_days", "is_working"), ("calendar_days", "yearly"), ("executions", "held")]
 # table, statement
 WRONG = {
     "an unknown identity": ("robots", "UPDATE robots SET identified_by = 'nonsense' WHERE name = 'Bad'"),
+    **{f"{table}.{flag} that is neither on nor off": (table, f"UPDATE {table} SET {flag} = 7") for table, flag in FLAGS},
     "idle minutes": ("robots", "UPDATE idle_rules SET after_minutes = 9223372036854775807"),
     "a guid that is a path": ("missions", "UPDATE missions SET guid = '../../users'"),
     "a rule that can't be read": ("schedules", "UPDATE schedules SET recurrence = 'FREQ=NONSENSE'"),
