@@ -10,6 +10,8 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any, TypeGuard
 
+from app.domain import names
+
 Message = str | Mapping[str, Any]
 LONGEST = 10_000             # characters of a sentence; what is stored may be hostile, and each part of it stand in another one many times
 _PLACEHOLDERS = re.compile(r"(?:[^{}]++|\{\w*(?:!r|:\.[0-9]f)?\}|\{\{|\}\})*+")        # none with a width, which may be that of the memory
@@ -106,4 +108,4 @@ def _plain(value: object) -> object:
         return message_of(value)
     if is_message(value) or value is None or isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value)):
         return value
-    return str(value)
+    return names.of_file(str(value))                     # it may be a path

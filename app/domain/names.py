@@ -6,6 +6,7 @@ Indic letters, inside an emoji.
 """
 from __future__ import annotations
 
+import re
 import unicodedata
 from collections.abc import Iterator
 from itertools import count
@@ -20,6 +21,7 @@ _BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")       # l
 # Of one of several pictures of the character before; of a symbol only they are seen.
 _SELECTORS = frozenset(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0), 0x180B, 0x180C, 0x180D, 0x180F)))
 _RARE = _BLANK | _SELECTORS
+_NOT_UTF_8 = re.compile("[\udc80-\udcff]")          # bytes, as Python keeps them in the name of a file (PEP 383)
 _JOINERS = frozenset("\u200c\u200d")
 _WITHOUT_JOINERS = ("LATIN ", "GREEK ", "CYRILLIC ", "CJK ", "HANGUL ", "HIRAGANA ", "KATAKANA ")
 
@@ -57,6 +59,12 @@ def visible(text: str) -> str:
         return text
     seen = "".join(c for c in text if c in _JOINERS or not _is_unwanted(c))
     return "".join(c for n, c in enumerate(seen) if _may_stand(seen, n))
+
+
+def of_file(name: str) -> str:
+    """The name or path of a file as text that can be stored and shown: bytes in it that are no UTF-8 are read as Windows-1252."""
+    text = _NOT_UTF_8.sub(lambda found: bytes([ord(found[0]) - 0xDC00]).decode("windows-1252", "replace"), name)
+    return text.encode("utf-8", "replace").decode()
 
 
 def of_schedule(mission: str, robot: str) -> Iterator[str]:

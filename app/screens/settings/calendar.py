@@ -147,7 +147,7 @@ class CalendarPart(EventDispatcher):
             return True
         options = view.import_options(found, self._context.today())
         self._context.shell.dialogs.choose_many(
-            _("Closed days in {file}").format(file=found.path.name), options, _("Close these days"), lambda keys: self._take(found, keys),
+            _("Closed days in {file}").format(file=found.name), options, _("Close these days"), lambda keys: self._take(found, keys),
             selected=[option.key for option in options if option.selected], can_all=True, needs_one=True, text=view.import_notes(found))
         return False
 

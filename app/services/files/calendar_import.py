@@ -8,6 +8,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.calendar import CalendarRepository
 from app.database.settings import SettingsRepository
+from app.domain import names
 from app.domain.models import DayException, InvalidInput
 from app.services.catalogue.edit import Edit
 from app.services.files import ics
@@ -27,6 +28,11 @@ class CalendarFile:
     left_out: Mapping[LeftOut, int]
     is_whole: bool = True
 
+    @property
+    def name(self) -> str:
+        """Of the file, to be shown."""
+        return names.of_file(self.path.name)
+
 
 class CalendarFiles(DataFiles):
     """Imports calendar files."""
@@ -38,7 +44,7 @@ class CalendarFiles(DataFiles):
         c = self._db.read()
         zone = ZoneInfo(SettingsRepository().load(c).timezone)
         try:
-            found = read_days(content, source.stem, zone, self._clock.now().astimezone(zone).date())
+            found = read_days(content, names.of_file(source.stem), zone, self._clock.now().astimezone(zone).date())
         except ics.NotACalendar:
             raise InvalidInput("path", "{path} is not a calendar file (.ics)", path=source) from None
         except ics.TooMuch:
@@ -47,7 +53,8 @@ class CalendarFiles(DataFiles):
         if not found.events:
             raise _nothing_in(found, source)
         there = set(map(_identity, CalendarRepository().all(c)))
-        new = [FoundDays(tuple(replace(day, source=source.name) for day in event.days if _identity(day) not in there), event.whole)
+        shown = names.of_file(source.name)
+        new = [FoundDays(tuple(replace(day, source=shown) for day in event.days if _identity(day) not in there), event.whole)
                for event in found.events]
         events = [event for event in new if event.days]
         return CalendarFile(source, events, len(new) - len(events), found.past, found.left_out, found.is_whole)
