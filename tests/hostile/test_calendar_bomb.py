@@ -126,6 +126,17 @@ def test_reading_ends_in_time(monkeypatch):
     assert time.process_time() - begins < 15
 
 
+@pytest.mark.parametrize("starts", ["16010101", "20270101"])
+@pytest.mark.parametrize("rule", ["BYSETPOS=300", "BYSETPOS=300;BYMONTHDAY=30;BYMONTH=2", "BYMONTHDAY=30;BYMONTH=2",
+                                  "BYYEARDAY=1;BYMONTH=6;BYWEEKNO=1,2,3,53;BYSETPOS=-1;BYDAY=MO,TU"])
+def test_a_rule_that_names_no_day_takes_little_time(starts, rule):
+    content = calendar([f"RRULE:FREQ=DAILY;COUNT=1;{rule}"]).replace(b"20260101", starts.encode())
+    read(calendar([]))
+    begins = time.process_time()
+    assert read(content).events == []
+    assert time.process_time() - begins < 4
+
+
 def test_it_is_said_in_one_sentence_and_nothing_is_taken(tmp_path):
     site = Site(tmp_path / "data")
     bomb = tmp_path / "bomb.ics"

@@ -10,7 +10,7 @@ from calendar import isleap
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import date, datetime, time, timedelta, tzinfo
+from datetime import UTC, date, datetime, time, timedelta, tzinfo
 from enum import StrEnum
 from zoneinfo import ZoneInfo
 
@@ -97,12 +97,16 @@ def _is_whole(begins: datetime, ends: datetime) -> bool:
     """From midnight to midnight, or as programs write that which know no whole days: to 23:59, from 00:01, or without a length."""
     if begins == ends:
         return since_midnight(begins) == MIDNIGHT
-    ends_whole = since_midnight(ends) <= MINUTE or since_midnight(ends) >= DAY - MINUTE
-    return since_midnight(begins) <= MINUTE and ends_whole and begins.date() <= _last_day(ends)
+    return since_midnight(begins) <= MINUTE and _is_edge(ends) and begins.date() <= _last_day(ends)
+
+
+def _is_edge(at: datetime) -> bool:
+    """Whether a whole day begins or ends at this time."""
+    return since_midnight(at) <= MINUTE or since_midnight(at) >= DAY - MINUTE
 
 
 def _date_of_utc(at: datetime) -> date:
-    """The date that is meant by a time of UTC, which is midnight at its beginning in some zone, or its last minute."""
+    """The date that is meant by a time of UTC, which is midnight at its beginning in a zone that nothing names, or its last minute."""
     if at.minute == 59:
         return _date_of_utc(at + MINUTE - timedelta(seconds=at.second)) - DAY
     return (at + DAY / 2 - timedelta(seconds=1)).date()
@@ -111,9 +115,10 @@ def _date_of_utc(at: datetime) -> date:
 @dataclass
 class _Place:
     """Where an event lies: its first start and its length, in a zone, of which whole days are the dates. ``shift`` takes the times of
-    whole days that are not at midnight to the nearest one."""
+    whole days that are not at midnight to the nearest one. ``usual``: the zone that the calendar names, or the plant's."""
     zones: Zones
     zone: tzinfo
+    usual: tzinfo
     begins: datetime
     length: timedelta
     whole: bool
@@ -124,29 +129,39 @@ class _Place:
     def of(cls, event: Event, zones: Zones) -> _Place:
         start, end = event.start, event.end or event.start
         plant, own, usual = zones.plant, zones.get(start.zone), zones.get(event.written.usual_zone)
+        place = cls(zones, plant, usual, start.at, MIDNIGHT, True, bool(start.zone))
         if start.is_date:
-            last = _last_day(zones.local(end, plant)) if event.end else start.at.date()
-            return cls._whole(zones, plant, start, start.at.date(), last)
-        written = own, start.at, end.at
-        for zone, begins, ends in (written, *((zone, zones.local(start, zone), zones.local(end, zone)) for zone in (own, plant, usual))):
+            last = _last_day(place._edge(end) or zones.local(end, plant)) if event.end else start.at.date()
+            return place._for(start.at.date(), last)
+        there = [(zone, zones.local(start, zone), zones.local(end, zone)) for zone in (own, zones.get(end.zone), plant, usual)]
+        for zone, begins, ends in ((own, start.at, end.at), *there):
             if _is_whole(begins, ends):
-                return cls._whole(zones, zone, start, begins.date(), begins.date() if begins == ends else _last_day(ends))
+                return replace(place, zone=zone)._for(begins.date(), begins.date() if begins == ends else _last_day(ends))
         if event.is_marked_whole:
             begins, ends = (zones.local(each, own) + DAY / 2 for each in (start, end))
-            return cls._whole(zones, own, start, begins.date(), (ends - DAY).date(), DAY / 2)
-        return cls(zones, own, start.at, zones.local(end, own) - start.at, False, bool(start.zone))
+            return replace(place, zone=own, shift=DAY / 2)._for(begins.date(), (ends - DAY).date())
+        return replace(place, zone=own, length=zones.local(end, own) - start.at, whole=False)
 
-    @classmethod
-    def _whole(cls, zones: Zones, zone: tzinfo, start: Moment, first: date, last: date, shift: timedelta = MIDNIGHT) -> _Place:
-        return cls(zones, zone, datetime.combine(first, time()), max(last - first, MIDNIGHT), True, bool(start.zone), shift)
+    def _for(self, first: date, last: date) -> _Place:
+        return replace(self, begins=datetime.combine(first, time()), length=max(last - first, MIDNIGHT))
+
+    def _edge(self, moment: Moment) -> datetime | None:
+        """The local time where a whole day begins or ends at this moment: as written, in the zone of the event, of the plant, or of the
+        calendar, or in UTC; None: in none of these."""
+        written = [] if moment.zone == "UTC" else [moment.at]
+        there = (self.zones.local(moment, zone) for zone in (self.zone, self.zones.plant, self.usual, UTC))
+        return next((at for at in (*written, *there) if _is_edge(at)), None)
 
     def at(self, moment: Moment) -> datetime:
-        """In the zone of the event, as which a time without a zone counts. Whole days that are in no zone have the date that is written."""
-        if moment.is_date or (self.whole and not self.is_bound):
-            day = _date_of_utc(moment.at) if moment.zone == "UTC" else moment.at.date()
-            return datetime.combine(day, self.begins.time())
-        if not moment.zone or (self.whole and moment.is_midnight):
+        """In the zone of the event, as which a time without a zone counts; of whole days the date that is meant."""
+        if not moment.zone and not moment.is_date and not self.whole:
             return moment.at
+        if moment.is_date or not moment.zone:
+            return datetime.combine(moment.at.date(), self.begins.time())
+        if self.whole and (edge := self._edge(moment)):
+            return datetime.combine(edge.date(), time())
+        if self.whole and not self.is_bound:
+            return datetime.combine(_date_of_utc(moment.at) if moment.zone == "UTC" else moment.at.date(), time())
         return self.zones.local(moment, self.zone) + self.shift
 
     def last_start(self, until: Moment) -> date:
@@ -193,11 +208,12 @@ class _Reader:
                 left_out[LeftOut.UNREADABLE] += 1
 
     def _take_master(self, event: Event, place: _Place, instead: Sequence[Event], later: dict[Event, set[timedelta]]) -> None:
-        rules = [_rule(found.value, place) for found in event.written.all("RRULE")]
+        rules = [_rule(found.value, {place.begins.day, event.start.at.day}) for found in event.written.all("RRULE")]
         without = {place.at(excepted).date() for excepted in self._moments(event, "EXDATE")}
+        without.update(*(self._days(event, place, Rule.parse(found.value)) for found in event.written.all("EXRULE")))
         more = [place.at(added) for added in self._moments(event, "RDATE")]
         starts = [*self._starts(event, place, rules), *more]
-        if len(rules) == 1 and not (rules[0].ends or without or more or instead) and _is_same_day_each_year(starts, self._zones.last):
+        if len(rules) == 1 and not (rules[0].ends or without or more or instead) and _is_same_day_each_year(starts, self._last(place)):
             first = next((start for start in starts if start.year in validation.YEARS), starts[0])
             self._add(event, [place.span(first)], place.whole, yearly=True)
             return
@@ -237,20 +253,27 @@ class _Reader:
         if not rules:
             yield place.begins
         for rule in rules:
-            self._budget.spend()
             for day in self._days(event, place, rule):
-                self._budget.spend()
                 yield datetime.combine(day, place.begins.time())
 
+    def _last(self, place: _Place) -> date:
+        """Until when rules are followed, also those that begin in many years."""
+        return max(self._zones.last, date(place.begins.year + YEARS_AHEAD, 12, 31))
+
     def _days(self, event: Event, place: _Place, rule: Rule) -> Iterator[date]:
-        """A rule is for days as they are written. Where these are times of another zone, some programs write it for the plant's."""
-        first, last = place.begins.date(), self._zones.last
+        """The days that a rule names are those of the zone in which the start is written. Where this start isn't one of them, the program
+        meant the days as they are at the plant."""
+        self._budget.spend()
+        first, last = place.begins.date(), self._last(place)
         if rule.until:
             last = min(last, place.last_start(rule.until))
-        apart = first - event.start.at.date()
-        if apart and next(rule.days(first, last), None) != first:
-            return (day + apart for day in rule.days(first - apart, last - apart))
-        return rule.days(first, last)
+        written = event.start.at.date()
+        apart = first - written if rule.parts else MIDNIGHT
+        if apart and next(rule.days(written, written), None) != written:
+            apart = MIDNIGHT
+        for day in rule.days(first - apart, last - apart):
+            self._budget.spend()
+            yield day + apart
 
     def _take(self, event: Event, place: _Place, starts: Iterable[datetime]) -> None:
         """Runs of days are put together from last year on, and so they are the same next year."""
@@ -279,11 +302,14 @@ class _Reader:
             self.found.append(FoundDays(new, whole))
 
 
-def _rule(text: str, place: _Place) -> Rule:
+def _rule(text: str, days: Iterable[int]) -> Rule:
+    """Until far away is without end. ``days``: of the month, on which it starts, in its zone and as it is written."""
     rule = Rule.parse(text)
+    if rule.until and rule.until.at.year >= validation.YEARS.stop:
+        rule = replace(rule, until=None)
     if not (rule.ends or rule.is_yearly):
         raise _NotTaken(LeftOut.ENDLESS)
-    if rule.frequency == "YEARLY" and rule.parts == {"BYMONTHDAY": (place.begins.day,)}:
+    if rule.frequency == "YEARLY" and rule.parts in ({"BYMONTHDAY": (day,)} for day in days):
         return replace(rule, parts={})                   # the day of its start, as programs mean it that write no BYMONTH
     return rule
 

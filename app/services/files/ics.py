@@ -13,10 +13,12 @@ MOST_COMPONENTS = 50_000                 # events, time zones, and the parts of 
 FOLD_AT = 75                             # octets of a line without its end (section 3.1)
 
 COMPONENTS = {"VEVENT", "VTODO", "VJOURNAL", "VFREEBUSY", "VTIMEZONE", "VAVAILABILITY"}      # that lie in the calendar itself
+PARTS = {"VALARM", "STANDARD", "DAYLIGHT", "AVAILABLE", "PARTICIPANT", "VLOCATION", "VRESOURCE"}
+STATES = {"TENTATIVE", "CONFIRMED", "CANCELLED"}
 HEAD = {"METHOD", "X-WR-TIMEZONE"}
 PROPERTIES = {
-    "VEVENT": {"UID", "SUMMARY", "DTSTART", "DTEND", "DURATION", "RRULE", "RDATE", "EXDATE", "RECURRENCE-ID", "STATUS", "SEQUENCE",
-               "DTSTAMP", "LAST-MODIFIED", "X-MICROSOFT-CDO-ALLDAYEVENT", "X-MICROSOFT-MSNCALENDAR-ALLDAYEVENT"},
+    "VEVENT": {"UID", "SUMMARY", "DTSTART", "DTEND", "DURATION", "RRULE", "EXRULE", "RDATE", "EXDATE", "RECURRENCE-ID", "STATUS",
+               "SEQUENCE", "DTSTAMP", "LAST-MODIFIED", "X-MICROSOFT-CDO-ALLDAYEVENT", "X-MICROSOFT-MSNCALENDAR-ALLDAYEVENT"},
     "VTIMEZONE": {"TZID", "X-LIC-LOCATION"},
     "STANDARD": {"DTSTART", "TZOFFSETFROM", "TZOFFSETTO", "RRULE", "RDATE"},
     "DAYLIGHT": {"DTSTART", "TZOFFSETFROM", "TZOFFSETTO", "RRULE", "RDATE"}}
@@ -26,6 +28,10 @@ _MARK_OF_UTF_8 = b"\xef\xbb\xbf"
 _FOLD = re.compile(rb"(?<![\r\n])[\r\n]+[ \t]")
 _LINE = re.compile(rb"[^\r\n]+")
 _NAME = re.compile(rb"\s*([\w-]{1,40})\s*[:;]")
+_TEXT = re.compile(rb"\s*[\w-]*[a-z][\w-]*\s*:\s")        # such as "Status: cancelled", behind a raw line end in a description
+_BEGINS = re.compile(rb"BEGIN\s*:\s*VCALENDAR\s*$", re.IGNORECASE)
+_ENDS = re.compile(rb"\s*END\s*:\s*VCALENDAR", re.IGNORECASE)
+_OTHER_COMPONENT = re.compile(r"V[A-Z]+|[Xx]-[\w-]+", re.ASCII)
 _PARTS = re.compile(r'[^:;]*((?:;(?:"[^"]*"|[^":])*)?):(.*)', re.DOTALL)
 _ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -95,7 +101,10 @@ class Component:
 
     @property
     def is_cancelled(self) -> bool:
-        return self.in_cancellation or self.text("STATUS").upper() == "CANCELLED"
+        """By the first STATUS that is one: in capitals, as programs write it, or else in any letters."""
+        written = [found.text for found in self.all("STATUS")]
+        found = [state for state in [*written, *map(str.upper, written)] if state in STATES]
+        return self.in_cancellation or found[:1] == ["CANCELLED"]
 
 
 # ---------------------------------------------------------------------- in
@@ -137,12 +146,23 @@ class _Reader:
         self._count = 0
 
     def take(self, line: bytes) -> None:
-        match = _NAME.match(line)
+        """Other text may stand before a calendar on its first line, and behind it on its last."""
+        if match := _ENDS.match(line):
+            self._end("VCALENDAR")
+            line = line[match.end():]
+        if self.is_inside:
+            self._take(line)
+        elif _BEGINS.search(line):
+            self._begin("VCALENDAR")
+
+    def _take(self, line: bytes) -> None:
+        match = None if _TEXT.match(line) else _NAME.match(line)
         name = match[1].decode("ascii", "replace").upper() if match else ""
         if name in ("BEGIN", "END"):
-            component = _property(line).value.upper()
-            (self._begin if name == "BEGIN" else self._end)(component)
-        elif name in HEAD and self.is_inside and not self._component:
+            component = _property(line).value
+            if _is_component(component):
+                (self._begin if name == "BEGIN" else self._end)(component.upper())
+        elif name in HEAD and not self._component:
             self._head[name] = _property(line).text
         elif self._open is not None and name in PROPERTIES[self._open.name]:
             self._open.properties.setdefault(name, []).append(_property(line))
@@ -159,8 +179,6 @@ class _Reader:
         if name == "VCALENDAR":
             self._end(name)
             self.has_begun = self.is_inside = True
-        elif not self.is_inside:
-            return
         elif not self._component or name in COMPONENTS:
             self._component, self._part, self._open = name, "", None
             if name in ("VEVENT", "VTIMEZONE"):
@@ -190,6 +208,11 @@ class _Reader:
             self._part, self._open = "", self._calendar[-1] if self._component in ("VEVENT", "VTIMEZONE") else None
         elif name == self._component:
             self._component, self._part, self._open = "", "", None
+
+
+def _is_component(name: str) -> bool:
+    """And no text, such as "Begin: 9 am"."""
+    return name.upper() in COMPONENTS | PARTS | {"VCALENDAR"} or _OTHER_COMPONENT.fullmatch(name) is not None
 
 
 def _property(line: bytes) -> Property:

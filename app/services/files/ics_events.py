@@ -3,16 +3,18 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime, time
+from typing import TypeVar
 
-from app.services.files.ics import Component
+from app.services.files.ics import Component, Property
 from app.services.files.ics_times import Moment, duration, moment
 from app.services.files.ics_zones import Zones
 
 NEVER = datetime.combine(date.min, time())
 UNREADABLE = (ValueError, OverflowError)
+Read = TypeVar("Read")
 Version = tuple[int, datetime, datetime]
 
 
@@ -28,16 +30,16 @@ class Event:
     @classmethod
     def read(cls, written: Component) -> Event:
         """Raises one of UNREADABLE for an event without dates."""
-        replaces = written.first("RECURRENCE-ID")
-        instead = moment(replaces) if replaces else None
-        begins, ends, lasts = written.first("DTSTART"), written.first("DTEND"), written.text("DURATION")
-        if begins is None:
+        instead = _first(written, "RECURRENCE-ID", moment)
+        start, end = _first(written, "DTSTART", moment), _first(written, "DTEND", moment)
+        if start is None:
             if instead is None or not written.is_cancelled:
                 raise ValueError("has no start")
             start = instead                                  # a notice may name the day by that alone
-        else:
-            start = moment(begins)
-        end = moment(ends) if ends else replace(start, at=start.at + duration(lasts), is_date=False) if lasts else None
+        if start.is_far:
+            raise ValueError("is too far away")
+        if end is None and (lasts := _first(written, "DURATION", lambda found: duration(found.text))) is not None:
+            end = replace(start, at=start.at + lasts, is_date=False)
         return cls(written, start, end, instead, _version(written))
 
     @property
@@ -57,6 +59,20 @@ class Event:
     def is_marked_whole(self) -> bool:
         """As Microsoft's programs mark whole days."""
         return any(self.written.text(f"X-MICROSOFT-{name}-ALLDAYEVENT").upper() == "TRUE" for name in ("CDO", "MSNCALENDAR"))
+
+
+def _first(written: Component, name: str, read: Callable[[Property], Read]) -> Read | None:
+    """Of the first of these properties that can be read: a text with a raw line end may hold what looks like one. None where there is no
+    such property; raises one of UNREADABLE where none can be read."""
+    problem: Exception | None = None
+    for found in written.all(name):
+        try:
+            return read(found)
+        except UNREADABLE as error:
+            problem = error
+    if problem is not None:
+        raise problem
+    return None
 
 
 def _version(written: Component) -> Version:

@@ -14,8 +14,10 @@ from app.domain.models import WEEKDAYS
 from app.services.files.ics import Property
 
 FREQUENCIES = ("YEARLY", "MONTHLY", "WEEKLY", "DAILY")       # those that name days; in dateutil's order
-YEARS = range(2, 9000)                   # far from where a change of the zone fails
+FIRST_YEAR, LAST_YEAR = 1600, 8999       # far from where a change of the zone fails
+EARLIEST, LATEST = date(FIRST_YEAR, 1, 1), date(LAST_YEAR, 12, 31)
 MIDNIGHT = timedelta()
+CYCLE = 400                              # years after which dates fall on the same weekdays again
 
 _MOMENT = re.compile(r"(\d{4})-?(\d\d)-?(\d\d)(?:T(\d\d)(\d\d)(\d\d)?(?:\.\d+)?(Z?))?", re.ASCII | re.IGNORECASE)
 _DURATION = re.compile(r"([+-])?P(?:(\d{1,5})W)?T?(?:(\d{1,5})D)?T?(?:(\d{1,7})H)?(?:(\d{1,7})M)?(?:(\d{1,9})S)?", re.ASCII | re.IGNORECASE)
@@ -23,6 +25,7 @@ _WEEKDAY = re.compile(rf"([+-]?\d{{1,2}})?({'|'.join(WEEKDAYS)})", re.ASCII)
 _NUMBER = re.compile(r"[+-]?\d{1,7}", re.ASCII)
 _RANGES = {"BYMONTH": 12, "BYMONTHDAY": 31, "BYYEARDAY": 366, "BYWEEKNO": 53, "BYSETPOS": 366}
 _OF_NO_EFFECT = {"BYHOUR", "BYMINUTE", "BYSECOND"}           # on the days
+_USUAL = {("RSCALE", "GREGORIAN"), ("SKIP", "OMIT")}         # what holds without them (RFC 7529)
 
 
 @dataclass(frozen=True)
@@ -33,8 +36,8 @@ class Moment:
     zone: str = ""
 
     @property
-    def is_midnight(self) -> bool:
-        return since_midnight(self.at) == MIDNIGHT
+    def is_far(self) -> bool:
+        return self.at.date() in (EARLIEST, LATEST)
 
 
 def since_midnight(at: datetime) -> timedelta:
@@ -59,14 +62,19 @@ def _moment(text: str, zone: str, as_date: bool) -> Moment:
     if not match:
         raise ValueError(f"{text[:40]} is no date")
     year, month, day, hour, minute, second = (int(part or 0) for part in match.groups()[:6])
-    if year not in YEARS:
-        raise ValueError(f"{text} is too far away")
-    at = datetime.combine(date(year, month, day), time())
+    at = datetime.combine(_date(year, month, day), time())
     if match[4] is None or as_date:
         return Moment(at)
     if hour > 24 or minute > 59 or second > 60:
         raise ValueError(f"{text} is no time")
     return Moment(at + timedelta(hours=hour, minutes=minute, seconds=second), False, "UTC" if match[7] else zone)
+
+
+def _date(year: int, month: int, day: int) -> date:
+    """What is far away, as programs write "always" and "never" (year 1, year 9999), is the first or the last date."""
+    if FIRST_YEAR <= year <= LAST_YEAR:
+        return date(year, month, day)
+    return EARLIEST if year < FIRST_YEAR else LATEST
 
 
 def duration(text: str) -> timedelta:
@@ -109,7 +117,7 @@ class Rule:
         interval, count = given.pop("INTERVAL", "1"), given.pop("COUNT", None)
         until, week_starts = given.pop("UNTIL", None), given.pop("WKST", "MO")
         parts = {name: _part(name, value) for name, value in given.items()
-                 if name not in _OF_NO_EFFECT and (name, value) != ("RSCALE", "GREGORIAN") and not name.startswith("X-")}
+                 if name not in _OF_NO_EFFECT and (name, value) not in _USUAL and not name.startswith("X-")}
         return cls(frequency, _positive(interval), None if count is None else _positive(count),
                    None if until is None else _moment(until, "", False), WEEKDAYS.index(week_starts), parts)
 
@@ -124,15 +132,19 @@ class Rule:
         return self.frequency == "YEARLY" or (self.frequency == "MONTHLY" and self.interval % 12 == 0) or 0 < len(months) < 12
 
     def days(self, start: date, last: date) -> Iterator[date]:
-        """From ``start`` to ``last``, by the library dateutil. One that names no day at all takes some seconds."""
+        """From ``start`` to ``last``, by the library dateutil, which seeks until the year 9999: as near to it as the weekdays are the same,
+        a rule that names no day at all takes a second and not many."""
         from dateutil.rrule import rrule, weekday
 
         parts = {name.lower().replace("byday", "byweekday"): value for name, value in self.parts.items()}
         if "byweekday" in parts:
             parts["byweekday"] = tuple(weekday(day, number or None) for number, day in parts["byweekday"])
-        begins = datetime.combine(start, time())
+        if start > last:
+            return
+        later = max(date.max.year - last.year, 0) // CYCLE * CYCLE
+        begins = datetime.combine(start.replace(year=start.year + later), time())
         for found in rrule(FREQUENCIES.index(self.frequency), begins, self.interval, self.week_starts, self.count, **parts):
-            day: date = found.date()
+            day = date(found.year - later, found.month, found.day)
             if day > last:
                 return
             yield day

@@ -1,13 +1,16 @@
 """The time zones that events of a calendar file are written in: known by their name, or by the rules that the file brings along."""
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta, tzinfo
+from functools import cache
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
+from app.domain.clock import zone_names
 from app.services.catalogue import validation
 from app.services.files.ics import Budget, Component
 from app.services.files.ics_times import Moment, Rule, moment, offset, values
@@ -15,6 +18,8 @@ from app.services.files.ics_times import Moment, Rule, moment, offset, values
 LONGEST_NAME = 80
 MOST_CHANGES = 3_000                     # of one zone: real ones have changed some hundred times
 FIRST = datetime.combine(date(1970, 1, 1), time())          # where a part says none
+FIRST_LEAP_YEAR = 1968                   # has every date of an older start
+SECOND = timedelta(seconds=1)
 SELDOM = ("YEARLY", "MONTHLY")           # how often a zone may change
 
 
@@ -58,12 +63,12 @@ class Zones:
     budget: Budget
 
     def __post_init__(self) -> None:
-        self._in_file: dict[str, Component] = {}
-        self._known: dict[str, tzinfo] = {"": self.plant}
+        self._in_file: dict[str, Component] = {}         # by its name as ``_plain`` makes it
+        self._known: dict[str, tzinfo] = {"": self.plant, "UTC": UTC}
 
     def add(self, zone: Component) -> None:
         """One that the file defines. Of several with one name the first that has parts counts."""
-        name = zone.text("TZID")
+        name = _plain(zone.text("TZID"))
         if name not in self._in_file or not self._in_file[name].parts:
             self._in_file[name] = zone
 
@@ -73,29 +78,35 @@ class Zones:
         return self._known[name]
 
     def local(self, moment: Moment, zone: tzinfo) -> datetime:
-        """Naive time in a zone; a date is its midnight wherever it is read."""
-        own = self.get(moment.zone)
-        if moment.is_date or own is zone:
+        """Naive time in a zone; a date is its midnight wherever it is read. The first instant of a date is its midnight too, where a change
+        of the clocks skips that."""
+        if moment.is_date:
             return moment.at
-        return moment.at.replace(tzinfo=own).astimezone(zone).replace(tzinfo=None)
+        at = moment.at.replace(tzinfo=self.get(moment.zone))
+        local, before = (each.astimezone(zone).replace(tzinfo=None) for each in (at, at.astimezone(UTC) - SECOND))
+        return local if local.date() == before.date() else datetime.combine(local.date(), time())
 
     def _find(self, name: str) -> tzinfo | None:
-        if (known := named(name)) is not None or name not in self._in_file:
-            return known
-        zone = self._in_file[name]
-        return named(zone.text("X-LIC-LOCATION")) or self._by_rules(zone)
+        """The file's own rules count for a name that is only its own, or short for several zones ("EST", "GMT")."""
+        defined = self._in_file.get(_plain(name))
+        if defined is None or _is_whole_name(name):
+            return named(name)
+        return named(defined.text("X-LIC-LOCATION")) or self._by_rules(defined) or named(name)
 
     def _by_rules(self, zone: Component) -> tzinfo | None:
+        """By the parts that can be read."""
         changes: set[Change] = set()
-        try:
-            for part in zone.parts:
+        for part in zone.parts:
+            found: set[Change] = set()
+            try:
                 for change in self._changes(part):
                     self.budget.spend()
-                    changes.add(change)
-                    if len(changes) > MOST_CHANGES:
+                    found.add(change)
+                    if len(changes) + len(found) > MOST_CHANGES:
                         return None
-        except (ValueError, OverflowError):
-            return None
+            except (ValueError, OverflowError):
+                continue
+            changes |= found
         return FileZone(changes) if changes else None
 
     def _changes(self, part: Component) -> Iterator[Change]:
@@ -113,19 +124,38 @@ class Zones:
                 raise ValueError("changes too often")
             # UNTIL is in UTC, where the last change may lie on the day before
             last = min(self.last, rule.until.at.date() + timedelta(days=1)) if rule.until else self.last
-            for day in rule.days(start.date(), last):
+            first = start.date()
+            if first < FIRST.date() and rule.count is None and rule.interval == 1:
+                first = first.replace(year=FIRST_LEAP_YEAR)      # centuries of changes before are of no use
+            for day in rule.days(first, last):
                 yield Change(datetime.combine(day, start.time()), of, to)
 
 
 def named(name: str) -> tzinfo | None:
-    """By a name as programs write them: "Europe/Helsinki", "/mozilla.org/20050126_1/Europe/Helsinki", "FLE Standard Time"."""
-    from icalendar.timezone.windows_to_olson import WINDOWS_TO_OLSON  # half a second, which only imports need
-
-    parts = name.strip().strip("/").split("/")
-    if parts[-1].upper() in ("UTC", "GMT", "Z"):
+    """By a name as programs write them, in capitals or not: "Europe/Helsinki", "/mozilla.org/20050126_1/Europe/Helsinki", "FLE Standard
+    Time"."""
+    parts = _plain(name).strip("/").split("/")
+    if parts[-1] in ("utc", "gmt", "z"):
         return UTC
     for tried in ["/".join(parts[-number:]) for number in (3, 2, 1)]:
-        known = WINDOWS_TO_OLSON.get(tried, tried)
-        if len(known) <= LONGEST_NAME and validation.is_zone(known):
+        if len(tried) <= LONGEST_NAME and validation.is_zone(known := _names().get(tried, "")):
             return ZoneInfo(known)
     return None
+
+
+def _plain(name: str) -> str:
+    """Of a zone, to compare: without escapes, quotes and the difference of capitals."""
+    return re.sub(r"\\(.)", r"\1", name).strip(" \t\"'").casefold()
+
+
+def _is_whole_name(name: str) -> bool:
+    """Whether it is the name of one zone for everybody: "Europe/Helsinki", "FLE Standard Time", "UTC"."""
+    return _plain(name) in ("utc", "z") or (("/" in name or " " in name) and _plain(name) in _names())
+
+
+@cache
+def _names() -> dict[str, str]:
+    """IANA names by these and by Windows' names, all as ``_plain`` makes them."""
+    from icalendar.timezone.windows_to_olson import WINDOWS_TO_OLSON  # half a second, which only imports need
+
+    return {_plain(name): known for name, known in (*WINDOWS_TO_OLSON.items(), *((name, name) for name in zone_names()))}

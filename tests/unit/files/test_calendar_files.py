@@ -113,6 +113,41 @@ def test_a_broken_event_costs_that_event_and_is_counted(bad):
     assert (whole(found), dict(found.left_out)) == (["2027-07-12"], {LeftOut.UNREADABLE: 1})
 
 
+@pytest.mark.parametrize("text", [
+    ["Begin: 9 am"], ["Begin: 9 am", "End: 5 pm"], ["BEGIN:9am"], ["End: VEVENT"], ["Status: cancelled"], ["Status:Cancelled"],
+    ["STATUS: see below"], ["Duration: 3 hours"], ["DURATION: 3 HOURS"], ["Summary: no"], ["Dtstart: tomorrow"], ["DTSTART: TOMORROW"]])
+def test_a_text_with_a_raw_line_end_spoils_nothing(text):
+    rest = ["DTSTART;VALUE=DATE:20270705", "DURATION:P2D", "STATUS:CONFIRMED", "RRULE:FREQ=WEEKLY;COUNT=2"]
+    for lines in (["DESCRIPTION:Agenda", *text, *rest], [*rest, "DESCRIPTION:Agenda", *text]):
+        found = read(calendar(*event(*lines)))
+        assert (whole(found), dict(found.left_out)) == (["2027-07-05/2027-07-06", "2027-07-12/2027-07-13"], {})
+        assert [each.name for each in found.events] == ["Stop"]
+
+
+@pytest.mark.parametrize("text", ["Status: cancelled", "Duration: 3 hours"])
+def test_a_text_with_a_raw_line_end_is_no_property(text):
+    assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20270705", "DESCRIPTION:Agenda", text)))) == ["2027-07-05"]
+
+
+@pytest.mark.parametrize("state", ["CANCELLED", "Cancelled", "cancelled"])
+def test_a_state_counts_in_any_letters(state):
+    assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20270705", f"STATUS:{state}")))) == []
+
+
+@pytest.mark.parametrize(("before", "after"), [
+    ("<!-- cached -->", ""), ("Warning: x in y on line 3<br />", ""), ("", "<!-- served in 0.1 s -->"), ("<pre>", "</pre>"),
+    ("", "<script>BEGIN:VCALENDAR</script>")])
+def test_other_text_may_stand_on_the_first_and_the_last_line(before, after):
+    content = before.encode() + calendar(*event("DTSTART:20270705")).rstrip() + after.encode()
+    found = read(content)
+    assert (whole(found), found.is_whole) == (["2027-07-05"], True)
+
+
+def test_calendars_may_be_joined_without_a_line_end():
+    content = calendar(*event("DTSTART:20270705")).rstrip() + calendar(*event("DTSTART:20270712"))
+    assert whole(read(content)) == ["2027-07-05", "2027-07-12"]
+
+
 def test_what_stands_outside_of_the_calendar_is_passed_over():
     good, other = calendar(*event("DTSTART:20270705")), b"\r\n".join(map(str.encode, event("DTSTART:20280705")))
     assert whole(read(b"HTTP/1.1 200 OK\r\n\r\n" + other + b"\r\n" + good + other)) == ["2027-07-05"]
@@ -210,6 +245,22 @@ def test_weekdays_of_midnights_written_in_utc_are_those_of_utc_or_of_the_plant(r
     assert whole(read(content)) == ["2027-07-05", "2027-07-12"]
 
 
+@pytest.mark.parametrize(("starts", "rule", "days", "plant"), [
+    ("20270702T210000Z", "FREQ=WEEKLY;BYDAY=FR,SA;COUNT=4", ["2027-07-03/2027-07-04", "2027-07-10/2027-07-11"], "Europe/Helsinki"),
+    ("20270704T210000Z", "FREQ=WEEKLY;BYDAY=SU,MO;COUNT=4", ["2027-07-05/2027-07-06", "2027-07-12/2027-07-13"], "Europe/Helsinki"),
+    ("20270704T210000Z", "FREQ=WEEKLY;BYDAY=SU,MO,TU,WE,TH;UNTIL=20270708T210000Z", ["2027-07-05/2027-07-09"], "Europe/Helsinki"),
+    ("20270704T210000Z", "FREQ=WEEKLY;BYDAY=MO,TU,WE,TH,FR;UNTIL=20270708T210000Z", ["2027-07-05/2027-07-09"], "Europe/Helsinki"),
+    ("20270702T183000Z", "FREQ=WEEKLY;BYDAY=FR,SA;COUNT=4", ["2027-07-03/2027-07-04", "2027-07-10/2027-07-11"], "Asia/Kolkata"),
+    ("20270702T183000Z", "FREQ=WEEKLY;BYDAY=SA,SU;COUNT=4", ["2027-07-03/2027-07-04", "2027-07-10/2027-07-11"], "Asia/Kolkata"),
+    ("20270703T040000Z", "FREQ=WEEKLY;BYDAY=SA,SU;COUNT=4", ["2027-07-03/2027-07-04", "2027-07-10/2027-07-11"], "America/New_York"),
+    ("20270630T210000Z", "FREQ=MONTHLY;BYMONTHDAY=-1;COUNT=3", ["2027-07-01", "2027-08-01", "2027-09-01"], "Europe/Helsinki"),
+    ("20270630T210000Z", "FREQ=MONTHLY;COUNT=3", ["2027-07-01", "2027-08-01", "2027-09-01"], "Europe/Helsinki"),
+    ("20251230T220000Z", "FREQ=YEARLY;BYMONTH=12;BYMONTHDAY=30", ["2025-12-31 yearly"], "Europe/Helsinki"),
+    ("20251230T220000Z", "FREQ=YEARLY;BYMONTHDAY=30", ["2025-12-31 yearly"], "Europe/Helsinki")])
+def test_a_rule_names_days_of_the_zone_in_which_the_start_is_written_where_the_start_is_one_of_them(starts, rule, days, plant):
+    assert whole(read(calendar(*event(f"DTSTART:{starts}", "DURATION:P1D", f"RRULE:{rule}")), ZoneInfo(plant))) == days
+
+
 def test_a_date_with_a_zone_is_that_date():
     as_date = "VALUE=DATE;TZID=America/New_York"
     content = calendar(*event(f"DTSTART;{as_date}:20270705", f"DTEND;{as_date}:20270708", "RRULE:FREQ=WEEKLY;COUNT=2",
@@ -257,6 +308,51 @@ def test_the_summer_time_of_a_file_is_followed_and_so_is_a_list_of_changes():
         assert timed(found) == ["2027-07-06", "2027-12-06"]
 
 
+def one_offset(name: str, starts: str, offset: str, *more: str) -> list[str]:
+    return ["BEGIN:VTIMEZONE", f"TZID:{name}", "BEGIN:STANDARD", f"DTSTART:{starts}", f"TZOFFSETFROM:{offset}", f"TZOFFSETTO:{offset}",
+            "END:STANDARD", *more, "END:VTIMEZONE"]
+
+
+NEW_YORK_EVENING = event("DTSTART;TZID={name}:20270705T173000", "DURATION:PT10M")            # after midnight in Helsinki
+BAD_PART = ["BEGIN:STANDARD", "DTSTART:soon", "TZOFFSETTO:later", "END:STANDARD"]
+
+
+def in_zone(name: str) -> list[str]:
+    return [line.format(name=name) for line in NEW_YORK_EVENING]
+
+
+@pytest.mark.parametrize("defined", [
+    *(one_offset("Custom", starts, "-0400") for starts in ("19700101T000000", "00010101T000000", "00000101T000000", "16010101T000000")),
+    one_offset("Custom", "00010101T000000", "-0400", *BAD_PART),
+    [line.replace("1970", "0001") for line in zone("Custom", "-0500", "-0400")],
+    zone("Custom", "-0500", "-0400", rule="FREQ=YEARLY;BYMONTH={month};BYDAY=-1SU;UNTIL=99991231T235959Z"),
+    [*zone("Custom", "-0500", "-0400")[:-1], *BAD_PART, "END:VTIMEZONE"]])
+def test_a_zone_with_dates_far_away_or_a_bad_part_is_used(defined):
+    assert timed(read(calendar(*defined, *in_zone("Custom")))) == ["2027-07-06"]
+
+
+@pytest.mark.parametrize("name", ["GMT", "EST", "CET", "Company/GMT", "HQ/Japan", "My East"])
+def test_a_short_name_means_the_rules_that_the_file_brings_along(name):
+    assert timed(read(calendar(*zone(name, "-0500", "-0400"), *in_zone(name)))) == ["2027-07-06"]
+
+
+@pytest.mark.parametrize(("defined", "used"), [
+    ("My East", "my east"), ("MY EAST", "My East"), ('"My East"', "My East"), ('"My East"', '"My East"'),
+    ("Ottawa\\, Boston", '"Ottawa\\, Boston"')])
+def test_names_of_zones_are_the_same_with_quotes_or_in_capitals(defined, used):
+    assert timed(read(calendar(*zone(defined, "-0500", "-0400"), *in_zone(used)))) == ["2027-07-06"]
+
+
+@pytest.mark.parametrize("name", ["america/new_york", "AMERICA/NEW_YORK", "eastern standard time", "America/New_York"])
+def test_the_whole_name_of_a_zone_means_that_zone_whatever_the_file_says(name):
+    for defined in ([], zone(name, "+0200", "+0300")):
+        assert timed(read(calendar(*defined, *in_zone(name)))) == ["2027-07-06"]
+
+
+def test_a_time_of_utc_stays_one_beside_a_zone_of_that_name():
+    assert timed(read(calendar(*zone("UTC", "-0500", "-0400"), *event("DTSTART:20270705T173000Z")))) == ["2027-07-05"]
+
+
 # ---------------------------------------------------------------------- repetitions
 HELSINKI_DAY = ["DTSTART;TZID=Europe/Helsinki:20270610T000000", "DTEND;TZID=Europe/Helsinki:20270611T000000"]
 
@@ -281,7 +377,8 @@ def test_whole_days_repeat_until_the_day_that_is_meant(starts, until, days):
     "20270612T235959Z", "20270612T205959Z", "20270612T145900Z", "20270613T065959Z", "20270612T120000Z"])
 def test_dates_repeat_until_the_date_that_a_time_of_utc_stands_for(until, plant):
     content = calendar(*event("DTSTART;VALUE=DATE:20270610", f"RRULE:FREQ=DAILY;UNTIL={until}"))
-    assert whole(read(content, plant)) == ["2027-06-10/2027-06-12"]
+    is_midnight_there = until == "20270612T100000Z" and plant.key == "Pacific/Kiritimati"      # that of 13 June
+    assert whole(read(content, plant)) == [f"2027-06-10/2027-06-{13 if is_midnight_there else 12}"]
 
 
 @pytest.mark.parametrize("excepted", [
@@ -290,6 +387,55 @@ def test_dates_repeat_until_the_date_that_a_time_of_utc_stands_for(until, plant)
 def test_an_excepted_date_may_be_written_as_a_time(excepted):
     content = calendar(*event("DTSTART;VALUE=DATE:20270610", "RRULE:FREQ=DAILY;COUNT=4", f"EXDATE;{excepted}"))
     assert whole(read(content)) == ["2027-06-10/2027-06-11", "2027-06-13"]
+
+
+# Plant, midnight at which 9 July 2027 begins there and the last second of that day, both in UTC.
+DAYS_IN_UTC = [
+    ("Pacific/Auckland", "20270708T120000Z", "20270709T115959Z"), ("Pacific/Chatham", "20270708T111500Z", "20270709T111459Z"),
+    ("Pacific/Kiritimati", "20270708T100000Z", "20270709T095959Z"), ("Asia/Kolkata", "20270708T183000Z", "20270709T182959Z"),
+    ("Asia/Kathmandu", "20270708T181500Z", "20270709T181459Z"), ("Australia/Adelaide", "20270708T143000Z", "20270709T142959Z"),
+    ("America/St_Johns", "20270709T023000Z", "20270710T022959Z"), ("Europe/London", "20270708T230000Z", "20270709T225900Z"),
+    ("Pacific/Honolulu", "20270709T100000Z", "20270710T095959Z")]
+
+
+@pytest.mark.parametrize("starts", [["DTSTART;VALUE=DATE:20270705"], ["DTSTART:20270705T000000", "DTEND:20270705T235959"]])
+@pytest.mark.parametrize(("plant", "midnight", "end"), DAYS_IN_UTC)
+def test_a_time_of_utc_beside_dates_means_the_date_that_begins_or_ends_then_at_the_plant(starts, plant, midnight, end):
+    for until in (midnight, end):
+        found = read(calendar(*event(*starts, f"RRULE:FREQ=DAILY;UNTIL={until}")), ZoneInfo(plant))
+        assert whole(found) == ["2027-07-05/2027-07-09"]
+    found = read(calendar(*event(*starts, "RRULE:FREQ=DAILY;COUNT=6", f"EXDATE:{midnight}")), ZoneInfo(plant))
+    assert whole(found) == ["2027-07-05/2027-07-08", "2027-07-10"]
+    assert whole(read(calendar(*event(*starts, f"RDATE:{midnight}")), ZoneInfo(plant))) == ["2027-07-05", "2027-07-09"]
+    series, moved = ["UID:1", *starts, "RRULE:FREQ=DAILY;COUNT=5"], ["UID:1", f"RECURRENCE-ID:{midnight}", "DTSTART;VALUE=DATE:20270720"]
+    assert whole(read(calendar(*event(*series), *event(*moved)), ZoneInfo(plant))) == ["2027-07-05/2027-07-08", "2027-07-20"]
+
+
+@pytest.mark.parametrize("until", ["20270107T110000Z", "20270108T105959Z"])
+def test_midnight_of_the_plant_moves_with_its_summer_time(until):
+    content = calendar(*event("DTSTART;VALUE=DATE:20270104", f"RRULE:FREQ=DAILY;UNTIL={until}"))
+    assert whole(read(content, ZoneInfo("Pacific/Auckland"))) == ["2027-01-04/2027-01-08"]
+
+
+@pytest.mark.parametrize("end", [
+    "DTEND:20270706T000000Z", "DTEND;TZID=America/New_York:20270706T000000", "DTEND:20270705T210000Z", "DTEND:20270705T235959Z"])
+def test_a_date_ends_at_the_midnight_of_whatever_zone(end):
+    assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20270705", end)))) == ["2027-07-05"]
+
+
+def test_a_start_and_an_end_may_be_written_in_two_zones():
+    content = calendar(*event("DTSTART:20270705T040000Z", "DTEND;TZID=America/New_York:20270706T000000"))
+    assert whole(read(content)) == ["2027-07-05"]
+
+
+@pytest.mark.parametrize(("starts", "ends"), [
+    ("20270429T220000Z", "20270430T210000Z"), ("20270428T220000Z", "20270429T220000Z"),
+    (";TZID=Africa/Cairo:20270430T010000", ";TZID=Africa/Cairo:20270501T000000")])
+def test_a_day_whose_midnight_a_change_of_the_clocks_skips_is_whole(starts, ends):
+    """In Cairo 30 April 2027 begins at 01:00."""
+    lines = [f"{name}{'' if text[0] == ';' else ':'}{text}" for name, text in (("DTSTART", starts), ("DTEND", ends))]
+    found = read(calendar(*event(*lines)), ZoneInfo("Africa/Cairo"))
+    assert (whole(found), timed(found)) == (["2027-04-29" if starts == "20270428T220000Z" else "2027-04-30"], [])
 
 
 def test_midnights_of_the_zone_of_the_calendar_are_whole_days():
@@ -338,6 +484,35 @@ def test_29_february_is_yearly_and_so_is_what_began_long_ago():
     assert whole(read(calendar(*event("DTSTART;VALUE=DATE:16040610", "RRULE:FREQ=YEARLY")))) == ["1970-06-10 yearly"]
     assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20151224", "DTEND;VALUE=DATE:20160102", "RRULE:FREQ=YEARLY")))) == [
         "2015-12-24/2016-01-01 yearly"]
+
+
+@pytest.mark.parametrize("until", ["99991231T235959Z", "99991231", "99991231T000000", "30000101"])
+def test_until_far_away_is_without_end(until):
+    assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20261225", f"RRULE:FREQ=YEARLY;UNTIL={until}")))) == ["2026-12-25 yearly"]
+    assert read(calendar(*event("DTSTART;VALUE=DATE:20261225", f"RRULE:FREQ=WEEKLY;UNTIL={until}"))).left_out == {LeftOut.ENDLESS: 1}
+
+
+@pytest.mark.parametrize("end", ["DTEND;VALUE=DATE:99991231", "DTEND:99991231T235959Z", "DURATION:P9000W"])
+def test_an_end_far_away_is_longer_than_a_year(end):
+    found = read(calendar(*event("DTSTART;VALUE=DATE:20270705", end)))
+    assert (whole(found), found.left_out) == ([], {LeftOut.OUT_OF_RANGE: 1})
+
+
+def test_what_comes_every_year_from_a_late_year_on_is_taken():
+    assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20380705", "RRULE:FREQ=YEARLY")))) == ["2038-07-05 yearly"]
+
+
+@pytest.mark.parametrize(("rules", "days"), [
+    (["RRULE:FREQ=DAILY;COUNT=5", "EXRULE:FREQ=WEEKLY;BYDAY=WE;COUNT=1"], ["2027-07-05/2027-07-06", "2027-07-08/2027-07-09"]),
+    (["RRULE:FREQ=DAILY;COUNT=5", "EXRULE:FREQ=WEEKLY"], ["2027-07-06/2027-07-09"]),
+    (["RRULE:FREQ=YEARLY;BYMONTH=7;BYDAY=MO;UNTIL=20270801", "EXRULE:FREQ=YEARLY;BYMONTH=7;BYDAY=2MO,3MO"], ["2027-07-05", "2027-07-26"])])
+def test_a_rule_of_exceptions_takes_its_days_away(rules, days):
+    assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20270705", *rules)))) == days
+
+
+def test_a_rule_of_exceptions_that_cant_be_read_costs_the_event():
+    found = read(calendar(*event("DTSTART;VALUE=DATE:20270705", "RRULE:FREQ=DAILY;COUNT=5", "EXRULE:nonsense")))
+    assert (whole(found), found.left_out) == ([], {LeftOut.UNREADABLE: 1})
 
 
 def test_a_run_of_days_over_new_year_is_the_same_in_the_next_year():
