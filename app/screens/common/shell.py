@@ -9,7 +9,7 @@ belongs to the window; a screen fills what is between them, and the margins arou
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -86,13 +86,13 @@ class Shell:
             self.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
 
     def offer_undo(self, text: str, undo: Callable[[], object], undone: Callable[[], object], *, stays: bool = False,
-                   behind: str = "") -> None:
+                   behind: str = "", about: Hashable | None = None) -> None:
         """Say with ``text`` what was done, and offer to undo it, for some seconds or as long as it ``stays``. Where ``undo()``, in the
         background, raises InvalidInput, its sentence is said and the offer stays: somebody can mend that and try again. ``behind`` the
-        guard of a screen it is offered as long as the guard has not let pass."""
+        guard of a screen it is offered as long as the guard has not let pass. Earlier messages and offers ``about`` the same are over."""
         def refused(problem: BaseException) -> None:
             if isinstance(problem, InvalidInput):
-                self.offer_undo(sentence_of(problem), undo, undone, stays=True, behind=behind)
+                self.offer_undo(sentence_of(problem), undo, undone, stays=True, behind=behind, about=about)
             else:
                 log.error("could not be undone", exc_info=problem)
                 self.say_problem(problem)
@@ -102,9 +102,12 @@ class Shell:
             self.navigator.past_guard(behind, passed)
 
         def passed() -> None:
-            self.snackbars.end(pressed)
+            self.snackbars.end(topic)
             self.background.run(undo, lambda _none: undone(), refused)
 
         def offer() -> None:
-            self.snackbars.undo(text, _("Undo"), pressed, stays=stays, about=pressed)
+            self.snackbars.end(topic)
+            self.snackbars.undo(text, _("Undo"), pressed, stays=stays, about=topic)
+
+        topic = pressed if about is None else about
         offer()

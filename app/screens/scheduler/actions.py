@@ -1,7 +1,7 @@
 """What an operator does with a schedule beside editing it: run it now, skip starts, pause, delete."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from datetime import date, datetime, timedelta
 from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
@@ -33,7 +33,7 @@ class ScheduleActions:
 
         def switched(before: Switched) -> None:
             self._shell.offer_undo(words.format(name=self._name(before.schedule)), lambda: self._services.catalogue.switch_back(before),
-                                   self._done)
+                                   self._done, about=_about(schedule_id))
 
         self._act(schedule_id, lambda: self._services.catalogue.switch_schedule(schedule_id, on), switched)
 
@@ -56,7 +56,7 @@ class ScheduleActions:
         text = _("The start of {name} is planned again: {time}").format(name=self._name(schedule), time=self._time(schedule, at))
         pausing = self._services.pausing
         self._act(schedule.id, lambda: pausing.take_again(schedule.id, at, must_run=True), lambda _none: self._shell.offer_undo(
-            text, lambda: pausing.skip(schedule.id, at), self._done))
+            text, lambda: pausing.skip(schedule.id, at), self._done, about=_about(schedule.id, at)))
 
     def pause(self, schedule: Schedule) -> None:
         """Ask until which day its starts are skipped."""
@@ -73,14 +73,16 @@ class ScheduleActions:
         text = _("{name} is deleted").format(name=self._name(schedule))        # while it is known what it does where
 
         def deleted(removed: Removed) -> None:
-            self._shell.offer_undo(text, lambda: self._services.catalogue.restore(removed), self._done, stays=True)
+            self._shell.offer_undo(text, lambda: self._services.catalogue.restore(removed), self._done, stays=True,
+                                   about=_about(schedule.id))
 
         self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
 
     # ------------------------------------------------------------------ inside
     def _was_skipped(self, schedule: Schedule, at: datetime) -> None:
         text = _("The start of {name} is skipped: {time}").format(name=self._name(schedule), time=self._time(schedule, at))
-        self._shell.offer_undo(text, lambda: self._services.pausing.take_again(schedule.id, at), self._done)
+        self._shell.offer_undo(text, lambda: self._services.pausing.take_again(schedule.id, at), self._done,
+                               about=_about(schedule.id, at))
 
     def _time(self, schedule: Schedule, at: datetime) -> str:
         return formats.day_and_time(at, schedule.timezone, self._services.clock.now())
@@ -110,4 +112,9 @@ class ScheduleActions:
         self._shell.background.run(work, lambda result: ended(done, result), lambda problem: ended(self._shell.say_problem, problem))
 
     def _say(self, schedule: Schedule, text: str, icon: str) -> None:
-        self._shell.snackbars.show(text, icon=icon, about=("schedule", schedule.id))
+        self._shell.snackbars.show(text, icon=icon, about=_about(schedule.id))
+
+
+def _about(schedule_id: int, at: datetime | None = None) -> Hashable:
+    """What a message is about that says how a schedule is now, or its start at that instant: until the next one does."""
+    return "schedule", schedule_id, at

@@ -77,6 +77,46 @@ def test_the_switch_turns_a_schedule_off_and_on(screen, container, ui):
     assert container.repositories.schedules.get(container.db.read(), number).next_at is not None
 
 
+def test_only_the_last_word_about_a_switch_is_said(screen, ui):
+    line = ui.find_all(ScheduleLine)[0]
+    screen.plan.actions.switch(line.key, False)
+    settle(screen, ui)
+    off, = screen.shell.snackbars.texts
+    assert off.endswith("is switched off")
+    for on in (True, False, True):
+        screen.plan.actions.switch(line.key, on)
+        settle(screen, ui)
+    assert screen.shell.snackbars.texts == [off.replace("switched off", "switched on")]
+
+
+def test_a_switch_says_nothing_of_another_schedule(screen, ui):
+    first, second = ui.find_all(ScheduleLine)[:2]
+    for line in (first, second):
+        screen.plan.actions.switch(line.key, False)
+        settle(screen, ui)
+    assert len(screen.shell.snackbars.texts) == 2                     # both can be undone
+
+
+def test_a_deleted_schedule_is_not_said_to_be_switched_off(screen, container, ui):
+    schedule = schedules(container)[0]
+    screen.plan.actions.switch(schedule.id, False)
+    settle(screen, ui)
+    screen.plan.actions.delete(schedule)
+    settle(screen, ui)
+    said, = screen.shell.snackbars.texts
+    assert said.endswith("is deleted")
+
+
+def test_a_start_that_is_planned_again_is_not_said_to_be_skipped(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    screen.plan.actions.skip(schedule, schedule.next_at)
+    settle(screen, ui)
+    screen.plan.actions.take_again(schedule, schedule.next_at)
+    settle(screen, ui)
+    said, = screen.shell.snackbars.texts
+    assert "is planned again" in said
+
+
 def test_skip_next_leaves_one_start_out_with_its_row(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     menu(screen, ui, schedule, "Skip next")
