@@ -105,11 +105,11 @@ def _is_edge(at: datetime) -> bool:
     return since_midnight(at) <= MINUTE or since_midnight(at) >= DAY - MINUTE
 
 
-def _date_of_utc(at: datetime) -> date:
-    """The date that is meant by a time of UTC, which is midnight at its beginning in a zone that nothing names, or its last minute."""
+def _edge_of_utc(at: datetime) -> datetime:
+    """The midnight, or the last minute of a day, that is meant by a time of UTC, in a zone that nothing names."""
     if at.minute == 59:
-        return _date_of_utc(at + MINUTE - timedelta(seconds=at.second)) - DAY
-    return (at + DAY / 2 - timedelta(seconds=1)).date()
+        return _edge_of_utc(at + MINUTE - timedelta(seconds=at.second)) - MINUTE
+    return datetime.combine((at + DAY / 2 - timedelta(seconds=1)).date(), time())
 
 
 @dataclass
@@ -147,10 +147,11 @@ class _Place:
 
     def _edge(self, moment: Moment) -> datetime | None:
         """The local time where a whole day begins or ends at this moment: as written, in the zone of the event, of the plant, or of the
-        calendar, or in UTC; None: in none of these."""
+        calendar, or in UTC; a time of UTC beside dates means one in any zone. None: it means no such time."""
         written = [] if moment.zone == "UTC" else [moment.at]
         there = (self.zones.local(moment, zone) for zone in (self.zone, self.zones.plant, self.usual, UTC))
-        return next((at for at in (*written, *there) if _is_edge(at)), None)
+        beside_dates = [_edge_of_utc(moment.at)] if moment.zone == "UTC" and not self.is_bound else []
+        return next((at for at in (*written, *there, *beside_dates) if _is_edge(at)), None)
 
     def at(self, moment: Moment) -> datetime:
         """In the zone of the event, as which a time without a zone counts; of whole days the date that is meant."""
@@ -161,7 +162,7 @@ class _Place:
         if self.whole and (edge := self._edge(moment)):
             return datetime.combine(edge.date(), time())
         if self.whole and not self.is_bound:
-            return datetime.combine(_date_of_utc(moment.at) if moment.zone == "UTC" else moment.at.date(), time())
+            return datetime.combine(moment.at.date(), time())
         return self.zones.local(moment, self.zone) + self.shift
 
     def last_start(self, until: Moment) -> date:
@@ -240,14 +241,16 @@ class _Reader:
         return found
 
     def _moments(self, event: Event, name: str) -> Iterator[Moment]:
-        """Those that can be read."""
+        """Those that can be read, and are not far away."""
         for found in event.written.all(name):
             for value in values(found):
                 self._budget.spend()
                 try:
-                    yield moment(value)
+                    found_at = moment(value)
                 except UNREADABLE:
                     continue
+                if not found_at.is_far:
+                    yield found_at
 
     def _starts(self, event: Event, place: _Place, rules: Sequence[Rule]) -> Iterator[datetime]:
         if not rules:
@@ -303,7 +306,8 @@ class _Reader:
 
 
 def _rule(text: str, days: Iterable[int]) -> Rule:
-    """Until far away is without end. ``days``: of the month, on which it starts, in its zone and as it is written."""
+    """With an end after all days of a calendar here it has none. ``days``: of the month, on which it starts, in its zone and as it is
+    written."""
     rule = Rule.parse(text)
     if rule.until and rule.until.at.year >= validation.YEARS.stop:
         rule = replace(rule, until=None)

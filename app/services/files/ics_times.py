@@ -99,7 +99,8 @@ def offset(text: str) -> timedelta:
 
 @dataclass(frozen=True)
 class Rule:
-    """An RRULE that names days; times of day in it are passed over. ``parts`` hold its BY… as numbers, BYDAY as (n, weekday)."""
+    """An RRULE that names days; times of day in it are passed over, and an end far away. ``parts`` hold its BY… as numbers,
+    BYDAY as (n, weekday)."""
     frequency: str
     interval: int
     count: int | None
@@ -116,10 +117,11 @@ class Rule:
             raise ValueError(f"{frequency[:40]} names no days")
         interval, count = given.pop("INTERVAL", "1"), given.pop("COUNT", None)
         until, week_starts = given.pop("UNTIL", None), given.pop("WKST", "MO")
+        ends = None if until is None else _moment(until, "", False)
         parts = {name: _part(name, value) for name, value in given.items()
                  if name not in _OF_NO_EFFECT and (name, value) not in _USUAL and not name.startswith("X-")}
         return cls(frequency, _positive(interval), None if count is None else _positive(count),
-                   None if until is None else _moment(until, "", False), WEEKDAYS.index(week_starts), parts)
+                   None if ends is None or ends.is_far else ends, WEEKDAYS.index(week_starts), parts)
 
     @property
     def ends(self) -> bool:

@@ -418,7 +418,8 @@ def test_midnight_of_the_plant_moves_with_its_summer_time(until):
 
 
 @pytest.mark.parametrize("end", [
-    "DTEND:20270706T000000Z", "DTEND;TZID=America/New_York:20270706T000000", "DTEND:20270705T210000Z", "DTEND:20270705T235959Z"])
+    "DTEND:20270706T000000Z", "DTEND;TZID=America/New_York:20270706T000000", "DTEND:20270705T210000Z", "DTEND:20270705T235959Z",
+    "DTEND:20270705T220000Z", "DTEND:20270706T040000Z", "DTEND:20270706T035900Z"])
 def test_a_date_ends_at_the_midnight_of_whatever_zone(end):
     assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20270705", end)))) == ["2027-07-05"]
 
@@ -486,7 +487,7 @@ def test_29_february_is_yearly_and_so_is_what_began_long_ago():
         "2015-12-24/2016-01-01 yearly"]
 
 
-@pytest.mark.parametrize("until", ["99991231T235959Z", "99991231", "99991231T000000", "30000101"])
+@pytest.mark.parametrize("until", ["99991231T235959Z", "99991231", "99991231T000000", "30000101", "00010101T000000Z"])
 def test_until_far_away_is_without_end(until):
     assert whole(read(calendar(*event("DTSTART;VALUE=DATE:20261225", f"RRULE:FREQ=YEARLY;UNTIL={until}")))) == ["2026-12-25 yearly"]
     assert read(calendar(*event("DTSTART;VALUE=DATE:20261225", f"RRULE:FREQ=WEEKLY;UNTIL={until}"))).left_out == {LeftOut.ENDLESS: 1}
@@ -496,6 +497,11 @@ def test_until_far_away_is_without_end(until):
 def test_an_end_far_away_is_longer_than_a_year(end):
     found = read(calendar(*event("DTSTART;VALUE=DATE:20270705", end)))
     assert (whole(found), found.left_out) == ([], {LeftOut.OUT_OF_RANGE: 1})
+
+
+def test_a_further_date_far_away_is_passed_over():
+    content = calendar(*event("DTSTART;VALUE=DATE:20270705", "RDATE;VALUE=DATE:20270805,99991231", "EXDATE:00010101T000000"))
+    assert whole(read(content)) == ["2027-07-05", "2027-08-05"]
 
 
 def test_what_comes_every_year_from_a_late_year_on_is_taken():
