@@ -140,6 +140,11 @@ def when_overtaken(idle: Execution, now: datetime) -> Reason:
     return when_window_closed(replace(idle, closes_at=now), app_was_down=False)
 
 
+def is_listed_later(execution: Execution) -> bool:
+    """A late start that may have run: it is listed once it is known that it has not."""
+    return LISTED_LATER.items() <= execution.wait_details.items()
+
+
 def when_window_closed(execution: Execution, app_was_down: bool) -> Reason:
     """Why an execution that was still waiting when its start window closed was not sent."""
     until = execution.closes_at.isoformat()

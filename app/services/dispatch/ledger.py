@@ -137,7 +137,9 @@ class Ledger:
         self._db.write(lambda c: self._robots.note_idle(c, robot_id, None))
 
     def waits(self, execution: Execution, wait: Wait, **details: Any) -> Execution | None:
-        """Note what holds a waiting execution; writes only when that is something new."""
+        """Note what holds a waiting execution; writes only when that is something new. One that is to be listed later stays so."""
+        if rules.is_listed_later(execution):
+            details |= rules.LISTED_LATER
         if (execution.wait, dict(execution.wait_details)) == (wait, details):
             return execution
         return self._change(execution, (State.WAITING,), quietly=execution.wait is wait, wait=wait, wait_details=details)

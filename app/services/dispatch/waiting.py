@@ -84,22 +84,25 @@ class Waiting:
 
     def _may_have_run(self, row: Execution) -> bool:
         """Whether it is on a robot, or may be, though a restored backup does not know that: then the row becomes that item's, or waits. A
-        schedule may have been on another robot then. A tablet from which the plan moved here had tokens of its own."""
+        late start that may have run is listed once it is known that it has not, whatever it waited for until then."""
         through = self._s.whereabouts.through
-        if through is None or row.planned_at > through:
-            return False
-        is_late = row.wait is Wait.LATE_START or rules.LISTED_LATER.items() <= row.wait_details.items()
+        if through is not None and row.planned_at <= through and self._is_elsewhere(row):
+            return True
+        if rules.is_listed_later(row):
+            self._ledger.list_late(row)
+            self._later(row, RECHECK)
+            return True
+        return False
+
+    def _is_elsewhere(self, row: Execution) -> bool:
+        """A schedule may have been on another robot then. A tablet from which the plan moved here had tokens of its own."""
         tokens = (row.token, old_token(self._s.tablet.move, row))
         found = self._s.whereabouts.find(tokens, None if row.trigger is Trigger.SCHEDULED else self._robot_id)
         if found.robot and found.item:
             self._ledger.adopt(row, found.robot, found.item)
         elif not found.is_certain:
             silent = {"robots": ", ".join(found.silent)} if found.silent else {}
-            self._waits(row, Wait.ELSEWHERE, **silent, **(rules.LISTED_LATER if is_late else {}))
-        elif is_late and row.wait is Wait.ELSEWHERE:
-            self._ledger.list_late(row)
-            self._later(row, RECHECK)
-            return True
+            self._waits(row, Wait.ELSEWHERE, **silent, **(rules.LISTED_LATER if row.wait is Wait.LATE_START else {}))
         return found.robot is not None or not found.is_certain
 
 

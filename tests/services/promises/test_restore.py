@@ -393,3 +393,22 @@ def test_what_has_not_run_is_asked_about_once_that_is_known(with_window):
     site.run_until(lambda: sent_at(site), within=60)
     assert site.seconds() - began >= 29
     assert len(sent_at(site)) == 1
+
+
+@pytest.mark.parametrize("held_for", [10, 300], ids=["released before that is known", "released after that"])
+def test_it_is_asked_about_though_its_robot_was_on_hold_before(with_window, held_for):
+    site = with_window
+    site.run(200)
+    go_back = back_up_of(site)
+    site.switch_off()
+    site.clock.advance(250)
+    site.switch_on()
+    go_back()
+    site.run(20)
+    hold = site.container.holds.hold("cleaning", robot_id=robot_of(site).id)
+    site.run(held_for)
+    site.container.holds.release(hold.id)
+    site.run_until(lambda: listed(site), within=120)
+    assert not sent_at(site)
+    site.run_until(lambda: sent_at(site), within=60)
+    assert len(sent_at(site)) == 1
