@@ -5,6 +5,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.database.errors import DatabaseUnavailable
 from app.domain.choice import chosen
 from app.domain.models import State
 from app.services.dispatch.ledger import TOO_MANY
@@ -59,6 +60,15 @@ def test_alone_it_still_gets_every_start_and_an_alarm_names_it(hall, bad):
     plan_often(hall)
     assert robots_of(hall) == ["R1"] * STARTS
     assert (alarm_of(hall).key, alarm_of(hall).details["count"]) == (f"robot:{hall.robot('R1').id}", STARTS)
+
+
+def test_the_failed_start_has_its_alarm_though_that_of_the_robot_cannot_be_written(hall, bad, monkeypatch):
+    def fail(*_args, **_details):
+        raise DatabaseUnavailable("the disk is full")
+    monkeypatch.setattr(hall.container.alarms, "raise_about_robot", fail)
+    hall.only("R1")
+    plan_often(hall, starts=TOO_MANY)
+    assert [alarm.count for alarm in hall.container.alarms.open() if alarm.code == "execution_failed"] == [TOO_MANY]
 
 
 def test_two_failures_are_no_alarm(hall, bad):

@@ -161,11 +161,9 @@ class Ledger:
             return []
         made = self._db.write(lambda c: [(move, row) for move in moves if (row := self._made(c, move))], patient)
         changed = [row for _move, row in made]
-        for move, row in made:
+        for row in changed:
             if not quietly:
                 log.info("%s", describe(row))
-            if move.went_well is not None and move.execution.robot_id is not None:
-                self._judge_robot(move.execution.robot_id, row)
             if row.ended_at is not None:
                 self.grew = True
                 self.alarm_for(row)
@@ -173,6 +171,9 @@ class Ledger:
                 self._tell_of_other(row)
         for robot_id in {row.robot_id or NO_ROBOT for row in changed}:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
+        for move, row in made:
+            if move.went_well is not None and move.execution.robot_id is not None:
+                self._judge_robot(move.execution.robot_id, row)
         return changed
 
     def _made(self, c: Any, move: Move) -> Execution | None:
