@@ -143,7 +143,8 @@ class Container:
                              poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe,
                              whereabouts=self.whereabouts, allocator=self.allocator)
         self.engine.add_chore("Watching the database", db.check_in_place)
-        self.engine.add_chore("Comparing serial numbers", SameMachine(db, repositories.robots, self.alarms).tick)
+        of_one_machine = CachedUntilChanged(lambda: repositories.robots.of_one_machine(db.read()), self.changes, Topic.ROBOTS)
+        self.engine.add_chore("Comparing serial numbers", SameMachine(of_one_machine, self.alarms).tick)
         self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)

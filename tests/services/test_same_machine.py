@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import pytest
 
+from app.database.robots import RobotRepository
 from app.services.live.alarms import alarm_sentence
+from app.services.live.changes import Topic
 from tests.support.site import Site
 
 
@@ -58,5 +60,16 @@ def test_it_stays_one_alarm_over_a_new_start_and_ends_with_its_cause(site):
     site.switch_off()
     site.switch_on()
     site.container.db.write(lambda c: c.execute("DELETE FROM robots WHERE id = ?", (third.id,)))
+    site.container.changes.publish(Topic.ROBOTS)
     site.run(10)
     assert alarms(site) == []
+
+
+def test_the_list_is_read_only_after_a_change(site, monkeypatch):
+    site.add_robots()
+    site.run(10)
+    reads = []
+    read = RobotRepository.of_one_machine
+    monkeypatch.setattr(RobotRepository, "of_one_machine", lambda self, c: reads.append(1) or read(self, c))
+    site.run(60)
+    assert not reads
