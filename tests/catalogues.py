@@ -7,8 +7,8 @@ and exits 1. ``compile`` writes .mo files for packagers; the app itself reads th
 Texts are the constants in ``_("…")``, ``ngettext``, ``pgettext`` and ``N_("…")`` (marked here, translated later) of Python and in
 ``tr._("…")``, ``tr.n_``, ``tr.p_`` of kv. What is refused (``InvalidInput``), kept in parts (``message``) and the tables named SENTENCES
 are rendered by msgid, too.
-Services that get ``translate`` handed in keep their sentences in tables; of such files every constant counts that reads like words: it
-begins with a capital, has a space or a placeholder.
+Services that get ``translate`` handed in keep their sentences in tables; of such files every constant counts that is in
+``translate("…")``, or that reads like words: it begins with a capital, has a space or a placeholder.
 """
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from string import Formatter
+from typing import TypeGuard
 
 from app.i18n import CONTEXT_MARK, DOMAIN, LOCALE_DIR, compile_mo, languages, po_entries, read_po
 
@@ -81,14 +82,20 @@ def _tables(tree: ast.AST) -> Iterator[tuple[int, Text]]:
     for node in ast.walk(tree):
         if isinstance(node, ast.JoinedStr | ast.Raise) or _logs(node):
             passed_over |= {id(part) for part in ast.walk(node)}
+    translated = {id(part) for node in ast.walk(tree) if _translates(node) for part in node.args}
     for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in passed_over and LIKE_WORDS.match(node.value):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in passed_over and (
+                id(node) in translated or LIKE_WORDS.match(node.value)):
             yield node.lineno, Text(node.value)
 
 
 def _is_sentences(node: ast.AST) -> bool:
     targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
     return any(isinstance(target, ast.Name) and target.id == "SENTENCES" for target in targets)
+
+
+def _translates(node: ast.AST) -> TypeGuard[ast.Call]:
+    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "translate"
 
 
 def _logs(node: ast.AST) -> bool:

@@ -55,4 +55,4 @@ def span(first: datetime, last: datetime, translate: Translate) -> str:
 
 def count(number: int, translate: Translate) -> str:
     """2,016"""
-    return f"{number:,}".replace(",", translate("{thousands},{rest}").format(thousands="", rest=""))
+    return f"{number:,}".replace(",", translate(","))

@@ -45,7 +45,9 @@ def _parts(schedule: Schedule, until: datetime, calendar: WorkingCalendar, downt
     if schedule.next_at is None:
         raise ValueError(f"schedule {schedule.id} is not due")
     begin = schedule.next_at - MOMENT
-    edges = {*downtime.edges(), *skipped, *(instant - MOMENT for instant in skipped), (schedule.paused_until or until) - MOMENT}
+    edges = {*downtime.edges(), *skipped, *(instant - MOMENT for instant in skipped)}
+    if schedule.paused_until is not None:
+        edges.add(schedule.paused_until - MOMENT)
     for after, end in pairwise([begin, *sorted(edge for edge in edges if begin < edge < until), until]):
         starts, last = passed_occurrences(schedule, after, end, calendar)
         first = next_occurrence(schedule, after, calendar) if starts else None

@@ -11,6 +11,7 @@ from typing import Any
 
 from app.database.alarms import AlarmRepository
 from app.database.connection import Database
+from app.domain import writing
 from app.domain.clock import Clock
 from app.domain.message import Decimal, Message, is_message, render
 from app.domain.models import Alarm, Priority, Robot
@@ -93,6 +94,8 @@ def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> st
     text = SENTENCES[alarm.code][1]
     zone = str(alarm.details.get("timezone", "UTC"))
     details = {**alarm.details, **instants_in_words(alarm.details, zone, translate)}
+    if isinstance(count := details.get("count"), int):
+        details["count"] = writing.count(count, translate)
     return translate(text).format_map(_Known({name: _rendered(value, zone, translate) for name, value in details.items()}))
 
 

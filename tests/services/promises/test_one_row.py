@@ -14,6 +14,7 @@ from app.database.backups import back_up, restore
 from app.domain.models import Overlap, ReasonCode, Schedule, State
 from app.domain.reasons import sentence
 from app.services.files.history_export import write_history
+from app.services.live.alarms import alarm_sentence
 from tests.simulation.diary import instants
 from tests.support.groups import Hall
 from tests.support.seen import covered, reason, sent_at
@@ -60,6 +61,7 @@ def test_its_starts_count_in_figures_and_in_the_csv(site, plan):
     assert kpis.adherence().not_run == {ReasonCode.APP_DOWN: 2016}
     [alarm] = [alarm for alarm in site.container.alarms.open() if alarm.code == "executions_missed"]
     assert alarm.details["count"] == 2016
+    assert alarm_sentence(alarm).startswith("2,016 planned missions were missed")
     file = io.StringIO(newline="")
     write_history(site.container.db.read(), file)
     rows = list(csv.DictReader(io.StringIO(file.getvalue())))
