@@ -240,6 +240,9 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
             return check_up(container, options.check_up, trial)
         except InvalidInput as error:
             raise BadInput(str(error)) from None
+        except KeyboardInterrupt:
+            left = find_robot(container.db.read(), options.check_up).id in container.check_ups.left_behind()
+            raise Interrupted({"left": "the robot is not as it was before: the app's next start puts it back"} if left else {}) from None
 
     # A target that can't be written is found before the robot is asked. Raising leaves an old file as it was.
     is_file = bool(options.report) and options.report != "-"
@@ -263,7 +266,7 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
 
 
 def _what_is_left(answer: Mapping[str, Any] | None) -> str:
-    """By a check-up that the running app ended."""
+    """By a check-up that was interrupted; None: the running app did not say."""
     if answer is None:
         return f"the app did not confirm within {PUT_BACK_WITHIN:.0f} s that the robot was put back: check it"
     return str(answer.get("left", "nothing is left on the robot"))

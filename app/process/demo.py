@@ -83,7 +83,8 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
     for number, robot in enumerate(saved):
         seen = _seen([row for row in history if row.robot_id == robot.id], settings, now, timedelta(minutes=75 + 5 * number))
         container.db.write(lambda w, robot=robot, seen=seen: ActivityRepository().save(w, robot.id, seen))  # type: ignore[misc]
-    container.catalogue.change_settings(history_limit=None, selected_robot_id=saved[0].id)
+    # The demo is right in any zone, so it does not ask for one.
+    container.catalogue.change_settings(history_limit=None, selected_robot_id=saved[0].id, timezone=settings.timezone)
 
 
 def _schedule(rule: _Rule, robot: Robot, mission: Mission, settings: Settings, now: datetime) -> Schedule:

@@ -12,6 +12,7 @@ from app.database.connection import Database
 from app.domain.models import Robot
 from app.failures import BadInput
 from app.process.demo import furnish
+from app.services.live.tablet_zone import TabletZone
 from tests.support.clock import VirtualClock
 
 ROBOTS = [(name, f"http://127.0.0.1:{8080 + number}") for number, name in enumerate(("Aino", "Veikko", "Sisu"))]
@@ -40,6 +41,13 @@ def test_a_mission_starts_within_two_minutes_whatever_day_it_is(make, day):
     assert container.history.last_finished(1)
     live = next(schedule for schedule in container.catalogue.schedules() if schedule.group_id is not None)
     assert (live.name, live.respect_working_days) == ("Deliver kits to line 2 on Hall 1", False)
+
+
+def test_it_asks_for_no_time_zone(make):
+    container = make(datetime(2026, 11, 23, 3, 7, 20, tzinfo=UTC))
+    container.catalogue.edit(lambda edit: edit.take_known_zones(lambda: TabletZone("Etc/UTC", "/etc/localtime", False)))
+    furnish(container, ROBOTS, MISSIONS)
+    assert container.alarms.open() == []
 
 
 @pytest.mark.parametrize("day", range(23, 30))

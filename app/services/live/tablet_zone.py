@@ -77,7 +77,9 @@ def tablet_zone(root: Path = Path("/"), environ: Mapping[str, str] = os.environ,
     if variable and (found := finder.of_variable(variable)):
         return found
     found = (windows and of_windows(windows, finder)) or finder.of_file(LOCALTIME, LOCALTIME) or finder.of_note() or NOT_KNOWN
-    return replace(found, is_certain=found.is_certain and not variable)         # with a TZ that can't be read the clock shows UTC
+    if variable or found.name not in _places():          # a TZ that can't be read shows UTC, and so does a system that was never set up
+        return replace(found, is_certain=False)
+    return found
 
 
 def _country(environ: Mapping[str, str]) -> str:
