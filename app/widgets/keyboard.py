@@ -241,9 +241,9 @@ class DockedKeyboard(Surface):
         elif name in (SIGNS, MORE, LETTERS):
             self._show_page(name)
         elif name == DONE:
+            rest.after_leaving(self)
             field.dispatch("on_text_validate")
             field.focus = False
-            rest.after_closing()
         else:
             field.insert_text(" " if name == SPACE else key.text)
             if self._is_upper:

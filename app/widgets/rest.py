@@ -30,11 +30,19 @@ class Rest:
         self._touches = []                   # (when it came down, weak reference to it)
         self._keys_until = 0.
         self._takes_letters = False          # what has come takes them at once
-        self._held = set()                   # keys that were ignored and are still down
+        self._down: dict[int, int] = {}      # keys that are down: how often each was reported since it was pressed
+        self._ignored: set[int] = set()      # those of them that do nothing until they are released
 
     def watch(self) -> None:
         """From now on; before anything else asks for the window's touches."""
-        Window.bind(on_touch_down=self._touch_down, on_key_up=self._key_up, focus=self._forget_held)
+        Window.bind(on_touch_down=self._touch_down, on_key_up=self._key_up, focus=self._forget_keys)
+        self.ask_first()
+
+    def ask_first(self) -> None:
+        """See the window's keys before all that is bound to them up to now: the one bound last is asked first."""
+        handlers = {"on_key_down": self._key_down, "on_textinput": self._typed}
+        Window.unbind(**handlers)
+        Window.bind(**handlers)
 
     @property
     def is_on(self) -> bool:
@@ -63,7 +71,8 @@ class Rest:
         self._ignore(DOUBLE_TAP, (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)))
 
     def let_go(self) -> None:
-        """Fingers that are on something now have pressed nothing there, but for the one whose touch is just being handled."""
+        """Fingers that are on something now have pressed nothing there, but for the one whose touch is just being handled. What follows
+        fingers in its own way has a ``let_go(touch)``."""
         now = Clock.get_time()
         just_left = [reference() for began, reference in self._touches if now - began < SHORT]
         for touch in {id(touch): touch for touch in (*EventLoop.touches, *just_left) if touch is not None}.values():
@@ -85,26 +94,33 @@ class Rest:
         return False
 
     # ------------------------------------------------------------------ keys
+    def is_held(self, key: int) -> bool:
+        """Whether the key that has just been reported was down before: the system repeats it."""
+        return self._down.get(key, 0) > 1
+
     def _ignore_keys(self, seconds, takes_letters) -> None:
+        """Those that are down now until they are released: the system may begin to repeat them after the moment."""
         self._keys_until, self._takes_letters = Clock.get_time() + seconds - INSTANT, takes_letters
-        handlers = {"on_key_down": self._key_down, "on_textinput": self._typed}
-        Window.unbind(**handlers)
-        Window.bind(**handlers)              # the one bound last is asked first
+        self._ignored.update(key for key in self._down if key not in MOVES)
+        self.ask_first()
 
     def _key_down(self, _window, key, *_args) -> bool:
+        self._down[key] = self._down.get(key, 0) + 1
         if Clock.get_time() < self._keys_until and (key in PRESSES if self._takes_letters else key not in MOVES):
-            self._held.add(key)
-        return key in self._held
+            self._ignored.add(key)
+        return key in self._ignored
 
     def _typed(self, *_args) -> bool:
         return Clock.get_time() < self._keys_until and not self._takes_letters
 
     def _key_up(self, _window, key, *_args) -> None:
-        self._held.discard(key)
+        self._down.pop(key, None)
+        self._ignored.discard(key)
 
-    def _forget_held(self, *_args) -> None:
-        """Another window gets what is let go now."""
-        self._held.clear()
+    def _forget_keys(self, *_args) -> None:
+        """Another window learns that they are released."""
+        self._down.clear()
+        self._ignored.clear()
 
 
 def _let_go(touch) -> None:
@@ -115,6 +131,8 @@ def _let_go(touch) -> None:
             widget.state = "normal"
         elif isinstance(widget, ScrollView) and (drag := touch.ud.get(widget._get_uid())):
             drag["mode"] = "scroll"          # no tap
+        elif hasattr(widget, "let_go"):
+            widget.let_go(touch)
 
 
 rest = Rest()

@@ -148,16 +148,33 @@ class Timeline(Chart):
             self._fingers.pop(touch.uid, None)
             if self._lifted is not None and not self._fingers:
                 self._put_down(touch)
-            elif self.touched and not self._fingers:
-                self.dispatch("on_window", self.first, self.hours)
-                self.touched = False
-                self._place_soon()               # labels at the edges come whole again
+            elif not self._fingers:
+                self._end_drag()
             return True
         is_tap = touch.grab_current is None and touch.uid in self._fingers and self._may_tap and not self._moved
         if is_tap and self._meant is not None and self.collide_point(*touch.pos):
             self._answer(*self._meant)
             return True
         return super().on_touch_up(touch)
+
+    def let_go(self, touch):
+        """The finger is for something in front now: it neither taps nor rests here, and a bar that it has lifted is where it was."""
+        touch.ungrab(self)
+        self._is_long.cancel()
+        self._fingers.pop(touch.uid, None)
+        if self._lifted is not None:
+            self._lifted = None
+            self.canvas.after.clear()
+            self.touched = False
+        elif not self._fingers:
+            self._end_drag()
+
+    def _end_drag(self):
+        """No finger moves the hours any more."""
+        if self.touched:
+            self.dispatch("on_window", self.first, self.hours)
+            self.touched = False
+            self._place_soon()                   # labels at the edges come whole again
 
     def _answer(self, *event):
         """A tap."""

@@ -16,6 +16,7 @@ from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.long_list import LongList, Seat
 from app.widgets.pickers import DayCell
+from app.widgets.rest import rest
 from app.widgets.surfaces import Passive
 from app.widgets.tokens import tk
 
@@ -106,17 +107,15 @@ class KeyFocus:
         self._openers: list = []             # (dialog, what had the ring when it was opened or None, where that or the finger was)
         self._finger = 0., 0.                # where it was last
         self._begin = None                   # where the round begins, when nothing has the ring
-        self._down: set[int] = set()         # keys that are held
         self._shown = None
         self._follow = Clock.create_trigger(self._draw, 0, interval=True)
 
     def start(self) -> None:
-        Window.bind(on_key_down=self._key_down, on_key_up=self._key_up, on_keyboard=self._key, on_touch_down=self._touched,
-                    focus=self._forget_held, children=self._tops_changed)
+        Window.bind(on_key_down=self._key_down, on_keyboard=self._key, on_touch_down=self._touched, children=self._tops_changed)
+        rest.ask_first()                     # it knows which keys are held
 
     def stop(self) -> None:
-        Window.unbind(on_key_down=self._key_down, on_key_up=self._key_up, on_keyboard=self._key, on_touch_down=self._touched,
-                      focus=self._forget_held, children=self._tops_changed)
+        Window.unbind(on_key_down=self._key_down, on_keyboard=self._key, on_touch_down=self._touched, children=self._tops_changed)
         self.forget()
         self._openers.clear()
 
@@ -150,38 +149,29 @@ class KeyFocus:
     # ------------------------------------------------------------------ keys
     def _key_down(self, _window, key, _scancode=None, _text=None, modifiers=()):
         """Before fields and dialogs see the key."""
-        is_held = key in self._down
-        self._down.add(key)
         if dock.field is not None:           # kivy's Tab goes to fields only, past the buttons; Enter in one is no press
             if key == TAB:
                 self.target = dock.field
                 self._step(-1 if "shift" in modifiers else 1)
-            return key == TAB or self._key_in_search(key, is_held)
+            return key == TAB or self._key_in_search(key)
         if key not in PRESSES or isinstance(self.target, FieldInput) or self.target not in self.targets():
             return False
-        if not is_held and self.target.state == "normal" and not getattr(self.target, "busy", False):
+        if not rest.is_held(key) and self.target.state == "normal" and not getattr(self.target, "busy", False):
             self.target.trigger_action(.1)
         return True
 
-    def _key_in_search(self, key, is_held) -> bool:
+    def _key_in_search(self, key) -> bool:
         """Of a choice: Down leads to the first that is found, and so does Enter, which chooses what is the only one."""
         choice = next((around for around in parents(dock.field) if isinstance(around, ChoiceDialog)), None)
         if choice is None or key not in (DOWN, ENTER, KEYPAD_ENTER):
             return False
         found = choice.found()
         if len(found) == 1 and key != DOWN:
-            if not is_held:
+            if not rest.is_held(key):
                 choice.chosen(found[0].key)
         elif found:
             self._reveal_row(choice.ids.option_list.__self__, found[0].key, _middle(dock.field)[0])
         return True
-
-    def _key_up(self, _window, key, *_args):
-        self._down.discard(key)
-
-    def _forget_held(self, *_args):
-        """Another window gets what is let go now."""
-        self._down.clear()
 
     def _key(self, _window, key, _scancode=None, _text=None, modifiers=()):
         if dock.field is not None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 import pytest
 from kivy.metrics import sp
 
+from app.screens.common.overlays import Dialogs
 from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.chart import glyphs
+from app.widgets.dialogs import Dialog
 from app.widgets.pages import LowPage as HoursPage
 from app.widgets.timeline import LONG, Timeline
 from app.widgets.timeline_drawing import Drawing
@@ -69,6 +71,24 @@ def rest(ui, x, y):
     touch = put_down(x, y)
     ui.advance(LONG + .1)
     return touch
+
+
+@pytest.mark.parametrize("hour", [10.5, 18], ids=["a bar that was lifted", "free time"])
+def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_timeline(ui, hour):
+    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("planned", 10, 11, movable=True),), key=1)], hours=24), (800, 100))
+    fires, y = [fired(chart, name) for name in ("on_bar", "on_moved", "on_free")], chart.y + 30
+    touch = put_down(chart.left_of(hour), y)
+    ui.advance(LONG + .1 if hour == 10.5 else .2)
+    Dialogs(animate=False).open(dialog := Dialog(title="Late starts", body_height=100))
+    if hour == 10.5:
+        touch.touch_move(chart.left_of(hour + 3), y)
+    ui.advance(LONG + .1)
+    touch.touch_up()
+    assert (fires, chart.touched) == ([[], [], []], False)
+    dialog.dismiss()
+    ui.advance(1)
+    ui.tap_at(chart.left_of(10.5), y)
+    assert fires[0] == [("planned",)]
 
 
 def test_a_finger_may_rest_a_little_beside_a_bar_that_stays_where_it_is(ui):

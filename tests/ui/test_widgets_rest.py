@@ -182,6 +182,35 @@ def test_a_second_escape_closes_nothing_more(ui, dialogs):
     assert dialogs.top is None
 
 
+@pytest.mark.parametrize("repeats_after", [.3, .66, 1])
+def test_an_escape_that_is_held_closes_one_dialog(ui, dialogs, repeats_after):
+    """Some systems begin to repeat a key only after the moment in which keys are ignored."""
+    lower, _upper = opened(ui, dialogs, "Schedule"), opened(ui, dialogs, "Time")
+    ui.key_down(ESCAPE)
+    ui.advance(repeats_after)
+    for _n in range(20):
+        ui.key_down(ESCAPE)
+        ui.advance(.03)
+    assert dialogs.top is lower
+    Window.dispatch("on_key_up", ESCAPE, 0)
+    ui.key(ESCAPE)
+    assert dialogs.top is None
+
+
+def test_an_enter_that_is_held_answers_nothing_in_what_it_has_opened(ui, keys, dialogs):
+    picked: list[object] = []
+    page = ui.show(CommandButton(text="At"), Window.size)
+    page.bind(on_release=lambda _button: dialogs.pick_time("At", None, picked.append))
+    ui.key(TAB)
+    ui.key_down(ENTER)
+    ui.advance(.66)
+    for _n in range(20):
+        ui.key_down(ENTER)
+        ui.advance(.03)
+    Window.dispatch("on_key_up", ENTER, 0)
+    assert (picked, dialogs.top is None) == ([], False)
+
+
 def test_a_second_enter_is_not_for_what_the_first_has_opened(ui, keys, dialogs):
     picked: list[object] = []
     page = ui.show(CommandButton(text="At"), Window.size)
@@ -241,6 +270,20 @@ def test_the_key_that_closes_the_keyboard_leaves_nothing_to_a_second_tap(ui, boa
     ui.advance(DOUBLE_TAP)
     ui.tap_at(*page.center)
     assert page.pressed == 1
+
+
+def test_a_field_away_from_where_the_keyboard_was_takes_the_next_touch(ui, board):
+    column = ui.show(BoxLayout(orientation="vertical"))
+    column.add_widget(first := FormField(label="Name", size_hint_y=None))
+    column.add_widget(second := FormField(label="Note", size_hint_y=None))
+    column.add_widget(BoxLayout())
+    ui.advance()
+    ui.tap(ui.find(FieldInput, first))
+    ui.advance(DOUBLE_TAP)
+    ui.tap_at(*key(ui, "done").center)
+    inside = ui.find(FieldInput, second)
+    ui.tap_at(*inside.to_window(*inside.center))
+    assert second.focus
 
 
 def test_a_double_tap_on_a_field_types_nothing_on_the_keyboard_that_comes(ui, board):
