@@ -259,9 +259,20 @@ class FrameController:
 
     def _ask_zone(self) -> None:
         self._zone_is_asked = True
-        question, options = zone_asked(zone_names(), self._facts.issues.guessed_zone, self._services.clock.now())
-        self._shell.dialogs.choose(question, options, lambda zone: self._work(
-            lambda: self._services.catalogue.change_settings(timezone=zone)))
+        self._choose_zone(self._facts.settings.timezone)
+
+    def _choose_zone(self, guess: str) -> None:
+        """It is a setting: where a PIN keeps those, it is asked for before the zone is taken."""
+        question, options = zone_asked(zone_names(), guess, self._services.clock.now())
+        self._shell.dialogs.choose(question, options, lambda zone: self._shell.navigator.past_guard(
+            "settings", lambda: self._take_zone(zone, guess)))
+
+    def _take_zone(self, zone: str, guess: str) -> None:
+        """Undone, it is asked for again."""
+        catalogue = self._services.catalogue
+        self._work(lambda: catalogue.change_settings(timezone=zone), lambda _settings: self._shell.offer_undo(
+            _("The time zone is {zone}").format(zone=zone), lambda: catalogue.guess_zone_again(guess), lambda: self._choose_zone(guess),
+            behind="settings"))
 
     def _decide(self, moves_here: bool) -> None:
         tablet = self._services.tablet

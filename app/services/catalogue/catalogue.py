@@ -130,6 +130,11 @@ class Catalogue:
         change = self.edit_rehearsed if DAYS_OFF & changes.keys() else self.edit
         return change(lambda edit: edit.change_settings(**changes))
 
+    def guess_zone_again(self, zone: str) -> None:
+        """Undo that a person has chosen the time zone, of which ``zone`` was the guess: an alarm asks for it again. Raises
+        InvalidInput."""
+        self.edit(lambda edit: edit.guess_zone_again(zone))
+
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exception: DayException) -> DayException:
         """Add (id 0) or change closed days or extra working days; they take precedence over the days of the week."""

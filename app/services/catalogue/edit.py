@@ -73,8 +73,7 @@ class Edit(GroupEdit, ScheduleEdit):
             self.settings = self._settings.save(self.c, timezone=found.name)
             self.topics.add(Topic.SETTINGS)
             if not found.is_certain:
-                self._alarms.raise_once(self.c, alarm_of(*ZONE_GUESSED, self.now, {"zone": found.name}))
-                self.topics.add(Topic.ALARMS)
+                self._zone_is_guess()
                 lines.append(f"it was not certain which time zone the tablet has; the settings take {found.name} until one is chosen")
         for schedule in self.schedules.all(self.c):
             if not validation.is_zone(schedule.timezone):
@@ -93,6 +92,16 @@ class Edit(GroupEdit, ScheduleEdit):
         self._alarms.raise_once(self.c, alarm_of("zone_unknown", f"zone:{schedule.id}", self.now, details))
         self.topics.add(Topic.ALARMS)
         return f"the time zone {unknown} is not known here; the schedule {schedule.name} is switched off"
+
+    def guess_zone_again(self, zone: str) -> None:
+        """Undo that a person has chosen another one."""
+        self.change_settings(timezone=zone)
+        self._zone_is_guess()
+
+    def _zone_is_guess(self) -> None:
+        """That of the settings, until a person has chosen one."""
+        self._alarms.raise_once(self.c, alarm_of(*ZONE_GUESSED, self.now, {"zone": self.settings.timezone}))
+        self.topics.add(Topic.ALARMS)
 
     def _zone_was_chosen(self) -> None:
         """By a person, or with a configuration: the question is answered."""
