@@ -103,11 +103,6 @@ class Overlay(MDDialog, Fade):
         """Not while it fades away."""
         return self._is_open
 
-    @property
-    def has_just_moved(self) -> bool:
-        """Whether it came under a finger that meant what was there before."""
-        return rest.is_on
-
     def on_scrim_color(self, *_):
         if self._scrim:
             self._scrim.color, self._scrim.alpha = self.scrim_color, self.scrim_color[3]

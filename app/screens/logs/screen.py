@@ -15,7 +15,6 @@ from app.domain.models import Execution, Trigger
 from app.i18n import _, ngettext
 from app.screens.common.given import GivenNames
 from app.screens.common.places import place_option
-from app.screens.common.presses import Presses
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
@@ -91,7 +90,6 @@ class LogsViewModel(ViewModel):
         self._story: Job | None = None                # of the run that was asked for
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
         self._figures_refresher = Refresher(shell, self._start_reading_figures, self._take_figures)
-        self._presses = Presses()
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self._search_soon = Clock.create_trigger(lambda _dt: self.set_filters(text=self.query), SEARCH_DELAY_S)
 
@@ -407,13 +405,12 @@ class LogsViewModel(ViewModel):
 
     def _write(self, busy: str, work: Callable[[], T], text: Callable[[T], str], show: Callable[[T], object] | None = None) -> None:
         """Write a file and say where it is, with a button to ``show`` what is in it; the property ``busy`` is True while it is written."""
-        if getattr(self, busy) or self._presses.is_same(busy):
+        if getattr(self, busy):
             return
         setattr(self, busy, True)
 
         def written(result: T) -> None:
             setattr(self, busy, False)
-            self._presses.rest(busy)
             self._shell.snackbars.post(Message(text(result), "file-check-outline", _("Show") if show else "",
                                                partial(show, result) if show else None, seconds=PATH_SHOWN_S))
 

@@ -10,6 +10,7 @@ from app.screens.settings.page import SwitchRow
 from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Toggle
 from app.widgets.frame import AlarmBanner, NavItem, TopBar
+from app.widgets.rest import rest
 from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk
 from tests.ui import checks
@@ -261,7 +262,7 @@ def test_what_stands_where_a_hold_was_released_is_not_pressed_by_the_second_tap(
     ui.wait(lambda: ui.find(TopBar).bell_count == "5")
     open_list(ui)
     wait_for_rows(ui, 5)
-    ui.wait(lambda: not ui.find(AlarmsDialog).has_just_moved)
+    ui.wait(lambda: not rest.is_on)
     release = ui.find(CommandButton, ui.find(AlarmsDialog), text="Release")
     place = release.to_window(release.x + 20, release.center_y)        # where other rows have Acknowledge
     ui.tap_at(*place)

@@ -169,8 +169,6 @@ def test_a_switch_says_what_it_did_and_undo_puts_it_back(screen, container, ui, 
     assert stored(container, schedule).enabled is not is_on
 
 
-
-
 def test_a_menu_says_what_it_is_about(screen, container, ui):
     own = container.catalogue.save_schedule(replace(named(container, WASTE, "Veikko"), name="Morning round"))
     settle(screen, ui)
