@@ -67,6 +67,10 @@ class PositionsMap(WholeMap):
             touch.ungrab(self)
         return super().on_touch_up(touch)
 
+    def let_go(self, touch):
+        """The finger is for something in front now; what it has marked stays marked."""
+        touch.ungrab(self)
+
     def _choose_at(self, x, y):
         def away(place):
             px, py = self._point(place.x, place.y)

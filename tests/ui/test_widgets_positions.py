@@ -10,11 +10,12 @@ from kivy.metrics import dp
 from kivy.tests.common import UnitTestTouch
 
 from app.domain.robot import MissionParameter, Pose
+from app.screens.common.overlays import Dialogs
 from app.screens.common.parameters_view import fields_of
 from app.services.robots.map_picture import MapPicture, Place
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.dialogs import ChoiceDialog, Dialog
 from app.widgets.fields import FormField
 from app.widgets.flow import ListRow, ParameterFields
 from app.widgets.positions import OnMap, PositionDialog, PositionsMap, Spot
@@ -105,6 +106,17 @@ def test_the_nearest_wins_a_finger_may_slide_and_free_ground_is_no_position(ui, 
     finger.touch_move(*point(chart, .5, .5, between + 2))
     finger.touch_up()
     assert chart.chosen == "g-2"
+
+
+def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_map(ui, fields):
+    chart = open_map(ui)
+    finger = UnitTestTouch(*point(chart, .2, .5))
+    finger.touch_down()
+    Dialogs(animate=False).open(dialog := Dialog(title="Late starts", body_height=100))
+    finger.touch_move(*point(chart, .7, .5))
+    finger.touch_up()
+    assert chart.chosen == "g-1"
+    dialog.dismiss()
 
 
 HALL = (Place("Dock 3", .2, .5), Place("Press", .7, .5), Place("Gate", .5, .9), Place("Line", .45, .3))
