@@ -27,7 +27,7 @@ class Standing:
     """Where the rows of a list stand, so that none slides under a finger.
 
     After a touch they stay in their order for a while, whatever the data say; ``sort_again`` is called when that is over. What slides all
-    the same, as one of them has disappeared, or as a list that nobody has touched is sorted, is not meant by a finger that comes down a
+    the same, as one of them has disappeared, or as a list that was not touched is sorted, is not meant by a finger that comes down a
     moment later; nor is, while somebody works in it, whatever changes. While somebody types, rows come and go because of that."""
 
     def __init__(self, sort_again: Callable[[], object]):

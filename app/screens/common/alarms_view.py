@@ -85,7 +85,7 @@ def is_unseen(alarm: Alarm) -> bool:
 
 
 def urgency(alarm: Alarm) -> tuple[bool, bool, float, float]:
-    """What nobody has seen before what somebody has, what lasts before what is over, an emergency stop before all else, then by priority,
+    """What no person has seen before what one has, what lasts before what is over, an emergency stop before all else, then by priority,
     the newest first."""
     newest = (alarm.last_at or alarm.raised_at).timestamp()
     severity = -1 if alarm.code == "emergency_stop" else list(Priority).index(alarm.priority)

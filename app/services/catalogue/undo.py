@@ -68,7 +68,7 @@ class Removed:
 
 @dataclass(frozen=True)
 class Switched:
-    """A schedule as it was before it was switched on or off, and what was open of it: ``Catalogue.switch_back`` undoes that."""
+    """A schedule before it was switched on or off, and what was open of it: ``Catalogue.switch_back`` undoes that."""
     schedule: Schedule
     starts: Sequence[Execution]
 

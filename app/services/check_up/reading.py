@@ -71,7 +71,7 @@ def _identity(look: Look, identity: Identity) -> None:
     if identity.serial_number and (others := look.same_machine(identity.serial_number)):
         look.red(Topic.IDENTITY, message("Its serial number {number} is also that of {robots}", number=identity.serial_number,
                                          robots=", ".join(others)),
-                 message("They are one machine, or one of their addresses is wrong: what is planned for each meets in one queue. Correct "
+                 message("They are one machine, or one of their addresses is wrong: starts for both end up in one queue. Correct "
                          "the address, or remove one of them."))
     elif identity.identified_by is IdentifiedBy.ADDRESS:
         look.amber(Topic.IDENTITY, message("It is known by its address only, as it shows no serial number without a password"),

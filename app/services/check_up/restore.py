@@ -30,7 +30,7 @@ class Outcome(NamedTuple):
 
 def put_back(look: Look, left: LeftBehind, note: Note, user: str, is_claimed: Callable[[int], bool] = lambda queue_id: False, *,
              is_late: bool = False, is_ours: Callable[[], bool] = lambda: True) -> Outcome:
-    """Cancels what is still open of the trial, removes the mission that was made, and releases the robot. When everything is as it was,
+    """Cancels what is still open of the trial, removes the mission that was made, and releases the robot. When everything is put back,
     the note is taken back.
 
     ``user``: who we are to the robot. ``is_claimed``: whether an item is a start of the plan. ``is_late``: a robot in Pause may have been

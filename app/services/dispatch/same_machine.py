@@ -1,4 +1,4 @@
-"""Robots of the list that are one machine: their starts meet in one queue, and a group counts it twice."""
+"""Robots of the list that are one machine: their starts end up in one queue, and a group counts it twice."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
