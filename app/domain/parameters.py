@@ -23,6 +23,9 @@ DURATION = re.compile(r"(?:(\d{1,3}):)?([0-5]?\d):([0-5]?\d)(?:[.,](\d*))?", re.
 IDENTIFIER = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", re.IGNORECASE)
 
 
+THOUSANDS = re.compile(r"[^.,]*[.,]\d{3}")        # as a whole number 1,000 may be one or a thousand
+
+
 class WrongValue(ValueError):
     """``message`` says what is wanted instead."""
 
@@ -160,8 +163,10 @@ def range_of(parameter: MissionParameter) -> Message:
 
 
 def _number(text: str, *, is_whole: bool) -> int | float:
-    """3.0 is a whole number, too."""
+    """3.0 is a whole number, too. Python would read 1_5 as 15."""
     try:
+        if "_" in text or (is_whole and THOUSANDS.fullmatch(text)):
+            raise ValueError(text)
         number: int | float = int(text) if text.isdecimal() and is_whole else float(text.replace(",", "."))
     except ValueError:
         raise WrongValue(message("A whole number is needed") if is_whole and text else message("A number is needed")) from None

@@ -3,6 +3,8 @@
 The line that is typed into is KivyMD's text field. Its own hint and helper text are not used: 12 sp, outside its bounds and over other
 widgets, and on one line.
 """
+import re
+
 from kivy.base import EventLoop
 from kivy.clock import Clock
 from kivy.properties import AliasProperty, BooleanProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
@@ -14,7 +16,18 @@ from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
 from app.widgets.surfaces import SeenBox, Tap
 
-KINDS = {"text": ("text", None), "int": ("number", "int"), "decimal": ("number", "float"), "url": ("url", None)}
+# kind -> (input_type, signs that the number pad offers besides digits). Nothing that is typed is left out: "1.5" would become 15.
+KINDS = {"text": ("text", ""), "count": ("number", ""), "int": ("number", "-"), "decimal": ("number", "-."), "url": ("url", "")}
+
+
+WHOLE = re.compile(r"[+-]?\d+")     # int() also takes 1_5, as 15
+
+
+def whole_number(text: str) -> int:
+    """Raises ValueError if ``text`` is no whole number."""
+    if WHOLE.fullmatch(text.strip()) is None:
+        raise ValueError(text)
+    return int(text)
 
 
 def has_ended(touch) -> bool:
@@ -25,6 +38,7 @@ def has_ended(touch) -> bool:
 class FieldInput(MDTextField):
     """The line of a field; ``max_length`` > 0 limits the characters, ``is_cut``: more were entered. ``error`` stays as it is set."""
     max_length = NumericProperty(0)
+    signs = StringProperty()                 # of a number: what the number pad offers besides digits, of "-."
     is_cut = BooleanProperty(False)
     leading = NumericProperty(0)             # px for an icon before the text
     trailing = NumericProperty(0)            # px for a button after it
@@ -98,7 +112,8 @@ class FieldBase(BoxLayout):
 class FormField(FieldBase):
     """A text field. ``on_commit(text)`` fires on Enter or when the field is left, if the text has changed.
 
-    ``kind``: text, int, decimal, url. ``password`` hides the text; the eye button shows it.
+    ``kind``: text, count (a whole number from 0), int, decimal, url. Of numbers, too, any text can be typed: who saves it checks it.
+    ``password`` hides the text; the eye button shows it.
     """
     text = StringProperty()
     hint = StringProperty()
@@ -107,7 +122,7 @@ class FormField(FieldBase):
     shown = BooleanProperty(False)
     max_length = NumericProperty(0)
     input_type = StringProperty("text")
-    input_filter = ObjectProperty(None, allownone=True)
+    signs = StringProperty()
     focus = BooleanProperty(False)
 
     __events__ = ("on_commit", "on_enter")
@@ -118,7 +133,7 @@ class FormField(FieldBase):
         self.fbind("focus", self._focus_changed)
 
     def on_kind(self, *_):
-        self.input_type, self.input_filter = KINDS[self.kind]
+        self.input_type, self.signs = KINDS[self.kind]
 
     def on_commit(self, text):
         """The text was changed and the field was left."""
@@ -218,7 +233,8 @@ class RepeatButton(CommandButton):
 class StepField(FieldBase):
     """A whole number between ``minimum`` and ``maximum``: minus button, text field, plus button. ``on_commit(value)`` when it has changed.
 
-    ``help`` should say the range: it turns red while the text is outside of it, and nothing is committed then.
+    ``help`` should say the range: it turns red while the text is outside of it, and nothing is committed then; of a text that is no whole
+    number it says so.
     With ``optional`` an empty field means None. The buttons go to multiples of ``step``.
     """
     value = ObjectProperty(None, allownone=True)
@@ -229,6 +245,7 @@ class StepField(FieldBase):
     hint = StringProperty("–")
     optional = BooleanProperty(False)
     outside = BooleanProperty(False)     # the text is not a number of the range
+    is_number = BooleanProperty(True)    # the text is empty or a whole number
     text = StringProperty()
     focus = BooleanProperty(False)
 
@@ -236,11 +253,12 @@ class StepField(FieldBase):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.fbind("value", self._show)
+        self.fbind("value", self._value_changed)
+        self.fbind("disabled", self.show)            # what can't be changed is no problem
         self.fbind("focus", self._focus_changed)
         for name in ("text", "minimum", "maximum", "optional"):
             self.fbind(name, self._validate)
-        self._show()
+        self.show()
 
     def on_commit(self, value):
         """The value was changed to another valid one."""
@@ -249,19 +267,26 @@ class StepField(FieldBase):
         """The number in the field, None if it is empty and ``optional``. Raises ValueError if it is no number of the range."""
         if not self.text.strip() and self.optional:
             return None
-        number = int(self.text)
+        number = whole_number(self.text)
         if not self.minimum <= number <= self.maximum:
             raise ValueError(number)
         return number
 
     def _validate(self, *_):
+        self.is_number = not self.text.strip() or WHOLE.fullmatch(self.text.strip()) is not None
         try:
             self._number()
             self.outside = False
         except ValueError:
             self.outside = True
 
-    def _show(self, *_):
+    def _value_changed(self, *_):
+        """None, when the text is no number, is what the text says already."""
+        if self.value is not None or self.is_number:
+            self.show()
+
+    def show(self, *_):
+        """The value, in place of what was typed."""
         self.text = "" if self.value is None else str(int(self.value))
         self._validate()
 
@@ -277,7 +302,7 @@ class StepField(FieldBase):
         if number != self.value:
             self.value = number
             self.dispatch("on_commit", number)
-        self._show()                         # "007" is taken as 7
+        self.show()                          # "007" is taken as 7
 
     def nudge(self, direction: int):
         """One step up (1) or down (-1), within the range; from an empty field to the minimum or maximum."""

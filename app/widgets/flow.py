@@ -105,7 +105,7 @@ CHOICES = {"choice": ChoiceRow, "list": ListRow, "position": PositionRow}
 
 
 class ParameterFields(BoxLayout):
-    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, steps, decimal, choice, list, position),
+    """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, count, steps, decimal, choice, list, position),
     ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to); ``problems`` is one sentence by name where
     something can't be used; ``map`` has positions. ``values()`` is what was entered, and so is what ``on_entered(values)`` tells each time
     one of them is changed; ``missing`` says what is to be entered first, in words that kv gives, and is empty once nothing is."""
@@ -139,7 +139,8 @@ class ParameterFields(BoxLayout):
             elif field.kind == "steps":
                 low, high = field.limits
                 view = StepField(label=field.label, help=field.help, minimum=low, maximum=high, step=1 if high - low <= FINE else 5,
-                                 optional=True, value=field.default)
+                                 optional=True, text="" if field.default is None else str(field.default))
+                view.commit()
             else:
                 view = FormField(label=field.label, kind=field.kind, help=field.help,
                                  text="" if field.default is None else str(field.default))

@@ -10,6 +10,7 @@ from kivy.properties import NumericProperty, StringProperty
 from kivy.uix.behaviors import FocusBehavior
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.scrollview import ScrollView
+from kivy.uix.widget import Widget
 
 from app.widgets import finger, load_kv
 from app.widgets.dialogs import Dialog
@@ -19,6 +20,7 @@ from app.widgets.rest import rest
 from app.widgets.surfaces import Surface, Tap
 
 SHIFT, BACKSPACE, DONE, SIGNS, MORE, LETTERS, SPACE = "shift", "backspace", "done", "signs", "more", "letters", "space"
+DECIMAL, GAP = "decimal", ""
 ICONS = {SHIFT: "apple-keyboard-shift", BACKSPACE: "backspace-outline", DONE: "check", SPACE: "keyboard-space"}
 WORDS = {SIGNS: "123", MORE: "#$~", LETTERS: "abc"}
 WIDE = {SPACE: 5., DONE: 2., LETTERS: 1.5}       # in widths of a letter's key
@@ -26,8 +28,11 @@ PAGES = {
     "letters": ([*"qwertyuiopå"], [*"asdfghjklöä"], [SHIFT, *"zxcvbnm.-", BACKSPACE], [SIGNS, "@", SPACE, "/", DONE]),
     "signs": ([*"1234567890+"], [*"-/:;()€&@\"'"], [MORE, *".,?!_=#%*", BACKSPACE], [LETTERS, "[", SPACE, "]", DONE]),
     "more": ([*"$^~|\\<>{}[]"], [*"`*+-/=_#%&@"], [SIGNS, *".,?!§£°µ·", BACKSPACE], [LETTERS, "(", SPACE, ")", DONE]),
-    "numbers": ([*"123", BACKSPACE], [*"456", "-"], [*"789", "."], ["0", DONE]),
+    "decimals": ([*"123", BACKSPACE], [*"456", "-"], [*"789", DECIMAL], ["0", DONE]),
+    "integers": ([*"123", BACKSPACE], [*"456", "-"], [*"789", GAP], ["0", DONE]),
+    "digits": ([*"123", BACKSPACE], [*"456", GAP], [*"789", GAP], ["0", DONE]),
 }
+NUMBERS = {"-.": "decimals", "-": "integers", "": "digits"}        # signs of a field -> its number pad
 PAD_WIDTH = 480                          # dp, of the number pad
 REPEATS = (.5, .1)                       # s before a held backspace repeats, and between repetitions
 CLEARANCE = 16                           # dp between the field and the keyboard
@@ -59,9 +64,10 @@ class DockedKeyboard(Surface):
     when a real keyboard types, until a finger touches a field."""
     page = StringProperty()
 
-    def __init__(self, wanted, **kwargs):
+    def __init__(self, wanted, decimal=lambda: ".", **kwargs):
+        """``decimal()`` is the decimal sign of the language."""
         load_kv("widgets/keyboard")
-        self._wanted = wanted
+        self._wanted, self._decimal = wanted, decimal
         self._pages = {}
         self._is_upper = False
         self._is_real = False                # a real keyboard types
@@ -109,7 +115,8 @@ class DockedKeyboard(Surface):
         if field is not self._entered and field.input_type == "number":
             field.cursor = field.get_cursor_from_index(len(field.text))      # numbers are edited from the end
         self._entered = field
-        self._show_page("numbers" if field.input_type == "number" else "letters" if self.page in ("", "numbers") else self.page)
+        is_letters = self.page in ("", *NUMBERS.values())
+        self._show_page(NUMBERS[field.signs] if field.input_type == "number" else "letters" if is_letters else self.page)
         if self.parent is not None:
             Window.remove_widget(self)       # on top of what was opened since
         else:
@@ -203,7 +210,10 @@ class DockedKeyboard(Surface):
     def _row(self, keys) -> BoardRow:
         row = BoardRow()
         for key in keys:
-            face = {"icon": ICONS[key]} if key in ICONS else {"text": WORDS.get(key, key)}
+            if key == GAP:
+                row.add_widget(Widget())
+                continue
+            face = {"icon": ICONS[key]} if key in ICONS else {"text": self._decimal() if key == DECIMAL else WORDS.get(key, key)}
             button = (IconKey if key in ICONS else WordKey)(key=key, share=WIDE.get(key, 1.), **face)
             button.bind(on_press=self._pressed, on_release=self._released)
             row.add_widget(button)
@@ -211,10 +221,13 @@ class DockedKeyboard(Surface):
 
     def _set_case(self, is_upper) -> None:
         self._is_upper = is_upper
-        for row in self._pages[self.page]:
-            for key in row.children:
-                if len(key.key) == 1:
-                    key.text = key.key.upper() if is_upper else key.key
+        for key in self._keys():
+            if len(key.key) == 1:
+                key.text = key.key.upper() if is_upper else key.key
+
+    def _keys(self) -> list[BoardKey]:
+        """Of the page that is shown."""
+        return [key for row in self.children for key in row.children if isinstance(key, BoardKey)]
 
     # ------------------------------------------------------------------ keys
     def on_touch_down(self, touch):
@@ -259,7 +272,7 @@ class DockedKeyboard(Surface):
             field.do_backspace()
 
     def _repeat_backspace(self, _dt):
-        if any(key.key == BACKSPACE and key.state == "down" for row in self.children for key in row.children):
+        if any(key.key == BACKSPACE and key.state == "down" for key in self._keys()):
             self._backspace()
             self._repeat.timeout = REPEATS[1]
             self._repeat()
@@ -267,7 +280,7 @@ class DockedKeyboard(Surface):
 
 def side_margin(width: float, page: str) -> float:
     """Margin left and right of the keys in px: a number pad has a fixed width."""
-    return max(dp(8), (width - dp(PAD_WIDTH)) / 2) if page == "numbers" else dp(8)
+    return max(dp(8), (width - dp(PAD_WIDTH)) / 2) if page in NUMBERS.values() else dp(8)
 
 
 def has_keyboard(devices: str) -> bool:

@@ -26,6 +26,7 @@ from app.database.errors import DatabaseDamaged
 from app.domain.models import Settings
 from app.failures import BadInput, Failure
 from app.i18n import _, translator
+from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import SCREENS, Loudspeaker, Shell, pick
 from app.screens.common.threads import Background, Changed, UiBus, forward
@@ -107,7 +108,7 @@ class SchedulerApp(MDApp):
         self._keys.start()                   # before the gate, which wants to know of every key
         self._gate = Gate(pick(Gate.Services, container), self.shell)
         self._gate.start()
-        self._keyboard = DockedKeyboard(self._wants_keyboard)
+        self._keyboard = DockedKeyboard(self._wants_keyboard, lambda: formats.current().decimal)
         self._keyboard.start()
         self._set_poll(container.settings())
         bus = self._bus

@@ -5,7 +5,7 @@ import string
 
 import pytest
 
-from app.widgets.fields import FieldInput, FormField
+from app.widgets.fields import FieldInput, FormField, StepField
 from app.widgets.keyboard import PAGES, BoardKey, DockedKeyboard
 from app.widgets.tokens import tk
 from tests.ui import checks
@@ -102,6 +102,27 @@ def test_it_goes_when_a_real_keyboard_types_and_comes_back_for_a_finger(ui):
         keys.stop()
 
 
+@pytest.mark.parametrize(("field", "signs"), [
+    (lambda: FormField(kind="decimal"), ["-", ","]), (lambda: FormField(kind="int"), ["-"]), (lambda: FormField(kind="count"), []),
+    (lambda: StepField(minimum=1), []), (lambda: StepField(minimum=-5), ["-"])])
+def test_the_number_pad_has_the_signs_that_the_field_can_use(ui, field, signs):
+    ui.show(field(), (400, 90))
+    keys = DockedKeyboard(lambda: True, lambda: ",")
+    keys.start()
+    try:
+        inside = ui.find(FieldInput)
+        ui.tap(inside)
+        ui.wait(lambda: ui.find_all(DockedKeyboard))
+        assert [key.text for row in reversed(keys.children) for key in reversed(row.children)
+                if isinstance(key, BoardKey) and key.text and not key.text.isdecimal()] == signs
+        inside.select_all()
+        inside.delete_selection()
+        tap_keys(ui, "1", *(["decimal", "5"] if "," in signs else []))
+        assert inside.text == ("1,5" if "," in signs else "1")
+    finally:
+        keys.stop()
+
+
 def test_keys_of_a_narrow_window_are_still_48_wide(ui):
     keys = DockedKeyboard(lambda: True)
     keys._show_page("letters")
@@ -110,7 +131,7 @@ def test_keys_of_a_narrow_window_are_still_48_wide(ui):
     assert min(key.width for key in ui.find_all(BoardKey)) >= 48
 
 
-@pytest.mark.parametrize("page", ["letters", "signs", "more", "numbers"])
+@pytest.mark.parametrize("page", ["letters", "signs", "more", "decimals", "integers", "digits"])
 @pytest.mark.parametrize("width", [800, 1280])
 def test_every_key_is_for_gloves_in_both_orientations(ui, gloves, page, width):
     keys = DockedKeyboard(lambda: True)

@@ -156,10 +156,14 @@ def test_a_text_that_is_cut_is_told_until_it_is_shorter(ui):
     assert ui.texts(field)[-1] == "Of the robot"
 
 
-def test_a_number_field_takes_digits_and_max_length_holds(ui):
-    field = ui.show(FormField(kind="int", max_length=3), (400, 120))
-    ui.type(field, "1a2-345")
-    assert field.text == "123"
+@pytest.mark.parametrize("kind", ["count", "int", "decimal", "steps"])
+@pytest.mark.parametrize("typed", ["10,5", "1.5", "-3", "1a2", "1_5", "1e3"])
+def test_a_number_field_leaves_nothing_out_of_what_is_typed(ui, kind, typed):
+    field = ui.show(StepField(optional=True) if kind == "steps" else FormField(kind=kind), (400, 120))
+    ui.type(field, typed)
+    field.focus = False
+    ui.advance(.1)
+    assert field.text == ui.find(FieldInput).text == typed
 
 
 def test_search_can_be_emptied(ui):
@@ -232,6 +236,28 @@ def test_a_typed_number_outside_the_range_is_red_and_not_taken(ui):
     field.commit()
     assert values == [60]
     assert not field.outside
+
+
+@pytest.mark.parametrize("typed", ["10,5", "1.5", "1_5", "fifteen"])
+def test_what_is_no_whole_number_is_said_and_not_taken(ui, typed):
+    field = step_field(ui, value=30, minimum=1, maximum=3600, help="1 to 3600 s")
+    values = commits_of(field)
+    field.text = ""
+    ui.type(field, typed)
+    field.focus = False
+    ui.advance(.1)
+    assert (field.value, values, field.outside) == (30, [], True)
+    assert "A whole number is needed" in ui.texts()
+    field.text = "0"
+    ui.advance(.1)
+    assert (field.outside, "1 to 3600 s" in ui.texts(), "A whole number is needed" in ui.texts()) == (True, True, False)
+
+
+def test_a_field_that_is_switched_off_shows_its_value(ui):
+    field = step_field(ui, value=30)
+    field.text = "1.5"
+    field.disabled = True
+    assert (field.text, field.outside) == ("30", False)
 
 
 @pytest.mark.parametrize(("optional", "value"), [(True, None), (False, 30)])

@@ -18,8 +18,8 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class ParameterField:
-    """A field of the widget ParameterFields. ``kind``: text, int, steps (an int between ``limits``), decimal, choice, list (of many) or
-    position; ``choices`` are (value, word)."""
+    """A field of the widget ParameterFields. ``kind``: text, int, count (an int from 0), steps (an int between ``limits``), decimal,
+    choice, list (of many) or position; ``choices`` are (value, word)."""
     name: str
     label: str
     kind: str
@@ -73,6 +73,8 @@ def _field(parameter: MissionParameter) -> str:
         return "list"
     if _limits(parameter) is not None:
         return "steps"
+    if kind == "int" and parameter.minimum is not None and parameter.minimum >= 0:
+        return "count"
     return "text" if kind == "duration" else kind
 
 
@@ -100,7 +102,7 @@ def _shown(parameter: MissionParameter) -> Any:
 
 
 def _entered(parameter: MissionParameter, value: Any) -> Any:
-    return _whole(value) if _limits(parameter) is not None else value
+    return _whole(value) if _limits(parameter) is not None and not isinstance(value, str) else value
 
 
 def _whole(value: Any) -> int | None:

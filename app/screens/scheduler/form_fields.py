@@ -17,6 +17,7 @@ from app.screens.scheduler.draft import BEGINS_AT, Draft, Kind, Unit
 from app.screens.scheduler.form_view import FormView, Preview
 from app.screens.scheduler.step_dialog import StepDialog
 from app.widgets.dialogs import Overlay
+from app.widgets.fields import whole_number
 
 
 class FormFields(AsksRobot):
@@ -96,7 +97,7 @@ class FormFields(AsksRobot):
 
     def type_every(self, text: str) -> None:
         try:
-            self.set(every=int(text))
+            self.set(every=whole_number(text))
         except ValueError:
             self.set(every=None)
 

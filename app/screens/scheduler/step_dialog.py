@@ -33,6 +33,14 @@ class StepDialog(FormDialog):
         if text.isdecimal() and self.steps.minimum <= int(text) <= self.steps.maximum:
             self.chosen = int(text)
 
+    def choose(self, chosen: float | None) -> None:
+        """A chip takes the place of what was typed."""
+        self.chosen = chosen
+        self.ids.number.show()
+
     def set(self) -> None:
+        """Not while the field holds no number of the range, as it shows."""
+        if self.ids.number.outside:
+            return
         self.dismiss()
         self._done(self.chosen)

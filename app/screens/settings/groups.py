@@ -143,7 +143,7 @@ class GroupDialog(FormDialog):
     # ------------------------------------------------------------------ save
     def save(self) -> None:
         form = self.vm
-        if form.saving:
+        if form.saving or self.ids.keep_free.outside:        # it shows why
             return
         group = replace(self._group or Group(""), name=form.name.strip(), members=tuple(form.members),
                         hand_over=HandOver(form.hand_over), keep_free=int(form.keep_free))

@@ -125,7 +125,7 @@ class PlaceDialog(FormDialog):
 
     def save(self) -> None:
         form = self.vm
-        if form.saving:
+        if form.saving or self.ids.most_field.outside:       # it shows why
             return
         form.saving = True
         place = self._entered()

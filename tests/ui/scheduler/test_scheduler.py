@@ -85,6 +85,24 @@ def test_a_number_that_is_typed_is_what_is_chosen_at_once(ui):
     assert chosen == [15]
 
 
+def test_a_step_dialog_sets_nothing_while_its_number_is_wrong(ui):
+    load_kv("widgets/flow", "scheduler/form")
+    chosen: list = []
+    dialog = StepDialog(Steps("Battery", "", "0 to 100", 0, 100, 5, "%", ((50, "50 %"),), {}), 50, chosen.append)
+    dialog.show_duration = dialog.hide_duration = 0
+    dialog.open()
+    ui.advance(.3)
+    field = ui.find(StepField, dialog)
+    field.text = ""
+    ui.type(field, "1.5")
+    dialog.set()
+    assert (chosen, field.text, field.outside) == ([], "1.5", True)
+    ui.tap(ui.find(ChoiceChip, dialog, text="50 %"))
+    assert field.text == "50"
+    dialog.set()
+    assert chosen == [50]
+
+
 # ---------------------------------------------------------------------- planning
 def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, container, ui):
     choose(screen, ui, "Mission", WASTE)

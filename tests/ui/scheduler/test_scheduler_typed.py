@@ -80,6 +80,15 @@ def test_a_number_that_cant_be_is_not_saved_as_the_one_before(screen, ui, twice,
     assert (field.problem, save_button(ui).disabled) == ("", False)
 
 
+@pytest.mark.parametrize("typed", ["1.5", "1,5", "1_5", "-2"])
+def test_an_interval_stays_as_it_is_typed_and_is_not_saved(screen, ui, twice, typed):
+    screen.plan.edit(twice[0].id)
+    settle(screen, ui)
+    field = type_every(ui, typed)
+    settle(screen, ui)
+    assert (field.text, field.outside, save_button(ui).disabled) == (typed, True, True)
+
+
 def test_it_is_saved_by_a_tap_on_save(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     before = {schedule.id for schedule in schedules(container)}

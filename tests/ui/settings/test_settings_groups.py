@@ -102,6 +102,10 @@ def test_robots_are_kept_free_from_four_on_and_the_cost_is_said(site, app, ui):
     assert not field.disabled
     ui.tap(ui.find(RepeatButton, field, icon="plus"))
     assert "every fifth does not run" in dialog.vm.keep_free_note
+    enter(ui, field, "0.5")
+    press(ui, "Save group", dialog)
+    assert (field.text, field.outside, groups(site)[0].keep_free) == ("0.5", True, 0)
+    enter(ui, field, "1")
     press(ui, "Save group", dialog)
     ui.wait(lambda: groups(site)[0].keep_free == 1)
 
@@ -205,6 +209,12 @@ def test_a_place_and_the_missions_that_use_it(site, app, ui):
     ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
     tick(ui, "Deliver", "Home")
     assert dialog.vm.most == 1
+    enter(ui, dialog.ids.most_field, "2.5")
+    press(ui, "Save place", dialog)
+    assert (dialog.ids.most_field.text, dialog.ids.most_field.outside) == ("2.5", True)
+    assert "A whole number is needed" in ui.texts(dialog)
+    assert not site.container.catalogue.places()
+    enter(ui, dialog.ids.most_field, "1")
     ui.tap(ui.find(RepeatButton, dialog.ids.most_field, icon="plus"))
     press(ui, "Save place", dialog)
     ui.wait(lambda: ui.find_all(PlaceRow))

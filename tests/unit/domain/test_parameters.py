@@ -21,7 +21,8 @@ ALL = (GOAL, SPEED, COUNT, LOUD, WAIT, NOTE, SIZE)
 
 @pytest.mark.parametrize(("name", "given", "sent"), [
     ("Goal", "g-2", "g-2"), ("Goal", "dock 3", "g-1"), ("Goal", "Press", "g-2"), ("Goal", "Yard", "g-4"), ("Goal", GUID, GUID),
-    ("Speed", 1, 1), ("Speed", 0.25, 0.25), ("Speed", "0,5", 0.5), ("Count", 3, 3), ("Count", 3.0, 3), ("Count", "4", 4),
+    ("Speed", 1, 1), ("Speed", 0.25, 0.25), ("Speed", "0,5", 0.5), ("Speed", "0.50", 0.5), ("Count", "3.0", 3),
+    ("Count", 3, 3), ("Count", 3.0, 3), ("Count", "4", 4),
     ("Loud", True, True), ("Loud", "no", False), ("Wait", "1:30", "00:01:30.000000"), ("Note", "x", "x"), ("Note", 5, 5),
     ("Size", 2, 2), ("Size", "Large", 2), ("Size", "1", 1)])
 def test_what_fits_is_sent_as_the_robot_wants_it(name, given, sent):
@@ -37,6 +38,10 @@ def test_what_fits_is_sent_as_the_robot_wants_it(name, given, sent):
     ({"Speed": True}, "M can't take True for Speed: A number is needed"),
     ({"Speed": 2}, "M can't take 2 for Speed: It must be 0.1 to 1.5"),
     ({"Count": 2.5}, "M can't take 2.5 for Count: A whole number is needed"),
+    ({"Count": "2,5"}, "M can't take 2,5 for Count: A whole number is needed"),
+    ({"Count": "1_5"}, "M can't take 1_5 for Count: A whole number is needed"),
+    ({"Count": "1,000"}, "M can't take 1,000 for Count: A whole number is needed"),
+    ({"Speed": "0_1.5"}, "M can't take 0_1.5 for Speed: A number is needed"),
     ({"Count": 9}, "M can't take 9 for Count: It must be 1 to 8"),
     ({"Loud": "perhaps"}, "M can't take perhaps for Loud: Choose one"),
     ({"Wait": 5}, "M can't take 5 for Wait: Enter hours, minutes and seconds, such as 00:05:00"),

@@ -68,7 +68,7 @@ def test_a_default_on_another_map_has_to_be_chosen_by_a_person():
 def test_numbers_have_their_unit_and_range():
     charge, x, endless = fields_of([CHARGE, X, replace(CHARGE, maximum=None)])
     assert [(field.kind, field.help) for field in (charge, x, endless)] == [
-        ("steps", "0 to 100 %"), ("decimal", "m"), ("int", "0 or more %")]
+        ("steps", "0 to 100 %"), ("decimal", "m"), ("count", "0 or more %")]
     assert (charge.limits, endless.limits) == ((0, 100), None)
     assert [field.default for field in fields_of([replace(CHARGE, default=given) for given in ("70", 70.0, "much", None)])] == [
         70, 70, None, None]
@@ -116,7 +116,7 @@ def test_no_is_no_and_anything_else_is_asked_for(default, shown):
 @pytest.mark.parametrize(("default", "shown"), [(3.0, 3), (3, 3), ("3", "3"), (True, 1), (2.5, 2.5)])
 def test_a_whole_number_is_shown_and_sent_as_one(default, shown):
     [field] = fields_of([replace(COUNT, default=default, maximum=None)])
-    assert (field.kind, field.default, type(field.default)) == ("int", shown, type(shown))
+    assert (field.kind, field.default, type(field.default)) == ("count", shown, type(shown))
 
 
 @pytest.mark.parametrize(("default", "shown"), [(3.0, 3), ("3", 3), (True, 1), (2.5, None), (None, None), ("many", None)])
