@@ -11,8 +11,8 @@ from kivy.core.window import Window
 
 import mir_sim
 from app.container import Container
-from app.domain.models import Mission, Robot, RobotSnapshot
-from app.domain.robot import RobotState
+from app.domain.models import Connection, Mission, Robot, RobotSnapshot
+from app.domain.robot import RobotState, RobotStatus
 from app.mir.credentials import Token
 from app.screens.common.shell import Loudspeaker
 from app.window import application
@@ -62,6 +62,18 @@ class Plant:
 
         container = self.container
         return not container.history.open() and all(rests(container.snapshots.get(robot.id)) for robot in container.catalogue.robots())
+
+
+@contextmanager
+def standing(container: Container, robot_id: int, status: RobotStatus) -> Iterator[None]:
+    """The robot was just read as ``status``; afterwards it is as silent as before."""
+    snapshots, now = container.snapshots, container.clock.now()
+    before = snapshots.get(robot_id)
+    snapshots.update(robot_id, connection=Connection.CONNECTED, status=status, read_at=now)
+    try:
+        yield
+    finally:
+        snapshots.update(robot_id, connection=before.connection, status=before.status, read_at=before.read_at)
 
 
 def api(robot: mir_sim.FleetRobot, method: str, path: str, **body: object) -> requests.Response:

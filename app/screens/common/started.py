@@ -52,6 +52,12 @@ def outcome(execution: Execution, given: Given) -> Words | None:
     return None
 
 
+def say_not_started(shell: Shell, mission: str, where: str, why: str) -> None:
+    """Nothing was started: ``where`` is the robot, or any of a group."""
+    text = _("{mission} was not started on {robot}. {why}").format(mission=mission, robot=where, why=why)
+    shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
+
+
 def unanswered(execution: Execution, given: Given) -> Words:
     """Nothing is known yet."""
     text = _("{mission} waits for an answer of {robot}, until {time} at most") if execution.robot else _(

@@ -13,7 +13,8 @@ from app.screens.common import formats
 from app.screens.common.group_starts import lacking, lacking_words
 from app.screens.common.holding import held_until, hold_at, run_words
 from app.screens.common.options import Option
-from app.screens.common.robot_appearance import STOPPED, is_old
+from app.screens.common.robot_appearance import is_old
+from app.screens.common.start_now import is_stopped, why_not
 from app.screens.home.facts import HomeFacts
 from app.services.allocation.belief import CRITICAL, HIGH
 from app.services.live.holds import Hold
@@ -44,18 +45,12 @@ def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -
     mission = next((m for m in missions if m.id == chosen), missions[0] if len(missions) == 1 else None)
     shown = [m for m in missions if m.favourite] or missions[:CHIPS]
     chips = tuple(Option(m.id, m.name, "star" if m.favourite else "", selected=m is mission) for m in shown)
-    status = None if is_old(facts.snapshot, now, facts.settings) else facts.snapshot.status
     hold, off = facts.hold(robot.id, now), False
     text, icon, note = _what_run_does(facts, robot, hold, now)
     if not missions:
         text, off = _no_mission(facts), True
-    elif not robot.enabled:
-        word = _("{robot} needs its password") if robot.needs_password else _("{robot} is switched off")
-        text, off = word.format(robot=robot.name), True
-    elif hold is not None and hold.is_copy:
-        text, off = _("Nothing is sent from this tablet"), True
-    elif status is not None and status.state in STOPPED:
-        text, off = _("{robot} is stopped").format(robot=robot.name), True
+    elif why := why_not(robot, (), hold, is_stopped(facts.snapshot, facts.settings, now)):
+        text, off = why, True
     elif mission is None:
         text, off = _no_mission(facts), True
     return RunView(note=note, mission_id=mission.id if mission else None,
@@ -169,12 +164,8 @@ def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> Run
     hold = hold_at(facts.holds, None, now)
     zone, closes_at = facts.settings.timezone, rules.closes_at(now, None, facts.settings)
     text, icon, off = _("Run on any of {group}").format(group=group.name), "play", False
-    if hold is not None and hold.is_copy:
-        text, off = _("Nothing is sent from this tablet"), True
-    elif not group.members:
-        text, off = _("{group} has no robot").format(group=group.name), True
-    elif not members:
-        text, off = _("No robot of {group} is switched on").format(group=group.name), True
+    if why := why_not(group, facts.robots, hold):
+        text, off = why, True
     elif mission is None:
         text, off = _no_mission(facts), True
     elif mission.robot_id is not None and not any(other.name == mission.name and other.robot_id is None for other in facts.entered):

@@ -14,8 +14,8 @@ from app.domain.robot import MissionParameter
 from app.i18n import _
 from app.screens.common.missing_mission import fetch_option, or_fetch
 from app.screens.common.presses import OfRobot, Presses
-from app.screens.common.shell import PROBLEM_SECONDS, Shell
-from app.screens.common.started import StartReports, as_it_is
+from app.screens.common.shell import Shell
+from app.screens.common.started import StartReports, as_it_is, say_not_started
 from app.screens.common.view_model import Changed, Refresher, ViewModel
 from app.screens.home.cards import HomeColumn, HomeEmpty, HomeTall, HomeWide
 from app.screens.home.commands import HomeCommands
@@ -276,17 +276,12 @@ class HomeViewModel(HomeCommands, ViewModel):
         """What Run was pressed for is not what is shown any more, or can't be run: it is not started, and that is said."""
         if (pressed := self._pressed) is not None:
             self._end_waiting()
-            self._say_not_started(pressed, why or _("It was not known yet what it asks for"))
+            say_not_started(self._shell, *pressed, why or _("It was not known yet what it asks for"))
 
     def _aim_in_words(self) -> tuple[str, str]:
         """Mission and robot or group of Run now."""
         aim = chosen_group(self.facts, self._target) or self.facts.robot
         return self.run.mission, aim.name if aim is not None else ""
-
-    def _say_not_started(self, pressed: tuple[str, str], why: str) -> None:
-        mission, robot = pressed
-        self._say(_("{mission} was not started on {robot}. {why}").format(mission=mission, robot=robot, why=why), "alert-circle-outline",
-                  seconds=PROBLEM_SECONDS)
 
     # ------------------------------------------------------------------ what the operator presses
     def run_now(self) -> None:
@@ -308,7 +303,7 @@ class HomeViewModel(HomeCommands, ViewModel):
             if asked == (self._asked_for, self._target):
                 self._run(values)
             else:
-                self._say_not_started(pressed, _("Robot, group or mission has changed meanwhile"))
+                say_not_started(self._shell, *pressed, _("Robot, group or mission has changed meanwhile"))
 
         dialog = RunDialog(self._wanted, vm=self)
         dialog.bind(on_run=entered)

@@ -22,6 +22,7 @@ from app.services.history.robot_states import RobotStates
 from app.services.history.runs import History
 from app.services.history.shift_report import ShiftReports
 from app.services.live.holds import Holds
+from app.services.live.snapshots import Snapshots
 from app.services.robots.commands import Operator
 from app.services.robots.missions import RobotMissions
 
@@ -44,6 +45,7 @@ class LogsServices:
     robot_states: RobotStates
     settings: Callable[[], Settings]
     shift_reports: ShiftReports
+    snapshots: Snapshots
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,12 @@ class LogsFacts:
     @property
     def zone(self) -> ZoneInfo:
         return ZoneInfo(self.settings.timezone)
+
+    def target(self, run: Execution) -> Robot | Group | None:
+        """Whom it was for, where that is still there: a robot or a group."""
+        if run.group_id is None:
+            return next((robot for robot in self.robots if robot.id == run.robot_id), None)
+        return next((group for group in self.groups if group.id == run.group_id), None)
 
     def with_more(self, page: LogsFacts) -> LogsFacts:
         """The same with the rows of the next page, unless they are known already."""

@@ -16,7 +16,8 @@ from app.i18n import _, ngettext
 from app.screens.common.given import GivenNames
 from app.screens.common.places import place_option
 from app.screens.common.shell import Shell
-from app.screens.common.started import StartReports, as_it_is
+from app.screens.common.start_now import start_now
+from app.screens.common.started import StartReports, as_it_is, say_not_started
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
 from app.screens.logs import cards, kpi_view, more_view, of_groups, report_page, robot_states, view  # noqa: F401  (kv's Factory learns the cards)
 from app.screens.logs.facts import PAGE, LogsFacts, LogsServices, execution_filter, period_with, read_facts, read_next_page
@@ -274,13 +275,18 @@ class LogsViewModel(ViewModel):
             self.toggle(execution_id)
 
     def run_again(self, execution_id: int) -> None:
-        """Ask first: the person reading may not see the robot."""
+        """Ask first: the person reading may not see the robot. Nothing is asked where nothing can be started now."""
         run = next((row for row in self._facts.rows if row.id == execution_id), None)
         if run is None:
             return
-        where = of_groups.any_of(run) or run.robot
-        question = _("Run {mission} on {robot} now?").format(mission=self._shell.given.known.run(run), robot=where)
-        self._shell.dialogs.confirm(question, "", _("Run now"), lambda: self._shell.background.run(
+        mission, where = self._shell.given.known.run(run), of_groups.any_of(run) or run.robot
+        target = self._facts.target(run)         # if it is no longer there, starting it says so
+        why_not, instead = start_now(self._services, self._facts.settings, self._facts.robots, target) if target is not None else ("", "")
+        if why_not:
+            say_not_started(self._shell, mission, where, why_not)
+            return
+        question = _("Run {mission} on {robot} now?").format(mission=mission, robot=where)
+        self._shell.dialogs.confirm(question, "", instead or _("Run now"), lambda: self._shell.background.run(
             lambda: self._services.operator.run_again(execution_id), self._started.follow, self._shell.say_problem))
 
     def toggle(self, execution_id: int) -> None:

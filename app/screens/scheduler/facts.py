@@ -14,6 +14,7 @@ from app.screens.common.given import NOTHING_KNOWN, Given, Start
 from app.screens.common.holding import hold_for, hold_of_run
 from app.screens.common.name_order import by_name
 from app.screens.common.robot_appearance import is_silent
+from app.screens.common.start_now import is_stopped
 from app.screens.scheduler.draft import Draft
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.pausing import Pausing
@@ -106,6 +107,7 @@ class SchedulerFacts:
     usual_s: Mapping[tuple[int, str], float] = field(default_factory=dict)   # how long open missions take, by robot and guid
     names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # of the missions that a robot has, by its id and their guid
     typed: frozenset[tuple[int, str]] = frozenset()                  # of these, those known from Settings only
+    stopped: frozenset[int] = frozenset()                            # ids of robots that do nothing until a person has seen to them
     silent: Mapping[int, Connection] = field(default_factory=dict)   # how robots that give no answer, or none to trust, are connected
     given: Given = NOTHING_KNOWN                                     # what is known of the values that missions get
     skips: frozenset[tuple[int, datetime]] = frozenset()             # starts to come that are skipped: schedule and instant
@@ -209,12 +211,19 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         own_hold=next((hold for hold in services.holds.all_active() if hold.clock or hold.is_copy), None),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
-        typed=frozenset(key for key, one in usual.items() if one.typed), silent=silent(services.snapshots, robots), skips=skips)
+        typed=frozenset(key for key, one in usual.items() if one.typed), silent=silent(services.snapshots, robots), skips=skips,
+        stopped=stopped(services, settings, robots))
 
 
 def silent(snapshots: Snapshots, robots: Iterable[Robot]) -> Mapping[int, Connection]:
     """Those of ``SchedulerFacts.silent``."""
     return {robot.id: connection for robot in robots if is_silent(connection := snapshots.get(robot.id).connection)}
+
+
+def stopped(services: SchedulerServices, settings: Settings, robots: Iterable[Robot]) -> frozenset[int]:
+    """Those of ``SchedulerFacts.stopped``."""
+    now = services.clock.now()
+    return frozenset(robot.id for robot in robots if is_stopped(services.snapshots.get(robot.id), settings, now))
 
 
 def _is_start(at: datetime, schedule: Schedule | None, calendar: WorkingCalendar) -> bool:

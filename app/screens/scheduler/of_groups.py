@@ -64,20 +64,6 @@ def nobody_has_it(facts: SchedulerFacts, schedule: Schedule) -> bool:
     return mission is not None and bool(robots) and len(lacking(mission, robots, facts.missions, facts.names)) == len(robots)
 
 
-def nobody(facts: SchedulerFacts, schedule: Schedule) -> str:
-    """Why no robot could take it now; empty: one can, as far as is known."""
-    target = facts.target(schedule)
-    if isinstance(target, Robot) and not target.enabled:
-        word = _("{robot} needs its password") if target.needs_password else _("{robot} is switched off")
-        return word.format(robot=target.name)
-    if not isinstance(target, Group):
-        return ""
-    words = _("{group} has no robot") if not target.members else \
-        _("No robot of {group} is switched on") if nobody_is_on(facts, schedule) else \
-        _("No robot of {group} has this mission") if nobody_has_it(facts, schedule) else ""
-    return words.format(group=target.name)
-
-
 def is_listed(facts: SchedulerFacts, schedule: Schedule, target: Target | None) -> bool:
     """Whether it may run on that robot, or names that group; None: any."""
     if target is None:

@@ -25,7 +25,7 @@ from app.screens.scheduler.actions import ScheduleActions
 from app.screens.scheduler.advice import NO_ADVICE, AdviceModel
 from app.screens.scheduler.cards import SchedulerEmpty
 from app.screens.scheduler.draft import Draft
-from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read, silent
+from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read, silent, stopped
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.hold import HoldDialog
 from app.screens.scheduler.listed import ScheduleList
@@ -150,7 +150,8 @@ class SchedulerViewModel(OnTimeline):
 
     # ------------------------------------------------------------------ showing
     def _tick(self) -> None:
-        if silent(self._services.snapshots, self._facts.robots) != self._facts.silent:
+        services, facts = self._services, self._facts
+        if silent(services.snapshots, facts.robots) != facts.silent or stopped(services, facts.settings, facts.robots) != facts.stopped:
             self._refresher.request()
         if len(self._facts.schedules) <= MANY:
             self._show_schedules()

@@ -8,12 +8,13 @@ from itertools import groupby
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import Execution, Mission, Robot, Schedule, Settings, State
+from app.domain.models import Execution, Group, Mission, Robot, Schedule, Settings, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.holding import held_next, held_note, run_words
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.robot_appearance import silence_word
+from app.screens.common.start_now import why_not
 from app.screens.scheduler import of_groups
 from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import DAYS, SchedulerFacts
@@ -263,7 +264,11 @@ def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
 def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> MenuItem:
     """To start it now, whatever its time is: what a press on it does or why it does nothing, as Home's button."""
     hold = facts.own_hold or facts.hold(schedule.robot_id, schedule.group_id, now)
-    if nothing := _("Nothing is sent from this tablet") if hold is not None and hold.is_copy else of_groups.nobody(facts, schedule):
+    target = facts.target(schedule)
+    nothing = why_not(target, facts.robots, hold, schedule.robot_id in facts.stopped) if target is not None else ""
+    if not nothing and isinstance(target, Group) and of_groups.nobody_has_it(facts, schedule):
+        nothing = _("No robot of {group} has this mission").format(group=target.name)
+    if nothing:
         return MenuItem("run", nothing, "play", disabled=True)
     silent = facts.robot(schedule.robot_id) if schedule.robot_id in facts.silent else None
     words = run_words(hold, silent, rules.closes_at(now, None, facts.settings), facts.settings.timezone, now)

@@ -25,8 +25,10 @@ from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.frame import Frame
 from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.snackbar import Snackbar
+from tests.support.home_facts import FAILED, READY
 from tests.ui import checks
 from tests.ui.logbook import failures, settle, show_anew, tap
+from tests.ui.whole_app import standing
 
 
 @pytest.fixture
@@ -420,20 +422,59 @@ def test_nothing_overlaps_or_is_too_small(screen, ui):
 
 
 # ---------------------------------------------------------------------- run again
-@pytest.mark.parametrize(("answer", "times"), [("Run now", 1), ("Cancel", 0)])
-def test_a_failed_run_can_be_run_again(screen, container, ui, monkeypatch, answer, times):
-    asked: list[int] = []
-    monkeypatch.setattr(container.operator, "run_again", lambda run: asked.append(run) or container.history.get(run))
+@pytest.fixture
+def asked(screen, container, monkeypatch):
+    """The runs that were asked to be run again."""
+    runs: list[int] = []
+    monkeypatch.setattr(container.operator, "run_again", lambda run: runs.append(run) or container.history.get(run))
+    return runs
+
+
+def press_run_again(screen, ui) -> LogRow:
+    """Of the newest run that failed."""
     screen.logs.set_filters(outcomes=(State.FAILED,))
     settle(screen, ui)
     failed = rows(ui)[0]
     tap(screen, ui, failed)
     tap(screen, ui, ui.find(CommandButton, failed, text="Run again"))
+    return failed
+
+
+@pytest.mark.parametrize(("answer", "times"), [("Run now", 1), ("Cancel", 0)])
+def test_a_failed_run_can_be_run_again(screen, container, ui, asked, answer, times):
+    robot_id = container.history.page(failures(container), size=1).rows[0].robot_id
+    with standing(container, robot_id, READY):
+        failed = press_run_again(screen, ui)
     question = ui.find(ConfirmDialog)
     assert question.title == f"Run {failed.mission} on {failed.robot} now?"
     tap(screen, ui, ui.find(CommandButton, question, text=answer))
     assert asked == [failed.key] * times
     assert failed.opened
+
+
+def test_a_run_is_not_run_again_on_a_stopped_robot(screen, container, ui, asked):
+    robot_id = container.history.page(failures(container), size=1).rows[0].robot_id
+    with standing(container, robot_id, FAILED):
+        failed = press_run_again(screen, ui)
+    assert not ui.find_all(ConfirmDialog)
+    assert screen.shell.snackbars.texts == [f"{failed.mission} was not started on {failed.robot}. {failed.robot} is stopped"]
+    assert asked == []
+
+
+def test_run_again_on_a_silent_robot_says_that_it_is_sent_when_it_answers(screen, container, ui, asked):
+    failed = press_run_again(screen, ui)
+    tap(screen, ui, ui.find(CommandButton, ui.find(ConfirmDialog), text=f"Send when {failed.robot} answers"))
+    assert asked == [failed.key]
+
+
+def test_run_again_under_a_hold_says_that_it_is_held(screen, container, ui, asked):
+    container.holds.hold("shift meeting")
+    try:
+        press_run_again(screen, ui)
+        tap(screen, ui, ui.find(CommandButton, ui.find(ConfirmDialog), text="Queue, held"))
+    finally:
+        container.holds.release()
+    assert len(asked) == 1
 
 
 def test_a_completed_run_has_no_such_button(screen, ui):

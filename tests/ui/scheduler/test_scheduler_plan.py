@@ -16,6 +16,7 @@ from app.widgets.plan_rows import ScheduleLine
 from app.widgets.rows import OptionRow
 from app.widgets.snackbar import Snackbar
 from tests.support import month
+from tests.support.home_facts import FAILED
 from tests.ui import checks
 from tests.ui.planner import (
     KITS,
@@ -36,6 +37,7 @@ from tests.ui.planner import (
     stored,
     take,
 )
+from tests.ui.whole_app import standing
 
 
 # ---------------------------------------------------------------------- schedules that are there
@@ -195,6 +197,15 @@ def test_run_now_starts_it_whatever_its_time_is(screen, container, ui):
     ui.skip(5)                                                # nobody answers
     ui.wait(lambda: ui.find_all(Snackbar))
     assert ui.find(Snackbar).text == f"{KITS} waits for an answer of Aino, until 14:53 at most"
+
+
+def test_run_now_is_not_offered_while_the_robot_is_stopped(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    before = container.history.open()
+    with standing(container, schedule.robot_id, FAILED):
+        ui.wait(lambda: schedule.robot_id in screen.plan._facts.stopped)
+        menu(screen, ui, schedule, "Aino is stopped")
+    assert container.history.open() == before
 
 
 def test_duplicate_fills_the_form_with_the_same_and_saves_another(screen, container, ui):

@@ -58,13 +58,14 @@ def test_what_missions_are_given_stands_beside_their_names():
     ({"holds": (Hold("Maintenance", None, NOW, robot_id=2),)}, "Run now", "play"),
     ({"own_hold": Hold(clock=True)}, "Queue, held", "hand-back-right-outline"),
     ({"own_hold": Hold(is_copy=True)}, "Nothing is sent from this tablet", "play"),
+    ({"stopped": frozenset([1])}, "Aino is stopped", "play"),
     ({"silent": {1: Connection.UNREACHABLE}}, "Send when Aino answers", "timer-sand")])
 def test_what_starts_it_now_says_what_it_does(known, text, icon):
     """In its menu and on the card of its bar, as Home does."""
     given = facts(schedules=(HOURLY,), planned=(planned(22),), **known)
     for items in (view.schedule_menu(given, HOURLY, NOW), bar_card.start_card(given, given.planned[0], NOW).items):
         assert [(item.text, item.icon) for item in items if item.key == "run"] == [(text, icon)]
-        assert [item.key for item in items if item.disabled and item.key == "run"] == ["run"] * (text == "Nothing is sent from this tablet")
+        assert [item.key for item in items if item.disabled and item.key == "run"] == ["run"] * (icon == "play" and text != "Run now")
 
 
 @pytest.mark.parametrize(("members", "has_it", "text"), [
