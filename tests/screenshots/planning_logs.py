@@ -119,3 +119,12 @@ def logs_report(studio: Any) -> Any:
     stand = Stand(studio, "logs")
     stand.vm.choose_report()
     return studio.dialogs.top
+
+
+@picture("logs-failed", sizes=BOTH)
+def logs_failed(studio: Any) -> Any:
+    stand = Stand(studio, "logs")
+    stand.vm.set_filters(outcomes=("failed",))
+    stand.settle()
+    stand.vm.toggle(stand.vm.rows[0].key)
+    return stand.settle()

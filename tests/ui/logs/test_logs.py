@@ -25,6 +25,7 @@ from app.widgets.figures import FigureCard, FigureDialog
 from app.widgets.frame import Frame
 from app.widgets.rows import LogRow, OptionRow, StoryStep
 from app.widgets.snackbar import Snackbar
+from app.widgets.text import Note
 from tests.support.home_facts import FAILED, READY
 from tests.ui import checks
 from tests.ui.logbook import failures, settle, show_anew, tap
@@ -422,6 +423,16 @@ def test_nothing_overlaps_or_is_too_small(screen, ui):
 
 
 # ---------------------------------------------------------------------- run again
+def test_the_button_that_runs_a_failed_run_again_covers_nothing(screen, ui):
+    screen.logs.set_filters(outcomes=(State.FAILED,))
+    settle(screen, ui)
+    failed = rows(ui)[0]
+    tap(screen, ui, failed)
+    button, message = ui.find(CommandButton, failed, text="Run again"), ui.find(Note, failed, text=failed.message)
+    assert button.to_window(0, button.top)[1] <= message.to_window(0, message.y)[1]
+    assert checks.problems(screen.shell.navigator.screen("logs")) == []
+
+
 @pytest.fixture
 def asked(screen, container, monkeypatch):
     """The runs that were asked to be run again."""
