@@ -1,4 +1,6 @@
 """The frame around all screens: top bar, banner when needed, body, bottom navigation. Built once; the screens change in its ``body``."""
+import math
+
 from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -11,7 +13,7 @@ from kivymd.uix.screen import MDScreen
 from kivymd.uix.screenmanager import MDScreenManager
 
 from app.widgets.dock import dock
-from app.widgets.rest import rest
+from app.widgets.rest import from_next_frame, rest
 from app.widgets.surfaces import CLEAR, Surface, Toned, TonedSurface
 from app.widgets.tokens import TONES
 
@@ -190,11 +192,23 @@ class Frame(Surface):
         self.ids.banner_place.fbind("height", self._moved)
 
     def _moved(self, *_):
-        self._rests_until = Clock.get_time() + SETTLES
+        self._rests_until = math.inf
+
+        def count(now):
+            self._rests_until = now + SETTLES
+        from_next_frame(count)
 
     def on_alarm_about(self, *_):
         """A finger may be on its way to what the banner said before."""
-        self._banner_rests_until = Clock.get_time() + SETTLES
+        self._banner_rests_until = math.inf
+
+        def count(now):
+            self._banner_rests_until = now + SETTLES
+        from_next_frame(count)
+
+    def on_current(self, *_):
+        """Another screen is where the finger was."""
+        rest.after_moving()
 
     @property
     def has_just_moved(self) -> bool:

@@ -1,7 +1,9 @@
 """A double tap is one tap: after something in front of the page has gone or come, what is behind it, or in it, takes no touch for a moment.
 
-``rest`` is global, as the window is. What goes or comes says so once; touches that are ignored never make the moment longer.
+``rest`` is global, as the window is. What goes or comes says so once; touches that are ignored never make the moment longer. It is counted
+from the frame after: a frame may take long, and what a finger did while it was drawn was meant for what was seen before.
 """
+import math
 import weakref
 
 from kivy.base import EventLoop
@@ -81,8 +83,12 @@ class Rest:
 
     # ------------------------------------------------------------------ touches
     def _ignore(self, seconds, area=EVERYWHERE) -> None:
-        now = Clock.get_time()
-        self._areas = [known for known in self._areas if known[0] > now] + [(now + seconds - INSTANT, *area)]
+        now, ignored = Clock.get_time(), [math.inf, *area]
+        self._areas = [known for known in self._areas if known[0] > now] + [ignored]
+
+        def count(now):
+            ignored[0] = now + seconds
+        from_next_frame(count)
 
     def _touch_down(self, _window, touch) -> bool:
         now, (x, y) = Clock.get_time(), touch.pos
@@ -100,7 +106,11 @@ class Rest:
 
     def _ignore_keys(self, seconds, takes_letters) -> None:
         """Those that are down now until they are released: the system may begin to repeat them after the moment."""
-        self._keys_until, self._takes_letters = Clock.get_time() + seconds - INSTANT, takes_letters
+        self._keys_until, self._takes_letters = math.inf, takes_letters
+
+        def count(now):
+            self._keys_until = now + seconds
+        from_next_frame(count)
         self._ignored.update(key for key in self._down if key not in MOVES)
         self.ask_first()
 
@@ -121,6 +131,11 @@ class Rest:
         """Another window learns that they are released."""
         self._down.clear()
         self._ignored.clear()
+
+
+def from_next_frame(count) -> None:
+    """Call ``count`` with the time when the present frame has been drawn, before touches that came while it was are handed on."""
+    Clock.schedule_once(lambda _dt: count(Clock.get_time() - INSTANT), 0)
 
 
 def _let_go(touch) -> None:

@@ -5,12 +5,14 @@ import pytest
 from kivy.core.window import Window
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.boxlayout import BoxLayout
+from kivymd.uix.screen import MDScreen
 
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
 from app.widgets.dialogs import ChoiceDialog, Dialog, FormDialog
 from app.widgets.fields import FieldInput, FormField
+from app.widgets.frame import Frame
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.rest import DOUBLE_TAP, SETTLES
 from app.widgets.rows import OptionRow
@@ -55,6 +57,36 @@ def test_what_was_behind_a_dialog_takes_a_touch_again_after_a_moment(ui, page, f
     ui.advance(after)
     ui.tap_at(*MIDDLE)
     assert page.pressed == pressed
+
+
+def test_a_frame_that_takes_long_to_draw_takes_nothing_of_the_moment(ui, page, dialogs):
+    """The second tap was made while it was drawn, and is handed on after it."""
+    opened(ui, dialogs).dismiss()
+    ui.skip(1.2)
+    ui.tap_at(*MIDDLE)
+    assert page.pressed == 0
+    ui.advance(DOUBLE_TAP)
+    ui.tap_at(*MIDDLE)
+    assert page.pressed == 1
+
+
+def test_another_screen_takes_no_second_tap_where_the_finger_was(ui):
+    frame = ui.show(Frame(current="home"), Window.size)
+    frame.add_widget(screen := MDScreen(name="home"))
+    screen.add_widget(button := CommandButton(text="Save"))
+    button.center = 200, 300
+    pressed: list[str] = []
+    button.bind(on_release=lambda _button: pressed.append("saved"))
+    ui.advance(1)
+    place = button.to_window(*button.center)
+    ui.tap_at(*place)
+    frame.current = "scheduler"
+    ui.advance(.3)
+    ui.tap_at(*place)
+    assert pressed == ["saved"]
+    ui.advance(DOUBLE_TAP)
+    ui.tap_at(*place)
+    assert pressed == ["saved", "saved"]
 
 
 def test_ignored_touches_do_not_make_it_longer(ui, page, dialogs):
@@ -125,7 +157,7 @@ def test_a_dialog_takes_its_first_touch_later_where_the_finger_was(ui, dialogs, 
     page = ui.show(CommandButton(text="Choose"), Window.size)
     page.bind(on_release=lambda _button: dialogs.choose("Which", [Option(n, str(n)) for n in range(7)], lambda _key: None))
     ui.tap_at(*MIDDLE)
-    ui.advance(SETTLES - .3)
+    ui.advance(SETTLES - .25)
     ui.tap_at(*place)
     assert bool(ui.find_all(ChoiceDialog)) is is_open
 
