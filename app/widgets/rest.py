@@ -72,6 +72,11 @@ class Rest:
         """That has gone, which covered nothing but what it lay on."""
         self._ignore(DOUBLE_TAP, (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)))
 
+    def after_pressing(self, widget) -> None:
+        """That goes; if it was touched last, something else may come to be where the finger was."""
+        if widget.collide_point(*widget.to_widget(*self._finger)):
+            self.after_moving()
+
     def let_go(self) -> None:
         """Fingers that are on something now have pressed nothing there, but for the one whose touch is just being handled. What follows
         fingers in its own way has a ``let_go(touch)``."""

@@ -5,6 +5,8 @@ from kivy.lang import Builder
 from kivy.properties import ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
+from app.widgets.rest import rest
+
 
 class SlotPart(BoxLayout):
     """What a slot holds; its kv may read from ``card``."""
@@ -29,6 +31,7 @@ class PartSlot(BoxLayout):
         for child in self.children:          # it would follow its card until it is collected
             for widget in child.walk(restrict=True):
                 Builder.unbind_widget(widget.uid)
+            rest.after_pressing(child)
         self.clear_widgets()
         if wanted:
             self.add_widget(Factory.get(wanted)(card=self.card))

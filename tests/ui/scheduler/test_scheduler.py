@@ -18,7 +18,7 @@ from app.services.live.changes import Topic
 from app.services.robots.map_picture import MapPicture, Place
 from app.widgets import load_kv
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
-from app.widgets.dialogs import ChoiceDialog
+from app.widgets.dialogs import ChoiceDialog, Dialog
 from app.widgets.fields import FormField, RepeatButton, SearchField, StepField
 from app.widgets.pages import LowColumn
 from app.widgets.positions import OnMap, PositionsMap
@@ -200,6 +200,21 @@ def test_monthly_on_day_31_says_which_months_it_leaves_out_and_offers_the_last_d
     assert ui.find_all(CommandButton, text="Take the last day of each month") == []
     save(screen, ui)
     assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYMONTHDAY=-1"
+
+
+@pytest.mark.parametrize("gap", [.2, .35, .5])
+def test_a_double_tap_on_the_offer_of_the_last_day_opens_nothing(screen, ui, gap):
+    choose(screen, ui, "Mission", "Floor wash, hall A")
+    kind(screen, ui, "Monthly")
+    screen.plan.form.set(month_day=31)
+    ui.advance(.3)
+    offer = ui.find(CommandButton, text="Take the last day of each month")
+    reveal(ui, offer)
+    next(parent for parent in parents(offer) if isinstance(parent, LowColumn)).scroll_y = 0      # the fields above come down when it goes
+    ui.advance(.1)
+    ui.tap_twice(offer.to_window(*offer.center), gap)
+    settle(screen, ui)
+    assert (screen.plan.form.draft.month_day, ui.find_all(Dialog)) == (-1, [])
 
 
 def test_the_less_common_fields_are_under_more(screen, container, ui):
