@@ -139,7 +139,8 @@ class ParameterFields(BoxLayout):
             elif field.kind == "steps":
                 low, high = field.limits
                 view = StepField(label=field.label, help=field.help, minimum=low, maximum=high, step=1 if high - low <= FINE else 5,
-                                 optional=True, text="" if field.default is None else str(field.default))
+                                 optional=True)
+                view.text = "" if field.default is None else str(field.default)          # also one that can't be: it stays as typed
                 view.commit()
             else:
                 view = FormField(label=field.label, kind=field.kind, help=field.help,
