@@ -35,9 +35,9 @@ def test_the_banner_at_the_robot_acknowledges_both(failed, ui):
 def test_the_list_has_one_row_that_acknowledges_both_and_each_of_them_a_tap_away(failed, ui):
     ui.tap(ui.find(TopBar).ids.bell)
     [row] = ui.find_all(AlarmRow, ui.find(AlarmsDialog))
-    assert (row.text, row.tone) == (f"Aino: {REASON}", "fault")
+    assert (row.text, row.tone) == (f"Aino: {REASON} (10120)", "fault")
     ui.tap(ui.find(IconButton, row, icon="chevron-down"))
-    ui.wait(lambda: [row.text for row in ui.find_all(AlarmRow)][1:] == [f"Aino: {REASON}",
+    ui.wait(lambda: [row.text for row in ui.find_all(AlarmRow)][1:] == [f"Aino: {REASON} (10120)",
                                                                        f"Deliver on Aino failed: The robot ended it: {REASON}"])
     ui.tap(ui.find(CommandButton, ui.find_all(AlarmRow)[0], text="Acknowledge"))
     ui.wait(lambda: acknowledged(failed))
