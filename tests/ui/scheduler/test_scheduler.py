@@ -330,7 +330,7 @@ def test_missions_that_the_robot_lacks_are_not_offered_for_it(screen, container,
     container.changes.publish(Topic.MISSIONS)
     settle(screen, ui)
     ui.tap(field(ui, "Mission"))
-    assert [row.text for row in ui.find_all(OptionRow)] == [KITS]
+    assert [row.text for row in ui.find_all(OptionRow)] == [KITS, "Not in the list? Fetch it from a robot"]
 
 
 def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container, ui):
