@@ -81,7 +81,7 @@ class ClockGuard:
     def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, holds: Holds, alarms: Alarms, downtime: Downtime) -> None:
         self._db, self._settings, self._clock = db, settings, clock
         self._holds, self._alarms, self._downtime = holds, alarms, downtime
-        self._last: tuple[datetime, float] | None = None         # wall and monotonic time of the last round
+        self._last: tuple[datetime, float] | None = None         # wall and monotonic time of the last round, or of the start
         self._last_heartbeat: datetime | None = None             # of the previous run, or of this one
         self._beat_at = -1e9
         self._doubt: _Doubt | None = None
@@ -100,8 +100,9 @@ class ClockGuard:
         """Called once, before the first round."""
         self._last_heartbeat = self._settings.heartbeat(self._db.read())
         self._confirmed_at = to_optional_instant(self._settings.get(self._db.read(), CLOCK_CONFIRMED_AT))
-        self._started_at = self._clock.monotonic()
-        self._begin_doubt(self._clock.now())
+        now, self._started_at = self._clock.now(), self._clock.monotonic()
+        self._last = (now, self._started_at)              # robots may tell the time, and the clock be set, before the first round
+        self._begin_doubt(now)
 
     def judge(self, readings: Readings, can_ask: bool) -> Judgement:
         """One round. ``can_ask``: there are robots that may tell the time."""

@@ -105,6 +105,17 @@ def test_what_a_robot_said_before_the_doubt_began_ends_no_doubt(tablet):
     assert not tablet.judge(1.0, read_ago=1.0).is_trusted
 
 
+@pytest.mark.parametrize("step", [2 * HOUR, -2 * HOUR])
+def test_what_robots_said_before_the_clock_was_set_ends_no_doubt_even_before_the_first_round(tablet, step):
+    tablet.clock.advance(1.0)                             # robots answer, and the first round is late
+    tablet.clock.step(step)
+    tablet.clock.advance(1.0)
+    assert not tablet.judge(0.0, 0.0, read_ago=1.5).is_trusted
+    tablet.clock.advance(1.0)
+    assert not tablet.judge(-step, -step).is_trusted
+    assert "clock_implausible" in tablet.codes()
+
+
 def test_while_it_is_in_doubt_no_heartbeat_is_written(tablet):
     tablet.restart(TOMORROW)
     tablet.judge(can_ask=False)
