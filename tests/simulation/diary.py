@@ -113,6 +113,7 @@ class Diary:
         self.clock: list[tuple[float, float]] = [(0.0, 0.0)]  # true time, and what the tablet's clock is ahead from then on
         self.excused: dict[str, str] = {}  # tokens of which the robot lost or hid what it did, and how
         self.uncertain: set[str] = set()  # tokens whose cancellation may or may not have been noted
+        self.by_person: set[str] = set()  # tokens that a person cancelled or kept back, or was about to
         self.restores: list[Restore] = []
         self.lost_items: dict[str, list[QueueItem]] = defaultdict(list)  # by machine: of queues that began anew
         self.started_at: float = 0.0  # the app's last start

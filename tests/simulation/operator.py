@@ -341,12 +341,14 @@ class Person:
             raise LookupError
         row = self.rng.choice(open_ones)
         self.diary.uncertain.add(row.token)
+        self.diary.by_person.add(row.token)
         self._app.operator.cancel_execution(row.id)
         self.diary.decide(self.world.site.seconds()).cancelled.add(row.token)
 
     def keep_back(self) -> None:
         """One that waits, whatever for; let go again after a while."""
         row = self.rng.choice(self._app.history.open())
+        self.diary.by_person.add(row.token)
         with self.world.without_crash():
             if not self._app.operator.hold_starts([row.id]):
                 raise LookupError
@@ -364,6 +366,7 @@ class Person:
         robot_id = self._id(self._robot())
         tokens = {row.token for row in self._app.history.open() if row.robot_id == robot_id}
         self.diary.uncertain |= tokens
+        self.diary.by_person |= tokens
         self._app.operator.clear_queue(robot_id)
         self.diary.decide(self.world.site.seconds()).cancelled |= tokens
 

@@ -1,5 +1,5 @@
 """What the judge holds against the app, and what not: a second copy that runs, where it could have been cancelled; a late start that was
-not listed first, unless a person let it go."""
+not listed first, unless a person let it go; a start of an absence that has a row of its own, unless a person cancelled it."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ def let_it_run(world):
     assert [item.state for item in robot(world).queue] == [ItemState.DONE, ItemState.DONE]
 
 
-def wait_while_the_app_is_off(world):
+def wait_while_the_app_is_off(world, seconds=WAITS_FOR):
     trouble = world.diary.begin("app", None, world.site.seconds())
-    world.site.power_cut(WAITS_FOR)
+    world.site.power_cut(seconds)
     trouble.end = world.site.seconds() + 5.0
 
 
@@ -115,3 +115,39 @@ def test_a_late_start_that_a_person_lets_go_need_not_stay_on_the_list(tmp_path):
     assert len(world.site.network.submissions) == 1
     assert objections(world) == []
     world.site.container.db.close()
+
+
+# ---------------------------------------------------------------------- an absence
+@pytest.fixture
+def absent(tmp_path):
+    """By a clock that is ahead the next start is missed and the one after it waits, as its robot is out of reach."""
+    world = World(tmp_path, 1, STILL.only(site=PLACE | {"every_minutes": 5}))
+    world.site.run(130.0)
+    world.site.network.down.add("R1")
+    world.site.clock.step(600.0)
+    world.site.run(90.0)
+    yield world
+    world.site.container.db.close()
+
+
+def away_after_the_clock_was_set_back(world):
+    """For hours, in which both fall due."""
+    world.site.clock.step(-600.0)
+    world.site.network.down.clear()
+    world.site.run(40.0)
+    wait_while_the_app_is_off(world, 3 * 3600.0)
+    world.site.run(10.0)
+    world.judge.truth._judge_absences(world.site.executions())
+
+
+def test_a_start_that_a_person_cancelled_has_its_own_row_and_is_not_among_the_missed(absent):
+    absent.person.cancel()
+    away_after_the_clock_was_set_back(absent)
+    assert (absent.findings.absences, absent.findings.violations) == (1, [])
+
+
+def test_a_start_of_an_absence_with_a_row_for_which_no_person_is_the_reason_is_an_error(absent):
+    (row,) = absent.site.container.history.open()
+    absent.site.container.operator.cancel_execution(row.id)  # not in the diary
+    away_after_the_clock_was_set_back(absent)
+    assert any(f"{row.token[:8]} is skipped (hold), and" in each for each in absent.findings.violations)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Collection
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
@@ -46,29 +47,34 @@ class Truth:
         return found.machine is self.world.site.machines.get(found.robot)
 
     def _judge_absences(self, rows: list[Execution]) -> None:
-        """A row that stands for several starts has the right number of them, and none of these has another row."""
+        """A row that stands for several starts has the right number of them. Only a start about which a person decided has a row of its
+        own in that time, and is not among them: what one cancelled is skipped when the clock is set back and its instant comes again."""
         for row in rows:
             if row.starts == 1 or row.reason is None:
                 continue
             first = datetime.fromisoformat(row.reason.details["first"])
-            for other in rows:
-                is_inside = other.schedule_id == row.schedule_id and first <= other.planned_at <= row.planned_at
-                if is_inside and other.id != row.id and (row.schedule_id, other.planned_at) not in self.diary.now.skipped:
+            others = [each for each in rows if each.schedule_id == row.schedule_id and first <= each.planned_at <= row.planned_at]
+            others.remove(row)
+            for other in others:
+                if (row.schedule_id, other.planned_at) not in self.diary.now.skipped and other.token not in self.diary.by_person:
                     self.judge_.object(f"truth: {self._shown(other)}, and {row.starts} from {first:%d %H:%M} on: {self._shown(row)}")
             if row.token not in self._counted:
                 self._counted.add(row.token)
                 self.judge_.findings.absences += 1
-                numbers = {self._number(each, row.schedule_id or 0, first, row.planned_at) for _at, each in self.diary.wishes}
+                apart = {each.planned_at for each in others}
+                numbers = {self._number(each, row.schedule_id or 0, first, row.planned_at, apart) for _at, each in self.diary.wishes}
                 if row.starts not in numbers:
                     self.judge_.object(f"truth: {self._shown(row)} for {row.starts} starts from {first:%d %H:%M} on, by hand {numbers}")
 
-    def _number(self, wishes: Wishes, schedule_id: int, first: datetime, last: datetime) -> int:
-        """Of the schedule's starts in that time, as people wanted it then."""
+    def _number(self, wishes: Wishes, schedule_id: int, first: datetime, last: datetime, apart: Collection[datetime]) -> int:
+        """Of the schedule's starts in that time, as people wanted it then, without those that have rows of their own, or had one that the
+        history may have forgotten."""
         plan = wishes.plans.get(schedule_id)
         if plan is None:
             return 0
-        keys = ((schedule_id, instant) for instant in instants(plan, first, last + timedelta(seconds=1)))
-        return sum(key not in wishes.skipped and self.diary.is_on_its_days(wishes, plan, key[1]) for key in keys)
+        keys = [(schedule_id, instant) for instant in instants(plan, first, last + timedelta(seconds=1)) if instant not in apart]
+        is_left_out = [key in wishes.skipped or self.diary.token(key) in wishes.cancelled for key in keys]
+        return sum(not out and self.diary.is_on_its_days(wishes, plan, key[1]) for key, out in zip(keys, is_left_out, strict=True))
 
     def _is_of_restored_time(self, row: Execution) -> bool:
         return any(each.start - timedelta(hours=4) <= row.planned_at <= each.end for each in self.diary.restores)

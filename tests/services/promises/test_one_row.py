@@ -214,6 +214,23 @@ def test_a_start_that_a_person_skipped_keeps_its_row_and_is_not_among_the_missed
         (State.SKIPPED, 1), (State.SKIPPED, 1), (State.MISSED, 9)]
 
 
+def test_a_start_that_was_cancelled_before_the_clock_was_set_back_is_not_among_the_missed(site, plan):
+    """It is skipped, as a person did not want it."""
+    plan("2026-11-23T06:05", OFTEN)
+    site.network.down.add("R1")
+    site.run(30)
+    site.clock.step(1100)
+    site.run(60)
+    [row] = site.executions(State.WAITING)
+    site.container.operator.cancel_execution(row.id)
+    site.clock.step(-1100)
+    site.network.down.clear()
+    site.run(60)
+    off_for(site, 7200)
+    site.run(60)
+    assert [(row.state, row.starts) for row in site.executions() if row.reason] == [(State.SKIPPED, 1), (State.MISSED, 10)]
+
+
 def test_the_row_of_a_group_has_no_robot_and_says_which_group(tmp_path):
     hall = Hall(tmp_path)
     hall.plan(recurrence=OFTEN)
