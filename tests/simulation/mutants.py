@@ -207,8 +207,8 @@ MUTANTS = (
     Mutant(
         "a restored row is sent unasked",
         "services.dispatch.waiting:Waiting._may_have_run",
-        "if through is None or row.planned_at > through:",
-        "if True:",
+        "if through is not None and row.planned_at <= through and self._is_elsewhere(row):",
+        "if False:",
         "items with one token",
         BACK,
     ),
@@ -223,7 +223,7 @@ MUTANTS = (
     ),
     Mutant(
         "after a restore only the robot of the backup is asked",
-        "services.dispatch.waiting:Waiting._may_have_run",
+        "services.dispatch.waiting:Waiting._is_elsewhere",
         "None if row.trigger is Trigger.SCHEDULED else",
         "",
         "items with one token",
