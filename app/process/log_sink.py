@@ -66,7 +66,7 @@ class Sink(logging.Handler):
         self.is_written()
 
     def is_written(self, within: float = WRITTEN_WITHIN) -> bool:
-        """Whether everything so far is. Waits so many seconds for that, at most."""
+        """Whether the last line is. Waits so many seconds for that, at most."""
         written: Future[bool] = Future()
         self._waiting.put(written)
         try:
@@ -79,11 +79,11 @@ class Sink(logging.Handler):
         super().close()
 
     def _run(self) -> None:
-        left_out = 0
+        left_out, works = 0, True
         while (waiting := self._waiting.get()) is not None:
             line = ""
             if isinstance(waiting, Future):
-                waiting.set_result(left_out == 0)
+                waiting.set_result(works)
             elif isinstance(waiting, _LeftOut):
                 left_out += waiting.lines
             else:
@@ -94,8 +94,9 @@ class Sink(logging.Handler):
                     left_out = 0
                 if line:
                     self._write(_encoded(line))
+                    works = True
             except OSError:
-                left_out += 1 if line else 0
+                left_out, works = left_out + (1 if line else 0), False
 
 
 def _record(level: int, text: str) -> logging.LogRecord:

@@ -71,7 +71,7 @@ def test_escape_asks_before_what_was_typed_is_lost(ui, dialogs):
     ui.key(ESCAPE)
     assert isinstance(dialogs.top, ConfirmDialog)
     press(ui, "Go on")
-    ui.advance(.3)
+    ui.advance(1)
     assert dialogs.top is dialog
     ui.key(ESCAPE)
     press(ui, "Discard")

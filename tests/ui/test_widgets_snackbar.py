@@ -216,7 +216,7 @@ def test_undo_is_hit_beside_its_word(ui, bars):
     undone: list[str] = []
     for x in (-27, 27):
         bars.undo("Schedule deleted", "Undo", lambda: undone.append("undo"))
-        ui.advance(.3)
+        ui.advance(1)
         word = ui.find(Txt, text="Undo")
         left, y = word.to_window(word.x, word.center_y)
         ui.tap_at(left + x if x < 0 else left + word.width + x, y)

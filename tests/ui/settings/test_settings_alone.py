@@ -14,7 +14,7 @@ from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import StepField
 from app.widgets.rows import OptionRow, SectionRow
-from tests.ui.integrator import forget_all, press, says
+from tests.ui.integrator import forget_all, press, reveal, says
 
 
 @pytest.fixture
@@ -68,6 +68,7 @@ def test_where_it_is_narrow_list_and_section_take_turns(screen, ui, size):
 
 def test_a_backup_is_restored_only_after_a_question(site, ui, restored):
     assert ui.find(CommandButton, text="Restore a backup").disabled          # there is none yet
+    reveal(ui, ui.find(CommandButton, text="Back up now"))
     press(ui, "Back up now")
     ui.wait(lambda: not ui.find(CommandButton, text="Restore a backup").disabled)
     press(ui, "Restore a backup")
@@ -87,6 +88,7 @@ def test_a_backup_that_is_damaged_stops_nothing(site, ui, restored):
     (backups / "daily-2026-01-01.db").write_bytes(b"no database")
     site.container.catalogue.change_settings(retry_limit=4)            # anything: Settings reads again
     ui.wait(lambda: not ui.find(CommandButton, text="Restore a backup").disabled)
+    reveal(ui, ui.find(CommandButton, text="Restore a backup"))
     press(ui, "Restore a backup")
     ui.tap(ui.find(OptionRow))
     press(ui, "Restore", ui.find(ConfirmDialog))
