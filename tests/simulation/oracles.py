@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 GRACE = 1.0  # s within which what people decide takes effect
 LATE = 1.0  # s that a start may be late when nothing is wrong
+ASKS = 5.0  # s more, in which robots are asked whether a start from before a restore has run
 TOGETHER = 180.0  # s for which robot and app have to be well within the window
 GENERAL_WINDOW = 15  # min
 LISTED_FOR = 28.0  # s for which late starts after an absence are shown first, where there is a window
@@ -211,7 +212,7 @@ class Judge:
             return
         if self._is_settled(key, due - 90.0, post.at):
             self.findings.punctual += 1
-            if post.at - due > LATE:
+            if post.at - due > LATE + (ASKS if self.diary.is_of_restored_time(key[1]) else 0.0):
                 self.object(f"liveness: {post.at - due:.1f} s late, and nothing was wrong: {name}")
 
     # ------------------------------------------------------------------ liveness
