@@ -1,7 +1,7 @@
 """A double tap is one tap: what the first one brings or takes away keeps the second from whatever is then under the finger.
 
-Every dialog and menu of tests/screenshots is tapped twice at its buttons and beside it, above something that would take any touch; the
-``long`` tests do that at a grid of points of every picture.
+Dialogs and menus of tests/screenshots are tapped twice at their buttons and beside them, above something that would take any touch; the
+``long`` tests do that in every picture, and at a grid of points of each kind of dialog.
 """
 from __future__ import annotations
 
@@ -96,9 +96,9 @@ def presses(monkeypatch) -> Presses:
     return Presses(monkeypatch)
 
 
-def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, is_dense: bool) -> list[str]:
+def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, kinds: set[type[Overlay]]) -> list[str]:
     """What the second taps have pressed in and behind the topmost dialog of that picture, built again each time one of them has changed
-    which dialogs are open."""
+    which dialogs are open; a kind of dialog that isn't among ``kinds`` is tapped at a grid of points, and is then one of them."""
     found: list[str] = []
     left, gaps = None, cycle(GAPS)
     while left is None or left:
@@ -109,7 +109,9 @@ def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, is_dense: 
             top = overlays()[0]
             lay_beneath(top)
             ui.advance()
-            left = [(1, 1), *middles(top, ui), *(grid(top) if is_dense else ())] if left is None else left
+            if left is None:
+                left = [(1, 1), *middles(top, ui), *(() if type(top) in kinds else grid(top))]
+                kinds.add(type(top))
             presses.before = overlays()
             while left and not presses.has_changed:
                 place, gap = left.pop(), next(gaps)
@@ -123,12 +125,29 @@ def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, is_dense: 
 @pytest.mark.parametrize("name", ["choice", "checklist", "confirm", "time", "date", "menu"])
 def test_the_second_tap_on_a_dialog_of_all_screens_presses_nothing(ui, walk, presses, name):
     picture = next(picture for picture in walk.pictures if picture.name == f"gallery-{name}")
-    found = double_tapped(ui, walk, presses, picture, is_dense=False)
+    found = double_tapped(ui, walk, presses, picture, dialog_classes())
     assert not found, "\n".join(["", *found])
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("part", range(2))           # every part takes minutes
+@pytest.mark.parametrize("part", range(PARTS))
 def test_nor_does_it_anywhere_on_any_dialog_or_menu(ui, walk, presses, part):
-    found = [line for picture in walk.pictures[part::PARTS] for line in double_tapped(ui, walk, presses, picture, is_dense=True)]
+    kinds: set[type[Overlay]] = set()
+    found = [line for picture in walk.pictures[part::PARTS] for line in double_tapped(ui, walk, presses, picture, kinds)]
     assert not found, "\n".join(["", *found])
+
+
+@pytest.mark.long
+def test_every_kind_of_dialog_is_among_the_pictures(ui, walk):
+    seen = set()
+    for picture in walk.pictures:
+        with walk.built(picture):
+            seen |= {type(overlay) for overlay in overlays()}
+    assert len(seen) > 20
+    assert dialog_classes() - seen == NO_DIALOGS
+
+
+def dialog_classes(kind: type = Overlay) -> set[type[Overlay]]:
+    """Of the app, not of tests."""
+    below = {found for child in kind.__subclasses__() for found in dialog_classes(child)}
+    return below | ({kind} if kind is not Overlay and kind.__module__.startswith("app.") else set())

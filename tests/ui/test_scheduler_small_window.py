@@ -92,6 +92,10 @@ def test_the_list_uses_the_width_of_a_window_that_was_turned(ui, small):
         assert all(line.columns or line.ids.line_words.width > .75 * line.width for line in starts), size
 
 
+def ends_of_starts(ui):
+    return [line.ids[part] for line in ui.find_all(DayLine) if line.columns for part in ("line_until", "line_needs")]
+
+
 @pytest.mark.parametrize("small", [*WINDOWS, *USUAL], ids=name_of_window, indirect=True)
 def test_a_battery_without_a_minimum_and_the_ends_of_starts_are_on_one_line(ui, small):
     small.vm.choose_part("form")
@@ -100,9 +104,8 @@ def test_a_battery_without_a_minimum_and_the_ends_of_starts_are_on_one_line(ui, 
     assert ui.find(BodyStrong, ui.find(PickField, label=_("Battery ≥"))).lines == 1
     small.vm.choose_part("days")
     small.settle()
-    ends = [line.ids[part] for line in ui.find_all(DayLine) if line.columns for part in ("line_until", "line_needs")]
-    assert ends or Window.width <= 800
-    ui.wait(lambda: all(label.lines <= 1 for label in ends))         # rows that have just become others are laid out in the next frames
+    ui.wait(lambda: all(label.lines <= 1 for label in ends_of_starts(ui)))  # in the next frames
+    assert ends_of_starts(ui) or Window.width <= 800
 
 
 def test_of_schedules_that_have_no_room_a_part_of_the_next_one_is_seen(ui, small):

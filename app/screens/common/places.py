@@ -1,8 +1,13 @@
 """Where files go to or come from, in words: the Documents folder, sticks, shares."""
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
 from app.i18n import _
 from app.screens.common.options import Option
+from app.screens.common.shell import Shell
+from app.services.files.exports import DataFiles
 from app.services.files.places import Place, PlaceKind
 
 ICONS = {PlaceKind.DOCUMENTS: "folder-outline", PlaceKind.USB: "usb-flash-drive-outline", PlaceKind.SHARE: "folder-network-outline"}
@@ -15,3 +20,13 @@ def place_word(place: Place) -> str:
 
 def place_option(place: Place, *, selected: bool = False) -> Option:
     return Option(str(place.path), place_word(place), ICONS[place.kind], selected=selected)
+
+
+def choose_place(shell: Shell, files: DataFiles, write: Callable[[Path], object]) -> None:
+    """``write(directory)``; which one is asked where a stick or a share is there."""
+    def found(places: Sequence[Place]) -> None:
+        if len(places) == 1:
+            write(places[0].path)
+        else:
+            shell.dialogs.choose(_("Where to?"), [place_option(place) for place in places], lambda path: write(Path(path)))
+    shell.background.run(files.places, found, shell.say_problem)

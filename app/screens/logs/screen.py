@@ -1,7 +1,7 @@
 """Logs: what happened, and how well. Facts are read in the background and turned into words by the view modules."""
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from app.domain.models import Execution, Trigger
 from app.i18n import _, ngettext
 from app.screens.common.given import GivenNames
-from app.screens.common.places import place_option
+from app.screens.common.places import choose_place
 from app.screens.common.shell import Shell
 from app.screens.common.start_now import start_now
 from app.screens.common.started import StartReports, as_it_is, say_not_started
@@ -26,7 +26,6 @@ from app.screens.logs.kpi_view import Explanation
 from app.screens.logs.of_groups import OfGroup
 from app.screens.logs.robot_states import Mark, StatesFacts, Steps, read_states
 from app.screens.logs.view import Filters, Period
-from app.services.files.places import Place
 from app.services.history.shift_report import ReportPeriod, ShiftReport
 from app.services.live.changes import Topic
 from app.widgets import load_kv
@@ -377,16 +376,8 @@ class LogsViewModel(ViewModel):
 
         def write(for_excel: bool, directory: Path) -> None:
             self._write("exporting", lambda: self._services.log_files.export(wanted, directory, for_excel=for_excel), said)
-        self._shell.dialogs.choose(self.export_text, view.table_options(), lambda for_excel: self._to_place(partial(write, for_excel)))
-
-    def _to_place(self, write: Callable[[Path], object]) -> None:
-        """Asked for where a stick or a share is there."""
-        def found(places: Sequence[Place]) -> None:
-            if len(places) == 1:
-                write(places[0].path)
-            else:
-                self._shell.dialogs.choose(_("Where to?"), [place_option(place) for place in places], lambda path: write(Path(path)))
-        self._shell.background.run(self._services.log_files.places, found, self._shell.say_problem)
+        self._shell.dialogs.choose(self.export_text, view.table_options(), lambda for_excel: choose_place(
+            self._shell, self._services.log_files, partial(write, for_excel)))
 
     def choose_report(self) -> None:
         """Ask for the period of a shift report, then write it as a page to print."""
@@ -407,7 +398,7 @@ class LogsViewModel(ViewModel):
                         lambda done: self._open_explanation(report_page.on_screen(done[0], given)))
 
         self._shell.dialogs.choose(_("Shift report, {robot}").format(robot=robot), view.report_options(),
-                                   lambda key: self._to_place(partial(write, key)))
+                                   lambda key: choose_place(self._shell, services.log_files, partial(write, key)))
 
     def _write(self, busy: str, work: Callable[[], T], text: Callable[[T], str], show: Callable[[T], object] | None = None) -> None:
         """Write a file and say where it is, with a button to ``show`` what is in it; the property ``busy`` is True while it is written."""

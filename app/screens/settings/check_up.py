@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from app.domain.check_up import Level, Progress, Report, Trial
 from app.domain.message import Message
 from app.domain.models import Robot
 from app.i18n import _
+from app.screens.common.places import choose_place
 from app.screens.common.presses import Presses
 from app.screens.common.problems import words_of
 from app.screens.common.threads import Job
@@ -217,17 +219,19 @@ class CheckUp(EventDispatcher):
     def save_page(self) -> None:
         report, zone, files = self._report, self._zone, self._context.services.check_up_files
         if report is not None:
-            self._save("saving_page", lambda: files.write_page(check_up_page.page(report, zone), report.robot))
+            self._save("saving_page", lambda directory: files.write_page(check_up_page.page(report, zone), report.robot, directory))
 
     def save_file(self) -> None:
         report, zone, files = self._report, self._zone, self._context.services.check_up_files
         if report is not None:
-            self._save("saving_file", lambda: files.write_profile(document(report, zone), report.robot))
+            self._save("saving_file", lambda directory: files.write_profile(document(report, zone), report.robot, directory))
 
-    def _save(self, busy: str, work: Callable[[], Path]) -> None:
-        """Write a file and say where it is; the property ``busy`` is True meanwhile."""
-        if getattr(self, busy) or self._presses.is_same(busy):
-            return
+    def _save(self, busy: str, work: Callable[[Path], Path]) -> None:
+        """Ask where to, write a file there and say where it is; the property ``busy`` is True while it is written."""
+        if not getattr(self, busy) and not self._presses.is_same(busy):
+            choose_place(self._context.shell, self._context.services.check_up_files, partial(self._write, busy, work))
+
+    def _write(self, busy: str, work: Callable[[Path], Path], directory: Path) -> None:
         setattr(self, busy, True)
 
         def written(path: Path) -> None:
@@ -238,7 +242,7 @@ class CheckUp(EventDispatcher):
         def failed(problem: BaseException) -> None:
             setattr(self, busy, False)
             self.outcome = went_wrong(problem)
-        self._context.run(work, written, failed)
+        self._context.run(partial(work, directory), written, failed)
 
 
 class CheckUpDialog(FormDialog):

@@ -15,6 +15,7 @@ import pytest
 from app.domain.models import Schedule
 from app.screens.settings.check_up import CheckUpDialog, FindingRow
 from app.screens.settings.robots import RobotPanel
+from app.services.files.places import Place, PlaceKind
 from app.widgets.buttons import CommandButton, Toggle
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.fields import PickField
@@ -315,6 +316,18 @@ def test_the_report_and_the_file_lie_where_people_look_and_have_no_password(site
     assert profile_of(json.loads(file.read_text("utf-8"))).software == robots(site)[0].software
     for text in (html.read_text("utf-8"), file.read_text("utf-8")):
         assert robots(site)[0].token.split()[-1] not in text
+
+
+def test_the_report_goes_to_the_stick_that_is_chosen(site, app, ui, aino, tmp_path, monkeypatch):
+    monkeypatch.setattr("app.services.files.exports.mounted", lambda: iter([Place(PlaceKind.USB, tmp_path, "STICK")]))
+    dialog = opened(ui)
+    begin(ui, dialog)
+    until_reported(ui, dialog)
+    press(ui, "Save report to print", dialog)
+    ui.wait(lambda: ui.find_all(ChoiceDialog))
+    ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="USB: STICK"))
+    ui.wait(lambda: dialog.vm.outcome.note)
+    assert [path.suffix for path in tmp_path.glob("amr-scheduler-check-up-aino-*")] == [".html"]
 
 
 def test_keys_alone_check_a_robot_up(site, app, ui, aino):

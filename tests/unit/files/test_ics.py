@@ -115,7 +115,7 @@ def test_garbage_is_no_calendar(content):
 
 
 # ---------------------------------------------------------------------- any text
-TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=300)
+TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=300)     # a reader leaves out NUL
 
 
 @given(TEXTS)
