@@ -1,4 +1,5 @@
 """Builds the services once, without kivy: the window, ``--headless``, the one-shot commands and the tests use the same."""
+
 from __future__ import annotations
 
 import logging
@@ -75,7 +76,7 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 DATABASE_NAME = "amr-scheduler.db"
-MAPS = "maps"                            # directory beside the database
+MAPS = "maps"  # directory beside the database
 
 
 @dataclass(frozen=True)
@@ -91,24 +92,41 @@ class Repositories:
 
     @classmethod
     def build(cls) -> Repositories:
-        return cls(RobotRepository(), MissionRepository(), ScheduleRepository(), ExecutionRepository(), SettingsRepository(),
-                   AlarmRepository(), HoldRepository(), CalendarRepository())
+        return cls(
+            RobotRepository(),
+            MissionRepository(),
+            ScheduleRepository(),
+            ExecutionRepository(),
+            SettingsRepository(),
+            AlarmRepository(),
+            HoldRepository(),
+            CalendarRepository(),
+        )
 
 
 class Container:
     """Every service by name. ``make_client`` may be replaced, so that tests and the simulation speak to a robot without sockets.
     ``machine`` is what tells this machine from others; ``find_zone`` finds the time zone that it has."""
 
-    def __init__(self, db: Database, clock: Clock | None = None, *, make_client: ClientFactory | None = None,
-                 with_window: bool = False, machine: str | None = None, find_zone: Callable[[], TabletZone] = tablet_zone) -> None:
+    def __init__(
+        self,
+        db: Database,
+        clock: Clock | None = None,
+        *,
+        make_client: ClientFactory | None = None,
+        with_window: bool = False,
+        machine: str | None = None,
+        find_zone: Callable[[], TabletZone] = tablet_zone,
+    ) -> None:
         self.db, self._find_zone = db, find_zone
         self.clock = clock = clock or SystemClock()
         self.repositories = repositories = Repositories.build()
         self.changes = Changes()
         self.make_client = make_client or Connector()
         self._settings = CachedUntilChanged(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
-        self._calendar = CachedUntilChanged(lambda: working_calendar(db.read(), self.settings()), self.changes,
-                                            Topic.SETTINGS, Topic.CALENDAR)
+        self._calendar = CachedUntilChanged(
+            lambda: working_calendar(db.read(), self.settings()), self.changes, Topic.SETTINGS, Topic.CALENDAR
+        )
         self.downtime = Downtime()
         self.snapshots = Snapshots(self.changes)
         self.alarms = Alarms(db, repositories.alarms, clock, self.changes)
@@ -123,39 +141,106 @@ class Container:
         self.kpis = Kpis(db, clock)
         self.group_figures, self.promises = GroupFigures(db, clock), PromiseFigures(db, clock)
         seen = Seen(self._is_out, lambda robot_id: is_charging(self.snapshots.get(robot_id).status), self._may_have)
-        self.plan = Plan(db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
-                         executions=repositories.executions, settings=repositories.settings, clock=clock, seen=seen)
-        planner = Planner(db, schedules=repositories.schedules, executions=repositories.executions, robots=repositories.robots,
-                          missions=repositories.missions, settings=repositories.settings, clock=clock, downtime=self.downtime,
-                          alarms=self.alarms, ledger=self.ledger, changes=self.changes, hold_late_starts=with_window,
-                          uncertain_through=lambda: self.whereabouts.through)
+        self.plan = Plan(
+            db,
+            schedules=repositories.schedules,
+            robots=repositories.robots,
+            missions=repositories.missions,
+            executions=repositories.executions,
+            settings=repositories.settings,
+            clock=clock,
+            seen=seen,
+        )
+        planner = Planner(
+            db,
+            schedules=repositories.schedules,
+            executions=repositories.executions,
+            robots=repositories.robots,
+            missions=repositories.missions,
+            settings=repositories.settings,
+            clock=clock,
+            downtime=self.downtime,
+            alarms=self.alarms,
+            ledger=self.ledger,
+            changes=self.changes,
+            hold_late_starts=with_window,
+            uncertain_through=lambda: self.whereabouts.through,
+        )
         robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
-        self.whereabouts = Whereabouts(db, repositories.settings, clock, self.changes, self.tablet, robots, self.settings)
+        self.whereabouts = Whereabouts(
+            db, repositories.settings, clock, self.changes, self.tablet, robots, self.settings
+        )
         guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
-        self.shared = Shared(db, clock, self.ledger, self.holds, self.clearing, self.alarms, self.downtime, self.snapshots,
-                             repositories.robots, repositories.missions, repositories.schedules, self.settings, self.calendar,
-                             self.tablet, self.whereabouts, lambda: self.engine.plan_version, guard.is_contradicted,
-                             self.parameters)
+        self.shared = Shared(
+            db,
+            clock,
+            self.ledger,
+            self.holds,
+            self.clearing,
+            self.alarms,
+            self.downtime,
+            self.snapshots,
+            repositories.robots,
+            repositories.missions,
+            repositories.schedules,
+            self.settings,
+            self.calendar,
+            self.tablet,
+            self.whereabouts,
+            lambda: self.engine.plan_version,
+            guard.is_contradicted,
+            self.parameters,
+        )
         self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock, self.parameters)
         self.allocator = Allocator(self.shared, self.robot_missions.lacks)
-        self.engine = Engine(planner=planner, guard=guard, ledger=self.ledger, clock=clock, alarms=self.alarms, changes=self.changes,
-                             robots=lambda: repositories.robots.all(db.read()), make_worker=self.make_worker,
-                             poll_interval=lambda: self.settings().poll_interval_seconds, probe=self._probe,
-                             whereabouts=self.whereabouts, allocator=self.allocator)
+        self.engine = Engine(
+            planner=planner,
+            guard=guard,
+            ledger=self.ledger,
+            clock=clock,
+            alarms=self.alarms,
+            changes=self.changes,
+            robots=lambda: repositories.robots.all(db.read()),
+            make_worker=self.make_worker,
+            poll_interval=lambda: self.settings().poll_interval_seconds,
+            probe=self._probe,
+            whereabouts=self.whereabouts,
+            allocator=self.allocator,
+        )
         self.engine.add_chore("Watching the database", db.check_in_place)
-        of_one_machine = CachedUntilChanged(lambda: repositories.robots.of_one_machine(db.read()), self.changes, Topic.ROBOTS)
+        of_one_machine = CachedUntilChanged(
+            lambda: repositories.robots.of_one_machine(db.read()), self.changes, Topic.ROBOTS
+        )
         self.engine.add_chore("Comparing serial numbers", SameMachine(of_one_machine, self.alarms).tick)
         self.questions = Questions(self.snapshots, self.alarms, self.changes, self.catalogue.robot)
         self.engine.add_chore("Reading the public holidays", self._read_holidays)
         self.runner = Runner(db, self.engine, clock, self.alarms)
         self.mission_actions = MissionActionsReader(db, self.catalogue, self.snapshots, self.make_client, clock)
-        self.operator = Operator(db, robots=repositories.robots, missions=repositories.missions, ledger=self.ledger, clock=clock,
-                                 engine=self.engine, holds=self.holds, clearing=self.clearing, settings=self.settings,
-                                 make_client=self.make_client, parameters=self.parameters,
-                                 leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id),
-                                 answered=self.questions.answered)
-        self.check_ups = CheckUps(db, clock=clock, ledger=self.ledger, holds=self.holds, alarms=self.alarms, changes=self.changes,
-                                  settings=self.settings, make_client=self.make_client)
+        self.operator = Operator(
+            db,
+            robots=repositories.robots,
+            missions=repositories.missions,
+            ledger=self.ledger,
+            clock=clock,
+            engine=self.engine,
+            holds=self.holds,
+            clearing=self.clearing,
+            settings=self.settings,
+            make_client=self.make_client,
+            parameters=self.parameters,
+            leave_paused=lambda robot_id: self.check_ups.leave_paused(robot_id),
+            answered=self.questions.answered,
+        )
+        self.check_ups = CheckUps(
+            db,
+            clock=clock,
+            ledger=self.ledger,
+            holds=self.holds,
+            alarms=self.alarms,
+            changes=self.changes,
+            settings=self.settings,
+            make_client=self.make_client,
+        )
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.proposed_places = ProposedPlaces(db)
         self.robot_states = RobotStates(db)
@@ -170,8 +255,14 @@ class Container:
         self.shift_reports = ShiftReports(db, clock)
 
     @classmethod
-    def open(cls, data_dir: Path, clock: Clock | None = None, *, make_client: ClientFactory | None = None,
-             with_window: bool = False) -> Container:
+    def open(
+        cls,
+        data_dir: Path,
+        clock: Clock | None = None,
+        *,
+        make_client: ClientFactory | None = None,
+        with_window: bool = False,
+    ) -> Container:
         """Open (or begin) the database in this directory. Raises what Database.open raises, and DatabaseDamaged for values in it that can't
         be used: met later, they would end all scheduling."""
         db = Database.open(data_dir / DATABASE_NAME)
@@ -218,7 +309,9 @@ class Container:
         for line in self.catalogue.edit(lambda edit: edit.take_known_zones(self._find_zone)):
             log.warning("At the start %s", line)
         if count := self.catalogue.edit(lambda edit: edit.follow_rules()):
-            log.warning("The rules or the time zone data are others than before: %d schedules were planned again", count)
+            log.warning(
+                "The rules or the time zone data are others than before: %d schedules were planned again", count
+            )
 
     def make_worker(self, robot: Robot) -> RobotWorker:
         return RobotWorker(robot, self.make_client(robot), self.shared)
@@ -235,9 +328,15 @@ class Connector:
         self._paces: dict[str, Pace] = {}
 
     def __call__(self, robot: Robot) -> RobotClient:
-        return RobotClient(Address.parse(robot.address), Token.from_header(robot.token or ""), certificate_sha256=robot.certificate_sha256,
-                           serial_number=robot.serial_number, identified_by=robot.identified_by, profile=robot.known,
-                           pace=self._paces.setdefault(robot.address, Pace()))
+        return RobotClient(
+            Address.parse(robot.address),
+            Token.from_header(robot.token or ""),
+            certificate_sha256=robot.certificate_sha256,
+            serial_number=robot.serial_number,
+            identified_by=robot.identified_by,
+            profile=robot.known,
+            pace=self._paces.setdefault(robot.address, Pace()),
+        )
 
 
 class CachedUntilChanged(Generic[T]):
@@ -259,6 +358,6 @@ class CachedUntilChanged(Generic[T]):
         if value is None:
             version = self._version
             value = self._read()
-            if version == self._version:         # else it may be of before the change
+            if version == self._version:  # else it may be of before the change
                 self._value = value
         return value

@@ -4,6 +4,7 @@ Python uses ``_("Save")`` and ``ngettext("{n} robot", "{n} robots", n).format(n=
 The texts in the code are the English ones. Other languages are ``locale/<language>/LC_MESSAGES/amr.po``; they are compiled in memory
 when chosen, so that no outdated compiled file can lie beside them. ``python -m tests.catalogues`` extracts and checks them.
 """
+
 from __future__ import annotations
 
 import ast
@@ -16,7 +17,7 @@ from pathlib import Path
 DOMAIN = "amr"
 LOCALE_DIR = Path(__file__).resolve().parents[1] / "locale"
 SOURCE_LANGUAGE = "en"
-CONTEXT_MARK = "\x04"                    # gettext's separator between context and msgid
+CONTEXT_MARK = "\x04"  # gettext's separator between context and msgid
 
 
 class CatalogueError(ValueError):
@@ -100,7 +101,9 @@ def translation(language: str, directory: Path = LOCALE_DIR) -> gettext.NullTran
 
 def languages(directory: Path = LOCALE_DIR) -> list[str]:
     """Languages there are texts in, English first."""
-    found = {path.parents[1].name for suffix in ("po", "mo") for path in directory.glob(f"*/LC_MESSAGES/{DOMAIN}.{suffix}")}
+    found = {
+        path.parents[1].name for suffix in ("po", "mo") for path in directory.glob(f"*/LC_MESSAGES/{DOMAIN}.{suffix}")
+    }
     return [SOURCE_LANGUAGE, *sorted(found - {SOURCE_LANGUAGE})]
 
 
@@ -135,7 +138,7 @@ class Translator:
         return self._texts.pgettext(context, message)
 
 
-translator = Translator()                # a process has one language
+translator = Translator()  # a process has one language
 _ = translator.gettext
 ngettext = translator.ngettext
 pgettext = translator.pgettext

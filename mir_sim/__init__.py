@@ -10,6 +10,7 @@
 Comments say where behaviour is known from. "Recorded": seen in answers of real robots. "Reported": described by people who run robots
 or write clients for them. "Guess": neither. What follows MiR's definition of the API (``definitions/``) carries no mark.
 """
+
 from mir_sim.api import handle
 from mir_sim.exchange import Exchange, Fate, exchange
 from mir_sim.fleet import Fleet, FleetRobot, serve
@@ -18,5 +19,19 @@ from mir_sim.missions import MISSIONS
 from mir_sim.profile import DEVIANTS, Profile, deviant
 from mir_sim.robot import SimulatedRobot
 
-__all__ = ["DEVIANTS", "MISSIONS", "Exchange", "Fate", "Fleet", "FleetRobot", "Profile", "Request", "Response", "SimulatedRobot", "deviant",
-           "exchange", "handle", "serve"]
+__all__ = [
+    "DEVIANTS",
+    "MISSIONS",
+    "Exchange",
+    "Fate",
+    "Fleet",
+    "FleetRobot",
+    "Profile",
+    "Request",
+    "Response",
+    "SimulatedRobot",
+    "deviant",
+    "exchange",
+    "handle",
+    "serve",
+]

@@ -1,4 +1,5 @@
 """``python -m mir_sim``: serve simulated robots until interrupted."""
+
 from __future__ import annotations
 
 import argparse
@@ -38,8 +39,11 @@ def _number_from(low: float, high: float, kind: Callable[[str], float]) -> Calla
         except ValueError:
             value = float("nan")
         if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text!r} must be a {'whole ' if kind is int else ''}number from {low:g} to {high:g}")
+            raise argparse.ArgumentTypeError(
+                f"{text!r} must be a {'whole ' if kind is int else ''}number from {low:g} to {high:g}"
+            )
         return value
+
     return parse
 
 
@@ -49,34 +53,81 @@ def _checked(check: Callable[[str], T]) -> Callable[[str], T]:
             return check(text)
         except WrongValue as error:
             raise argparse.ArgumentTypeError(str(error)) from None
+
     return parse
 
 
 def parser() -> argparse.ArgumentParser:
-    options = Parser(prog="python -m mir_sim", description="Simulated MiR robots on consecutive ports.", allow_abbrev=False)
+    options = Parser(
+        prog="python -m mir_sim", description="Simulated MiR robots on consecutive ports.", allow_abbrev=False
+    )
     options.add_argument("--host", default="127.0.0.1", help="address to listen on (default %(default)s)")
-    options.add_argument("--port", type=_number_from(0, 65535, int), default=8080,
-                         help="port of the first robot, 0 = free ones (default %(default)s)")
-    options.add_argument("--key", default="",
-                         help="what /sim asks for from other machines, in the header X-Sim-Key (default: a random one)")
+    options.add_argument(
+        "--port",
+        type=_number_from(0, 65535, int),
+        default=8080,
+        help="port of the first robot, 0 = free ones (default %(default)s)",
+    )
+    options.add_argument(
+        "--key",
+        default="",
+        help="what /sim asks for from other machines, in the header X-Sim-Key (default: a random one)",
+    )
     options.add_argument("--robots", type=_number_from(1, 500, int), default=3, help="how many (default %(default)s)")
-    options.add_argument("--time-scale", type=_number_from(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000")
-    options.add_argument("--seed", type=int, help="decides everything random, serial numbers too (default: a new one each time)")
+    options.add_argument(
+        "--time-scale", type=_number_from(1, 1000, float), default=1.0, help="simulated seconds per second, 1 to 1000"
+    )
+    options.add_argument(
+        "--seed", type=int, help="decides everything random, serial numbers too (default: a new one each time)"
+    )
     options.add_argument("--software", choices=SOFTWARE, help=f"software of the robots (default {FAITHFUL.software})")
     differing = options.add_mutually_exclusive_group()
-    differing.add_argument("--profile", type=_checked(lambda name: read(Path(name))), default=FAITHFUL, metavar="FILE",
-                           help="how the robots differ from faithful ones; the options of software and clock win over it")
-    differing.add_argument("--deviant", dest="profile", type=_checked(deviant), metavar="NAME",
-                           help=f"a profile that is built in: {', '.join(DEVIANTS)}")
-    options.add_argument("--chaos", type=_number_from(0, 1, float), default=0.0, metavar="RATE",
-                         help="share of requests that meet a random fault")
-    options.add_argument("--failure-rate", type=_number_from(0, 1, float), default=0.0, metavar="RATE", help="share of missions that fail")
-    options.add_argument("--history", type=_number_from(0, MAX_ITEMS, int), default=0, metavar="ITEMS",
-                         help="ended items that each queue begins with")
-    options.add_argument("--timezone", type=_checked(lambda name: checks.zone(name, "it")),
-                         help=f"zone of the robots' clocks (default {FAITHFUL.timezone})")
-    options.add_argument("--clock-offset", type=_number_from(-1e6, 1e6, float), metavar="SECONDS", help="error of the robots' clocks")
-    options.add_argument("--clock-drift", type=_number_from(-3600, 3600, float), metavar="SECONDS", help="seconds gained per day")
+    differing.add_argument(
+        "--profile",
+        type=_checked(lambda name: read(Path(name))),
+        default=FAITHFUL,
+        metavar="FILE",
+        help="how the robots differ from faithful ones; the options of software and clock win over it",
+    )
+    differing.add_argument(
+        "--deviant",
+        dest="profile",
+        type=_checked(deviant),
+        metavar="NAME",
+        help=f"a profile that is built in: {', '.join(DEVIANTS)}",
+    )
+    options.add_argument(
+        "--chaos",
+        type=_number_from(0, 1, float),
+        default=0.0,
+        metavar="RATE",
+        help="share of requests that meet a random fault",
+    )
+    options.add_argument(
+        "--failure-rate",
+        type=_number_from(0, 1, float),
+        default=0.0,
+        metavar="RATE",
+        help="share of missions that fail",
+    )
+    options.add_argument(
+        "--history",
+        type=_number_from(0, MAX_ITEMS, int),
+        default=0,
+        metavar="ITEMS",
+        help="ended items that each queue begins with",
+    )
+    options.add_argument(
+        "--timezone",
+        type=_checked(lambda name: checks.zone(name, "it")),
+        help=f"zone of the robots' clocks (default {FAITHFUL.timezone})",
+    )
+    options.add_argument(
+        "--clock-offset", type=_number_from(-1e6, 1e6, float), metavar="SECONDS", help="error of the robots' clocks"
+    )
+    options.add_argument(
+        "--clock-drift", type=_number_from(-3600, 3600, float), metavar="SECONDS", help="seconds gained per day"
+    )
     return options
 
 
@@ -84,8 +135,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Serve until SIGINT or SIGTERM. Returns the exit code: 0 done, 2 when a port can't be opened."""
     args = parser().parse_args(arguments)
     if args.port and args.port + args.robots - 1 > 65535:
-        parser().error(f"--port {args.port}: {args.robots} robots need ports up to {args.port + args.robots - 1}, the last one is 65535")
-    stop: queue.SimpleQueue[int] = queue.SimpleQueue()       # setting an Event can deadlock with the wait that the signal interrupts
+        parser().error(
+            f"--port {args.port}: {args.robots} robots need ports up to {args.port + args.robots - 1}, the last one is 65535"
+        )
+    stop: queue.SimpleQueue[int] = (
+        queue.SimpleQueue()
+    )  # setting an Event can deadlock with the wait that the signal interrupts
 
     def end(number: int, frame: FrameType | None) -> None:
         stop.put(number)
@@ -93,22 +148,39 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
     seed = secrets.randbelow(SEEDS) if args.seed is None else args.seed
-    robots = make_robots(args.robots, time_scale=args.time_scale, seed=seed, profile=args.profile, software=args.software,
-                         chaos=args.chaos, failure_rate=args.failure_rate, history=args.history, timezone=args.timezone,
-                         clock_offset=args.clock_offset, clock_drift=args.clock_drift)
+    robots = make_robots(
+        args.robots,
+        time_scale=args.time_scale,
+        seed=seed,
+        profile=args.profile,
+        software=args.software,
+        chaos=args.chaos,
+        failure_rate=args.failure_rate,
+        history=args.history,
+        timezone=args.timezone,
+        clock_offset=args.clock_offset,
+        clock_drift=args.clock_drift,
+    )
     fleet = Fleet(robots, args.host, args.port, args.key)
     try:
         fleet.start()
     except OSError as error:
-        print(f"python -m mir_sim: cannot listen on {args.host} port {args.port}: {error.strerror or error}", file=sys.stderr)
+        print(
+            f"python -m mir_sim: cannot listen on {args.host} port {args.port}: {error.strerror or error}",
+            file=sys.stderr,
+        )
         return USAGE_ERROR
     if args.seed is None:
         print(f"python -m mir_sim: --seed {seed} makes the same robots again", file=sys.stderr, flush=True)
     if not args.key and args.host not in ("127.0.0.1", "::1", "localhost"):
-        print(f"python -m mir_sim: from other machines, /sim asks for the header X-Sim-Key: {fleet.key}", file=sys.stderr, flush=True)
+        print(
+            f"python -m mir_sim: from other machines, /sim asks for the header X-Sim-Key: {fleet.key}",
+            file=sys.stderr,
+            flush=True,
+        )
     for robot in fleet.robots:
         print(f"ready {robot.name} {robot.url}", flush=True)
-    while True:                              # a signal that arrives just before get() begins does not wake it: hence the timeout
+    while True:  # a signal that arrives just before get() begins does not wake it: hence the timeout
         with contextlib.suppress(queue.Empty):
             stop.get(timeout=1.0)
             break

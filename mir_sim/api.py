@@ -1,4 +1,5 @@
 """The robot's REST API as a pure function: a request in, an answer out."""
+
 from __future__ import annotations
 
 import base64
@@ -49,14 +50,16 @@ def answer(robot: SimulatedRobot, request: Request) -> Response:
 
 
 def refuse(robot: SimulatedRobot, error: ApiError) -> Response:
-    return Response.json_of(error.status, {**error.body(), "error_human": robot.profile.text(error.text)}, _headers(robot))
+    return Response.json_of(
+        error.status, {**error.body(), "error_human": robot.profile.text(error.text)}, _headers(robot)
+    )
 
 
 def below_base(path: str) -> str | None:
     """The path below /api/v2.0.0 without a trailing slash, or None for a path that is elsewhere."""
     if path != BASE and not path.startswith(BASE + "/"):
         return None
-    return path[len(BASE):].rstrip("/") or "/"
+    return path[len(BASE) :].rstrip("/") or "/"
 
 
 def _headers(robot: SimulatedRobot) -> dict[str, str]:
@@ -81,7 +84,7 @@ def _dispatch(robot: SimulatedRobot, request: Request) -> tuple[int, Any]:
     value = _handled(call)
     if verb == "get":
         value = _listed(call, value, ())
-    elif verb == "put" and isinstance(value, dict):              # whose answers were not recorded: as the definition has them
+    elif verb == "put" and isinstance(value, dict):  # whose answers were not recorded: as the definition has them
         value = definition.declared(robot.definition.properties(call.operation.schema), value)
     return call.operation.success, value
 
@@ -108,6 +111,7 @@ def _call(robot: SimulatedRobot, request: Request, verb: str, path: str, user: R
 
     def ask(method: str, path: str, body: bytes) -> Response:
         return answer(robot, Request.of(method, BASE + path, request.headers, body))
+
     return Call(robot, request, operation, params, user, ask)
 
 
@@ -134,7 +138,11 @@ def _listed(call: Call, value: Any, filters: list[Any] | tuple[()]) -> Any:
     properties = set(call.robot.definition.properties(call.operation.schema))
     if isinstance(value, dict):
         return listing.pick(value, query, properties)
-    entries = [_PlainEntry(entry) if isinstance(entry, dict) else entry for entry in value] if isinstance(value, list) else value
+    entries = (
+        [_PlainEntry(entry) if isinstance(entry, dict) else entry for entry in value]
+        if isinstance(value, list)
+        else value
+    )
     wanted = () if "filters" in profile.ignores else filters
     return listing.show(entries, query, properties | _fields(call, entries), wanted, profile.page_limit)
 
@@ -168,7 +176,9 @@ def _user(robot: SimulatedRobot, authorization: str) -> Row | None:
     """
     name, secret = _credentials(authorization)
     for user in robot.site.table("/users"):
-        if user["username"].lower() == name.lower() and hmac.compare_digest(user["password_hash"].encode(), secret.encode()):
+        if user["username"].lower() == name.lower() and hmac.compare_digest(
+            user["password_hash"].encode(), secret.encode()
+        ):
             return user
     return None
 

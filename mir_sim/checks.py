@@ -1,4 +1,5 @@
 """Checks of values that people write: commands of /sim, profiles. Each raises ``WrongValue`` with a sentence."""
+
 from __future__ import annotations
 
 import math

@@ -1,4 +1,5 @@
 """The robot's own clock: an offset, a drift and a time zone on top of simulated time."""
+
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta

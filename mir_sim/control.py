@@ -2,6 +2,7 @@
 
 It asks for no credentials on this machine, for a key from any other one, and refuses what a web page sends.
 """
+
 from __future__ import annotations
 
 import hmac
@@ -27,11 +28,13 @@ def refusal(request: Request, peer: str, key: str) -> Response | None:
     """The answer to a request for /sim that may not be handled; None if it may. ``peer`` is the address it comes from."""
     if request.path.rstrip("/") not in (PATH, MAP_PATH):
         return None
-    if "origin" in request.headers:                # of browsers only: whichever page was opened could move the robots
+    if "origin" in request.headers:  # of browsers only: whichever page was opened could move the robots
         return _refusal(403, "Requests of web pages are refused.")
     given = request.headers.get(KEY_HEADER.lower(), "")
     if not _is_here(peer) and not hmac.compare_digest(given.encode(), key.encode()):
-        return _refusal(401, f"From another machine the header {KEY_HEADER} needs the key that was printed at the start.")
+        return _refusal(
+            401, f"From another machine the header {KEY_HEADER} needs the key that was printed at the start."
+        )
     return None
 
 
@@ -105,7 +108,9 @@ def _error(value: Any) -> Action:
     if not isinstance(value, dict) or isinstance(value.get("code"), bool) or not isinstance(value.get("code"), int):
         raise WrongValue('error must be null or an object with an integer "code" and a "description".')
     description = checks.text(value.get("description"), "error.description")
-    error = RobotError(value["code"], description, str(value.get("module", "MissionController")), value.get("non_resettable") is True)
+    error = RobotError(
+        value["code"], description, str(value.get("module", "MissionController")), value.get("non_resettable") is True
+    )
     return lambda robot: robot.raise_error(error, lasting=True)
 
 
@@ -152,6 +157,11 @@ def _fault(value: Any) -> Action:
 
 
 COMMANDS: dict[str, Callable[[Any], Action]] = {
-    "battery": _battery, "emergency_stop": _emergency_stop, "error": _error, "fail_next_mission": _fail_next, "reboot_seconds": _reboot,
-    "user_prompt": _user_prompt, "fault": _fault,
+    "battery": _battery,
+    "emergency_stop": _emergency_stop,
+    "error": _error,
+    "fail_next_mission": _fail_next,
+    "reboot_seconds": _reboot,
+    "user_prompt": _user_prompt,
+    "fault": _fault,
 }

@@ -1,4 +1,5 @@
 """MiR's own definition of the REST API: operations, the schemas of their bodies and answers, and values that fit those schemas."""
+
 from __future__ import annotations
 
 import json
@@ -39,15 +40,24 @@ class Definition:
     def __init__(self, document: dict[str, Any]) -> None:
         self.document = document
         self._schemas: dict[str, Schema] = document["definitions"]
-        self._operations = {(verb, template): self._operation(verb, template, raw)
-                            for template, verbs in document["paths"].items() for verb, raw in verbs.items()}
+        self._operations = {
+            (verb, template): self._operation(verb, template, raw)
+            for template, verbs in document["paths"].items()
+            for verb, raw in verbs.items()
+        }
 
     @staticmethod
     def _operation(verb: str, template: str, raw: dict[str, Any]) -> Operation:
         success = next(code for code in raw["responses"] if code.startswith("2"))
         bodies = [parameter["schema"] for parameter in raw["parameters"] if parameter["in"] == "body"]
-        return Operation(verb, template, int(success), raw["responses"][success].get("schema"), bodies[0] if bodies else None,
-                         frozenset(int(code) for code in raw["responses"] if code != success))
+        return Operation(
+            verb,
+            template,
+            int(success),
+            raw["responses"][success].get("schema"),
+            bodies[0] if bodies else None,
+            frozenset(int(code) for code in raw["responses"] if code != success),
+        )
 
     def operation(self, verb: str, template: str) -> Operation | None:
         return self._operations.get((verb, template))
@@ -101,8 +111,10 @@ class Definition:
 
 def declared(fields: Mapping[str, Schema], value: dict[str, Any]) -> dict[str, Any]:
     """The same with lists and objects as texts of JSON, where a text is declared."""
-    return {name: json.dumps(one) if isinstance(one, list | dict) and fields.get(name, {}).get("type") == "string" else one
-            for name, one in value.items()}
+    return {
+        name: json.dumps(one) if isinstance(one, list | dict) and fields.get(name, {}).get("type") == "string" else one
+        for name, one in value.items()
+    }
 
 
 def is_number(value: Any) -> TypeGuard[int | float]:
@@ -136,10 +148,14 @@ class Routes:
 
     def __init__(self, templates: list[str]) -> None:
         self._exact = {template: template for template in templates if "{" not in template}
-        self._patterns: dict[tuple[str, int], list[tuple[re.Pattern[str], str]]] = defaultdict(list)       # every first segment is literal
+        self._patterns: dict[tuple[str, int], list[tuple[re.Pattern[str], str]]] = defaultdict(
+            list
+        )  # every first segment is literal
         for template in sorted(templates, key=lambda t: (t.count("{"), t)):
             if "{" in template:
-                self._patterns[_shape(template)].append((re.compile(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", template)), template))
+                self._patterns[_shape(template)].append(
+                    (re.compile(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", template)), template)
+                )
 
     def find(self, path: str) -> tuple[str, dict[str, str]] | None:
         """Return the template and the values of its placeholders, or None when no template matches."""
@@ -174,6 +190,9 @@ def _document(version: str) -> dict[str, Any]:
 
 
 def _merged(older: dict[str, Any], newer: dict[str, Any]) -> dict[str, Any]:
-    both = {name: _merged(older[name], newer[name]) for name in older.keys() & newer.keys()
-            if isinstance(older[name], dict) and isinstance(newer[name], dict)}
+    both = {
+        name: _merged(older[name], newer[name])
+        for name in older.keys() & newer.keys()
+        if isinstance(older[name], dict) and isinstance(newer[name], dict)
+    }
     return {**older, **newer, **both}

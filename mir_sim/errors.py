@@ -2,12 +2,19 @@
 
 The texts are those of MiR's definition. Of the codes only ``service_unavailable`` was recorded on robots; the others are guesses.
 """
+
 from __future__ import annotations
 
 # Status code → error_code and the usual error_human.
-ERRORS = {400: ("bad_request", "Bad request"), 401: ("unauthorized", "Unauthorized"), 404: ("not_found", "Not found"),
-          409: ("duplicate_entry", "Duplicate entry"), 410: ("gone", "Gone"), 500: ("internal_server_error", "Internal server error"),
-          503: ("service_unavailable", "Service unavailable")}
+ERRORS = {
+    400: ("bad_request", "Bad request"),
+    401: ("unauthorized", "Unauthorized"),
+    404: ("not_found", "Not found"),
+    409: ("duplicate_entry", "Duplicate entry"),
+    410: ("gone", "Gone"),
+    500: ("internal_server_error", "Internal server error"),
+    503: ("service_unavailable", "Service unavailable"),
+}
 
 
 class ApiError(Exception):

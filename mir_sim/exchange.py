@@ -2,6 +2,7 @@
 
 The HTTP server and clients in the same process share this code, so that a fault does the same in both.
 """
+
 from __future__ import annotations
 
 import random
@@ -19,10 +20,10 @@ class Fate(Enum):
     """What the client sees."""
 
     ANSWERED = "answered"
-    REFUSED = "refused"           # no connection: the robot is offline
-    CLOSED = "closed"             # the connection ends without an answer
-    CUT = "cut"                   # the answer ends before its Content-Length
-    HELD = "held"                 # nothing ever comes
+    REFUSED = "refused"  # no connection: the robot is offline
+    CLOSED = "closed"  # the connection ends without an answer
+    CUT = "cut"  # the answer ends before its Content-Length
+    HELD = "held"  # nothing ever comes
 
 
 @dataclass
@@ -79,7 +80,7 @@ def handle_with_fault(robot: SimulatedRobot, request: Request, fault: Fault | No
     api_was_down_until = robot.api_down_until
     response = handle(robot, request)
     if robot.api_down_until > api_was_down_until:
-        return Exchange(Fate.HELD)     # setting the clock restarts the API, and the answer is lost (reported)
+        return Exchange(Fate.HELD)  # setting the clock restarts the API, and the answer is lost (reported)
     if kind is FaultKind.DROP_RESPONSE:
         return Exchange(Fate.CLOSED)
     if kind is FaultKind.DELAY and fault is not None:
@@ -87,13 +88,17 @@ def handle_with_fault(robot: SimulatedRobot, request: Request, fault: Fault | No
     if kind is FaultKind.HTML:
         return Exchange(Fate.ANSWERED, Response(200, {"Content-Type": "text/html; charset=utf-8"}, PAGE))
     if kind is FaultKind.TRUNCATE:
-        half = Response(response.status, response.headers, response.body[:len(response.body) // 2])
+        half = Response(response.status, response.headers, response.body[: len(response.body) // 2])
         return Exchange(Fate.CUT, half, full_length=max(1, len(response.body)))
     if kind is FaultKind.GARBAGE:
         noise = random.Random(f"{robot.serial_number}/{robot.now}").randbytes(max(16, len(response.body)))
-        return Exchange(Fate.ANSWERED, Response(200 if response.status == 204 else response.status, response.headers, noise))
+        return Exchange(
+            Fate.ANSWERED, Response(200 if response.status == 204 else response.status, response.headers, noise)
+        )
     return Exchange(Fate.ANSWERED, response)
 
 
-PAGE = (b'<!DOCTYPE html>\n<html><head><title>Sign in</title></head><body><h1>Sign in to the network</h1>'
-        b'<form><input name="user"></form></body></html>\n')
+PAGE = (
+    b"<!DOCTYPE html>\n<html><head><title>Sign in</title></head><body><h1>Sign in to the network</h1>"
+    b'<form><input name="user"></form></body></html>\n'
+)

@@ -3,6 +3,7 @@
 Each kind was reported by people who run robots: answers lost after the robot has queued the mission, stalls of many seconds while it
 drives, bursts of 503 while it docks, connections closed without an answer.
 """
+
 from __future__ import annotations
 
 import random
@@ -14,15 +15,15 @@ from typing import Any
 class FaultKind(StrEnum):
     """What goes wrong; for each, whether the robot handles the request."""
 
-    DROP_REQUEST = "drop_request"       # closed before it is handled
-    DROP_RESPONSE = "drop_response"     # handled, answer lost
-    DELAY = "delay"                     # handled, then answered late
-    LATE = "late"                       # answered late, handled only then
-    HANG = "hang"                       # held, never handled nor answered
-    STATUS_503 = "status_503"           # refused, not handled
-    HTML = "html"                       # handled, then a web page
-    TRUNCATE = "truncate"               # handled, then half a body
-    GARBAGE = "garbage"                 # handled, then noise
+    DROP_REQUEST = "drop_request"  # closed before it is handled
+    DROP_RESPONSE = "drop_response"  # handled, answer lost
+    DELAY = "delay"  # handled, then answered late
+    LATE = "late"  # answered late, handled only then
+    HANG = "hang"  # held, never handled nor answered
+    STATUS_503 = "status_503"  # refused, not handled
+    HTML = "html"  # handled, then a web page
+    TRUNCATE = "truncate"  # handled, then half a body
+    GARBAGE = "garbage"  # handled, then noise
 
 
 @dataclass
@@ -46,7 +47,13 @@ class Fault:
         return self.method in ("*", method) and self.path in ("*", path)
 
     def full(self) -> dict[str, Any]:
-        return {"kind": str(self.kind), "method": self.method, "path": self.path, "count": self.count, "seconds": self.seconds}
+        return {
+            "kind": str(self.kind),
+            "method": self.method,
+            "path": self.path,
+            "count": self.count,
+            "seconds": self.seconds,
+        }
 
 
 class FaultList:
@@ -84,4 +91,8 @@ class FaultList:
                 return fault
         if self._chaos and self._rng.random() < self._chaos:
             return Fault(self._rng.choice(list(FaultKind)), path, method, seconds=round(self._rng.uniform(0.2, 8.0), 3))
-        return None if self._latency is None else Fault(FaultKind.DELAY, path, method, seconds=self._rng.uniform(*self._latency))
+        return (
+            None
+            if self._latency is None
+            else Fault(FaultKind.DELAY, path, method, seconds=self._rng.uniform(*self._latency))
+        )

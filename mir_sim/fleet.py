@@ -1,4 +1,5 @@
 """Serves a fleet of simulated robots on ports of this machine, for tests, demonstrations and the command line."""
+
 from __future__ import annotations
 
 import asyncio
@@ -56,7 +57,9 @@ class Fleet:
 
     def __init__(self, robots: list[SimulatedRobot], host: str = "127.0.0.1", port: int = 0, key: str = "") -> None:
         self.key = key or secrets.token_urlsafe(12)
-        self._servers = [RobotServer(robot, host, port + number if port else 0, self.key) for number, robot in enumerate(robots)]
+        self._servers = [
+            RobotServer(robot, host, port + number if port else 0, self.key) for number, robot in enumerate(robots)
+        ]
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run_loop, name="mir_sim", daemon=True)
         self._watch: asyncio.Task[None] | None = None
@@ -106,12 +109,16 @@ def make_robots(count: int, *, time_scale: float = 1.0, seed: int = 1, **options
     def seconds() -> float:
         return (time.monotonic() - began) * time_scale
 
-    return [SimulatedRobot(robot_name(number), seed=seed, time_scale=time_scale, clock=seconds, **options) for number in range(count)]
+    return [
+        SimulatedRobot(robot_name(number), seed=seed, time_scale=time_scale, clock=seconds, **options)
+        for number in range(count)
+    ]
 
 
 @contextlib.contextmanager
-def serve(robots: int = 3, *, time_scale: float = 1.0, seed: int = 1, host: str = "127.0.0.1", port: int = 0,
-          **options: Any) -> Iterator[Fleet]:
+def serve(
+    robots: int = 3, *, time_scale: float = 1.0, seed: int = 1, host: str = "127.0.0.1", port: int = 0, **options: Any
+) -> Iterator[Fleet]:
     """Serve a fleet while the block runs.
 
     Args:

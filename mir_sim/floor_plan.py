@@ -3,6 +3,7 @@
 Greyscale PNG, 0.05 m per pixel, in the shades of an occupancy map: white floor, black where the scanners hit something, grey what they
 cannot see, inside racks and outside the hall. Needs only the standard library.
 """
+
 from __future__ import annotations
 
 import base64
@@ -13,13 +14,13 @@ from functools import lru_cache
 from mir_sim import world
 from mir_sim.motion import Pose
 
-RESOLUTION = 0.05     # m per pixel
+RESOLUTION = 0.05  # m per pixel
 FLOOR, UNSEEN, WALL, MARK, ROBOT = 254, 205, 0, 120, 60
 WALL_THICKNESS = 0.2
-EDGE_THICKNESS = 0.15      # of racks and machines
-SEEN = 4.0                 # m around the robot
-MARGIN = 2.0               # m of unseen area around the hall
-PLAN = world.Box(-MARGIN, -MARGIN, world.WIDTH + MARGIN, world.HEIGHT + MARGIN)     # what the picture shows
+EDGE_THICKNESS = 0.15  # of racks and machines
+SEEN = 4.0  # m around the robot
+MARGIN = 2.0  # m of unseen area around the hall
+PLAN = world.Box(-MARGIN, -MARGIN, world.WIDTH + MARGIN, world.HEIGHT + MARGIN)  # what the picture shows
 
 
 class Picture:
@@ -27,7 +28,10 @@ class Picture:
 
     def __init__(self, part: world.Box, grey: int) -> None:
         self._left, self._bottom = part.left, part.bottom
-        self.columns, self.rows = round((part.right - part.left) / RESOLUTION), round((part.top - part.bottom) / RESOLUTION)
+        self.columns, self.rows = (
+            round((part.right - part.left) / RESOLUTION),
+            round((part.top - part.bottom) / RESOLUTION),
+        )
         self._pixels = [bytearray([grey]) * self.columns for _ in range(self.rows)]
 
     def fill(self, box: world.Box, grey: int) -> None:
@@ -51,7 +55,12 @@ class Picture:
     def png(self) -> bytes:
         rows = b"".join(b"\x00" + bytes(row) for row in self._pixels)
         head = struct.pack(">IIBBBBB", self.columns, self.rows, 8, 0, 0, 0, 0)
-        return b"\x89PNG\r\n\x1a\n" + _chunk(b"IHDR", head) + _chunk(b"IDAT", zlib.compress(rows, 9)) + _chunk(b"IEND", b"")
+        return (
+            b"\x89PNG\r\n\x1a\n"
+            + _chunk(b"IHDR", head)
+            + _chunk(b"IDAT", zlib.compress(rows, 9))
+            + _chunk(b"IEND", b"")
+        )
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:

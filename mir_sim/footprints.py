@@ -1,4 +1,5 @@
 """The outline of a robot, in metres from its centre, as a text of JSON (recorded)."""
+
 from __future__ import annotations
 
 import json

@@ -1,4 +1,5 @@
 """Fills the mission queue with ended items: on robots in use for years it holds tens of thousands."""
+
 from __future__ import annotations
 
 import random
@@ -26,6 +27,17 @@ def fill(queue: MissionQueue, clock: RobotClock, count: int, rng: random.Random)
             state, message = ItemState.ABORTED, USER_ABORT
         elif chance < 0.05:
             state, message = ItemState.ABORTED, "Failed to reach goal position 'Line 2'"
-        queue.add(QueueItem(
-            number, mission.guid, clock.stamp(started - 2), DISTRIBUTOR, "Distributor", message=message,
-            description=mission.description, state=state, started=clock.stamp(started), finished=clock.stamp(finished)))
+        queue.add(
+            QueueItem(
+                number,
+                mission.guid,
+                clock.stamp(started - 2),
+                DISTRIBUTOR,
+                "Distributor",
+                message=message,
+                description=mission.description,
+                state=state,
+                started=clock.stamp(started),
+                finished=clock.stamp(finished),
+            )
+        )

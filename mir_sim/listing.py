@@ -1,4 +1,5 @@
 """What all lists of the API support: whitelist, sort_by, limit and offset, and the filters of POST …/search."""
+
 from __future__ import annotations
 
 import operator
@@ -24,8 +25,13 @@ class Listed(Protocol):
         """One field."""
 
 
-def show(entries: Iterable[Listed], query: Mapping[str, str], fields: set[str], filters: Sequence[Any] = (),
-         largest_page: int | None = None) -> list[dict[str, Any]]:
+def show(
+    entries: Iterable[Listed],
+    query: Mapping[str, str],
+    fields: set[str],
+    filters: Sequence[Any] = (),
+    largest_page: int | None = None,
+) -> list[dict[str, Any]]:
     """Filter, sort, page and reduce a list as the client asks.
 
     Args:
@@ -48,7 +54,9 @@ def show(entries: Iterable[Listed], query: Mapping[str, str], fields: set[str], 
     names = _names(whitelist, fields)
     if names is None:
         return [entry.full() for entry in found]
-    return [{name: value for name, value in (entry.full() | entry.summary()).items() if name in names} for entry in found]
+    return [
+        {name: value for name, value in (entry.full() | entry.summary()).items() if name in names} for entry in found
+    ]
 
 
 def pick(value: dict[str, Any], query: Mapping[str, str], fields: set[str]) -> dict[str, Any]:
@@ -75,8 +83,12 @@ def _sorted(entries: list[Listed], sort_by: str | None, fields: set[str]) -> lis
     if name not in fields or direction.lower() not in ("", "asc", "desc"):
         raise ApiError(400, ORDERING)
     values = [entry.value(name) for entry in entries]
-    keys = values if set(map(type, values)) <= {int} else [_sort_key(value) for value in values]      # queues are long and have numbers
-    return [entries[index] for index in sorted(range(len(keys)), key=keys.__getitem__, reverse=direction.lower() == "desc")]
+    keys = (
+        values if set(map(type, values)) <= {int} else [_sort_key(value) for value in values]
+    )  # queues are long and have numbers
+    return [
+        entries[index] for index in sorted(range(len(keys)), key=keys.__getitem__, reverse=direction.lower() == "desc")
+    ]
 
 
 def _sort_key(value: Any) -> tuple[int, float, str]:
@@ -96,7 +108,7 @@ def _page(entries: list[Listed], query: Mapping[str, str]) -> list[Listed]:
             raise ApiError(400, LIMITS)
         bounds.append(None if text is None else int(text))
     offset, limit = bounds[0] or 0, bounds[1]
-    return entries[offset:] if limit is None else entries[offset:offset + limit]
+    return entries[offset:] if limit is None else entries[offset : offset + limit]
 
 
 Predicate = Callable[[Any], bool]
@@ -104,7 +116,11 @@ Predicate = Callable[[Any], bool]
 
 def _filter(one: Any, fields: set[str]) -> tuple[Predicate, str]:
     """Turn {"fieldname", "operator", "value"} into a predicate and the name of the field that it tests."""
-    if not isinstance(one, dict) or not {"fieldname", "operator", "value"} <= set(one) or one["fieldname"] not in fields:
+    if (
+        not isinstance(one, dict)
+        or not {"fieldname", "operator", "value"} <= set(one)
+        or one["fieldname"] not in fields
+    ):
         raise ApiError(400, FILTERS)
     wanted, make = one["value"], OPERATORS.get(str(one["operator"]).upper())
     if make is None:
@@ -121,6 +137,7 @@ def _number(value: Any) -> float | None:
 
 def _comparing(compare: Callable[[Any, Any], bool]) -> Callable[[Any], Predicate]:
     """As numbers if the field is one, otherwise as texts (guess). A comparison with null is never true."""
+
     def make(wanted: Any) -> Predicate:
         text, number = str(wanted), _number(wanted)
 
@@ -130,12 +147,16 @@ def _comparing(compare: Callable[[Any, Any], bool]) -> Callable[[Any], Predicate
             if isinstance(value, str) or number is None or (left := _number(value)) is None:
                 return compare(str(value), text)
             return compare(left, number)
+
         return accepts
+
     return make
 
 
 def _like(wanted: Any) -> Predicate:
-    pattern = re.compile("".join({"%": ".*", "_": "."}.get(char, re.escape(char)) for char in str(wanted)), re.IGNORECASE | re.DOTALL)
+    pattern = re.compile(
+        "".join({"%": ".*", "_": "."}.get(char, re.escape(char)) for char in str(wanted)), re.IGNORECASE | re.DOTALL
+    )
     return lambda value: value is not None and pattern.fullmatch(str(value)) is not None
 
 
@@ -156,9 +177,11 @@ def _is(wanted: Any) -> Predicate:
 
 def _not(make: Callable[[Any], Predicate]) -> Callable[[Any], Predicate]:
     """The negation, which doesn't accept null either."""
+
     def opposite(wanted: Any) -> Predicate:
         accepts = make(wanted)
         return lambda value: value is not None and not accepts(value)
+
     return opposite
 
 

@@ -1,4 +1,5 @@
 """HTTP requests and responses as plain values, so that a robot can be asked without a socket."""
+
 from __future__ import annotations
 
 import json
@@ -37,7 +38,7 @@ class Response:
 
     @classmethod
     def json_of(cls, status: int, value: Any, headers: Mapping[str, str] | None = None) -> Response:
-        body = json.dumps(value).encode()     # ASCII only: a lone surrogate that a client sent could not be encoded
+        body = json.dumps(value).encode()  # ASCII only: a lone surrogate that a client sent could not be encoded
         return cls(status, {"Content-Type": "application/json", **(headers or {})}, body)
 
     def json(self) -> Any:

@@ -1,4 +1,5 @@
 """The part of the robot that runs missions from the queue. It holds the running mission, the robot's pose and the odometer."""
+
 from __future__ import annotations
 
 import json
@@ -15,8 +16,8 @@ from mir_sim.run import Run
 from mir_sim.state import MISSION_CONTROLLER, RobotError, StateId
 from mir_sim.steps import ChargeStep, Robot, Step, UnknownPosition, step_for
 
-START_DELAY = 1.0             # s from first in the queue to Executing: right after a POST, /status still says Ready
-TRANSIENT = 0.5               # s for which the states Completed, Aborted and Abort of an item last (guess: reported as short)
+START_DELAY = 1.0  # s from first in the queue to Executing: right after a POST, /status still says Ready
+TRANSIENT = 0.5  # s for which the states Completed, Aborted and Abort of an item last (guess: reported as short)
 WAITING_TEXT = "Waiting for new missions..."
 
 Event = tuple[float, Callable[[], object]]
@@ -138,7 +139,9 @@ class MissionController:
         """The message of a failed drive; software 2.x writes it as a template (recorded)."""
         name = self._robot.rng.choice(world.STATIONS).name
         if self._robot.software.startswith("2."):
-            return json.dumps({"message": "Failed to reach goal position '%(position_name)s'", "args": {"position_name": name}})
+            return json.dumps(
+                {"message": "Failed to reach goal position '%(position_name)s'", "args": {"position_name": name}}
+            )
         return f"Failed to reach goal position '{name}'"
 
     def _next_step(self) -> None:
@@ -160,7 +163,9 @@ class MissionController:
         run.next_action += 1
         values = run.values(action)
         shown = [{"id": name, "value": value} for name, value in values.items()]
-        number = run.item.id * 100 + len(run.item.actions)     # ids ascend over all items; a hundred actions per item are enough
+        number = run.item.id * 100 + len(
+            run.item.actions
+        )  # ids ascend over all items; a hundred actions per item are enough
         run.item.actions.append(QueueAction(number, action["guid"], action["action_type"], shown, robot.stamp()))
         try:
             step = step_for(robot, action["action_type"], values)

@@ -1,4 +1,5 @@
 """The robot's mission queue, which is also its history: items are added and never removed."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -12,12 +13,12 @@ class ItemState(StrEnum):
 
     PENDING = "Pending"
     EXECUTING = "Executing"
-    ABORT = "Abort"            # shortly, while a cancelled mission is being stopped (reported)
+    ABORT = "Abort"  # shortly, while a cancelled mission is being stopped (reported)
     DONE = "Done"
     ABORTED = "Aborted"
 
 
-USER_ABORT = "Aborted - User Request"     # by this exact text clients distinguish a cancellation from a failure
+USER_ABORT = "Aborted - User Request"  # by this exact text clients distinguish a cancellation from a failure
 
 
 @dataclass
@@ -92,8 +93,21 @@ class QueueItem:
         }
 
 
-PLAIN_FIELDS = frozenset(("id", "mission_id", "ordered", "created_by_id", "message", "description", "fleet_schedule_guid", "priority",
-                          "state", "started", "finished"))
+PLAIN_FIELDS = frozenset(
+    (
+        "id",
+        "mission_id",
+        "ordered",
+        "created_by_id",
+        "message",
+        "description",
+        "fleet_schedule_guid",
+        "priority",
+        "state",
+        "started",
+        "finished",
+    )
+)
 
 
 class MissionQueue:

@@ -1,13 +1,14 @@
 """Motion along a route, leg by leg: turn on the spot, then drive straight with a trapezoidal speed profile."""
+
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-CRUISE = 1.2          # m/s; a MiR250 can do 2.0 but is driven slower among people
-ACCELERATION = 0.5    # m/s²
-TURN_RATE = 45.0      # degrees/s
+CRUISE = 1.2  # m/s; a MiR250 can do 2.0 but is driven slower among people
+ACCELERATION = 0.5  # m/s²
+TURN_RATE = 45.0  # degrees/s
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,9 @@ class _Drive:
             left = max(0.0, total - seconds)
             distance, speed = self.length - ACCELERATION * left * left / 2, ACCELERATION * left
         angle = math.radians(self.start.orientation)
-        pose = Pose(self.start.x + distance * math.cos(angle), self.start.y + distance * math.sin(angle), self.start.orientation)
+        pose = Pose(
+            self.start.x + distance * math.cos(angle), self.start.y + distance * math.sin(angle), self.start.orientation
+        )
         return Motion(pose, speed, 0.0, distance)
 
 
@@ -86,8 +89,13 @@ class Trip:
     ``duration`` is in seconds, ``length`` in metres; ``at(seconds)`` gives any instant of it.
     """
 
-    def __init__(self, start: Pose, waypoints: Sequence[tuple[float, float]], orientation: float | None = None,
-                 cruise: float = CRUISE) -> None:
+    def __init__(
+        self,
+        start: Pose,
+        waypoints: Sequence[tuple[float, float]],
+        orientation: float | None = None,
+        cruise: float = CRUISE,
+    ) -> None:
         self._legs: list[_Turn | _Drive] = []
         pose = start
         for x, y in waypoints:

@@ -1,4 +1,5 @@
 """The battery: a level that changes linearly between events."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass

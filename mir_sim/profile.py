@@ -1,4 +1,5 @@
 """How one robot differs from the faithful one: a profile, read from a JSON file. Those in ``profiles/`` are built in, as deviants."""
+
 from __future__ import annotations
 
 import json
@@ -14,7 +15,7 @@ from mir_sim.checks import WrongValue
 from mir_sim.mission_queue import USER_ABORT, ItemState, QueueItem
 from mir_sim.missions import MISSIONS
 
-CANCELLED = "Cancelled"       # key of ``item_states`` for items that a user has ended; faithful robots call them Aborted
+CANCELLED = "Cancelled"  # key of ``item_states`` for items that a user has ended; faithful robots call them Aborted
 ITEM_ANSWERS = ("list", "search", "item", "order")
 _sample = QueueItem(0, "", "", "", "")
 ITEM_FIELDS = tuple(_sample.full() | _sample.summary())
@@ -80,7 +81,10 @@ class Profile:
     def has_words_for_items(self) -> bool:
         """Whether something of a queue item is said in another way."""
         described = (self.description_field, self.description_text)
-        return bool(self.item_states or self.texts) or described != (FAITHFUL.description_field, FAITHFUL.description_text)
+        return bool(self.item_states or self.texts) or described != (
+            FAITHFUL.description_field,
+            FAITHFUL.description_text,
+        )
 
     def only(self, kind: str, values: dict[str, Any]) -> dict[str, Any]:
         """The fields that an answer of this kind has of those of the faithful robot."""
@@ -116,7 +120,9 @@ def _names(value: Any, name: str, known: tuple[str, ...]) -> frozenset[str]:
     return frozenset(checks.one_of(one, f"each of {name}", known) for one in value)
 
 
-def _object(value: Any, name: str, known: Mapping[str, Callable[[Any, str], Any]], *, complete: bool = False) -> dict[str, Any]:
+def _object(
+    value: Any, name: str, known: Mapping[str, Callable[[Any, str], Any]], *, complete: bool = False
+) -> dict[str, Any]:
     """An object whose keys are known, each with its checked value; null is as if it were left out."""
     if not isinstance(value, dict):
         raise WrongValue(f"{name} must be an object.")
@@ -143,7 +149,9 @@ def _latency(value: Any, name: str) -> tuple[float, float]:
 
 
 def _fields(value: Any, name: str) -> dict[str, frozenset[str]]:
-    known: dict[str, Callable[[Any, str], Any]] = {kind: lambda one, its: _names(one, its, ITEM_FIELDS) for kind in ITEM_ANSWERS}
+    known: dict[str, Callable[[Any, str], Any]] = {
+        kind: lambda one, its: _names(one, its, ITEM_FIELDS) for kind in ITEM_ANSWERS
+    }
     return _object(value, name, {**known, "status": lambda one, its: _names(one, its, _status_fields())})
 
 
@@ -173,18 +181,32 @@ def _phrases(value: Any, name: str) -> dict[str, str]:
 
 def _fleet(value: Any, name: str) -> FleetOrders:
     guids = {mission.name: mission.guid for mission in MISSIONS}
-    given = _object(value, name, {"mission": lambda one, its: guids[checks.one_of(one, its, guids)], "every_seconds": _seconds(1.0)},
-                    complete=True)
+    given = _object(
+        value,
+        name,
+        {"mission": lambda one, its: guids[checks.one_of(one, its, guids)], "every_seconds": _seconds(1.0)},
+        complete=True,
+    )
     return FleetOrders(**given)
 
 
 def _reboots(value: Any, name: str) -> Reboots:
-    return Reboots(**_object(value, name, {"requests": lambda one, its: checks.whole(one, its, 1), "within_seconds": _seconds(1.0),
-                                           "offline_seconds": _seconds()}, complete=True))
+    return Reboots(
+        **_object(
+            value,
+            name,
+            {
+                "requests": lambda one, its: checks.whole(one, its, 1),
+                "within_seconds": _seconds(1.0),
+                "offline_seconds": _seconds(),
+            },
+            complete=True,
+        )
+    )
 
 
 WHOLE = "A profile"
-REPORT = "report"             # key for what a client that wrote the file has found besides; anything
+REPORT = "report"  # key for what a client that wrote the file has found besides; anything
 KEYS: dict[str, Callable[[Any, str], Any]] = {
     "about": _any_text,
     "software": lambda value, name: checks.one_of(value, name, definition.SOFTWARE),

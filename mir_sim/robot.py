@@ -3,6 +3,7 @@
 Between events all values are linear in time or follow a planned trip, so what the robot shows at an instant does not depend on how often
 it was asked before. Times are simulated seconds since the model began unless a name says otherwise.
 """
+
 from __future__ import annotations
 
 import heapq
@@ -28,9 +29,9 @@ from mir_sim.run import Run
 from mir_sim.site import ADMINISTRATOR, USER_GROUPS, Row, Site
 from mir_sim.state import BATTERY_EMPTY, MISSION_CONTROLLER, ModeId, Prompt, RobotError, StateId
 
-GOING_DOWN = 1.0              # s in state ShuttingDown before a reboot (guess)
-STARTING_UP = 3.0             # s in state Starting after a reboot (guess)
-API_RESTART = 5.0             # s of 503 answers after the clock was set
+GOING_DOWN = 1.0  # s in state ShuttingDown before a reboot (guess)
+STARTING_UP = 3.0  # s in state Starting after a reboot (guess)
+API_RESTART = 5.0  # s of 503 answers after the clock was set
 MONDAY = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 
 
@@ -56,12 +57,32 @@ class SimulatedRobot:
         history: ended items that the queue begins with.
     """
 
-    def __init__(self, name: str = "MiR_S042", *, seed: int = 1, clock: Callable[[], float] | None = None, time_scale: float = 1.0,
-                 profile: Profile = FAITHFUL, software: str | None = None, model: str | None = None, timezone: str | None = None,
-                 clock_offset: float | None = None, clock_drift: float | None = None, start: datetime = MONDAY,
-                 battery: float | None = None, failure_rate: float = 0.0, chaos: float = 0.0, history: int = 0) -> None:
-        own: dict[str, Any] = {"software": software, "model": model, "timezone": timezone, "clock_offset": clock_offset,
-                               "clock_drift": clock_drift}
+    def __init__(
+        self,
+        name: str = "MiR_S042",
+        *,
+        seed: int = 1,
+        clock: Callable[[], float] | None = None,
+        time_scale: float = 1.0,
+        profile: Profile = FAITHFUL,
+        software: str | None = None,
+        model: str | None = None,
+        timezone: str | None = None,
+        clock_offset: float | None = None,
+        clock_drift: float | None = None,
+        start: datetime = MONDAY,
+        battery: float | None = None,
+        failure_rate: float = 0.0,
+        chaos: float = 0.0,
+        history: int = 0,
+    ) -> None:
+        own: dict[str, Any] = {
+            "software": software,
+            "model": model,
+            "timezone": timezone,
+            "clock_offset": clock_offset,
+            "clock_drift": clock_drift,
+        }
         self.profile = profile = replace(profile, **{name: value for name, value in own.items() if value is not None})
         self.lock = threading.RLock()
         self.rng = random.Random(f"{seed}/{name}")
@@ -89,7 +110,9 @@ class SimulatedRobot:
         self.api_down_until = 0.0
         self.reboots = 0
         self.switched_on = -float(self.rng.randrange(100_000, 4_000_000))
-        self.controller = MissionController(self, world.BY_NAME["Home"].pose, round(self.rng.uniform(5_000, 900_000), 3))
+        self.controller = MissionController(
+            self, world.BY_NAME["Home"].pose, round(self.rng.uniform(5_000, 900_000), 3)
+        )
         self._time_source = clock
         self._calls: list[tuple[float, int, Callable[[], object]]] = []
         self._call_order = itertools.count()
@@ -141,7 +164,13 @@ class SimulatedRobot:
 
     def _settle(self) -> None:
         """Adapt missions and battery to the robot's state after any change."""
-        held = self.emergency_stop or self.errors or self.manual or self.paused or self.state in (StateId.STARTING, StateId.SHUTTING_DOWN)
+        held = (
+            self.emergency_stop
+            or self.errors
+            or self.manual
+            or self.paused
+            or self.state in (StateId.STARTING, StateId.SHUTTING_DOWN)
+        )
         held = held or self.mode is not ModeId.MISSION or (self.prompt is not None and self.prompt.blocks)
         self.controller.settle(free=not held)
         self.battery.set_rate(self.controller.battery_rate, self.now)
@@ -170,11 +199,11 @@ class SimulatedRobot:
     def mission_text(self) -> str:
         state = self.state
         if state is StateId.SHUTTING_DOWN:
-            return "Shutting down..."                # guess, by analogy with the next one
+            return "Shutting down..."  # guess, by analogy with the next one
         if state is StateId.STARTING:
             return "Starting..."
         if state is StateId.EMERGENCY_STOP:
-            return "Cameras are ready to stream"     # recorded, odd as it looks
+            return "Cameras are ready to stream"  # recorded, odd as it looks
         if state is StateId.ERROR:
             return self.errors[0].description
         return WAITING_TEXT if state is StateId.READY else self.controller.text
@@ -201,18 +230,43 @@ class SimulatedRobot:
         with self.lock:
             self.catch_up()
             return {
-                "name": self.name, "now": self.stamp(), "seconds": round(self.now, 3), "state_id": int(self.state),
-                "battery": round(self.battery.at(self.now), 2), "queue": [item.full() for item in self.queue],
-                "faults": self.faults.full(), "errors": [error.full() for error in self.errors], "online": self.online,
+                "name": self.name,
+                "now": self.stamp(),
+                "seconds": round(self.now, 3),
+                "state_id": int(self.state),
+                "battery": round(self.battery.at(self.now), 2),
+                "queue": [item.full() for item in self.queue],
+                "faults": self.faults.full(),
+                "errors": [error.full() for error in self.errors],
+                "online": self.online,
             }
 
     # What clients request
 
-    def order(self, mission_id: str, user: Row, *, message: str = "", description: str = "", parameters: list[Row] | None = None,
-              priority: int = 0, fleet_schedule_guid: str = "") -> QueueItem:
+    def order(
+        self,
+        mission_id: str,
+        user: Row,
+        *,
+        message: str = "",
+        description: str = "",
+        parameters: list[Row] | None = None,
+        priority: int = 0,
+        fleet_schedule_guid: str = "",
+    ) -> QueueItem:
         """Append a mission to the queue. The caller has checked that the mission exists."""
-        item = QueueItem(self.queue.next_id, mission_id, self.stamp(), user["guid"], user["name"], message=message, description=description,
-                         parameters=parameters or [], priority=priority, fleet_schedule_guid=fleet_schedule_guid)
+        item = QueueItem(
+            self.queue.next_id,
+            mission_id,
+            self.stamp(),
+            user["guid"],
+            user["name"],
+            message=message,
+            description=description,
+            parameters=parameters or [],
+            priority=priority,
+            fleet_schedule_guid=fleet_schedule_guid,
+        )
         self.queue.add(item)
         self._settle()
         return item
@@ -261,10 +315,19 @@ class SimulatedRobot:
         self.map_id = map_id
         self._settle()
 
-    def ask(self, question: str, options: list[str], timeout: float, *, expires: float | None = None, blocks: bool = False) -> Prompt:
+    def ask(
+        self, question: str, options: list[str], timeout: float, *, expires: float | None = None, blocks: bool = False
+    ) -> Prompt:
         """Show a prompt for ``timeout`` seconds, or until the simulated second ``expires``."""
-        self.prompt = Prompt(self.site.new_guid(), question, options, timeout, self.now + timeout if expires is None else expires,
-                             USER_GROUPS["Distributors"], blocks)
+        self.prompt = Prompt(
+            self.site.new_guid(),
+            question,
+            options,
+            timeout,
+            self.now + timeout if expires is None else expires,
+            USER_GROUPS["Distributors"],
+            blocks,
+        )
         self._settle()
         return self.prompt
 
@@ -317,8 +380,17 @@ class SimulatedRobot:
         """Add to /log/error_reports."""
         table = self.site.table("/log/error_reports")
         number = max((int(row["id"]) for row in table), default=0) + 1
-        return table.add({"id": number, "ready": True, "module": module, "description": description, "time": self.stamp(),
-                          "download_url": f"/v2.0.0/log/error_reports/{number}/download", "generating": False})
+        return table.add(
+            {
+                "id": number,
+                "ready": True,
+                "module": module,
+                "description": description,
+                "time": self.stamp(),
+                "download_url": f"/v2.0.0/log/error_reports/{number}/download",
+                "generating": False,
+            }
+        )
 
     def remove_error_causes(self) -> None:
         self.error_causes.clear()

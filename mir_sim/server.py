@@ -1,4 +1,5 @@
 """The HTTP server: any number of robots, each on its own port, in one event loop on one thread."""
+
 from __future__ import annotations
 
 import asyncio
@@ -19,7 +20,7 @@ from mir_sim.messages import Request, Response
 from mir_sim.robot import SimulatedRobot
 from mir_sim.wire import MAX_HEAD, BadRequest, encode, read_request
 
-ONLINE_CHECK = 0.02           # s between two checks of which robots are online
+ONLINE_CHECK = 0.02  # s between two checks of which robots are online
 BACKLOG = 512
 
 
@@ -64,18 +65,20 @@ class RobotServer:
             with contextlib.suppress(OSError):
                 self._reservation = _bound_socket(self.host, self.port)
         elif self.robot.online and self._listener is None:
-            with contextlib.suppress(OSError):     # another process has taken the port; the next check tries again
+            with contextlib.suppress(OSError):  # another process has taken the port; the next check tries again
                 await self.open()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._writers.add(writer)
         try:
-            while (request := await read_request(reader, writer)) is not None and await self._answer(request, reader, writer):
+            while (request := await read_request(reader, writer)) is not None and await self._answer(
+                request, reader, writer
+            ):
                 pass
         except BadRequest:
             writer.write(encode(Response(400), date=self._date(), close=True))
         except (ConnectionError, TimeoutError, asyncio.CancelledError):
-            writer.transport.abort()     # the client is gone, or the fleet is being stopped
+            writer.transport.abort()  # the client is gone, or the fleet is being stopped
         finally:
             self._writers.discard(writer)
             writer.close()
@@ -93,12 +96,12 @@ class RobotServer:
         except Exception:
             logging.getLogger("mir_sim").exception("%s %s could not be answered", request.method, request.path)
             result = Exchange(Fate.ANSWERED, refuse(self.robot, ApiError(500)))
-        if not self.robot.online:     # it has just gone offline, before the next check
+        if not self.robot.online:  # it has just gone offline, before the next check
             result = Exchange(Fate.REFUSED)
         if result.seconds:
             await asyncio.sleep(result.seconds)
         if result.fate is Fate.HELD:
-            while await reader.read(MAX_HEAD):     # until the client gives up
+            while await reader.read(MAX_HEAD):  # until the client gives up
                 pass
         return await self._send(request, result, writer)
 
@@ -109,7 +112,7 @@ class RobotServer:
         cut = result.fate is Fate.CUT
         close = cut or request.headers.get("connection", "").lower() == "close"
         response, length = result.response, result.full_length if cut else None
-        if request.method == "HEAD":     # headers only, or the client would take the body for the next answer
+        if request.method == "HEAD":  # headers only, or the client would take the body for the next answer
             response, length = Response(response.status, response.headers), len(response.body)
         writer.write(encode(response, date=self._date(), close=close, length=length))
         await writer.drain()

@@ -3,6 +3,7 @@
 A table is named after its collection path, or after its path template where it exists only inside another row.
 Rows hold plain fields; links to other resources are added when a row is shown.
 """
+
 from __future__ import annotations
 
 import hashlib
@@ -17,13 +18,27 @@ from mir_sim.missions import Mission, UserParameter
 
 Row = dict[str, Any]
 
-ADMINISTRATOR = "mirconst-guid-0000-0005-users0000000"     # recorded
-DISTRIBUTOR = "mirconst-guid-0000-0004-users0000000"       # guess: one lower
-USER_GROUPS = {"Distributors": "mirconst-guid-0000-0003-user_groups0", "Administrators": "mirconst-guid-0000-0004-user_groups0"}
+ADMINISTRATOR = "mirconst-guid-0000-0005-users0000000"  # recorded
+DISTRIBUTOR = "mirconst-guid-0000-0004-users0000000"  # guess: one lower
+USER_GROUPS = {
+    "Distributors": "mirconst-guid-0000-0003-user_groups0",
+    "Administrators": "mirconst-guid-0000-0004-user_groups0",
+}
 MISSION_ACTIONS = "/missions/{mission_id}/actions"
-KEYS = {"/registers": "id", "/position_types": "id", "/settings": "id", "/settings/advanced": "id", "/setting_groups": "id",
-        "/modbus": "id", "/log/error_reports": "id", "/docking_offsets/types": "id", "/system/setup/serial_devices": "id",
-        "/wifi/connections": "uuid", "/wifi/certificates": "file_name", "/guided_move": "guided_move_id"}
+KEYS = {
+    "/registers": "id",
+    "/position_types": "id",
+    "/settings": "id",
+    "/settings/advanced": "id",
+    "/setting_groups": "id",
+    "/modbus": "id",
+    "/log/error_reports": "id",
+    "/docking_offsets/types": "id",
+    "/system/setup/serial_devices": "id",
+    "/wifi/connections": "uuid",
+    "/wifi/certificates": "file_name",
+    "/guided_move": "guided_move_id",
+}
 
 
 def password_hash(password: str) -> str:
@@ -92,17 +107,39 @@ class Site:
         self._fill_missions()
         self._fill_users()
         for number in range(1, 201):
-            self.table("/registers").add({"id": number, "label": f"PLC Register {number}", "value": 0 if number <= 100 else 0.0})
+            self.table("/registers").add(
+                {"id": number, "label": f"PLC Register {number}", "value": 0 if number <= 100 else 0.0}
+            )
         for name, rows in settings.TABLES.items():
             for row in rows:
                 self.table(name).add(dict(row))
-        self.table("/footprints").add({
-            "guid": "mirconst-guid-0000-0001-footprint000", "name": f"Default footprint {model}", "config_id": model, "height": 0.3,
-            "footprint_points": footprint_of(model), "hook": False, "custom": False, "created_by_id": ADMINISTRATOR})
+        self.table("/footprints").add(
+            {
+                "guid": "mirconst-guid-0000-0001-footprint000",
+                "name": f"Default footprint {model}",
+                "config_id": model,
+                "height": 0.3,
+                "footprint_points": footprint_of(model),
+                "hook": False,
+                "custom": False,
+                "created_by_id": ADMINISTRATOR,
+            }
+        )
         self.table("/wifi/networks").add({"guid": self.new_guid(), "ssid": "Production", "connected": True})
         self.table("/wifi/connections").add(
-            {"uuid": self.new_guid(), "name": "Production", "connected": True, "mac": "00:01:29:7b:6e:20", "bssid": "00:1a:1e:4c:2b:90",
-             "description": "", "type": "802-11-wireless", "device": "wlan0", "security": "wpa-psk", "ip_address": "192.168.12.20"})
+            {
+                "uuid": self.new_guid(),
+                "name": "Production",
+                "connected": True,
+                "mac": "00:01:29:7b:6e:20",
+                "bssid": "00:1a:1e:4c:2b:90",
+                "description": "",
+                "type": "802-11-wireless",
+                "device": "wlan0",
+                "security": "wpa-psk",
+                "ip_address": "192.168.12.20",
+            }
+        )
 
     def table(self, name: str) -> Table:
         """The rows of a collection; created empty when first asked for."""
@@ -120,30 +157,74 @@ class Site:
         return f"{bits(32):08x}-{bits(16):04x}-11ef-{0x8000 | bits(14):04x}-0001297b6e20"
 
     def _fill_world(self, image_field: str) -> None:
-        self.table("/sessions").add({"guid": world.SESSION_GUID, "name": world.SESSION_NAME, "description": "", "active": True,
-                                     "created_by_id": DISTRIBUTOR})
-        self.table("/maps").add({
-            "guid": world.MAP_GUID, "name": world.MAP_NAME, "session_id": world.SESSION_GUID, "resolution": floor_plan.RESOLUTION,
-            "origin_x": floor_plan.PLAN.left, "origin_y": floor_plan.PLAN.bottom, "origin_theta": 0.0, "created_by_id": DISTRIBUTOR,
-            image_field: floor_plan.base_map()})
+        self.table("/sessions").add(
+            {
+                "guid": world.SESSION_GUID,
+                "name": world.SESSION_NAME,
+                "description": "",
+                "active": True,
+                "created_by_id": DISTRIBUTOR,
+            }
+        )
+        self.table("/maps").add(
+            {
+                "guid": world.MAP_GUID,
+                "name": world.MAP_NAME,
+                "session_id": world.SESSION_GUID,
+                "resolution": floor_plan.RESOLUTION,
+                "origin_x": floor_plan.PLAN.left,
+                "origin_y": floor_plan.PLAN.bottom,
+                "origin_theta": 0.0,
+                "created_by_id": DISTRIBUTOR,
+                image_field: floor_plan.base_map(),
+            }
+        )
         for number, name in world.POSITION_TYPES.items():
-            self.table("/position_types").add({"id": number, "name": name, "hidden": False, "reachable_for_robot": number != world.CHARGER})
+            self.table("/position_types").add(
+                {"id": number, "name": name, "hidden": False, "reachable_for_robot": number != world.CHARGER}
+            )
         for station in world.STATIONS:
             pose = station.pose
-            self.table("/positions").add({
-                "guid": station.guid, "name": station.name, "pos_x": pose.x, "pos_y": pose.y, "orientation": pose.orientation,
-                "type_id": station.type_id, "map_id": world.MAP_GUID, "parent_id": station.parent, "created_by_id": DISTRIBUTOR})
+            self.table("/positions").add(
+                {
+                    "guid": station.guid,
+                    "name": station.name,
+                    "pos_x": pose.x,
+                    "pos_y": pose.y,
+                    "orientation": pose.orientation,
+                    "type_id": station.type_id,
+                    "map_id": world.MAP_GUID,
+                    "parent_id": station.parent,
+                    "created_by_id": DISTRIBUTOR,
+                }
+            )
         self.table("/docking_offsets/types").add({"id": 1, "name": "Marker"})
         for station in world.STATIONS:
             if station.type_id in (world.VL_MARKER, world.CHARGER):
-                self.table("/docking_offsets").add({
-                    "guid": self.new_guid(), "pos_id": station.guid, "docking_type": 1, "name": f"{station.name} offset", "x_offset": -0.7,
-                    "y_offset": 0.0, "orientation_offset": 0.0, "created_by_id": DISTRIBUTOR})
+                self.table("/docking_offsets").add(
+                    {
+                        "guid": self.new_guid(),
+                        "pos_id": station.guid,
+                        "docking_type": 1,
+                        "name": f"{station.name} offset",
+                        "x_offset": -0.7,
+                        "y_offset": 0.0,
+                        "orientation_offset": 0.0,
+                        "created_by_id": DISTRIBUTOR,
+                    }
+                )
 
     def _fill_missions(self) -> None:
-        self.table("/mission_groups").add({
-            "guid": missions.DEFAULT_GROUP, "name": "Missions", "priority": 1, "feature": "default", "icon": "",
-            "created_by_id": ADMINISTRATOR})
+        self.table("/mission_groups").add(
+            {
+                "guid": missions.DEFAULT_GROUP,
+                "name": "Missions",
+                "priority": 1,
+                "feature": "default",
+                "icon": "",
+                "created_by_id": ADMINISTRATOR,
+            }
+        )
         for mission in missions.MISSIONS:
             self._add_mission(mission, DISTRIBUTOR, self.new_guid)
         numbers = itertools.count(1)
@@ -152,25 +233,60 @@ class Site:
 
     def _add_mission(self, mission: Mission, author: str, new_guid: Callable[[], str]) -> None:
         """``new_guid``: of its actions and their parameters, where they have none yet."""
-        self.table("/missions").add({
-            "guid": mission.guid, "name": mission.name, "description": mission.description, "session_id": world.SESSION_GUID,
-            "group_id": missions.DEFAULT_GROUP, "hidden": author == ADMINISTRATOR, "is_template": False, "valid": True,
-            "created_by_id": author})
+        self.table("/missions").add(
+            {
+                "guid": mission.guid,
+                "name": mission.name,
+                "description": mission.description,
+                "session_id": world.SESSION_GUID,
+                "group_id": missions.DEFAULT_GROUP,
+                "hidden": author == ADMINISTRATOR,
+                "is_template": False,
+                "valid": True,
+                "created_by_id": author,
+            }
+        )
         for priority, action in enumerate(mission.actions, start=1):
-            self.table(MISSION_ACTIONS).add({
-                "guid": new_guid(), "action_type": action.type, "mission_id": mission.guid, "priority": priority,
-                "scope_reference": "", "created_by_id": author,
-                "parameters": [_parameter(name, value, new_guid) for name, value in action.parameters.items()]})
+            self.table(MISSION_ACTIONS).add(
+                {
+                    "guid": new_guid(),
+                    "action_type": action.type,
+                    "mission_id": mission.guid,
+                    "priority": priority,
+                    "scope_reference": "",
+                    "created_by_id": author,
+                    "parameters": [_parameter(name, value, new_guid) for name, value in action.parameters.items()],
+                }
+            )
 
     def _fill_users(self) -> None:
         for name, guid in USER_GROUPS.items():
-            self.table("/user_groups").add({"guid": guid, "name": name, "session_expiration_enabled": False, "session_timeout": 0,
-                                            "created_by_id": ADMINISTRATOR})
-        for guid, username, name, group in ((DISTRIBUTOR, "distributor", "Distributor", "Distributors"),
-                                            (ADMINISTRATOR, "admin", "Administrator", "Administrators")):
-            self.table("/users").add({"guid": guid, "username": username, "name": name, "email": "", "user_group_id": USER_GROUPS[group],
-                                      "single_dashboard": False, "dashboard_id": "", "password_hash": password_hash(username),
-                                      "created_by_id": ADMINISTRATOR})
+            self.table("/user_groups").add(
+                {
+                    "guid": guid,
+                    "name": name,
+                    "session_expiration_enabled": False,
+                    "session_timeout": 0,
+                    "created_by_id": ADMINISTRATOR,
+                }
+            )
+        for guid, username, name, group in (
+            (DISTRIBUTOR, "distributor", "Distributor", "Distributors"),
+            (ADMINISTRATOR, "admin", "Administrator", "Administrators"),
+        ):
+            self.table("/users").add(
+                {
+                    "guid": guid,
+                    "username": username,
+                    "name": name,
+                    "email": "",
+                    "user_group_id": USER_GROUPS[group],
+                    "single_dashboard": False,
+                    "dashboard_id": "",
+                    "password_hash": password_hash(username),
+                    "created_by_id": ADMINISTRATOR,
+                }
+            )
 
     def mission_actions(self, mission_id: str) -> list[Row]:
         """The actions of a mission in the order in which they run."""
@@ -179,5 +295,9 @@ class Site:
 
     def user_parameters(self, mission_id: str) -> dict[str, Row]:
         """The values that a mission asks for when it is queued: input name → action parameter."""
-        return {parameter["input_name"]: parameter for row in self.mission_actions(mission_id)
-                for parameter in row["parameters"] if parameter.get("input_name")}
+        return {
+            parameter["input_name"]: parameter
+            for row in self.mission_actions(mission_id)
+            for parameter in row["parameters"]
+            if parameter.get("input_name")
+        }

@@ -1,4 +1,5 @@
 """The robot's states, modes, errors and user prompts."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -39,7 +40,7 @@ class ModeId(IntEnum):
         return self.name.capitalize()
 
 
-MISSION_CONTROLLER = 10120     # the mission could not continue, for example because a goal was not reached (recorded)
+MISSION_CONTROLLER = 10120  # the mission could not continue, for example because a goal was not reached (recorded)
 
 
 @dataclass(frozen=True)
@@ -52,10 +53,15 @@ class RobotError:
     non_resettable: bool = False
 
     def full(self) -> dict[str, Any]:
-        return {"code": self.code, "description": self.description, "module": self.module, "non_resettable": self.non_resettable}
+        return {
+            "code": self.code,
+            "description": self.description,
+            "module": self.module,
+            "non_resettable": self.non_resettable,
+        }
 
 
-BATTERY_EMPTY = RobotError(10001, "Battery is empty", "Battery")     # code and text are a guess
+BATTERY_EMPTY = RobotError(10001, "Battery is empty", "Battery")  # code and text are a guess
 
 
 @dataclass
@@ -71,5 +77,10 @@ class Prompt:
     blocks: bool = False
 
     def full(self) -> dict[str, Any]:
-        return {"guid": self.guid, "user_group": self.user_group, "question": self.question, "timeout": self.timeout,
-                "options": self.options}
+        return {
+            "guid": self.guid,
+            "user_group": self.user_group,
+            "question": self.question,
+            "timeout": self.timeout,
+            "options": self.options,
+        }

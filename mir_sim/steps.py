@@ -1,4 +1,5 @@
 """The actions of a mission in execution: how long each takes, what the robot shows meanwhile, and the effect."""
+
 from __future__ import annotations
 
 import re
@@ -12,11 +13,11 @@ from mir_sim.motion import Motion, Pose, Trip
 from mir_sim.site import Site
 from mir_sim.state import Prompt, StateId
 
-PLANNING = 2.0                # s of path planning before a drive, even to where the robot is already
-DOCKING_SPEED = 0.25          # m/s on the last metres to a marker
-DOCKING_DISTANCE = 1.5        # m that are driven at that speed
-LARGEST = 1e7                 # accepted number in an action, whatever its unit
-SHOWN_DOCKED = 3.0            # s in state Docked after the charger was reached
+PLANNING = 2.0  # s of path planning before a drive, even to where the robot is already
+DOCKING_SPEED = 0.25  # m/s on the last metres to a marker
+DOCKING_DISTANCE = 1.5  # m that are driven at that speed
+LARGEST = 1e7  # accepted number in an action, whatever its unit
+SHOWN_DOCKED = 3.0  # s in state Docked after the charger was reached
 
 
 class UnknownPosition(Exception):
@@ -48,7 +49,7 @@ class Step:
 
     duration: float
     label: str = ""
-    battery_rate: ClassVar[float] = power.STANDING     # percent per second
+    battery_rate: ClassVar[float] = power.STANDING  # percent per second
 
     @property
     def length(self) -> float:
@@ -237,14 +238,19 @@ def step_for(robot: Robot, action_type: str, values: Mapping[str, Any]) -> Step:
     if action_type in ("move", "move_to"):
         return MoveStep(*_goal(robot, values.get("position")))
     if action_type == "move_to_position":
-        return MoveStep("coordinates", Pose(_number(values["x"]), _number(values["y"]), _number(values.get("orientation") or 0.0)))
+        return MoveStep(
+            "coordinates", Pose(_number(values["x"]), _number(values["y"]), _number(values.get("orientation") or 0.0))
+        )
     if action_type == "docking":
         return DockStep(*_goal(robot, values.get("marker")))
     if action_type == "wait":
         return Step(seconds_of(values["time"]), "Waiting")
     if action_type == "charging":
-        return ChargeStep(seconds_of(values.get("minimum_time") or 0), min(100.0, _number(values.get("minimum_percentage") or 0)),
-                          bool(values.get("charge_until_new_mission")))
+        return ChargeStep(
+            seconds_of(values.get("minimum_time") or 0),
+            min(100.0, _number(values.get("minimum_percentage") or 0)),
+            bool(values.get("charge_until_new_mission")),
+        )
     if action_type == "set_plc_register":
         return RegisterStep(int(_number(values["register"])), _number(values["value"]))
     if action_type == "prompt_user":

@@ -1,4 +1,5 @@
 """HTTP/1.1 on a stream: reads requests and encodes responses, as far as clients of robots need it."""
+
 from __future__ import annotations
 
 import asyncio
@@ -46,7 +47,7 @@ async def read_request(reader: asyncio.StreamReader, writer: asyncio.StreamWrite
         headers.setdefault("connection", "close")
     try:
         return Request.of(parts[0], parts[1], headers, body)
-    except ValueError:     # the target is not a URL
+    except ValueError:  # the target is not a URL
         raise BadRequest from None
 
 

@@ -2,6 +2,7 @@
 
 Metres; x to the right, y up, origin in the lower left corner. Robots leave the aisle at a station's x and drive straight to it.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -19,9 +20,20 @@ SESSION_NAME = "Main site"
 # Position types as recorded on robots: 0 robot position, 20 charging station, 21 its entry, 11 VL marker, 5 shelf.
 ROBOT, SHELF, VL_MARKER, CHARGER, CHARGER_ENTRY = 0, 5, 11, 20, 21
 POSITION_TYPES = {
-    ROBOT: "Robot position", 1: "V-marker entry", SHELF: "Shelf position", 7: "Charging station (MiR100/200)",
-    8: "Charging station entry (MiR100/200)", 9: "L-marker", VL_MARKER: "VL-marker", CHARGER: "Charging station",
-    CHARGER_ENTRY: "Charging station entry", 22: "Cart position", 25: "Lift position", 26: "Lift entry position", 42: "Staging position"}
+    ROBOT: "Robot position",
+    1: "V-marker entry",
+    SHELF: "Shelf position",
+    7: "Charging station (MiR100/200)",
+    8: "Charging station entry (MiR100/200)",
+    9: "L-marker",
+    VL_MARKER: "VL-marker",
+    CHARGER: "Charging station",
+    CHARGER_ENTRY: "Charging station entry",
+    22: "Cart position",
+    25: "Lift position",
+    26: "Lift entry position",
+    42: "Staging position",
+}
 
 
 @dataclass(frozen=True)
@@ -67,9 +79,17 @@ class Box:
 
 # Racks and machines. The aisle and the path from it to each station are free, hence all routes.
 OBSTACLES = (
-    Box(4.0, 14.0, 7.5, 23.0), Box(10.5, 14.0, 13.5, 23.0), Box(16.5, 14.0, 19.5, 23.0), Box(22.5, 14.0, 26.5, 23.0),
-    Box(29.5, 14.0, 33.5, 23.0), Box(36.5, 14.0, 39.0, 23.0),
-    Box(1.0, 1.0, 3.5, 10.0), Box(6.5, 1.0, 11.5, 10.0), Box(14.5, 1.0, 18.5, 10.0), Box(21.5, 1.0, 25.5, 10.0), Box(28.5, 1.0, 34.5, 10.0),
+    Box(4.0, 14.0, 7.5, 23.0),
+    Box(10.5, 14.0, 13.5, 23.0),
+    Box(16.5, 14.0, 19.5, 23.0),
+    Box(22.5, 14.0, 26.5, 23.0),
+    Box(29.5, 14.0, 33.5, 23.0),
+    Box(36.5, 14.0, 39.0, 23.0),
+    Box(1.0, 1.0, 3.5, 10.0),
+    Box(6.5, 1.0, 11.5, 10.0),
+    Box(14.5, 1.0, 18.5, 10.0),
+    Box(21.5, 1.0, 25.5, 10.0),
+    Box(28.5, 1.0, 34.5, 10.0),
 )
 BY_NAME = {station.name: station for station in STATIONS}
 

@@ -10,6 +10,7 @@ are rendered by msgid, too.
 Services that get ``translate`` handed in keep their sentences in tables; of such files every constant counts that is in
 ``translate("…")``, or that reads like words: it begins with a capital, has a space or a placeholder.
 """
+
 from __future__ import annotations
 
 import ast
@@ -26,10 +27,21 @@ from app.i18n import CONTEXT_MARK, DOMAIN, LOCALE_DIR, compile_mo, languages, po
 
 ROOT = Path(__file__).resolve().parents[1]
 # name of a function: which of its arguments are context, msgid, plural
-CALLS = {"_": (None, 0, None), "N_": (None, 0, None), "gettext": (None, 0, None), "ngettext": (None, 0, 1), "pgettext": (0, 1, None),
-         "n_": (None, 0, 1), "p_": (0, 1, None),
-         "InvalidInput": (None, 1, None), "InvalidAddress": (None, 0, None), "_wrong": (None, 0, None), "message": (None, 0, None),
-         "DatabaseUnavailable": (None, 0, None), "DatabaseRefused": (None, 0, None)}
+CALLS = {
+    "_": (None, 0, None),
+    "N_": (None, 0, None),
+    "gettext": (None, 0, None),
+    "ngettext": (None, 0, 1),
+    "pgettext": (0, 1, None),
+    "n_": (None, 0, 1),
+    "p_": (0, 1, None),
+    "InvalidInput": (None, 1, None),
+    "InvalidAddress": (None, 0, None),
+    "_wrong": (None, 0, None),
+    "message": (None, 0, None),
+    "DatabaseUnavailable": (None, 0, None),
+    "DatabaseRefused": (None, 0, None),
+}
 LIKE_WORDS = re.compile(r"(?![A-Z_0-9]+$)(?=.*[A-Za-z]{2})([A-Z]|.*[ {])", re.DOTALL)
 KV_CALL = re.compile(r"\btr\.(?:_|n_|p_)\(")
 
@@ -37,6 +49,7 @@ KV_CALL = re.compile(r"\btr\.(?:_|n_|p_)\(")
 @dataclass
 class Text:
     """One text of the code."""
+
     msgid: str
     plural: str | None = None
     context: str | None = None
@@ -84,8 +97,12 @@ def _tables(tree: ast.AST) -> Iterator[tuple[int, Text]]:
             passed_over |= {id(part) for part in ast.walk(node)}
     translated = {id(part) for node in ast.walk(tree) if _translates(node) for part in node.args}
     for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in passed_over and (
-                id(node) in translated or LIKE_WORDS.match(node.value)):
+        if (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and id(node) not in passed_over
+            and (id(node) in translated or LIKE_WORDS.match(node.value))
+        ):
             yield node.lineno, Text(node.value)
 
 
@@ -99,15 +116,21 @@ def _translates(node: ast.AST) -> TypeGuard[ast.Call]:
 
 
 def _logs(node: ast.AST) -> bool:
-    return (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name)
-            and node.func.value.id in ("log", "logger"))
+    return (
+        isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and isinstance(node.func.value, ast.Name)
+        and node.func.value.id in ("log", "logger")
+    )
 
 
 def _kv_texts(path: Path) -> Iterator[tuple[int, Text]]:
     """kv values are Python expressions; each line with a call is read as one, from the call to its closing bracket."""
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         for match in KV_CALL.finditer(line):
-            yield from _calls(ast.walk(ast.parse(_to_closing_bracket(line[match.start():], path, number))), path, number - 1)
+            yield from _calls(
+                ast.walk(ast.parse(_to_closing_bracket(line[match.start() :], path, number))), path, number - 1
+            )
 
 
 def _to_closing_bracket(source: str, path: Path, number: int) -> str:
@@ -124,13 +147,19 @@ def _calls(nodes: Iterable[ast.AST], path: Path, offset: int) -> Iterator[tuple[
     for node in nodes:
         if not isinstance(node, ast.Call):
             continue
-        name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr if isinstance(node.func, ast.Attribute) else ""
+        name = (
+            node.func.id
+            if isinstance(node.func, ast.Name)
+            else node.func.attr
+            if isinstance(node.func, ast.Attribute)
+            else ""
+        )
         if name not in CALLS or (path.suffix == ".py" and isinstance(node.func, ast.Attribute)):
             continue
         context, msgid, plural = (None if n is None else _constant(node, n, path) for n in CALLS[name])
         place = CALLS[name][1]
         if msgid is None and isinstance(node.args[place] if len(node.args) > place else None, ast.Name | ast.Attribute):
-            continue                         # _(word) of a word that is marked elsewhere
+            continue  # _(word) of a word that is marked elsewhere
         if msgid is None:
             raise NotConstant(f"{path}:{node.lineno + offset}: not a constant text")
         yield node.lineno + offset, Text(msgid, plural, context)
@@ -198,9 +227,16 @@ def problems(directory: Path = LOCALE_DIR, root: Path = ROOT) -> list[str]:
         translated = read_po(path)
         translated.pop("", None)
         keys = [entry["msgid"] for entry in po_entries(path)]
-        found += [f"{language}: twice {key!r}" for key in sorted({k for k in keys if keys.count(k) > 1} - {""})
-                  if not any(text.context for text in texts.values() if text.msgid == key)]
-        found += [f"{language}: missing {text.msgid!r} ({text.places[0]})" for key, text in texts.items() if key not in translated]
+        found += [
+            f"{language}: twice {key!r}"
+            for key in sorted({k for k in keys if keys.count(k) > 1} - {""})
+            if not any(text.context for text in texts.values() if text.msgid == key)
+        ]
+        found += [
+            f"{language}: missing {text.msgid!r} ({text.places[0]})"
+            for key, text in texts.items()
+            if key not in translated
+        ]
         found += [f"{language}: unused {key!r}" for key in translated if key not in texts]
         for key in translated.keys() & texts.keys():
             text = texts[key]

@@ -1,4 +1,5 @@
 """Of all tests: how many run at once, and how many examples hypothesis tries."""
+
 from __future__ import annotations
 
 import gc

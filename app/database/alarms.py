@@ -1,4 +1,5 @@
 """Alarms: one open row per code and key, counted when it happens again. Those of a robot are read with its present name."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -8,8 +9,8 @@ from app.database.values import from_json, to_instant, to_json, to_optional_inst
 from app.domain.models import Alarm, Priority
 
 _STANDING = "(cleared_at IS NULL OR acknowledged_at IS NULL)"
-_PAST_OF_A_KIND = 50         # past alarms of one kind that are kept before those of others
-OPEN_OF_A_KIND = 20          # events of one kind that stay open side by side; further ones are counted by the newest
+_PAST_OF_A_KIND = 50  # past alarms of one kind that are kept before those of others
+OPEN_OF_A_KIND = 20  # events of one kind that stay open side by side; further ones are counted by the newest
 # A kind: the same code of the same robot, or about the same thing where it is about none.
 _KIND = "code, coalesce('robot:' || json_extract(details, '$.robot_id'), key)"
 _SELECT = """SELECT *, (SELECT name FROM robots WHERE alarms.key = 'robot:' || robots.id
@@ -21,21 +22,37 @@ class AlarmRepository:
         """Returns whether it is new. An open alarm of the same code and key is counted up when it happened again: an event (which is
         cleared from the start) always, a condition only when it had cleared; while a condition lasts, only its details are updated.
         Where many events of a kind are open, the newest of them counts a further one."""
-        row = c.execute(f"SELECT id, cleared_at, details FROM alarms WHERE code = ? AND key = ? AND {_STANDING}",
-                        (alarm.code, alarm.key)).fetchone()
+        row = c.execute(
+            f"SELECT id, cleared_at, details FROM alarms WHERE code = ? AND key = ? AND {_STANDING}",
+            (alarm.code, alarm.key),
+        ).fetchone()
         details, last_at = to_json(alarm.details), to_text(alarm.last_at or alarm.raised_at)
         if row is None and alarm.cleared_at is not None:
             row = self._newest_of_many(c, alarm, last_at)
         if row is None:
-            c.execute("""INSERT INTO alarms (code, key, priority, details, raised_at, last_at, count, cleared_at, shelved_until)
+            c.execute(
+                """INSERT INTO alarms (code, key, priority, details, raised_at, last_at, count, cleared_at, shelved_until)
                          VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)""",
-                      (alarm.code, alarm.key, alarm.priority, details, to_text(alarm.raised_at), last_at, alarm.count,
-                       to_optional_text(alarm.cleared_at), self._shelf_of_the_last(c, alarm, last_at)))
+                (
+                    alarm.code,
+                    alarm.key,
+                    alarm.priority,
+                    details,
+                    to_text(alarm.raised_at),
+                    last_at,
+                    alarm.count,
+                    to_optional_text(alarm.cleared_at),
+                    self._shelf_of_the_last(c, alarm, last_at),
+                ),
+            )
             return True
         lasts = row["cleared_at"] is None and alarm.cleared_at is None
         if not lasts:
-            c.execute("UPDATE alarms SET key = ?, count = count + 1, last_at = ?, cleared_at = ?, details = ?, acknowledged_at = NULL "
-                      "WHERE id = ?", (alarm.key, last_at, to_optional_text(alarm.cleared_at), details, row["id"]))
+            c.execute(
+                "UPDATE alarms SET key = ?, count = count + 1, last_at = ?, cleared_at = ?, details = ?, acknowledged_at = NULL "
+                "WHERE id = ?",
+                (alarm.key, last_at, to_optional_text(alarm.cleared_at), details, row["id"]),
+            )
         elif row["details"] != details:
             c.execute("UPDATE alarms SET details = ? WHERE id = ?", (details, row["id"]))
         return False
@@ -43,17 +60,21 @@ class AlarmRepository:
     @staticmethod
     def _newest_of_many(c: sqlite3.Connection, alarm: Alarm, now: str) -> sqlite3.Row | None:
         """Where so many events of this kind are open that nobody reads another one: the newest, which becomes this one and counts it."""
-        rows = c.execute(f"""SELECT id, cleared_at, details FROM alarms WHERE code = ? AND {_STANDING}
+        rows = c.execute(
+            f"""SELECT id, cleared_at, details FROM alarms WHERE code = ? AND {_STANDING}
                              AND json_extract(details, '$.robot_id') = ? AND coalesce(shelved_until, '') <= ?
                              ORDER BY last_at DESC, id DESC LIMIT {OPEN_OF_A_KIND}""",
-                         (alarm.code, alarm.details.get("robot_id"), now)).fetchall()
+            (alarm.code, alarm.details.get("robot_id"), now),
+        ).fetchall()
         return rows[0] if len(rows) == OPEN_OF_A_KIND else None
 
     @staticmethod
     def _shelf_of_the_last(c: sqlite3.Connection, alarm: Alarm, now: str) -> str | None:
         """Shelving applies to the code and key, not to one row: it lasts even if the alarm was cleared in between."""
-        row = c.execute("SELECT shelved_until FROM alarms WHERE code = ? AND key = ? ORDER BY id DESC LIMIT 1",
-                        (alarm.code, alarm.key)).fetchone()
+        row = c.execute(
+            "SELECT shelved_until FROM alarms WHERE code = ? AND key = ? ORDER BY id DESC LIMIT 1",
+            (alarm.code, alarm.key),
+        ).fetchone()
         until: str | None = row["shelved_until"] if row is not None else None
         return until if until is not None and until > now else None
 
@@ -63,30 +84,53 @@ class AlarmRepository:
 
     def clear(self, c: sqlite3.Connection, code: str, key: str, now: datetime) -> bool:
         """Note that the cause is gone. Returns whether there was something to clear."""
-        return c.execute("UPDATE alarms SET cleared_at = ? WHERE code = ? AND key = ? AND cleared_at IS NULL",
-                         (to_text(now), code, key)).rowcount > 0
+        return (
+            c.execute(
+                "UPDATE alarms SET cleared_at = ? WHERE code = ? AND key = ? AND cleared_at IS NULL",
+                (to_text(now), code, key),
+            ).rowcount
+            > 0
+        )
 
     def withdraw(self, c: sqlite3.Connection, code: str, key: str, at: datetime, now: datetime) -> bool:
         """What an event told within a minute ``at`` has turned out not to be so: nobody needs to read it. One that counts others stays.
         Returns whether there was one."""
-        return c.execute("""UPDATE alarms SET acknowledged_at = ? WHERE code = ? AND key = ? AND cleared_at IS NOT NULL
+        return (
+            c.execute(
+                """UPDATE alarms SET acknowledged_at = ? WHERE code = ? AND key = ? AND cleared_at IS NOT NULL
                             AND acknowledged_at IS NULL AND count = 1 AND abs(julianday(last_at) - julianday(?)) < 60 / 86400.0""",
-                         (to_text(now), code, key, to_text(at))).rowcount > 0
+                (to_text(now), code, key, to_text(at)),
+            ).rowcount
+            > 0
+        )
 
     def note_answer(self, c: sqlite3.Connection, key: str, guid: str, answer: str) -> bool:
         """To the question of a robot with this guid. Returns whether there is such an alarm."""
-        return c.execute("""UPDATE alarms SET details = json_set(details, '$.answer', ?) WHERE code = 'question' AND key = ?
-                            AND json_extract(details, '$.guid') = ?""", (answer, key, guid)).rowcount > 0
+        return (
+            c.execute(
+                """UPDATE alarms SET details = json_set(details, '$.answer', ?) WHERE code = 'question' AND key = ?
+                            AND json_extract(details, '$.guid') = ?""",
+                (answer, key, guid),
+            ).rowcount
+            > 0
+        )
 
     def clear_of_robot(self, c: sqlite3.Connection, robot_id: int, now: datetime) -> bool:
         """Its conditions, whatever they are. Returns whether there was something to clear."""
-        return c.execute("UPDATE alarms SET cleared_at = ? WHERE key = ? AND cleared_at IS NULL",
-                         (to_text(now), f"robot:{robot_id}")).rowcount > 0
+        return (
+            c.execute(
+                "UPDATE alarms SET cleared_at = ? WHERE key = ? AND cleared_at IS NULL",
+                (to_text(now), f"robot:{robot_id}"),
+            ).rowcount
+            > 0
+        )
 
     def acknowledge(self, c: sqlite3.Connection, alarm_id: int, now: datetime, note: str = "") -> None:
         """Note that a person has seen it; only the first time counts."""
-        c.execute("UPDATE alarms SET acknowledged_at = ?, note = ? WHERE id = ? AND acknowledged_at IS NULL",
-                  (to_text(now), note, alarm_id))
+        c.execute(
+            "UPDATE alarms SET acknowledged_at = ?, note = ? WHERE id = ? AND acknowledged_at IS NULL",
+            (to_text(now), note, alarm_id),
+        )
 
     def shelve(self, c: sqlite3.Connection, alarm_id: int, until: datetime | None) -> None:
         """Hide it until then; None ends that."""
@@ -112,10 +156,13 @@ class AlarmRepository:
 
     def prune(self, c: sqlite3.Connection, limit: int) -> int:
         """Keep N of the past ones, the newest, but of one that came again and again only a few; returns how many were dropped."""
-        return c.execute(f"""DELETE FROM alarms WHERE id IN (
+        return c.execute(
+            f"""DELETE FROM alarms WHERE id IN (
                                  SELECT id FROM (SELECT id, last_at, row_number() OVER (PARTITION BY {_KIND} ORDER BY last_at DESC) AS nth
                                                  FROM alarms WHERE NOT {_STANDING})
-                                 ORDER BY nth > {_PAST_OF_A_KIND}, last_at DESC, id DESC LIMIT -1 OFFSET ?)""", (limit,)).rowcount
+                                 ORDER BY nth > {_PAST_OF_A_KIND}, last_at DESC, id DESC LIMIT -1 OFFSET ?)""",
+            (limit,),
+        ).rowcount
 
 
 def _alarm(row: sqlite3.Row) -> Alarm:
@@ -123,7 +170,16 @@ def _alarm(row: sqlite3.Row) -> Alarm:
     if row["robot"] is not None:
         details["robot"] = row["robot"]
     return Alarm(
-        code=row["code"], key=row["key"], priority=Priority(row["priority"]), raised_at=to_instant(row["raised_at"]),
-        details=details, id=row["id"], last_at=to_instant(row["last_at"]), count=row["count"],
-        cleared_at=to_optional_instant(row["cleared_at"]), acknowledged_at=to_optional_instant(row["acknowledged_at"]),
-        note=row["note"], shelved_until=to_optional_instant(row["shelved_until"]))
+        code=row["code"],
+        key=row["key"],
+        priority=Priority(row["priority"]),
+        raised_at=to_instant(row["raised_at"]),
+        details=details,
+        id=row["id"],
+        last_at=to_instant(row["last_at"]),
+        count=row["count"],
+        cleared_at=to_optional_instant(row["cleared_at"]),
+        acknowledged_at=to_optional_instant(row["acknowledged_at"]),
+        note=row["note"],
+        shelved_until=to_optional_instant(row["shelved_until"]),
+    )

@@ -2,6 +2,7 @@
 
 They hold the robots' tokens, so they are as private as the database itself.
 """
+
 from __future__ import annotations
 
 import contextlib
@@ -26,14 +27,18 @@ from app.domain.models import Settings
 
 log = logging.getLogger(__name__)
 
-NOT_RESTORED = message("The backup {path} can't be restored: {problem}; nothing was changed, so choose another one")["msgid"]
-BACKUPS = "backups"          # the directory, in the data directory
-KEPT = 7                     # daily ones
-COPIED = 100_001             # rows of a table that are looked at before a restore
-_HISTORY = ("observed", "activity_spans", "activity_days", "ended_days")     # read for figures and curves only
-_SOME = {"executions": f"""WHERE state IN ('waiting', 'submitting', 'queued', 'executing')
-                           OR id IN (SELECT id FROM executions ORDER BY planned_at DESC, id DESC LIMIT 1000) LIMIT {COPIED}"""}
-SEQUENCE_GAP = 1000          # ids skipped at a restore: what was made after the backup must not be taken for something new
+NOT_RESTORED = message("The backup {path} can't be restored: {problem}; nothing was changed, so choose another one")[
+    "msgid"
+]
+BACKUPS = "backups"  # the directory, in the data directory
+KEPT = 7  # daily ones
+COPIED = 100_001  # rows of a table that are looked at before a restore
+_HISTORY = ("observed", "activity_spans", "activity_days", "ended_days")  # read for figures and curves only
+_SOME = {
+    "executions": f"""WHERE state IN ('waiting', 'submitting', 'queued', 'executing')
+                           OR id IN (SELECT id FROM executions ORDER BY planned_at DESC, id DESC LIMIT 1000) LIMIT {COPIED}"""
+}
+SEQUENCE_GAP = 1000  # ids skipped at a restore: what was made after the backup must not be taken for something new
 
 
 def daily_backup(path: Path, now: datetime) -> Path | None:
@@ -58,10 +63,12 @@ def back_up(path: Path, target: Path) -> None:
     try:
         part.unlink(missing_ok=True)
         files.make_private(part)
-        with contextlib.closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True, isolation_level=None)) as source, \
-                contextlib.closing(sqlite3.connect(part, isolation_level=None)) as copy:
+        with (
+            contextlib.closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True, isolation_level=None)) as source,
+            contextlib.closing(sqlite3.connect(part, isolation_level=None)) as copy,
+        ):
             source.backup(copy)
-            copy.execute("PRAGMA journal_mode = DELETE")      # one file, without -wal and -shm
+            copy.execute("PRAGMA journal_mode = DELETE")  # one file, without -wal and -shm
         if problem := problem_of(part, any_version=True):
             raise DatabaseUnavailable("The backup {path} could not be made: {problem}", path=target, problem=problem)
         files.sync_file(part)
@@ -70,10 +77,12 @@ def back_up(path: Path, target: Path) -> None:
     except sqlite3.Error as error:
         raise translated(error, path) from error
     except OSError as error:
-        raise DatabaseUnavailable("The backup {path} can't be written: {problem}", path=target, problem=message_of_system(error)) from error
+        raise DatabaseUnavailable(
+            "The backup {path} can't be written: {problem}", path=target, problem=message_of_system(error)
+        ) from error
 
 
-Check = Callable[[sqlite3.Connection], Message | None]        # what is wrong with the rows; None: nothing
+Check = Callable[[sqlite3.Connection], Message | None]  # what is wrong with the rows; None: nothing
 
 
 def problem_of(backup: Path, any_version: bool = False, check: Check | None = None) -> Message | None:
@@ -82,7 +91,9 @@ def problem_of(backup: Path, any_version: bool = False, check: Check | None = No
     if not backup.is_file():
         return message("there is no such file")
     try:
-        with contextlib.closing(sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as connection:
+        with contextlib.closing(
+            sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+        ) as connection:
             if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
                 return message("it is not a database of this app")
             version: int = connection.execute("PRAGMA user_version").fetchone()[0]
@@ -122,10 +133,13 @@ def _rows_of(backup: sqlite3.Connection, version: int) -> sqlite3.Connection:
     copy = sqlite3.connect(":memory:", isolation_level=None)
     for script in MIGRATIONS[:version]:
         copy.executescript(script)
-    tables = {name for (name,) in copy.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")} - {*_HISTORY, "sqlite_sequence"}
+    tables = {name for (name,) in copy.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")} - {
+        *_HISTORY,
+        "sqlite_sequence",
+    }
     for table in (*tables, "sqlite_sequence"):
         rows = backup.execute(f"SELECT * FROM {table} {_SOME.get(table, f'LIMIT {COPIED}')}")
-        copy.execute(f"DELETE FROM {table}")                # the sequences follow from the rows until then
+        copy.execute(f"DELETE FROM {table}")  # the sequences follow from the rows until then
         copy.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' for _ in rows.description)})", rows)
     for script in MIGRATIONS[version:]:
         copy.executescript(script)
@@ -141,10 +155,10 @@ def backups_of(path: Path) -> list[Path]:
     """What lies in the directory of backups of the database at ``path``, good or not, newest first. Whoever brings one may have its name
     in capitals; hidden files are none."""
     found: list[tuple[int, Path]] = []
-    with contextlib.suppress(OSError):                       # there is no such directory
+    with contextlib.suppress(OSError):  # there is no such directory
         for backup in (path.parent / BACKUPS).iterdir():
             if backup.suffix.lower() == ".db" and not backup.name.startswith("."):
-                with contextlib.suppress(FileNotFoundError):          # the oldest may be deleted meanwhile
+                with contextlib.suppress(FileNotFoundError):  # the oldest may be deleted meanwhile
                     found.append((backup.stat().st_mtime_ns, backup))
     return [backup for _changed, backup in sorted(found, reverse=True)]
 
@@ -152,7 +166,9 @@ def backups_of(path: Path) -> list[Path]:
 def settings_in(backup: Path) -> Settings:
     """What was set when the backup was made; the defaults when that can't be read."""
     try:
-        with contextlib.closing(sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as connection:
+        with contextlib.closing(
+            sqlite3.connect(f"{backup.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+        ) as connection:
             connection.row_factory = sqlite3.Row
             return SettingsRepository().load(connection)
     except (sqlite3.Error, OSError, ValueError, TypeError):
@@ -226,7 +242,9 @@ def _finish(path: Path) -> Path | None:
         _ready(path).replace(path)
         files.sync_directory(path.parent)
     except OSError as error:
-        raise DatabaseUnavailable("{path} can't be written: {problem}", path=path, problem=message_of_system(error)) from error
+        raise DatabaseUnavailable(
+            "{path} can't be written: {problem}", path=path, problem=message_of_system(error)
+        ) from error
     return kept
 
 
@@ -249,9 +267,11 @@ def _note_restore(file: Path, former: Path, now: datetime) -> None:
 
 def _wrong_pins(database: Path) -> int:
     """How many were entered in a row; 0 where that can't be read."""
-    is_whole = not files.size_of(files.beside_of(database, "-wal"))        # then nothing has to be created beside it
+    is_whole = not files.size_of(files.beside_of(database, "-wal"))  # then nothing has to be created beside it
     try:
-        with contextlib.closing(sqlite3.connect(f"{database.as_uri()}?mode=ro{'&immutable=1' * is_whole}", uri=True)) as connection:
+        with contextlib.closing(
+            sqlite3.connect(f"{database.as_uri()}?mode=ro{'&immutable=1' * is_whole}", uri=True)
+        ) as connection:
             return min(int(SettingsRepository().get(configured(connection), WRONG_PINS, 0)), LARGEST)
     except (sqlite3.Error, ValueError, TypeError, OverflowError):
         return 0

@@ -1,4 +1,5 @@
 """What check-ups found of robots: the last report and profile of each, and what a trial under way has changed there."""
+
 from __future__ import annotations
 
 import json
@@ -16,13 +17,14 @@ from app.domain.check_up import Finding, LeftBehind, Level, Report, Rest, RobotP
 from app.domain.message import Message, is_message
 from app.domain.robot import QueueState
 
-LONGEST = 10_000             # characters of a text in a profile
+LONGEST = 10_000  # characters of a text in a profile
 _STATES = {state.value.casefold(): state.value for state in QueueState if state is not QueueState.UNKNOWN}
-_CANCELLED = "Cancelled"     # of ``item_states`` as well
+_CANCELLED = "Cancelled"  # of ``item_states`` as well
 
 
 class StoredCheckUp(NamedTuple):
     """A row as it is stored."""
+
     profile: str | None
     report: str | None
     left_behind: str | None
@@ -36,8 +38,14 @@ class CheckUpRepository:
 
     def put(self, c: sqlite3.Connection, robot_id: int, report: Report) -> None:
         """In the place of the one before. A robot that has been removed, or is another machine by now, gets none."""
-        self._put(c, robot_id, "report = excluded.report, profile = excluded.profile", report.profile.serial_number,
-                  profile=json.dumps(_plain(report.profile)), report=json.dumps(_without_profile(report)))
+        self._put(
+            c,
+            robot_id,
+            "report = excluded.report, profile = excluded.profile",
+            report.profile.serial_number,
+            profile=json.dumps(_plain(report.profile)),
+            report=json.dumps(_without_profile(report)),
+        )
 
     def left_behind(self, c: sqlite3.Connection) -> dict[int, LeftBehind]:
         """By robot: what a trial has changed there and not put back."""
@@ -49,19 +57,30 @@ class CheckUpRepository:
         if left is None:
             c.execute("UPDATE check_ups SET left_behind = NULL WHERE robot_id = ?", (robot_id,))
         else:
-            self._put(c, robot_id, "left_behind = excluded.left_behind", left.serial_number, left_behind=json.dumps(asdict(left)))
+            self._put(
+                c,
+                robot_id,
+                "left_behind = excluded.left_behind",
+                left.serial_number,
+                left_behind=json.dumps(asdict(left)),
+            )
 
     def leave_paused(self, c: sqlite3.Connection, robot_id: int) -> None:
         """From now on its pause is a person's."""
-        c.execute("UPDATE check_ups SET left_behind = json_set(left_behind, '$.is_paused', json('false')) WHERE robot_id = ? "
-                  "AND left_behind IS NOT NULL", (robot_id,))
+        c.execute(
+            "UPDATE check_ups SET left_behind = json_set(left_behind, '$.is_paused', json('false')) WHERE robot_id = ? "
+            "AND left_behind IS NOT NULL",
+            (robot_id,),
+        )
 
     @staticmethod
     def _put(c: sqlite3.Connection, robot_id: int, change: str, serial_number: str | None, **values: str) -> None:
         names = tuple(values)
-        c.execute(f"""INSERT INTO check_ups (robot_id, {', '.join(names)}) SELECT id, {', '.join('?' for _name in names)} FROM robots
+        c.execute(
+            f"""INSERT INTO check_ups (robot_id, {", ".join(names)}) SELECT id, {", ".join("?" for _name in names)} FROM robots
                       WHERE id = ? AND (serial_number IS ? OR serial_number IS NULL) ON CONFLICT DO UPDATE SET {change}""",
-                  (*values.values(), robot_id, serial_number))
+            (*values.values(), robot_id, serial_number),
+        )
 
     # ------------------------------------------------------------------ as it is stored
     def stored(self, c: sqlite3.Connection, robot_id: int) -> StoredCheckUp | None:
@@ -69,7 +88,10 @@ class CheckUpRepository:
         return row and StoredCheckUp(*row)
 
     def put_back(self, c: sqlite3.Connection, robot_id: int, stored: StoredCheckUp) -> None:
-        c.execute("INSERT OR REPLACE INTO check_ups (robot_id, profile, report, left_behind) VALUES (?, ?, ?, ?)", (robot_id, *stored))
+        c.execute(
+            "INSERT OR REPLACE INTO check_ups (robot_id, profile, report, left_behind) VALUES (?, ?, ?, ?)",
+            (robot_id, *stored),
+        )
 
     def check(self, c: sqlite3.Connection) -> None:
         """Read all of them. Raises ValueError, TypeError or LookupError for one that can't be used."""
@@ -91,30 +113,55 @@ def profile_of(text: str) -> RobotProfile:
         _check(found[name], bool)
     for name in ("page_limit", "order_status"):
         _check(found[name], int)
-        _require(found[name] is None or (found[name] >= 0 and found[name] != 1), f"{name} {found[name]}")      # pages of one have no order
+        _require(
+            found[name] is None or (found[name] >= 0 and found[name] != 1), f"{name} {found[name]}"
+        )  # pages of one have no order
     for name in ("clock_offset", "lost", "quiet_s", "timeout_s"):
-        found[name] = None if found[name] is None else _finite(found[name], 0.0 if name != "clock_offset" else -math.inf)
+        found[name] = (
+            None if found[name] is None else _finite(found[name], 0.0 if name != "clock_offset" else -math.inf)
+        )
     states = {_text(word): _text(state) for word, state in _object(found.pop("item_states")).items()}
-    for word, state in states.items():           # MiR's own words mean what they do
-        _require(state in (*_STATES.values(), _CANCELLED) and _STATES.get(word.casefold(), state) == state, f"item_states {word!r:.40}")
+    for word, state in states.items():  # MiR's own words mean what they do
+        _require(
+            state in (*_STATES.values(), _CANCELLED) and _STATES.get(word.casefold(), state) == state,
+            f"item_states {word!r:.40}",
+        )
     return RobotProfile(
-        **found, item_states=states, ignores=None if ignores is None else frozenset(map(_text, ignores)),
+        **found,
+        item_states=states,
+        ignores=None if ignores is None else frozenset(map(_text, ignores)),
         latency=None if latency is None else _four(latency),
-        rest=None if rest is None else Rest(int(_finite(rest["requests"], 1.0)), _finite(rest["seconds"], 0.001)))
+        rest=None if rest is None else Rest(int(_finite(rest["requests"], 1.0)), _finite(rest["seconds"], 0.001)),
+    )
 
 
 def _report(found: Mapping[str, Any], profile: str | None) -> Report:
-    findings = tuple(Finding(Topic(each["topic"]), Level(each["level"]), _message(each["says"]), _message(each["means"]))
-                     for each in found["findings"])
+    findings = tuple(
+        Finding(Topic(each["topic"]), Level(each["level"]), _message(each["says"]), _message(each["means"]))
+        for each in found["findings"]
+    )
     began_at = datetime.fromisoformat(found["began_at"])
     _require(began_at.tzinfo is not None and began_at.year in YEARS, f"began_at {began_at}")
-    return Report(_text(found["robot"]), _text(found["address"]), _text(found["model"]), began_at.astimezone(UTC),
-                  _finite(found["took_s"]), findings, profile_of(profile or ""), _text(found["mission"]), found["is_complete"] is True)
+    return Report(
+        _text(found["robot"]),
+        _text(found["address"]),
+        _text(found["model"]),
+        began_at.astimezone(UTC),
+        _finite(found["took_s"]),
+        findings,
+        profile_of(profile or ""),
+        _text(found["mission"]),
+        found["is_complete"] is True,
+    )
 
 
 def _without_profile(report: Report) -> dict[str, Any]:
-    return {**asdict(replace(report, findings=())), "findings": [asdict(each) for each in report.findings], "profile": None,
-            "began_at": report.began_at.isoformat()}
+    return {
+        **asdict(replace(report, findings=())),
+        "findings": [asdict(each) for each in report.findings],
+        "profile": None,
+        "began_at": report.began_at.isoformat(),
+    }
 
 
 def _plain(profile: RobotProfile) -> dict[str, Any]:
@@ -122,14 +169,24 @@ def _plain(profile: RobotProfile) -> dict[str, Any]:
 
 
 def _left_behind(found: Any) -> LeftBehind:
-    started, uptime_s = found.get("started"), found.get("uptime_s")        # notes of earlier versions lack them
+    started, uptime_s = found.get("started"), found.get("uptime_s")  # notes of earlier versions lack them
     for value in (found["serial_number"], found["mission"], found["queued"], started):
         _check(value, str)
     _check(found["hold"], int)
-    _require(found["mission"] is None or re.fullmatch(r"[\w-]+", found["mission"], re.ASCII), "mission")      # it goes into addresses
-    return LeftBehind(found["serial_number"], found["mission"], tuple(map(_text, found["tokens"])), int(_finite(found["queue_floor"])),
-                      found["is_paused"] is True, found["queued"], found["hold"], started,
-                      None if uptime_s is None else _finite(uptime_s))
+    _require(
+        found["mission"] is None or re.fullmatch(r"[\w-]+", found["mission"], re.ASCII), "mission"
+    )  # it goes into addresses
+    return LeftBehind(
+        found["serial_number"],
+        found["mission"],
+        tuple(map(_text, found["tokens"])),
+        int(_finite(found["queue_floor"])),
+        found["is_paused"] is True,
+        found["queued"],
+        found["hold"],
+        started,
+        None if uptime_s is None else _finite(uptime_s),
+    )
 
 
 def _require(condition: object, problem: str) -> None:

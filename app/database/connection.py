@@ -2,6 +2,7 @@
 
 Journal settings that lose no committed row at a power cut (WAL with synchronous=FULL), and readers that never write.
 """
+
 from __future__ import annotations
 
 import contextlib
@@ -14,7 +15,14 @@ from typing import TypeVar
 
 from app.database import files
 from app.database.backups import backups_of, carry_on_restore, is_restoring, newest_good_backup
-from app.database.errors import DatabaseDamaged, DatabaseError, DatabaseRefused, DatabaseUnavailable, primary_code, translated
+from app.database.errors import (
+    DatabaseDamaged,
+    DatabaseError,
+    DatabaseRefused,
+    DatabaseUnavailable,
+    primary_code,
+    translated,
+)
 from app.database.migrations import migrate
 from app.database.schema import APPLICATION_ID, MIGRATIONS
 from app.database.sqlite import configured
@@ -25,9 +33,11 @@ from app.domain.message import Message, message, message_of_system
 T = TypeVar("T")
 
 DATABASE_NAME = "amr-scheduler.db"
-BUSY_TIMEOUT = 5.0           # s
-STATEMENTS = 48              # that each connection keeps prepared, 6 KB each: there are 30 connections, and 128 would be usual
-PAGES_KIB = 256              # of the file that each reader keeps. 2,000 would be usual, but the system keeps them too, for all of them
+BUSY_TIMEOUT = 5.0  # s
+STATEMENTS = 48  # that each connection keeps prepared, 6 KB each: there are 30 connections, and 128 would be usual
+PAGES_KIB = (
+    256  # of the file that each reader keeps. 2,000 would be usual, but the system keeps them too, for all of them
+)
 
 __all__ = ["DATABASE_NAME", "Database", "DatabaseDamaged", "DatabaseError", "DatabaseRefused", "DatabaseUnavailable"]
 
@@ -42,8 +52,15 @@ class Database:
         self._closed = False
 
     @classmethod
-    def open(cls, path: Path, *, clock: Clock | None = None, threaded: bool = True, durable: bool = True,
-             migrations: tuple[str, ...] = MIGRATIONS) -> Database:
+    def open(
+        cls,
+        path: Path,
+        *,
+        clock: Clock | None = None,
+        threaded: bool = True,
+        durable: bool = True,
+        migrations: tuple[str, ...] = MIGRATIONS,
+    ) -> Database:
         """Open for writing, creating or migrating as needed. Only the process that holds the instance lock may call this.
 
         ``threaded=False`` writes on the caller's thread; ``durable=False`` leaves flushing to the system (simulations only).
@@ -69,7 +86,9 @@ class Database:
                 raise _keep_aside(path, known.problem, clock) from error
             raise known from error
         except OSError as error:
-            raise DatabaseUnavailable("{path} can't be used: {problem}", path=path, problem=message_of_system(error)) from error
+            raise DatabaseUnavailable(
+                "{path} can't be used: {problem}", path=path, problem=message_of_system(error)
+            ) from error
         return cls(path, writer)
 
     @classmethod
@@ -77,9 +96,13 @@ class Database:
         """Open beside a running app, or without one, changing nothing: for exports. ``write`` then raises DatabaseUnavailable."""
         path = path.absolute()
         if is_restoring(path):
-            raise DatabaseUnavailable("A restore was interrupted in {path}: start the app once so that it is finished", path=path.parent)
+            raise DatabaseUnavailable(
+                "A restore was interrupted in {path}: start the app once so that it is finished", path=path.parent
+            )
         if files.is_marked_damaged(path):
-            raise DatabaseDamaged(path, message("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
+            raise DatabaseDamaged(
+                path, message("found at an earlier start"), files.kept_as(path), newest_good_backup(path)
+            )
         if not path.exists():
             raise DatabaseUnavailable("There is no database in {path}: check --data-dir", path=path.parent)
         db = cls(path, None)
@@ -89,12 +112,17 @@ class Database:
         except sqlite3.Error as error:
             wal = files.beside_of(path, "-wal")
             if primary_code(error) in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY) and files.size_of(wal):
-                raise DatabaseUnavailable("The newest changes lie in {path}, which can't be read where nothing can be written: copy the "
-                                          "data directory elsewhere and name the copy with --data-dir", path=wal) from error
+                raise DatabaseUnavailable(
+                    "The newest changes lie in {path}, which can't be read where nothing can be written: copy the "
+                    "data directory elsewhere and name the copy with --data-dir",
+                    path=wal,
+                ) from error
             raise translated(error, path) from error
         if version < len(MIGRATIONS):
             db.close()
-            raise DatabaseRefused("{path} was written by an older version: start the app once so that it is brought up to date", path=path)
+            raise DatabaseRefused(
+                "{path} was written by an older version: start the app once so that it is brought up to date", path=path
+            )
         return db
 
     def write(self, work: Callable[[sqlite3.Connection], T], patient: bool = False) -> T:
@@ -152,10 +180,18 @@ class _Reader:
 def connect_for_reading(path: Path) -> sqlite3.Connection:
     # Each connection is handed to one thread only; the check is off because the collector may close it on another.
     mode = "mode=ro&immutable=1" if _is_immutable(path) else "mode=ro"
-    connection = sqlite3.connect(f"{path.as_uri()}?{mode}", uri=True, isolation_level=None, timeout=BUSY_TIMEOUT, check_same_thread=False,
-                                 cached_statements=STATEMENTS)
+    connection = sqlite3.connect(
+        f"{path.as_uri()}?{mode}",
+        uri=True,
+        isolation_level=None,
+        timeout=BUSY_TIMEOUT,
+        check_same_thread=False,
+        cached_statements=STATEMENTS,
+    )
     connection.execute("PRAGMA query_only = ON")
-    with contextlib.suppress(sqlite3.Error):               # it reads the file: what is wrong with that hears who asks for something in it
+    with contextlib.suppress(
+        sqlite3.Error
+    ):  # it reads the file: what is wrong with that hears who asks for something in it
         connection.execute(f"PRAGMA cache_size = -{PAGES_KIB}")
     return configured(connection)
 
@@ -163,8 +199,11 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
 def _is_immutable(path: Path) -> bool:
     """Whether it is in a read-only place and complete in its one file: then SQLite must not create files beside it
     (sqlite.org/wal.html, "Read-Only Databases"). Where an app has been killed they are there already."""
-    return (not os.access(path.parent, os.W_OK) and not files.beside_of(path, "-shm").exists()
-            and files.size_of(files.beside_of(path, "-wal")) == 0)
+    return (
+        not os.access(path.parent, os.W_OK)
+        and not files.beside_of(path, "-shm").exists()
+        and files.size_of(files.beside_of(path, "-wal")) == 0
+    )
 
 
 def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str, ...]) -> sqlite3.Connection:
@@ -173,10 +212,14 @@ def _open_checked(path: Path, clock: Clock, durable: bool, migrations: tuple[str
         configured(connection)
         _check_identity(connection, path, len(migrations))
         if (mode := connection.execute("PRAGMA journal_mode = WAL").fetchone()[0]) != "wal":
-            raise DatabaseUnavailable("{path} is in a place that can't keep a write-ahead log (journal mode {mode}): choose another data "
-                                      "directory, on a disk of this machine", path=path, mode=mode)
+            raise DatabaseUnavailable(
+                "{path} is in a place that can't keep a write-ahead log (journal mode {mode}): choose another data "
+                "directory, on a disk of this machine",
+                path=path,
+                mode=mode,
+            )
         connection.execute(f"PRAGMA synchronous = {'FULL' if durable else 'OFF'}")
-        connection.execute("PRAGMA wal_autocheckpoint = 0")   # the writer does it
+        connection.execute("PRAGMA wal_autocheckpoint = 0")  # the writer does it
         problem = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
         if problem != "ok":
             raise _damage(problem)
@@ -206,8 +249,12 @@ def _check_identity(connection: sqlite3.Connection, path: Path, newest: int) -> 
     if not is_empty and application_id != APPLICATION_ID:
         raise DatabaseRefused("{path} is a database of another program: choose another data directory", path=path)
     if version > newest:
-        raise DatabaseRefused("{path} was written by a newer version (database version {version}, here {newest}): update the app",
-                              path=path, version=version, newest=newest)
+        raise DatabaseRefused(
+            "{path} was written by a newer version (database version {version}, here {newest}): update the app",
+            path=path,
+            version=version,
+            newest=newest,
+        )
 
 
 def _has_backups(path: Path) -> bool:
@@ -232,6 +279,4 @@ def _refuse_marked(path: Path, clock: Clock) -> None:
         raise DatabaseDamaged(path, message("found at an earlier start"), files.kept_as(path), newest_good_backup(path))
     if not files.is_aside(path):
         raise _keep_aside(path, message("found at an earlier start"), clock)
-    files.clear_mark(path)                    # a restore was interrupted before its last step
-
-
+    files.clear_mark(path)  # a restore was interrupted before its last step

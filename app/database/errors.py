@@ -1,4 +1,5 @@
 """What can go wrong with the database, each with one English sentence that says what and how to mend it."""
+
 from __future__ import annotations
 
 import errno
@@ -40,12 +41,22 @@ class DatabaseDamaged(DatabaseError):
     def __init__(self, path: Path, problem: Message, kept_as: Path | None = None, backup: Path | None = None) -> None:
         self.path, self.problem, self.kept_as, self.backup = path, problem, kept_as, backup
         kept = message(", kept as {path}", path=kept_as) if kept_as else ""
-        mend = (message("restore the newest good backup with: python main.py --data-dir {directory} --restore-backup {backup}",
-                     directory=shlex.quote(str(path.parent)), backup=shlex.quote(str(backup)))
-                if backup else
-                message("there is no good backup in the data directory: restore one from elsewhere with: "
-                     "python main.py --data-dir {directory} --restore-backup FILE", directory=shlex.quote(str(path.parent))))
-        whole = message("The database {path} is damaged ({problem}){kept}; {mend}", path=path, problem=problem, kept=kept, mend=mend)
+        mend = (
+            message(
+                "restore the newest good backup with: python main.py --data-dir {directory} --restore-backup {backup}",
+                directory=shlex.quote(str(path.parent)),
+                backup=shlex.quote(str(backup)),
+            )
+            if backup
+            else message(
+                "there is no good backup in the data directory: restore one from elsewhere with: "
+                "python main.py --data-dir {directory} --restore-backup FILE",
+                directory=shlex.quote(str(path.parent)),
+            )
+        )
+        whole = message(
+            "The database {path} is damaged ({problem}){kept}; {mend}", path=path, problem=problem, kept=kept, mend=mend
+        )
         super().__init__(whole["msgid"], **whole["params"])
 
 
@@ -73,8 +84,11 @@ def translated(error: BaseException, path: Path) -> BaseException:
     if code in _DAMAGE:
         return DatabaseDamaged(path, str(error))
     if code == sqlite3.SQLITE_CANTOPEN and _are_too_many_files_open():
-        return DatabaseUnavailable("{path} can't be opened because too many files are open: raise the limit (ulimit -n) and start the "
-                                   "app again", path=path)
+        return DatabaseUnavailable(
+            "{path} can't be opened because too many files are open: raise the limit (ulimit -n) and start the "
+            "app again",
+            path=path,
+        )
     if msgid := SENTENCES.get(code):
         return DatabaseUnavailable(msgid, path=path)
     return error

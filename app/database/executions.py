@@ -1,4 +1,5 @@
 """The execution ledger's rows."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -18,21 +19,40 @@ NEVER_SENT = """(attempts = 0 OR (queue_floor IS NULL AND NOT EXISTS (         -
     SELECT 1 FROM json_each(iif(json_valid(tried), tried, '{}')) WHERE json_extract(value, '$.floor') IS NOT NULL)))"""
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"
-UNBOUND: dict[str, Any] = {"robot_id": None, "robot": "", "bound_at": None, "choice": {}, "approach_m": None, "queue_floor": None,
-                           "robot_address": None, "robot_serial": None}
-_ADDED_AT_ONCE = 100         # rows in one statement
-PRUNED_AT_ONCE = 100         # of each kind, so that due executions never wait long for the writer
+UNBOUND: dict[str, Any] = {
+    "robot_id": None,
+    "robot": "",
+    "bound_at": None,
+    "choice": {},
+    "approach_m": None,
+    "queue_floor": None,
+    "robot_address": None,
+    "robot_serial": None,
+}
+_ADDED_AT_ONCE = 100  # rows in one statement
+PRUNED_AT_ONCE = 100  # of each kind, so that due executions never wait long for the writer
 
-_INSTANTS = ("hold_until", "finish_by", "bound_at", "planned_at", "closes_at", "created_at", "submitted_at", "started_at", "ended_at")
+_INSTANTS = (
+    "hold_until",
+    "finish_by",
+    "bound_at",
+    "planned_at",
+    "closes_at",
+    "created_at",
+    "submitted_at",
+    "started_at",
+    "ended_at",
+)
 _OBJECTS = ("parameters", "wait_details", "choice", "tried")
 _FIELDS = tuple(field.name for field in fields(Execution) if field.name != "id")
-_PLAIN = tuple(name for name in _FIELDS if name != "reason")         # columns of the same name
+_PLAIN = tuple(name for name in _FIELDS if name != "reason")  # columns of the same name
 _COLUMNS = (*_PLAIN, "reason_code", "reason_details")
 
 
 class Elsewhere(NamedTuple):
     """The start ``id`` was in doubt on ``robot``, and a person had ``other`` run in its place ``at`` an instant: on ``other_robot``, or any
     of that group."""
+
     id: int
     robot: str
     other: int
@@ -40,29 +60,31 @@ class Elsewhere(NamedTuple):
     at: datetime
 
 
-PIECE = 1000                             # rows that are read at a time
-IDENTIFIER_LENGTH = 36                   # characters of a position's, as robots write it: nobody reads that
+PIECE = 1000  # rows that are read at a time
+IDENTIFIER_LENGTH = 36  # characters of a position's, as robots write it: nobody reads that
 
 
 @dataclass(frozen=True)
 class ExecutionFilter:
     """Which executions are wanted; None or an empty text: any."""
+
     robot_ids: Sequence[int] | None = None
-    mission: str | None = None           # its name
+    mission: str | None = None  # its name
     states: Sequence[State] | None = None
     triggers: Sequence[Trigger] | None = None
-    start: datetime | None = None        # of the planned instant, included
-    end: datetime | None = None          # not included
-    text: str = ""                       # somewhere in the names of mission, schedule or robot, in the robot's message, or in a text that
-                                         # the mission was given, in whatever case
-    group: str | None = None             # its name then, of those that any robot of a group could take
-    reasons: Sequence[ReasonCode] = ()   # or that ended for one of these, where a text is wanted
-    values: Sequence[str] = ()           # or whose mission was given one of these identifiers, where a text is wanted
+    start: datetime | None = None  # of the planned instant, included
+    end: datetime | None = None  # not included
+    text: str = ""  # somewhere in the names of mission, schedule or robot, in the robot's message, or in a text that
+    # the mission was given, in whatever case
+    group: str | None = None  # its name then, of those that any robot of a group could take
+    reasons: Sequence[ReasonCode] = ()  # or that ended for one of these, where a text is wanted
+    values: Sequence[str] = ()  # or whose mission was given one of these identifiers, where a text is wanted
 
 
 @dataclass(frozen=True)
 class PageKey:
     """Where a page ends: the next one begins behind it, whatever was added or deleted in the meantime."""
+
     planned_at: datetime
     id: int
 
@@ -73,6 +95,7 @@ class PageKey:
 
 class Unsent(NamedTuple):
     """What decides whether an execution that no robot has yet is to be handled now, as it is stored."""
+
     id: int
     state: str
     closes_at: str
@@ -82,6 +105,7 @@ class Unsent(NamedTuple):
 
 class Surplus(NamedTuple):
     """How many ended rows are beyond the history limit: of those that ran, and of those that did not."""
+
     ran: int
     not_ran: int
 
@@ -101,9 +125,11 @@ class ExecutionRepository:
         """Those that were not in the ledger yet, with their ids."""
         added: list[Execution] = []
         for start in range(0, len(executions), _ADDED_AT_ONCE):
-            batch = executions[start:start + _ADDED_AT_ONCE]
+            batch = executions[start : start + _ADDED_AT_ONCE]
             values = [value for execution in batch for value in _row_of(execution)]
-            new = c.execute(f"{_INSERT}{f', {_PLACES}' * (len(batch) - 1)} ON CONFLICT DO NOTHING RETURNING token, id", values)
+            new = c.execute(
+                f"{_INSERT}{f', {_PLACES}' * (len(batch) - 1)} ON CONFLICT DO NOTHING RETURNING token, id", values
+            )
             ids = dict(map(tuple, new))
             added += [_with(execution, id=ids[execution.token]) for execution in batch if execution.token in ids]
         return added
@@ -112,8 +138,14 @@ class ExecutionRepository:
         """Thousands at once, skipping those in the ledger already; returns how many were new."""
         return max(0, c.executemany(f"{_INSERT} ON CONFLICT DO NOTHING", map(_row_of, executions)).rowcount)
 
-    def change(self, c: sqlite3.Connection, execution_id: int, expected: Sequence[State], of_robot: int | None = -1,
-               **columns: Any) -> Execution | None:
+    def change(
+        self,
+        c: sqlite3.Connection,
+        execution_id: int,
+        expected: Sequence[State],
+        of_robot: int | None = -1,
+        **columns: Any,
+    ) -> Execution | None:
         """Change columns of a row that is still in one of the expected states and, where ``of_robot`` is given, that robot's (None:
         none's).
 
@@ -122,60 +154,94 @@ class ExecutionRepository:
         """
         values = stored_values(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
-        row = c.execute(f"""UPDATE executions SET {assignments} WHERE id = ? AND state IN ({placeholders(expected)})
+        row = c.execute(
+            f"""UPDATE executions SET {assignments} WHERE id = ? AND state IN ({placeholders(expected)})
                             AND (? = -1 OR robot_id IS ?) RETURNING *""",
-                        (*values.values(), execution_id, *expected, of_robot, of_robot)).fetchone()
+            (*values.values(), execution_id, *expected, of_robot, of_robot),
+        ).fetchone()
         return row and execution_of(row)
 
-    def change_owned(self, c: sqlite3.Connection, execution: Execution, expected: Sequence[State], **columns: Any) -> Execution | None:
+    def change_owned(
+        self, c: sqlite3.Connection, execution: Execution, expected: Sequence[State], **columns: Any
+    ) -> Execution | None:
         """The same of a row that only the caller changes, but for the wishes of people: these alone are read again."""
         values = stored_values(columns)
         assignments = ", ".join(f"{name} = ?" for name in values)
         where = f"id = ? AND state IN ({placeholders(expected)})"
-        row = c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING cancel_code, revoked, held",
-                        (*values.values(), execution.id, *expected)).fetchone()
+        row = c.execute(
+            f"UPDATE executions SET {assignments} WHERE {where} RETURNING cancel_code, revoked, held",
+            (*values.values(), execution.id, *expected),
+        ).fetchone()
         if row is None:
             return None
-        wishes = {"cancel_code": row[0] and ReasonCode(row[0]), "revoked": _text_to_reason(row[1]), "held": bool(row[2])}
+        wishes = {
+            "cancel_code": row[0] and ReasonCode(row[0]),
+            "revoked": _text_to_reason(row[1]),
+            "held": bool(row[2]),
+        }
         return _with(execution, **{**wishes, **columns})
 
     def mark_cancelled(self, c: sqlite3.Connection, ids: Collection[int], code: ReasonCode) -> list[int]:
         """A person does not want these open ones any more; returns the ids of those of which that was not known. That the whole queue was
         cleared counts though the robot may yet refuse to cancel one of them."""
         covered = "('')" if code is ReasonCode.USER_CANCELLED else "('', 'user_cancelled')"
-        marked = c.execute(f"""UPDATE executions SET cancel_code = ? WHERE id IN ({placeholders(ids)}) AND {OPEN}
-                               AND coalesce(cancel_code, '') IN {covered} RETURNING id""", (code, *ids))
+        marked = c.execute(
+            f"""UPDATE executions SET cancel_code = ? WHERE id IN ({placeholders(ids)}) AND {OPEN}
+                               AND coalesce(cancel_code, '') IN {covered} RETURNING id""",
+            (code, *ids),
+        )
         return [row[0] for row in marked]
 
     def withdraw_cancel(self, c: sqlite3.Connection, ids: Collection[int]) -> None:
         """The robot has refused to cancel these."""
-        c.execute(f"""UPDATE executions SET cancel_code = NULL WHERE id IN ({placeholders(ids)}) AND {OPEN}
-                      AND cancel_code = 'user_cancelled'""", list(ids))
+        c.execute(
+            f"""UPDATE executions SET cancel_code = NULL WHERE id IN ({placeholders(ids)}) AND {OPEN}
+                      AND cancel_code = 'user_cancelled'""",
+            list(ids),
+        )
 
-    def take_back(self, c: sqlite3.Connection, reason: Reason, now: datetime, *, schedule_id: int | None = None,
-                  robot_id: int | None = None, ids: Sequence[int] | None = None, only: Trigger | None = None) -> list[int]:
+    def take_back(
+        self,
+        c: sqlite3.Connection,
+        reason: Reason,
+        now: datetime,
+        *,
+        schedule_id: int | None = None,
+        robot_id: int | None = None,
+        ids: Sequence[int] | None = None,
+        only: Trigger | None = None,
+    ) -> list[int]:
         """What has not reached its robot yet, of a schedule or of a robot, or of these alone, or of one trigger, is not sent any more: what
         waits ends, what is on its way is marked; a change of the plan, which may be undone, covers no other reason. Returns the ids of
         what ended."""
         column, value = ("schedule_id", schedule_id) if robot_id is None else ("robot_id", robot_id)
         where, values = f"{column} = ? AND {OPEN}", list[object]([value])
         if robot_id is not None:
-            where += " AND group_id IS NULL"             # those are for the group's other robots
+            where += " AND group_id IS NULL"  # those are for the group's other robots
         if ids is not None:
             where, values = f"{where} AND id IN ({placeholders(ids)})", [value, *ids]
         if only is not None:
             where, values = f"{where} AND trigger = ?", [*values, only]
-        c.execute(f"""UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'
+        c.execute(
+            f"""UPDATE executions SET revoked = ? WHERE {where} AND state = 'submitting'
                       AND coalesce(json_extract(revoked, '$.code'), 'schedule_changed') = 'schedule_changed'""",
-                  (_reason_to_text(reason), *values))
+            (_reason_to_text(reason), *values),
+        )
         return self._end(c, f"{where} AND state = 'waiting'", values, reason, now)
 
-    def give_back(self, c: sqlite3.Connection, robot_id: int, group_id: int | None = None, *, but_persons: bool = False) -> int:
+    def give_back(
+        self, c: sqlite3.Connection, robot_id: int, group_id: int | None = None, *, but_persons: bool = False
+    ) -> int:
         """What waits to be sent to this robot as one of a group (of any, or of one) waits for any robot again; how many that were.
         ``but_persons``: not where a person chose it."""
-        return self._unbind(c, f"""robot_id = ? AND {OPEN} AND state = 'waiting' AND group_id IS NOT NULL
+        return self._unbind(
+            c,
+            f"""robot_id = ? AND {OPEN} AND state = 'waiting' AND group_id IS NOT NULL
                                    AND group_id = coalesce(?, group_id) AND NOT (? AND json_extract(choice, '$.by') IS 'person')""",
-                            robot_id, group_id, but_persons)
+            robot_id,
+            group_id,
+            but_persons,
+        )
 
     def unbind(self, c: sqlite3.Connection, execution_id: int) -> None:
         """The same of one."""
@@ -197,60 +263,95 @@ class ExecutionRepository:
 
     def waiting_of_group(self, c: sqlite3.Connection, group_id: int) -> list[Execution]:
         """What no robot has of a group, oldest first."""
-        return self._list(c, f"""INDEXED BY executions_open WHERE {OPEN} AND state = 'waiting' AND group_id = ?
-                                 ORDER BY planned_at, id""", group_id)
+        return self._list(
+            c,
+            f"""INDEXED BY executions_open WHERE {OPEN} AND state = 'waiting' AND group_id = ?
+                                 ORDER BY planned_at, id""",
+            group_id,
+        )
 
     @staticmethod
     def _end(c: sqlite3.Connection, where: str, values: Sequence[Any], reason: Reason, now: datetime) -> list[int]:
         columns = stored_values({"state": reason.state, "reason": reason, "ended_at": now})
         assignments = ", ".join(f"{name} = ?" for name in columns)
-        ended = c.execute(f"UPDATE executions SET {assignments} WHERE {where} RETURNING id", (*columns.values(), *values))
+        ended = c.execute(
+            f"UPDATE executions SET {assignments} WHERE {where} RETURNING id", (*columns.values(), *values)
+        )
         return [row[0] for row in ended]
 
     def unsent_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
         """What no robot has yet, oldest first."""
-        return self._list(c, f"""INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN}
-                                 AND state IN ('waiting', 'submitting') ORDER BY planned_at""", schedule_id)
+        return self._list(
+            c,
+            f"""INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN}
+                                 AND state IN ('waiting', 'submitting') ORDER BY planned_at""",
+            schedule_id,
+        )
 
     def open_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> list[Execution]:
         """What is not over, oldest first."""
-        return self._list(c, f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN} ORDER BY planned_at", schedule_id)
+        return self._list(
+            c,
+            f"INDEXED BY executions_open_of_schedule WHERE schedule_id = ? AND {OPEN} ORDER BY planned_at",
+            schedule_id,
+        )
 
     def unplanned_after(self, c: sqlite3.Connection, instant: datetime) -> list[Execution]:
         """What no schedule wanted and no robot has yet, from a time after that."""
-        return self._list(c, f"""WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NULL AND planned_at > ?""",
-                          to_text(instant))
+        return self._list(
+            c,
+            f"""WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NULL AND planned_at > ?""",
+            to_text(instant),
+        )
 
     def schedules_with_unsent(self, c: sqlite3.Connection) -> list[int]:
         """Ids of the schedules of which something is with no robot yet."""
-        return [row[0] for row in c.execute(f"""SELECT DISTINCT schedule_id FROM executions INDEXED BY executions_open_of_schedule
-                                                WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NOT NULL""")]
+        return [
+            row[0]
+            for row in c.execute(f"""SELECT DISTINCT schedule_id FROM executions INDEXED BY executions_open_of_schedule
+                                                WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NOT NULL""")
+        ]
 
     def follow_mission(self, c: sqlite3.Connection, before: Mission, now: Mission) -> None:
         """The mission that starts of groups wait for, or will where no robot took them, has another name: each robot's own is looked for
         by it."""
-        c.execute(f"""UPDATE executions SET mission = ? WHERE {OPEN} AND state IN ('waiting', 'submitting') AND group_id IS NOT NULL
-                      AND mission = ?""", (now.name, before.name))
+        c.execute(
+            f"""UPDATE executions SET mission = ? WHERE {OPEN} AND state IN ('waiting', 'submitting') AND group_id IS NOT NULL
+                      AND mission = ?""",
+            (now.name, before.name),
+        )
 
     def open_again(self, c: sqlite3.Connection, execution: Execution) -> None:
         """What ended it has been undone: it is as given, also where the history has forgotten it."""
-        if self.change(c, execution.id, (State.CANCELLED,), **{name: getattr(execution, name) for name in _FIELDS}) is None:
+        if (
+            self.change(c, execution.id, (State.CANCELLED,), **{name: getattr(execution, name) for name in _FIELDS})
+            is None
+        ):
             self.add_once(c, execution)
 
     def want_again(self, c: sqlite3.Connection, ids: Sequence[int]) -> None:
         """What an edit had taken back while it was on its way, and has not ended, is wanted after all."""
-        c.execute(f"""UPDATE executions SET revoked = NULL WHERE id IN ({placeholders(ids)}) AND state = 'submitting'
-                      AND json_extract(revoked, '$.code') = 'schedule_changed'""", ids)
+        c.execute(
+            f"""UPDATE executions SET revoked = NULL WHERE id IN ({placeholders(ids)}) AND state = 'submitting'
+                      AND json_extract(revoked, '$.code') = 'schedule_changed'""",
+            ids,
+        )
 
     def drop_taken_back(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
         """An instant that an edit had taken back, with nothing sent, is planned again: its old row makes room."""
-        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled' AND {NEVER_SENT}
-                      AND reason_code IN ('schedule_changed', 'robot_removed')""", (schedule_id, to_text(since)))
+        c.execute(
+            f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at >= ? AND state = 'cancelled' AND {NEVER_SENT}
+                      AND reason_code IN ('schedule_changed', 'robot_removed')""",
+            (schedule_id, to_text(since)),
+        )
 
     def drop_skipped(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> None:
         """A person takes back that a start is skipped: nothing was sent of it, and its row makes room."""
-        c.execute(f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at = ? AND state = 'skipped' AND reason_code = 'hold'
-                      AND {NEVER_SENT}""", (schedule_id, to_text(planned_at)))
+        c.execute(
+            f"""DELETE FROM executions WHERE schedule_id = ? AND planned_at = ? AND state = 'skipped' AND reason_code = 'hold'
+                      AND {NEVER_SENT}""",
+            (schedule_id, to_text(planned_at)),
+        )
 
     def make_room_after(self, c: sqlite3.Connection, schedule_id: int, through: datetime, now: datetime) -> datetime:
         """The clock has been set back: rows of instants that are planned again, with nothing ever sent, leave, so that no row waits for an
@@ -260,31 +361,57 @@ class ExecutionRepository:
         unsent = f"""schedule_id = ? AND planned_at > ? AND state NOT IN ('submitting', 'queued', 'executing', 'completed')
                      AND {NEVER_SENT}"""
         is_unwanted = "(cancel_code IS NOT NULL OR reason_code IN ('user_cancelled', 'queue_cleared'))"
-        c.execute(f"""INSERT OR REPLACE INTO skips SELECT schedule_id, planned_at, 0 FROM executions
-                      WHERE {unsent} AND {is_unwanted}""", values)
-        c.execute(f"""INSERT OR IGNORE INTO skips SELECT schedule_id, planned_at, 1 FROM executions
-                      WHERE {unsent} AND state = 'waiting' AND executions.held = 1""", values)
+        c.execute(
+            f"""INSERT OR REPLACE INTO skips SELECT schedule_id, planned_at, 0 FROM executions
+                      WHERE {unsent} AND {is_unwanted}""",
+            values,
+        )
+        c.execute(
+            f"""INSERT OR IGNORE INTO skips SELECT schedule_id, planned_at, 1 FROM executions
+                      WHERE {unsent} AND state = 'waiting' AND executions.held = 1""",
+            values,
+        )
         is_skip = "planned_at IN (SELECT planned_at FROM skips WHERE skips.schedule_id = executions.schedule_id AND skips.held = 0)"
-        columns = stored_values({"state": State.SKIPPED, "reason": Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}),
-                                 "cancel_code": None})
+        columns = stored_values(
+            {
+                "state": State.SKIPPED,
+                "reason": Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}),
+                "cancel_code": None,
+            }
+        )
         assignments = ", ".join(f"{name} = ?" for name in columns)
-        c.execute(f"""UPDATE executions SET {assignments}, ended_at = planned_at WHERE {unsent} AND {is_skip}
+        c.execute(
+            f"""UPDATE executions SET {assignments}, ended_at = planned_at WHERE {unsent} AND {is_skip}
                       AND (state <> 'skipped' OR reason_code <> 'hold' OR reason_details ->> 'skipped_at' IS NULL)""",
-                  (*columns.values(), *values))
-        gone = c.execute(f"""DELETE FROM executions WHERE {unsent} AND NOT {is_skip}
-                             RETURNING iif(starts > 1, reason_details ->> '$.first', NULL)""", values).fetchall()
-        return min([through, *(datetime.fromisoformat(first) - timedelta(microseconds=1) for first, in gone if first)])
+            (*columns.values(), *values),
+        )
+        gone = c.execute(
+            f"""DELETE FROM executions WHERE {unsent} AND NOT {is_skip}
+                             RETURNING iif(starts > 1, reason_details ->> '$.first', NULL)""",
+            values,
+        ).fetchall()
+        return min(
+            [through, *(datetime.fromisoformat(first) - timedelta(microseconds=1) for (first,) in gone if first)]
+        )
 
-    def hold_late(self, c: sqlite3.Connection, since: datetime, now: datetime, until: datetime,
-                  uncertain_through: datetime | None = None) -> None:
+    def hold_late(
+        self,
+        c: sqlite3.Connection,
+        since: datetime,
+        now: datetime,
+        until: datetime,
+        uncertain_through: datetime | None = None,
+    ) -> None:
         """What waits and was due in an absence is listed first. What was planned up to ``uncertain_through`` may have run, and is listed
         only once it is known that it has not."""
         through = "" if uncertain_through is None else to_text(uncertain_through)
-        c.execute(f"""UPDATE executions SET hold_until = iif(planned_at > ?1, ?2, NULL),
+        c.execute(
+            f"""UPDATE executions SET hold_until = iif(planned_at > ?1, ?2, NULL),
                                             wait = iif(planned_at > ?1, 'late_start', 'elsewhere'),
                                             wait_details = iif(planned_at > ?1, wait_details, ?3)
                       WHERE {OPEN} AND state = 'waiting' AND planned_at <= ?4 AND closes_at > ?5""",
-                  (through, to_text(until), to_json(dict(rules.LISTED_LATER)), to_text(now), to_text(since)))
+            (through, to_text(until), to_json(dict(rules.LISTED_LATER)), to_text(now), to_text(since)),
+        )
 
     def surplus(self, c: sqlite3.Connection, history_limit: int) -> Surplus:
         """What is beyond the newest N that ran (completed, failed, cancelled) and, counted apart, the newest N that did not (skipped,
@@ -297,13 +424,19 @@ class ExecutionRepository:
         """Delete the oldest of that many ended rows of each kind, 100 at most; returns how many are left to delete. Open rows are never
         deleted, nor what a robot has of ours while what it has of another start is still to be judged, nor what may still come to a
         robot, nor what was started on another one in place of what is still in doubt."""
-        return Surplus(*(number - self._drop_oldest(c, kind, number) for kind, number in zip((_RUN, _NOT_RUN), surplus, strict=True)))
+        return Surplus(
+            *(
+                number - self._drop_oldest(c, kind, number)
+                for kind, number in zip((_RUN, _NOT_RUN), surplus, strict=True)
+            )
+        )
 
     @staticmethod
     def _drop_oldest(c: sqlite3.Connection, kind: str, number: int) -> int:
         if not number:
             return 0
-        return c.execute(f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE ended_at IS NOT NULL AND {kind}
+        return c.execute(
+            f"""DELETE FROM executions WHERE id IN (SELECT id FROM executions WHERE ended_at IS NOT NULL AND {kind}
                              AND (queue_id IS NULL OR coalesce(robot_id, 0) NOT IN (
                                  SELECT robot_id FROM executions WHERE {OPEN} AND state = 'submitting'
                                  UNION ALL SELECT robot_id FROM executions
@@ -316,7 +449,9 @@ class ExecutionRepository:
                                  WHERE {OPEN} AND state = 'submitting' AND instead IS NOT NULL
                                  UNION ALL SELECT revoked ->> '$.details.instead' AS instead FROM watches
                                  JOIN executions ON executions.id = execution_id WHERE instead IS NOT NULL)
-                             ORDER BY ended_at, id LIMIT ?)""", (min(number, PRUNED_AT_ONCE),)).rowcount
+                             ORDER BY ended_at, id LIMIT ?)""",
+            (min(number, PRUNED_AT_ONCE),),
+        ).rowcount
 
     # ------------------------------------------------------------------ reading
     def get(self, c: sqlite3.Connection, execution_id: int) -> Execution | None:
@@ -327,23 +462,36 @@ class ExecutionRepository:
 
     def started_elsewhere(self, c: sqlite3.Connection, start: datetime, end: datetime) -> list[Elsewhere]:
         """Of the starts that were planned in [start, end], newest first."""
-        rows = c.execute("""SELECT mine.id, mine.robot, other.id, coalesce(nullif(other.robot, ''), other.robot_group), other.created_at
+        rows = c.execute(
+            """SELECT mine.id, mine.robot, other.id, coalesce(nullif(other.robot, ''), other.robot_group), other.created_at
                             FROM executions mine INDEXED BY executions_planned JOIN executions other ON other.id <> mine.id
                                 AND other.token = iif(json_valid(mine.revoked), mine.revoked, '{}') ->> '$.details.instead'
                             WHERE mine.planned_at >= ? AND mine.planned_at <= ? AND mine.revoked IS NOT NULL
-                            ORDER BY mine.planned_at DESC, mine.id DESC""", (to_text(start), to_text(end)))
-        return [Elsewhere(number, robot, other, other_robot, to_instant(at)) for number, robot, other, other_robot, at in rows]
+                            ORDER BY mine.planned_at DESC, mine.id DESC""",
+            (to_text(start), to_text(end)),
+        )
+        return [
+            Elsewhere(number, robot, other, other_robot, to_instant(at))
+            for number, robot, other, other_robot, at in rows
+        ]
 
     def open_for(self, c: sqlite3.Connection, robot_id: int, states: Sequence[State] = OPEN_STATES) -> list[Execution]:
         """Open ones of a robot, or those of them in some states, oldest first."""
-        return self._list(c, f"WHERE robot_id = ? AND {OPEN} AND state IN ({placeholders(states)}) ORDER BY planned_at, id",
-                          robot_id, *states)
+        return self._list(
+            c,
+            f"WHERE robot_id = ? AND {OPEN} AND state IN ({placeholders(states)}) ORDER BY planned_at, id",
+            robot_id,
+            *states,
+        )
 
     def unsent_of(self, c: sqlite3.Connection, robot_id: int) -> list[Unsent]:
         """What waits for a robot or is on its way to it, in no order. Read as one row: between any two, other threads may take the
         interpreter, and for an unreachable robot hundreds wait."""
-        found: str = c.execute(f"""SELECT json_group_array(json_array(id, state, closes_at, cancel_code IS NOT NULL, wait)) FROM executions
-                                   WHERE robot_id = ? AND {OPEN} AND state IN ('waiting', 'submitting')""", (robot_id,)).fetchone()[0]
+        found: str = c.execute(
+            f"""SELECT json_group_array(json_array(id, state, closes_at, cancel_code IS NOT NULL, wait)) FROM executions
+                                   WHERE robot_id = ? AND {OPEN} AND state IN ('waiting', 'submitting')""",
+            (robot_id,),
+        ).fetchone()[0]
         return [Unsent(*each) for each in from_json(found)]
 
     def in_states(self, c: sqlite3.Connection, ids: Sequence[int], states: Sequence[State]) -> list[Execution]:
@@ -354,14 +502,20 @@ class ExecutionRepository:
 
     def has_sent(self, c: sqlite3.Connection, robot_id: int) -> bool:
         """Whether anything open of a robot is with it, or may be."""
-        found = c.execute(f"""SELECT 1 FROM executions WHERE robot_id = ? AND {OPEN} AND state IN ('submitting', 'queued', 'executing')
-                              LIMIT 1""", (robot_id,)).fetchone()
+        found = c.execute(
+            f"""SELECT 1 FROM executions WHERE robot_id = ? AND {OPEN} AND state IN ('submitting', 'queued', 'executing')
+                              LIMIT 1""",
+            (robot_id,),
+        ).fetchone()
         return found is not None
 
     def waited_for(self, c: sqlite3.Connection, robot_ids: Collection[int]) -> set[int]:
         """Those of these robots for which something waits."""
-        rows = c.execute(f"""SELECT DISTINCT robot_id FROM executions
-                             WHERE robot_id IN ({placeholders(robot_ids)}) AND {OPEN} AND state = 'waiting'""", (*robot_ids,))
+        rows = c.execute(
+            f"""SELECT DISTINCT robot_id FROM executions
+                             WHERE robot_id IN ({placeholders(robot_ids)}) AND {OPEN} AND state = 'waiting'""",
+            (*robot_ids,),
+        )
         return {row[0] for row in rows}
 
     def open_all(self, c: sqlite3.Connection) -> list[Execution]:
@@ -371,15 +525,22 @@ class ExecutionRepository:
     def open_of_schedules(self, c: sqlite3.Connection, schedule_ids: Collection[int]) -> dict[int, datetime]:
         """For which instant the newest open one of each of these schedules was planned; nothing for those that have none."""
         if not schedule_ids:
-            return {}                        # SQLite finds no way to look up nothing in that index
-        rows = c.execute(f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
-                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} GROUP BY schedule_id""", (*schedule_ids,))
+            return {}  # SQLite finds no way to look up nothing in that index
+        rows = c.execute(
+            f"""SELECT schedule_id, max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
+                             WHERE schedule_id IN ({placeholders(schedule_ids)}) AND {OPEN} GROUP BY schedule_id""",
+            (*schedule_ids,),
+        )
         return {schedule_id: to_instant(planned_at) for schedule_id, planned_at in rows}
 
     def has_instant(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> bool:
         """Whether there is a row for that instant of a schedule."""
-        return c.execute("SELECT 1 FROM executions WHERE schedule_id = ? AND planned_at = ?",
-                         (schedule_id, to_text(planned_at))).fetchone() is not None
+        return (
+            c.execute(
+                "SELECT 1 FROM executions WHERE schedule_id = ? AND planned_at = ?", (schedule_id, to_text(planned_at))
+            ).fetchone()
+            is not None
+        )
 
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:
         """The one with the latest planned instant."""
@@ -387,18 +548,25 @@ class ExecutionRepository:
 
     def low_batteries(self, c: sqlite3.Connection, robot_id: int, since: datetime) -> list[datetime]:
         """Planned instants of a robot's scheduled runs that were skipped since then because its battery stayed too low."""
-        rows = c.execute("""SELECT planned_at FROM executions WHERE state = 'skipped' AND reason_code = 'battery_low' AND ended_at >= ?
-                            AND robot_id = ? AND trigger = 'scheduled'""", (to_text(since), robot_id))
+        rows = c.execute(
+            """SELECT planned_at FROM executions WHERE state = 'skipped' AND reason_code = 'battery_low' AND ended_at >= ?
+                            AND robot_id = ? AND trigger = 'scheduled'""",
+            (to_text(since), robot_id),
+        )
         return [to_instant(row[0]) for row in rows]
 
     def is_claimed(self, c: sqlite3.Connection, robot_id: int, queue_id: int) -> bool:
         """Whether a queue item of a robot belongs to a row. Asked only where a robot forgets descriptions, about items
         newer than a request of unknown outcome; their rows are kept as long."""
-        found = c.execute("SELECT 1 FROM executions WHERE robot_id = ? AND queue_id = ? LIMIT 1", (robot_id, queue_id)).fetchone()
+        found = c.execute(
+            "SELECT 1 FROM executions WHERE robot_id = ? AND queue_id = ? LIMIT 1", (robot_id, queue_id)
+        ).fetchone()
         return found is not None
 
     # ------------------------------------------------------------------ history
-    def page(self, c: sqlite3.Connection, wanted: ExecutionFilter, before: PageKey | None, limit: int) -> list[Execution]:
+    def page(
+        self, c: sqlite3.Connection, wanted: ExecutionFilter, before: PageKey | None, limit: int
+    ) -> list[Execution]:
         """Newest first by planned instant; those behind ``before``, or the first."""
         where, values = _condition(wanted)
         if before is not None:
@@ -412,8 +580,12 @@ class ExecutionRepository:
 
     def last_ended(self, c: sqlite3.Connection, count: int) -> list[Execution]:
         """The newest that ended, of all robots, newest first; not those that a person skipped."""
-        return self._list(c, """WHERE ended_at IS NOT NULL AND NOT (state = 'skipped' AND reason_details ->> 'skipped_at' IS NOT NULL)
-                                ORDER BY ended_at DESC, id DESC LIMIT ?""", count)
+        return self._list(
+            c,
+            """WHERE ended_at IS NOT NULL AND NOT (state = 'skipped' AND reason_details ->> 'skipped_at' IS NOT NULL)
+                                ORDER BY ended_at DESC, id DESC LIMIT ?""",
+            count,
+        )
 
     def stream(self, c: sqlite3.Connection, wanted: ExecutionFilter | None = None) -> Iterator[Execution]:
         """Oldest first by planned instant, open ones included; never all in memory.
@@ -460,13 +632,18 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
     if wanted.end is not None:
         demand("planned_at < ?", to_text(wanted.end))
     if text := wanted.text.strip():
-        demand(f"""(instr(casefold(mission || char(10) || schedule || char(10) || robot || char(10)
+        demand(
+            f"""(instr(casefold(mission || char(10) || schedule || char(10) || robot || char(10)
                                || coalesce(json_extract(reason_details, '$.message'), '')), ?)
                     OR reason_code IN ({placeholders(wanted.reasons)})
                     OR parameters <> '{{}}' AND EXISTS (SELECT 1 FROM json_each(parameters) WHERE type = 'text'
                         AND (value IN ({placeholders(wanted.values)})
                              OR length(value) < {IDENTIFIER_LENGTH} AND instr(casefold(value), ?))))""",
-               text.casefold(), *wanted.reasons, *wanted.values, text.casefold())
+            text.casefold(),
+            *wanted.reasons,
+            *wanted.values,
+            text.casefold(),
+        )
     return " AND ".join(parts), values
 
 
@@ -492,8 +669,9 @@ def _text_to_reason(text: str | None) -> Reason | None:
     return Reason(ReasonCode(stored["code"]), stored["details"])
 
 
-_TO_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType({
-    **dict.fromkeys(_INSTANTS, to_text), **dict.fromkeys(_OBJECTS, to_json), "revoked": _reason_to_text})
+_TO_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
+    {**dict.fromkeys(_INSTANTS, to_text), **dict.fromkeys(_OBJECTS, to_json), "revoked": _reason_to_text}
+)
 _CONVERTERS = tuple(_TO_COLUMN.get(name) for name in _PLAIN)
 _plain_values = attrgetter(*_PLAIN)
 
@@ -515,24 +693,35 @@ def stored_values(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def _row_of(execution: Execution) -> tuple[Any, ...]:
     reason = execution.reason
-    plain = [value if convert is None or value is None else convert(value)
-             for convert, value in zip(_CONVERTERS, _plain_values(execution), strict=True)]
+    plain = [
+        value if convert is None or value is None else convert(value)
+        for convert, value in zip(_CONVERTERS, _plain_values(execution), strict=True)
+    ]
     return execution.id or None, *plain, reason and reason.code, to_json(reason.details) if reason else "{}"
 
 
-_FROM_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType({
-    **dict.fromkeys(_INSTANTS, to_instant), **dict.fromkeys(_OBJECTS, from_json), "trigger": Trigger, "state": State, "wait": Wait,
-    "cancel_code": ReasonCode, "revoked": _text_to_reason, "held": bool})
+_FROM_COLUMN: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
+    {
+        **dict.fromkeys(_INSTANTS, to_instant),
+        **dict.fromkeys(_OBJECTS, from_json),
+        "trigger": Trigger,
+        "state": State,
+        "wait": Wait,
+        "cancel_code": ReasonCode,
+        "revoked": _text_to_reason,
+        "held": bool,
+    }
+)
 
 
 def execution_of(row: sqlite3.Row) -> Execution:
     """The execution in a row of all columns."""
-    values = dict(zip(row.keys(), row, strict=True))         # a row looks for each name among all of them
+    values = dict(zip(row.keys(), row, strict=True))  # a row looks for each name among all of them
     code, details = values.pop("reason_code"), values.pop("reason_details")
     values["reason"] = Reason(ReasonCode(code), from_json(details)) if code else None
     for name, convert in _FROM_COLUMN.items():
         if (stored := values[name]) is not None:
             values[name] = convert(stored)
-    made = object.__new__(Execution)                          # as in ``_with``
+    made = object.__new__(Execution)  # as in ``_with``
     made.__dict__.update(values)
     return made

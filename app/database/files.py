@@ -1,4 +1,5 @@
 """The files of the data directory: readable by their owner only, written whole or not at all, and a damaged database never overwritten."""
+
 from __future__ import annotations
 
 import contextlib
@@ -11,8 +12,8 @@ from app.database.errors import DatabaseUnavailable
 from app.domain.message import message_of_system
 
 DIRECTORY_MODE, FILE_MODE = 0o700, 0o600
-NO_LINK = getattr(os, "O_NOFOLLOW", 0)        # for opening: whoever put a link there would decide which file is written
-SIDES = ("", "-wal", "-shm")                  # the files that make up one SQLite database
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # for opening: whoever put a link there would decide which file is written
+SIDES = ("", "-wal", "-shm")  # the files that make up one SQLite database
 _CAN_SET_MODES = os.name == "posix"
 
 
@@ -23,8 +24,9 @@ def make_directory(path: Path) -> None:
         if _CAN_SET_MODES and path.stat().st_mode & 0o077:
             path.chmod(DIRECTORY_MODE)
     except OSError as error:
-        raise DatabaseUnavailable("The data directory {path} can't be used: {problem}", path=path,
-                                  problem=message_of_system(error)) from error
+        raise DatabaseUnavailable(
+            "The data directory {path} can't be used: {problem}", path=path, problem=message_of_system(error)
+        ) from error
 
 
 def make_private(path: Path) -> None:
@@ -40,7 +42,9 @@ def make_private(path: Path) -> None:
                 if _CAN_SET_MODES and beside.stat().st_mode & 0o077:
                     beside.chmod(FILE_MODE)
     except OSError as error:
-        raise DatabaseUnavailable("{path} can't be written: {problem}", path=path, problem=message_of_system(error)) from error
+        raise DatabaseUnavailable(
+            "{path} can't be written: {problem}", path=path, problem=message_of_system(error)
+        ) from error
 
 
 def beside_of(path: Path, ending: str) -> Path:
@@ -84,7 +88,9 @@ def set_aside(path: Path, label: str, now: datetime) -> Path | None:
     """Rename the database and what belongs to it to ``<name>.<label>-<time>``; nothing is ever deleted. None when there is no file."""
     stem = f"{path.name}.{label}-{now:%Y%m%dT%H%M%SZ}"
     target, number = path.with_name(stem), 1
-    while any(beside_of(target, side).exists() and beside_of(path, side).exists() for side in SIDES):    # else it is being carried on
+    while any(
+        beside_of(target, side).exists() and beside_of(path, side).exists() for side in SIDES
+    ):  # else it is being carried on
         number += 1
         target = path.with_name(f"{stem}-{number}")
     moved = False

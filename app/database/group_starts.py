@@ -1,4 +1,5 @@
 """Starts of groups while they wait for a robot, the places that missions use, and what may still come to a robot that was given up."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -17,6 +18,7 @@ _BOUND_BY = ("mission", "parameters", "priority", "minimum_battery_percent", "cl
 
 class Watch(NamedTuple):
     """A request that was given up, or a second copy, may still come to that robot, or run there, until then."""
+
     execution_id: int
     robot_id: int
     queue_floor: int
@@ -25,6 +27,7 @@ class Watch(NamedTuple):
 
 class Watched(NamedTuple):
     """The same with the token of its start."""
+
     token: str
     queue_floor: int
     until: datetime
@@ -32,6 +35,7 @@ class Watched(NamedTuple):
 
 class FullPlace(NamedTuple):
     """A place with as many missions as may be there, and the one that came first: on which robot, and since when it runs."""
+
     name: str
     robot: str
     robot_id: int
@@ -41,6 +45,7 @@ class FullPlace(NamedTuple):
 
 class Room(NamedTuple):
     """How many more of these missions, by name, may use a place."""
+
     place: str
     missions: frozenset[str]
     left: int
@@ -50,26 +55,35 @@ class GroupStartRepository:
     # ------------------------------------------------------------------ waiting for a robot
     def unbound(self, c: sqlite3.Connection) -> list[Execution]:
         """What waits for a robot of a group, oldest first."""
-        return [execution_of(row) for row in c.execute("""SELECT * FROM executions INDEXED BY executions_unbound
-                                                            WHERE state = 'waiting' AND robot_id IS NULL ORDER BY planned_at, id""")]
+        return [
+            execution_of(row)
+            for row in c.execute("""SELECT * FROM executions INDEXED BY executions_unbound
+                                                            WHERE state = 'waiting' AND robot_id IS NULL ORDER BY planned_at, id""")
+        ]
 
     def count_waiting(self, c: sqlite3.Connection, group_id: int) -> int:
         """Starts of a group that no robot has yet."""
-        found: int = c.execute(f"SELECT count(*) FROM executions WHERE {OPEN} AND state = 'waiting' AND group_id = ?",
-                               (group_id,)).fetchone()[0]
+        found: int = c.execute(
+            f"SELECT count(*) FROM executions WHERE {OPEN} AND state = 'waiting' AND group_id = ?", (group_id,)
+        ).fetchone()[0]
         return found
 
     def bound(self, c: sqlite3.Connection) -> list[int]:
         """Robots for which something of a group waits to be sent."""
-        return [row[0] for row in c.execute(f"""SELECT DISTINCT robot_id FROM executions WHERE {OPEN} AND state = 'waiting'
-                                                AND group_id IS NOT NULL AND robot_id IS NOT NULL""")]
+        return [
+            row[0]
+            for row in c.execute(f"""SELECT DISTINCT robot_id FROM executions WHERE {OPEN} AND state = 'waiting'
+                                                AND group_id IS NOT NULL AND robot_id IS NOT NULL""")
+        ]
 
     def earlier_open(self, c: sqlite3.Connection, schedule_id: int, planned_at: datetime) -> datetime | None:
         """For which instant an earlier start of this schedule, whose runs don't overlap, was planned that is open; None: there is none."""
-        found = c.execute(f"""SELECT max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
+        found = c.execute(
+            f"""SELECT max(planned_at) FROM executions INDEXED BY executions_open_of_schedule
                               WHERE schedule_id = ? AND {OPEN} AND planned_at < ? AND EXISTS (
                                   SELECT 1 FROM schedules WHERE id = executions.schedule_id AND overlap <> 'parallel')""",
-                          (schedule_id, to_text(planned_at))).fetchone()
+            (schedule_id, to_text(planned_at)),
+        ).fetchone()
         return to_optional_instant(found[0])
 
     def may_be_bound(self, c: sqlite3.Connection, execution: Execution, robot_id: int, into_queue: bool) -> bool:
@@ -77,20 +91,27 @@ class GroupStartRepository:
         has nothing else of ours (but ``into_queue``; an idle mission gives way, as does what waits for something else than the robot), and
         there is room at every place that the mission uses."""
         read = stored_values({name: getattr(execution, name) for name in _BOUND_BY})
-        found = c.execute(f"""
+        found = c.execute(
+            f"""
             SELECT 1 FROM executions AS e JOIN group_members USING (group_id) JOIN robots AS r ON r.id = group_members.robot_id
             WHERE e.id = ? AND e.state = 'waiting' AND e.robot_id IS NULL AND e.cancel_code IS NULL AND e.revoked IS NULL AND NOT e.held
                 AND {" AND ".join(f"e.{name} IS ?" for name in read)} AND r.id = ? AND r.enabled AND NOT r.needs_password
                 AND (? OR NOT EXISTS (SELECT 1 FROM executions WHERE robot_id = r.id AND {OPEN} AND trigger <> 'idle'
                                       AND NOT (state = 'waiting' AND wait IN ({placeholders(KEEPS_NO_ROBOT)}))))""",
-                          (execution.id, *read.values(), robot_id, into_queue, *KEEPS_NO_ROBOT)).fetchone()
+            (execution.id, *read.values(), robot_id, into_queue, *KEEPS_NO_ROBOT),
+        ).fetchone()
         return found is not None and self.full_place(c, execution) is None
 
     def may_get(self, c: sqlite3.Connection, execution: Execution) -> bool:
         """Whether the robot that a start of a group was given to is still one that may get it."""
-        return c.execute("""SELECT 1 FROM group_members JOIN robots ON robots.id = robot_id
+        return (
+            c.execute(
+                """SELECT 1 FROM group_members JOIN robots ON robots.id = robot_id
                             WHERE group_id = ? AND robot_id = ? AND enabled""",
-                         (execution.group_id, execution.robot_id)).fetchone() is not None
+                (execution.group_id, execution.robot_id),
+            ).fetchone()
+            is not None
+        )
 
     # ------------------------------------------------------------------ places
     def with_places(self, c: sqlite3.Connection) -> set[str]:
@@ -101,9 +122,12 @@ class GroupStartRepository:
     def full_place(self, c: sqlite3.Connection, execution: Execution) -> FullPlace | None:
         """One of the places that its mission uses with no room for it, and who is there; None: there is room everywhere. A start takes room
         from when it is given to its robot, or sent, to its end."""
-        places = c.execute("""SELECT DISTINCT places.id, places.name, most FROM mission_places
+        places = c.execute(
+            """SELECT DISTINCT places.id, places.name, most FROM mission_places
                               JOIN missions ON missions.id = mission_id JOIN places ON places.id = place_id
-                              WHERE missions.name = ? ORDER BY places.name""", (execution.mission,)).fetchall()
+                              WHERE missions.name = ? ORDER BY places.name""",
+            (execution.mission,),
+        ).fetchall()
         for place_id, name, most in places:
             there = self._at_place(c, place_id, but=execution.id)
             if len(there) >= most:
@@ -117,38 +141,53 @@ class GroupStartRepository:
         for *place, mission in c.execute("""SELECT places.id, places.name, most, missions.name FROM mission_places
                                             JOIN missions ON missions.id = mission_id JOIN places ON places.id = place_id"""):
             missions.setdefault((place[0], place[1], place[2]), set()).add(mission)
-        return [Room(name, frozenset(used_by), most - len(self._at_place(c, place_id)))
-                for (place_id, name, most), used_by in missions.items()]
+        return [
+            Room(name, frozenset(used_by), most - len(self._at_place(c, place_id)))
+            for (place_id, name, most), used_by in missions.items()
+        ]
 
     @staticmethod
     def _at_place(c: sqlite3.Connection, place_id: int, but: int = 0) -> list[sqlite3.Row]:
         """By name or by guid: a mission may be renamed, or be another one on the robot, while it is there. What a person has given to a
         robot and waits for something else is not there yet."""
-        return c.execute(f"""
+        return c.execute(
+            f"""
             WITH here AS (SELECT name, guid FROM missions WHERE name IN (
                 SELECT name FROM mission_places JOIN missions ON missions.id = mission_id WHERE place_id = ?))
             SELECT id, robot, robot_id, mission_guid, started_at FROM executions INDEXED BY executions_open
             WHERE {OPEN} AND robot_id IS NOT NULL AND (state <> 'waiting' OR group_id IS NOT NULL) AND id <> ?
                 AND NOT (state = 'waiting' AND wait IN ({placeholders(KEEPS_NO_ROBOT)}))
                 AND (mission IN (SELECT name FROM here) OR mission_guid IN (SELECT guid FROM here))
-            ORDER BY planned_at, id""", (place_id, but, *KEEPS_NO_ROBOT)).fetchall()
+            ORDER BY planned_at, id""",
+            (place_id, but, *KEEPS_NO_ROBOT),
+        ).fetchall()
 
     # ------------------------------------------------------------------ given up
     def watch(self, c: sqlite3.Connection, watch: Watch) -> None:
         """It stays until the robot was searched after its time, or is removed; its execution stays with it."""
-        c.execute("""INSERT INTO watches VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE SET until = excluded.until""",
-                  (*watch[:3], to_text(watch.until)))
+        c.execute(
+            """INSERT INTO watches VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE SET until = excluded.until""",
+            (*watch[:3], to_text(watch.until)),
+        )
 
     def watches_on(self, c: sqlite3.Connection, robot_id: int) -> list[Watch]:
-        rows = c.execute("SELECT execution_id, robot_id, queue_floor, until FROM watches WHERE robot_id = ?", (robot_id,))
+        rows = c.execute(
+            "SELECT execution_id, robot_id, queue_floor, until FROM watches WHERE robot_id = ?", (robot_id,)
+        )
         return [Watch(execution_id, robot, floor, to_instant(until)) for execution_id, robot, floor, until in rows]
 
     def watches_of(self, c: sqlite3.Connection, robot_id: int) -> list[Watched]:
-        rows = c.execute("""SELECT token, watches.queue_floor, until FROM watches JOIN executions ON executions.id = execution_id
-                            WHERE watches.robot_id = ?""", (robot_id,))
+        rows = c.execute(
+            """SELECT token, watches.queue_floor, until FROM watches JOIN executions ON executions.id = execution_id
+                            WHERE watches.robot_id = ?""",
+            (robot_id,),
+        )
         return [Watched(token, floor, to_instant(until)) for token, floor, until in rows]
 
     def drop_watches(self, c: sqlite3.Connection, robot_id: int, tokens: Collection[str]) -> None:
         """Those that are over."""
-        c.execute(f"""DELETE FROM watches WHERE robot_id = ? AND execution_id IN (
-                      SELECT id FROM executions WHERE token IN ({placeholders(tokens)}))""", (robot_id, *tokens))
+        c.execute(
+            f"""DELETE FROM watches WHERE robot_id = ? AND execution_id IN (
+                      SELECT id FROM executions WHERE token IN ({placeholders(tokens)}))""",
+            (robot_id, *tokens),
+        )

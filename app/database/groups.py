@@ -1,4 +1,5 @@
 """Groups of robots, and places that they share."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -30,19 +31,25 @@ class GroupRepository:
     @staticmethod
     def _one(c: sqlite3.Connection, where: str, value: object) -> Group | None:
         row = c.execute(f"{_GROUPS} WHERE {where}", (value,)).fetchone()
-        return row and _group(row, _ids(c, "SELECT robot_id FROM group_members WHERE group_id = ? ORDER BY robot_id", row[0]))
+        return row and _group(
+            row, _ids(c, "SELECT robot_id FROM group_members WHERE group_id = ? ORDER BY robot_id", row[0])
+        )
 
     def add(self, c: sqlite3.Connection, group: Group) -> Group:
         """Returns it with its id; one that is given (an undone removal) is kept."""
-        cursor = c.execute("INSERT INTO robot_groups (id, name, hand_over, keep_free) VALUES (?, ?, ?, ?)",
-                           (group.id or None, group.name, group.hand_over, group.keep_free))
+        cursor = c.execute(
+            "INSERT INTO robot_groups (id, name, hand_over, keep_free) VALUES (?, ?, ?, ?)",
+            (group.id or None, group.name, group.hand_over, group.keep_free),
+        )
         added = replace(group, id=cursor.lastrowid or group.id)
         self._put_members(c, added)
         return added
 
     def update(self, c: sqlite3.Connection, group: Group) -> None:
-        c.execute("UPDATE robot_groups SET name = ?, hand_over = ?, keep_free = ? WHERE id = ?",
-                  (group.name, group.hand_over, group.keep_free, group.id))
+        c.execute(
+            "UPDATE robot_groups SET name = ?, hand_over = ?, keep_free = ? WHERE id = ?",
+            (group.name, group.hand_over, group.keep_free, group.id),
+        )
         c.execute("DELETE FROM group_members WHERE group_id = ?", (group.id,))
         self._put_members(c, group)
 
@@ -52,8 +59,11 @@ class GroupRepository:
 
     def keep_fewer_free(self, c: sqlite3.Connection, fewest: int) -> None:
         """A robot was removed: groups of fewer than this keep none free any more."""
-        c.execute("""UPDATE robot_groups SET keep_free = 0 WHERE keep_free > 0 AND (
-                         SELECT count(*) FROM group_members WHERE group_id = robot_groups.id) < max(?, keep_free + 1)""", (fewest,))
+        c.execute(
+            """UPDATE robot_groups SET keep_free = 0 WHERE keep_free > 0 AND (
+                         SELECT count(*) FROM group_members WHERE group_id = robot_groups.id) < max(?, keep_free + 1)""",
+            (fewest,),
+        )
 
     def of_robot(self, c: sqlite3.Connection, robot_id: int) -> list[Group]:
         """Those that it is in."""
@@ -62,7 +72,9 @@ class GroupRepository:
     def join(self, c: sqlite3.Connection, robot_id: int, groups: Sequence[Group]) -> None:
         """A robot that was removed is back in those of these groups that there still are, which keep free again what they did."""
         for group in groups:
-            c.execute("INSERT OR IGNORE INTO group_members SELECT id, ? FROM robot_groups WHERE id = ?", (robot_id, group.id))
+            c.execute(
+                "INSERT OR IGNORE INTO group_members SELECT id, ? FROM robot_groups WHERE id = ?", (robot_id, group.id)
+            )
             c.execute("UPDATE robot_groups SET keep_free = max(keep_free, ?) WHERE id = ?", (group.keep_free, group.id))
 
     @staticmethod
@@ -107,7 +119,9 @@ class PlaceRepository:
 
     def add(self, c: sqlite3.Connection, place: Place) -> Place:
         """Returns it with its id; one that is given (an undone removal) is kept."""
-        cursor = c.execute("INSERT INTO places (id, name, most) VALUES (?, ?, ?)", (place.id or None, place.name, place.most))
+        cursor = c.execute(
+            "INSERT INTO places (id, name, most) VALUES (?, ?, ?)", (place.id or None, place.name, place.most)
+        )
         added = replace(place, id=cursor.lastrowid or place.id)
         _add_uses(c, ((mission_id, added.id) for mission_id in added.missions))
         return added
@@ -135,8 +149,11 @@ class PlaceRepository:
     def use_again(self, c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> frozenset[tuple[int, int]]:
         """What ``uses_of`` returned, where mission and place are both there; returns the others."""
         uses = frozenset(uses)
-        c.executemany("""INSERT OR IGNORE INTO mission_places (mission_id, place_id)
-                         SELECT missions.id, places.id FROM missions, places WHERE missions.id = ? AND places.id = ?""", uses)
+        c.executemany(
+            """INSERT OR IGNORE INTO mission_places (mission_id, place_id)
+                         SELECT missions.id, places.id FROM missions, places WHERE missions.id = ? AND places.id = ?""",
+            uses,
+        )
         return uses.difference(map(tuple, c.execute("SELECT mission_id, place_id FROM mission_places")))
 
     def remove(self, c: sqlite3.Connection, place_id: int) -> None:

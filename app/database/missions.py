@@ -1,4 +1,5 @@
 """Missions: names for the robots' guids, for all robots or for one whose guid differs."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -24,11 +25,16 @@ class MissionRepository:
 
     def by_ids(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Mission]:
         """Those with these ids, by id."""
-        return {row["id"]: _mission(row) for row in c.execute(f"SELECT * FROM missions WHERE id IN ({placeholders(ids)})", (*ids,))}
+        return {
+            row["id"]: _mission(row)
+            for row in c.execute(f"SELECT * FROM missions WHERE id IN ({placeholders(ids)})", (*ids,))
+        }
 
     def by_name(self, c: sqlite3.Connection, name: str, robot_id: int | None = None) -> Mission | None:
         """Only the robot's own one or, for None, only the one for all robots."""
-        row = c.execute("SELECT * FROM missions WHERE name = ? AND coalesce(robot_id, 0) = ?", (name, robot_id or 0)).fetchone()
+        row = c.execute(
+            "SELECT * FROM missions WHERE name = ? AND coalesce(robot_id, 0) = ?", (name, robot_id or 0)
+        ).fetchone()
         return row and _mission(row)
 
     def for_robot(self, c: sqlite3.Connection, name: str, robot_id: int) -> Mission | None:
@@ -37,14 +43,23 @@ class MissionRepository:
 
     def with_guid(self, c: sqlite3.Connection, guid: str, robot_id: int) -> Mission | None:
         """The mission with that guid on that robot: of several the robot's own, then one whose duration is typed."""
-        row = c.execute("""SELECT * FROM missions WHERE guid = ? AND (robot_id = ? OR robot_id IS NULL)
-                           ORDER BY robot_id IS NULL, usual_minutes IS NULL, name LIMIT 1""", (guid, robot_id)).fetchone()
+        row = c.execute(
+            """SELECT * FROM missions WHERE guid = ? AND (robot_id = ? OR robot_id IS NULL)
+                           ORDER BY robot_id IS NULL, usual_minutes IS NULL, name LIMIT 1""",
+            (guid, robot_id),
+        ).fetchone()
         return row and _mission(row)
 
     def used_on(self, c: sqlite3.Connection, mission_id: int) -> set[int]:
         """Robots on which a schedule or an idle rule has it."""
-        return {row[0] for row in c.execute("""SELECT robot_id FROM schedules WHERE mission_id = ?
-                                               UNION SELECT robot_id FROM idle_rules WHERE mission_id = ?""", (mission_id, mission_id))}
+        return {
+            row[0]
+            for row in c.execute(
+                """SELECT robot_id FROM schedules WHERE mission_id = ?
+                                               UNION SELECT robot_id FROM idle_rules WHERE mission_id = ?""",
+                (mission_id, mission_id),
+            )
+        }
 
     def planned(self, c: sqlite3.Connection) -> dict[int, list[str]]:
         """Guids of what schedules and idle rules start, by the robot's id; of a robot of a group all that it may be given."""
@@ -67,13 +82,19 @@ class MissionRepository:
 
     def add(self, c: sqlite3.Connection, mission: Mission) -> Mission:
         """Returns it with its id; one that is given (an undone removal) is kept."""
-        cursor = c.execute("""INSERT INTO missions (id, name, guid, robot_id, favourite, usual_minutes, on_low_battery, charges)
-                              VALUES (?, ?, ?, ?, ?, ?, ?, ?)""", (mission.id or None, *_values(mission)))
+        cursor = c.execute(
+            """INSERT INTO missions (id, name, guid, robot_id, favourite, usual_minutes, on_low_battery, charges)
+                              VALUES (?, ?, ?, ?, ?, ?, ?, ?)""",
+            (mission.id or None, *_values(mission)),
+        )
         return replace(mission, id=cursor.lastrowid or mission.id)
 
     def update(self, c: sqlite3.Connection, mission: Mission) -> None:
-        c.execute("""UPDATE missions SET name = ?, guid = ?, robot_id = ?, favourite = ?, usual_minutes = ?, on_low_battery = ?, charges = ?
-                     WHERE id = ?""", (*_values(mission), mission.id))
+        c.execute(
+            """UPDATE missions SET name = ?, guid = ?, robot_id = ?, favourite = ?, usual_minutes = ?, on_low_battery = ?, charges = ?
+                     WHERE id = ?""",
+            (*_values(mission), mission.id),
+        )
 
     def remove(self, c: sqlite3.Connection, mission_id: int) -> None:
         """Schedules and idle rules that use it go with it; history stays."""
@@ -81,9 +102,25 @@ class MissionRepository:
 
 
 def _values(mission: Mission) -> tuple[str | int | None, ...]:
-    return (mission.name, mission.guid, mission.robot_id, mission.favourite, mission.usual_minutes, mission.on_low_battery, mission.charges)
+    return (
+        mission.name,
+        mission.guid,
+        mission.robot_id,
+        mission.favourite,
+        mission.usual_minutes,
+        mission.on_low_battery,
+        mission.charges,
+    )
 
 
 def _mission(row: sqlite3.Row) -> Mission:
-    return Mission(row["name"], row["guid"], row["id"], row["robot_id"], bool(row["favourite"]), row["usual_minutes"],
-                   bool(row["on_low_battery"]), bool(row["charges"]))
+    return Mission(
+        row["name"],
+        row["guid"],
+        row["id"],
+        row["robot_id"],
+        bool(row["favourite"]),
+        row["usual_minutes"],
+        bool(row["on_low_battery"]),
+        bool(row["charges"]),
+    )

@@ -1,4 +1,5 @@
 """Many changes in a short transaction: they are made on a copy in memory first, while others go on writing, and then repeated."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -10,8 +11,21 @@ from app.database.schedules import COLUMNS as SCHEDULE
 from app.database.settings import NAMES
 from app.database.sqlite import configured
 
-_TABLES = ("settings", "robots", "robot_groups", "group_members", "missions", "idle_rules", "places", "mission_places", "schedules",
-           "skips", "calendar_days", "alarms", "sqlite_sequence")
+_TABLES = (
+    "settings",
+    "robots",
+    "robot_groups",
+    "group_members",
+    "missions",
+    "idle_rules",
+    "places",
+    "mission_places",
+    "schedules",
+    "skips",
+    "calendar_days",
+    "alarms",
+    "sqlite_sequence",
+)
 # Of the executions those that no robot has yet; named as in the index of open ones, without which the whole history would be read.
 _UNSENT = """executions WHERE state IN ('waiting', 'submitting', 'queued', 'executing') AND state IN ('waiting', 'submitting')"""
 _WAITING = f"SELECT id, schedule_id, robot_id, * FROM {_UNSENT}"
@@ -39,6 +53,7 @@ Rows = Mapping[Any, tuple[Any, ...]]
 
 class _Recording(sqlite3.Connection):
     """Keeps what was written: each way in which the app writes."""
+
     done: list[tuple[str, Any]]
 
     def execute(self, statement: str, values: Any = (), /) -> sqlite3.Cursor:
@@ -64,11 +79,18 @@ class Rehearsal:
         configured(self.copy)
         c.execute("BEGIN")
         try:
-            for (statement,) in c.execute("""SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL AND name NOT LIKE 'sqlite%'
+            for (
+                statement,
+            ) in c.execute("""SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL AND name NOT LIKE 'sqlite%'
                                              ORDER BY type <> 'table'"""):
                 self.copy.execute(statement)
-            for table, query in [*((table, f"SELECT * FROM {table}") for table in _TABLES), ("executions", f"SELECT * FROM {_UNSENT}")]:
-                self.copy.execute(f"DELETE FROM {table}")        # of ids what SQLite has noted of the rows just copied, which may be less
+            for table, query in [
+                *((table, f"SELECT * FROM {table}") for table in _TABLES),
+                ("executions", f"SELECT * FROM {_UNSENT}"),
+            ]:
+                self.copy.execute(
+                    f"DELETE FROM {table}"
+                )  # of ids what SQLite has noted of the rows just copied, which may be less
                 rows = c.execute(query)
                 marks = ", ".join("?" for _ in rows.description)
                 self.copy.executemany(f"INSERT INTO {table} VALUES ({marks})", map(tuple, rows))
@@ -89,11 +111,14 @@ class Rehearsal:
 
     def repeat(self, c: sqlite3.Connection) -> bool:
         """Write the same, unless what it followed from has changed meanwhile: then nothing is written, and the answer is False."""
-        if not (all(_rows(c, query) == self._before[name] for name, query in _COMPARED.items())
-                and self._same_schedules(_rows(c, _SCHEDULES))):
+        if not (
+            all(_rows(c, query) == self._before[name] for name, query in _COMPARED.items())
+            and self._same_schedules(_rows(c, _SCHEDULES))
+        ):
             return False
-        if any("executions" in statement for statement, _values in self._done) \
-                and self._touched(_rows(c, _WAITING)) != self._touched(self._waiting):
+        if any("executions" in statement for statement, _values in self._done) and self._touched(
+            _rows(c, _WAITING)
+        ) != self._touched(self._waiting):
             return False
         for statement, values in self._done:
             c.execute(statement, values)
@@ -101,13 +126,17 @@ class Rehearsal:
 
     def _same_schedules(self, now: Rows) -> bool:
         return now.keys() == self._schedules.keys() and all(
-            row == before if key in self._changed else row[len(_PLANNED) + 1:] == before[len(_PLANNED) + 1:]
-            for (key, row), before in zip(now.items(), self._schedules.values(), strict=True))
+            row == before if key in self._changed else row[len(_PLANNED) + 1 :] == before[len(_PLANNED) + 1 :]
+            for (key, row), before in zip(now.items(), self._schedules.values(), strict=True)
+        )
 
     def _touched(self, waiting: Rows) -> Rows:
         """What waits of schedules or for robots that were changed, or was itself: only that was read or written."""
-        return {key: row for key, row in waiting.items()
-                if key in self._changed_waiting or row[1] in self._changed or row[2] in self._changed_robots}
+        return {
+            key: row
+            for key, row in waiting.items()
+            if key in self._changed_waiting or row[1] in self._changed or row[2] in self._changed_robots
+        }
 
 
 def _changed(before: Rows, after: Rows) -> set[int]:
@@ -118,4 +147,3 @@ def _changed(before: Rows, after: Rows) -> set[int]:
 def _rows(c: sqlite3.Connection, query: str) -> Rows:
     """By their first column, in a fixed order."""
     return {row[0]: tuple(row) for row in c.execute(f"{query} ORDER BY 1")}
-

@@ -1,4 +1,5 @@
 """Robots and their idle rules."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -13,14 +14,25 @@ from app.domain.models import HandOver, IdleRule, Robot
 from app.domain.robot import IdentifiedBy
 
 _IDENTITY = ("serial_number", "model", "software", "identified_by")
-COLUMNS = ("name", "address", "username", "token", "certificate_sha256", "enabled", "needs_password", "hand_over", *_IDENTITY)
-_MACHINE = ("id", "address", "username", "certificate_sha256", "serial_number")      # whom we ask, and as whom
+COLUMNS = (
+    "name",
+    "address",
+    "username",
+    "token",
+    "certificate_sha256",
+    "enabled",
+    "needs_password",
+    "hand_over",
+    *_IDENTITY,
+)
+_MACHINE = ("id", "address", "username", "certificate_sha256", "serial_number")  # whom we ask, and as whom
 _SELECT = """SELECT r.*, i.mission_id AS idle_mission_id, i.after_minutes AS idle_after_minutes, i.enabled AS idle_enabled, u.profile
              FROM robots r LEFT JOIN idle_rules i ON i.robot_id = r.id LEFT JOIN check_ups u ON u.robot_id = r.id"""
 
 
 class Accepted(NamedTuple):
     """A queue item of ours, and the token that was sent as its description."""
+
     queue_id: int
     token: str
 
@@ -57,13 +69,25 @@ class RobotRepository:
 
     def update(self, c: sqlite3.Connection, robot: Robot) -> None:
         """All of it, its idle rule included. What was learned of another machine (another serial number) is forgotten."""
-        c.execute("""DELETE FROM check_ups WHERE robot_id = ? AND left_behind IS NULL
-                     AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""", (robot.id, robot.serial_number))
-        c.execute("""DELETE FROM mission_parameters WHERE robot_id = ?
-                     AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""", (robot.id, robot.serial_number))
-        c.execute("""UPDATE robots SET drain_runs = 0, drain_percent = 0, drain_hours = 0, failures = 0
-                     WHERE id = ? AND serial_number <> coalesce(?, '')""", (robot.id, robot.serial_number))
-        c.execute(f"UPDATE robots SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?", (*_values(robot), robot.id))
+        c.execute(
+            """DELETE FROM check_ups WHERE robot_id = ? AND left_behind IS NULL
+                     AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""",
+            (robot.id, robot.serial_number),
+        )
+        c.execute(
+            """DELETE FROM mission_parameters WHERE robot_id = ?
+                     AND (SELECT serial_number FROM robots WHERE id = robot_id) <> coalesce(?, '')""",
+            (robot.id, robot.serial_number),
+        )
+        c.execute(
+            """UPDATE robots SET drain_runs = 0, drain_percent = 0, drain_hours = 0, failures = 0
+                     WHERE id = ? AND serial_number <> coalesce(?, '')""",
+            (robot.id, robot.serial_number),
+        )
+        c.execute(
+            f"UPDATE robots SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?",
+            (*_values(robot), robot.id),
+        )
         self._put_idle(c, robot)
 
     def note_identity(self, c: sqlite3.Connection, asked: Robot, **found: str) -> bool:
@@ -74,13 +98,17 @@ class RobotRepository:
         known = {"serial_number": "coalesce(serial_number, ?)"}
         changes = ", ".join(f"{name} = {known.get(name, '?')}" for name in found)
         same = " AND ".join(f"{name} IS ?" for name in _MACHINE)
-        cursor = c.execute(f"UPDATE robots SET {changes} WHERE {same}", (*found.values(), *(getattr(asked, name) for name in _MACHINE)))
+        cursor = c.execute(
+            f"UPDATE robots SET {changes} WHERE {same}", (*found.values(), *(getattr(asked, name) for name in _MACHINE))
+        )
         return cursor.rowcount == 1
 
     def of_one_machine(self, c: sqlite3.Connection) -> dict[str, list[str]]:
         """Serial numbers that several robots have which are switched on, and the names of these."""
         found: dict[str, list[str]] = {}
-        for number, name in c.execute("SELECT serial_number, name FROM robots WHERE enabled AND serial_number <> '' ORDER BY name"):
+        for number, name in c.execute(
+            "SELECT serial_number, name FROM robots WHERE enabled AND serial_number <> '' ORDER BY name"
+        ):
             found.setdefault(number, []).append(name)
         return {number: names for number, names in found.items() if len(names) > 1}
 
@@ -103,7 +131,9 @@ class RobotRepository:
 
     def drains(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, Drain]:
         """What these use of their batteries, by id."""
-        rows = c.execute(f"SELECT id, drain_runs, drain_percent, drain_hours FROM robots WHERE id IN ({placeholders(ids)})", (*ids,))
+        rows = c.execute(
+            f"SELECT id, drain_runs, drain_percent, drain_hours FROM robots WHERE id IN ({placeholders(ids)})", (*ids,)
+        )
         return {row[0]: Drain(*row[1:]) for row in rows}
 
     def note_used(self, c: sqlite3.Connection, robot_id: int, serial_number: str | None, run: Used) -> None:
@@ -112,12 +142,17 @@ class RobotRepository:
             self.put_drain(c, robot_id, serial_number, drain.after(run))
 
     def put_drain(self, c: sqlite3.Connection, robot_id: int, serial_number: str | None, drain: Drain) -> None:
-        c.execute("UPDATE robots SET drain_runs = ?, drain_percent = ?, drain_hours = ? WHERE id = ? AND serial_number IS ?",
-                  (drain.runs, drain.percent, drain.hours, robot_id, serial_number))
+        c.execute(
+            "UPDATE robots SET drain_runs = ?, drain_percent = ?, drain_hours = ? WHERE id = ? AND serial_number IS ?",
+            (drain.runs, drain.percent, drain.hours, robot_id, serial_number),
+        )
 
     def failures(self, c: sqlite3.Connection, ids: Collection[int]) -> dict[int, int]:
         """How many starts these failed since their last success, by id."""
-        return {row[0]: row[1] for row in c.execute(f"SELECT id, failures FROM robots WHERE id IN ({placeholders(ids)})", (*ids,))}
+        return {
+            row[0]: row[1]
+            for row in c.execute(f"SELECT id, failures FROM robots WHERE id IN ({placeholders(ids)})", (*ids,))
+        }
 
     def note_outcome(self, c: sqlite3.Connection, robot_id: int, went_well: bool) -> None:
         """It has completed a start, or failed one."""
@@ -135,10 +170,12 @@ class RobotRepository:
         if robot.idle is None:
             c.execute("DELETE FROM idle_rules WHERE robot_id = ?", (robot.id,))
             return
-        c.execute("""INSERT INTO idle_rules (robot_id, mission_id, after_minutes, enabled) VALUES (?, ?, ?, ?)
+        c.execute(
+            """INSERT INTO idle_rules (robot_id, mission_id, after_minutes, enabled) VALUES (?, ?, ?, ?)
                      ON CONFLICT (robot_id) DO UPDATE SET mission_id = excluded.mission_id, after_minutes = excluded.after_minutes,
                                                           enabled = excluded.enabled""",
-                  (robot.id, robot.idle.mission_id, robot.idle.after_minutes, robot.idle.enabled))
+            (robot.id, robot.idle.mission_id, robot.idle.after_minutes, robot.idle.enabled),
+        )
 
 
 def _values(robot: Robot) -> tuple[object, ...]:
@@ -150,6 +187,11 @@ def _robot(row: sqlite3.Row) -> Robot:
     if row["idle_mission_id"] is not None:
         idle = IdleRule(row["idle_mission_id"], row["idle_after_minutes"], bool(row["idle_enabled"]))
     values = {name: row[name] for name in COLUMNS} | {
-        "enabled": bool(row["enabled"]), "hand_over": HandOver(row["hand_over"]), "needs_password": bool(row["needs_password"]),
-        "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"])}
-    return Robot(id=row["id"], idle=idle, **values, profile=None if row["profile"] is None else profile_of(row["profile"]))
+        "enabled": bool(row["enabled"]),
+        "hand_over": HandOver(row["hand_over"]),
+        "needs_password": bool(row["needs_password"]),
+        "identified_by": row["identified_by"] and IdentifiedBy(row["identified_by"]),
+    }
+    return Robot(
+        id=row["id"], idle=idle, **values, profile=None if row["profile"] is None else profile_of(row["profile"])
+    )

@@ -1,4 +1,5 @@
 """Schedules and when each is due next."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -7,19 +8,49 @@ from dataclasses import replace
 from datetime import datetime, time
 from typing import Any, NamedTuple
 
-from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_optional_text, to_text
+from app.database.values import (
+    from_json,
+    placeholders,
+    to_instant,
+    to_json,
+    to_optional_instant,
+    to_optional_text,
+    to_text,
+)
 from app.domain.models import Between, Overlap, Schedule
 
-COLUMNS = ("name", "robot_id", "group_id", "mission_id", "start", "timezone", "recurrence", "between_start", "between_end", "enabled",
-            "minimum_battery_percent", "respect_working_days", "start_window_minutes", "finish_by_minutes", "overlap", "priority",
-            "parameters", "changed_at", "next_at", "paused_until", "planned_through", "started_through")
+COLUMNS = (
+    "name",
+    "robot_id",
+    "group_id",
+    "mission_id",
+    "start",
+    "timezone",
+    "recurrence",
+    "between_start",
+    "between_end",
+    "enabled",
+    "minimum_battery_percent",
+    "respect_working_days",
+    "start_window_minutes",
+    "finish_by_minutes",
+    "overlap",
+    "priority",
+    "parameters",
+    "changed_at",
+    "next_at",
+    "paused_until",
+    "planned_through",
+    "started_through",
+)
 
 
-Skip = tuple[int, datetime]              # a start left out in advance: its schedule's id and its instant
+Skip = tuple[int, datetime]  # a start left out in advance: its schedule's id and its instant
 
 
 class Progress(NamedTuple):
     """How far a schedule has been planned: what comes next, the last instant that got a row, and the last one to be sent (None: none)."""
+
     schedule_id: int
     next_at: datetime | None
     planned_through: datetime | None
@@ -52,25 +83,44 @@ class ScheduleRepository:
 
     def use_instead(self, c: sqlite3.Connection, old_id: int, new_id: int, robot_id: int) -> None:
         """Another mission in all schedules of a robot that have this one."""
-        c.execute("UPDATE schedules SET mission_id = ? WHERE mission_id = ? AND robot_id = ?", (new_id, old_id, robot_id))
+        c.execute(
+            "UPDATE schedules SET mission_id = ? WHERE mission_id = ? AND robot_id = ?", (new_id, old_id, robot_id)
+        )
 
-    def due(self, c: sqlite3.Connection, now: datetime, lately: datetime | None = None, limit: int = -1, offset: int = 0) -> list[Schedule]:
+    def due(
+        self, c: sqlite3.Connection, now: datetime, lately: datetime | None = None, limit: int = -1, offset: int = 0
+    ) -> list[Schedule]:
         """Enabled schedules that are due, all or so many, from an ``offset`` on: what fell due ``lately`` first, in
         order of time; of the others those first that may still start: the newest."""
         since = to_optional_text(lately) or ""
-        return self._list(c, """WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ?
+        return self._list(
+            c,
+            """WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ?
                                 ORDER BY next_at < ?, iif(next_at < ?, NULL, next_at), next_at DESC, id LIMIT ? OFFSET ?""",
-                          to_text(now), since, since, limit, offset)
+            to_text(now),
+            since,
+            since,
+            limit,
+            offset,
+        )
 
     def planned_beyond(self, c: sqlite3.Connection, now: datetime) -> list[Schedule]:
         """Those of which instants that are still to come have their rows, and those that were planned or changed at such a time."""
         return self._list(c, "WHERE planned_through > ? OR changed_at > ?", to_text(now), to_text(now))
 
-    def plan_anew(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None, planned_through: datetime,
-                  now: datetime) -> None:
+    def plan_anew(
+        self,
+        c: sqlite3.Connection,
+        schedule_id: int,
+        next_at: datetime | None,
+        planned_through: datetime,
+        now: datetime,
+    ) -> None:
         """Nothing of it is from a time that is still to come any more."""
-        c.execute("UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = min(changed_at, ?) WHERE id = ?",
-                  (to_optional_text(next_at), to_text(planned_through), to_text(now), schedule_id))
+        c.execute(
+            "UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = min(changed_at, ?) WHERE id = ?",
+            (to_optional_text(next_at), to_text(planned_through), to_text(now), schedule_id),
+        )
 
     def changed_between(self, c: sqlite3.Connection, first: datetime, last: datetime) -> list[Schedule]:
         """Both included."""
@@ -78,19 +128,30 @@ class ScheduleRepository:
 
     def count_from(self, c: sqlite3.Connection, schedule_id: int, next_at: datetime | None, now: datetime) -> None:
         """As if it had been changed now."""
-        c.execute("UPDATE schedules SET next_at = ?, changed_at = ? WHERE id = ?", (to_optional_text(next_at), to_text(now), schedule_id))
+        c.execute(
+            "UPDATE schedules SET next_at = ?, changed_at = ? WHERE id = ?",
+            (to_optional_text(next_at), to_text(now), schedule_id),
+        )
 
     def days_changed(self, c: sqlite3.Connection, now: datetime) -> None:
         """Other days are working days since then."""
-        c.execute("UPDATE schedules SET changed_at = ? WHERE respect_working_days = 1 AND recurrence IS NOT NULL", (to_text(now),))
+        c.execute(
+            "UPDATE schedules SET changed_at = ? WHERE respect_working_days = 1 AND recurrence IS NOT NULL",
+            (to_text(now),),
+        )
 
     # ------------------------------------------------------------------ starts left out in advance
     def skip(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
-        c.execute("INSERT OR REPLACE INTO skips (schedule_id, planned_at) VALUES (?, ?)", (schedule_id, to_text(instant)))
+        c.execute(
+            "INSERT OR REPLACE INTO skips (schedule_id, planned_at) VALUES (?, ?)", (schedule_id, to_text(instant))
+        )
 
     def keep_back(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
         """Unless it is left out."""
-        c.execute("INSERT OR IGNORE INTO skips (schedule_id, planned_at, held) VALUES (?, ?, 1)", (schedule_id, to_text(instant)))
+        c.execute(
+            "INSERT OR IGNORE INTO skips (schedule_id, planned_at, held) VALUES (?, ?, 1)",
+            (schedule_id, to_text(instant)),
+        )
 
     def take_again(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
         """A start is not left out, or kept back, after all."""
@@ -101,54 +162,74 @@ class ScheduleRepository:
 
     def skips(self, c: sqlite3.Connection, schedule_ids: Sequence[int], *, held: bool = False) -> set[Skip]:
         """All starts of these that are left out, or that a person keeps ``held`` back when their time has come."""
-        rows = c.execute(f"""SELECT schedule_id, planned_at FROM skips WHERE schedule_id IN ({placeholders(schedule_ids)}) AND held = ?""",
-                         (*schedule_ids, held))
+        rows = c.execute(
+            f"""SELECT schedule_id, planned_at FROM skips WHERE schedule_id IN ({placeholders(schedule_ids)}) AND held = ?""",
+            (*schedule_ids, held),
+        )
         return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
     def skips_from(self, c: sqlite3.Connection, instant: datetime, *, held: bool = False) -> set[Skip]:
         """All starts at that instant or later that are left out, or that a person keeps ``held`` back."""
-        rows = c.execute("SELECT schedule_id, planned_at FROM skips WHERE planned_at >= ? AND held = ?", (to_text(instant), held))
+        rows = c.execute(
+            "SELECT schedule_id, planned_at FROM skips WHERE planned_at >= ? AND held = ?", (to_text(instant), held)
+        )
         return {(schedule_id, to_instant(planned_at)) for schedule_id, planned_at in rows}
 
     def newest_row(self, c: sqlite3.Connection, schedule_id: int, until: datetime) -> int | None:
         """Id of the execution with its latest planned instant up to then."""
-        row = c.execute("SELECT id FROM executions WHERE schedule_id = ? AND planned_at <= ? ORDER BY planned_at DESC LIMIT 1",
-                        (schedule_id, to_text(until))).fetchone()
+        row = c.execute(
+            "SELECT id FROM executions WHERE schedule_id = ? AND planned_at <= ? ORDER BY planned_at DESC LIMIT 1",
+            (schedule_id, to_text(until)),
+        ).fetchone()
         return int(row[0]) if row else None
 
     def next_due(self, c: sqlite3.Connection) -> datetime | None:
         """The earliest next occurrence of all robots."""
-        return to_optional_instant(c.execute("SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL").fetchone()[0])
+        return to_optional_instant(
+            c.execute("SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL").fetchone()[0]
+        )
 
     def next_to_run(self, c: sqlite3.Connection, robot_id: int) -> datetime | None:
         """The earliest next occurrence of a robot that is not left out by a pause."""
-        row = c.execute("""SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL AND robot_id = ?
-                           AND (paused_until IS NULL OR paused_until <= next_at)""", (robot_id,)).fetchone()
+        row = c.execute(
+            """SELECT min(next_at) FROM schedules WHERE enabled = 1 AND next_at IS NOT NULL AND robot_id = ?
+                           AND (paused_until IS NULL OR paused_until <= next_at)""",
+            (robot_id,),
+        ).fetchone()
         return to_optional_instant(row[0])
 
-    def with_parameters(self, c: sqlite3.Connection, robot_id: int, until: datetime) -> list[tuple[str, str, Mapping[str, Any]]]:
+    def with_parameters(
+        self, c: sqlite3.Connection, robot_id: int, until: datetime
+    ) -> list[tuple[str, str, Mapping[str, Any]]]:
         """What a robot starts by then with parameters: the mission's guid and name, and the values as they were entered."""
-        rows = c.execute("""SELECT DISTINCT guid, missions.name, parameters FROM schedules JOIN missions ON missions.id = mission_id
+        rows = c.execute(
+            """SELECT DISTINCT guid, missions.name, parameters FROM schedules JOIN missions ON missions.id = mission_id
                             WHERE schedules.robot_id = ? AND enabled = 1 AND next_at <= ? AND parameters <> '{}'""",
-                         (robot_id, to_text(until)))
+            (robot_id, to_text(until)),
+        )
         return [(guid, name, from_json(text)) for guid, name, text in rows]
 
     def next_of_groups(self, c: sqlite3.Connection, robot_id: int, until: datetime) -> dict[tuple[int, ...], int]:
         """Of each group of a robot how many starts are planned by then: by its members that are switched on."""
-        rows = c.execute("""
+        rows = c.execute(
+            """
             SELECT (SELECT group_concat(id) FROM (
                         SELECT robots.id FROM group_members AS other JOIN robots ON robots.id = other.robot_id
                         WHERE other.group_id = schedules.group_id AND robots.enabled ORDER BY robots.id)), count(*)
             FROM schedules JOIN group_members ON group_members.group_id = schedules.group_id
             WHERE schedules.enabled = 1 AND next_at <= ? AND group_members.robot_id = ?
-                AND (paused_until IS NULL OR paused_until <= next_at) GROUP BY schedules.group_id""", (to_text(until), robot_id))
+                AND (paused_until IS NULL OR paused_until <= next_at) GROUP BY schedules.group_id""",
+            (to_text(until), robot_id),
+        )
         return {tuple(map(int, members.split(","))): count for members, count in rows if members}
 
     def robots_due(self, c: sqlite3.Connection, after: datetime, until: datetime) -> set[int]:
         """Those to which what comes after one instant and not after the other may go."""
-        rows = c.execute("""SELECT DISTINCT coalesce(schedules.robot_id, group_members.robot_id) FROM schedules
+        rows = c.execute(
+            """SELECT DISTINCT coalesce(schedules.robot_id, group_members.robot_id) FROM schedules
                             LEFT JOIN group_members USING (group_id) WHERE enabled = 1 AND next_at > ? AND next_at <= ?""",
-                         (to_text(after), to_text(until)))
+            (to_text(after), to_text(until)),
+        )
         return {row[0] for row in rows}
 
     def for_group(self, c: sqlite3.Connection, group_id: int) -> list[Schedule]:
@@ -169,16 +250,20 @@ class ScheduleRepository:
         """Note how far these have been planned."""
         if progress:
             places = ", ".join("(?, ?, ?, ?)" for _ in progress)
-            c.execute(f"""WITH given (id, next_at, planned, started) AS (VALUES {places})
+            c.execute(
+                f"""WITH given (id, next_at, planned, started) AS (VALUES {places})
                           UPDATE schedules SET next_at = given.next_at, planned_through = coalesce(given.planned, planned_through),
                                                started_through = coalesce(given.started, started_through)
                           FROM given WHERE schedules.id = given.id""",
-                      [value for each in progress for value in (each.schedule_id, *map(to_optional_text, each[1:]))])
+                [value for each in progress for value in (each.schedule_id, *map(to_optional_text, each[1:]))],
+            )
 
     def note_begun(self, c: sqlite3.Connection, schedule_id: int, instant: datetime) -> None:
         """Something of it may have been sent."""
-        c.execute("UPDATE schedules SET started_through = ?2 WHERE id = ?1 AND coalesce(started_through, '') < ?2",
-                  (schedule_id, to_text(instant)))
+        c.execute(
+            "UPDATE schedules SET started_through = ?2 WHERE id = ?1 AND coalesce(started_through, '') < ?2",
+            (schedule_id, to_text(instant)),
+        )
 
     def forget_skips(self, c: sqlite3.Connection, schedule_id: int, through: datetime) -> None:
         """A robot has what was planned then: which starts up to there are left out is not asked any more."""
@@ -192,11 +277,16 @@ class ScheduleRepository:
         """Returns it with its id; one that is given (an undone removal) is kept."""
         names = ", ".join(("id", *COLUMNS))
         marks = ", ".join("?" for _ in range(len(COLUMNS) + 1))
-        cursor = c.execute(f"INSERT INTO schedules ({names}) VALUES ({marks})", (schedule.id or None, *_values(schedule)))
+        cursor = c.execute(
+            f"INSERT INTO schedules ({names}) VALUES ({marks})", (schedule.id or None, *_values(schedule))
+        )
         return replace(schedule, id=cursor.lastrowid or schedule.id)
 
     def update(self, c: sqlite3.Connection, schedule: Schedule) -> None:
-        c.execute(f"UPDATE schedules SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?", (*_values(schedule), schedule.id))
+        c.execute(
+            f"UPDATE schedules SET {', '.join(f'{name} = ?' for name in COLUMNS)} WHERE id = ?",
+            (*_values(schedule), schedule.id),
+        )
 
     def remove(self, c: sqlite3.Connection, schedule_id: int) -> None:
         """Its executions stay."""
@@ -216,12 +306,30 @@ def _values(schedule: Schedule) -> tuple[object, ...]:
     if schedule.changed_at is None:
         raise ValueError("a stored schedule needs changed_at")
     between = schedule.between
-    return (schedule.name, schedule.robot_id, schedule.group_id, schedule.mission_id, schedule.start.isoformat(timespec="minutes"),
-            schedule.timezone, schedule.recurrence, between and f"{between.start:%H:%M}", between and f"{between.end:%H:%M}",
-            schedule.enabled, schedule.minimum_battery_percent, schedule.respect_working_days, schedule.start_window_minutes,
-            schedule.finish_by_minutes, schedule.overlap, schedule.priority, to_json(schedule.parameters), to_text(schedule.changed_at),
-            to_optional_text(schedule.next_at), to_optional_text(schedule.paused_until), to_optional_text(schedule.planned_through),
-            to_optional_text(schedule.started_through))
+    return (
+        schedule.name,
+        schedule.robot_id,
+        schedule.group_id,
+        schedule.mission_id,
+        schedule.start.isoformat(timespec="minutes"),
+        schedule.timezone,
+        schedule.recurrence,
+        between and f"{between.start:%H:%M}",
+        between and f"{between.end:%H:%M}",
+        schedule.enabled,
+        schedule.minimum_battery_percent,
+        schedule.respect_working_days,
+        schedule.start_window_minutes,
+        schedule.finish_by_minutes,
+        schedule.overlap,
+        schedule.priority,
+        to_json(schedule.parameters),
+        to_text(schedule.changed_at),
+        to_optional_text(schedule.next_at),
+        to_optional_text(schedule.paused_until),
+        to_optional_text(schedule.planned_through),
+        to_optional_text(schedule.started_through),
+    )
 
 
 def _schedule(row: sqlite3.Row) -> Schedule:
@@ -229,11 +337,26 @@ def _schedule(row: sqlite3.Row) -> Schedule:
     if row["between_start"] is not None:
         between = Between(time.fromisoformat(row["between_start"]), time.fromisoformat(row["between_end"]))
     return Schedule(
-        name=row["name"], robot_id=row["robot_id"], group_id=row["group_id"], mission_id=row["mission_id"],
-        start=datetime.fromisoformat(row["start"]), timezone=row["timezone"], recurrence=row["recurrence"], id=row["id"],
-        enabled=bool(row["enabled"]), between=between, minimum_battery_percent=row["minimum_battery_percent"],
-        respect_working_days=bool(row["respect_working_days"]), start_window_minutes=row["start_window_minutes"],
-        finish_by_minutes=row["finish_by_minutes"], overlap=Overlap(row["overlap"]), priority=row["priority"],
-        parameters=from_json(row["parameters"]), changed_at=to_instant(row["changed_at"]), next_at=to_optional_instant(row["next_at"]),
-        paused_until=to_optional_instant(row["paused_until"]), planned_through=to_optional_instant(row["planned_through"]),
-        started_through=to_optional_instant(row["started_through"]))
+        name=row["name"],
+        robot_id=row["robot_id"],
+        group_id=row["group_id"],
+        mission_id=row["mission_id"],
+        start=datetime.fromisoformat(row["start"]),
+        timezone=row["timezone"],
+        recurrence=row["recurrence"],
+        id=row["id"],
+        enabled=bool(row["enabled"]),
+        between=between,
+        minimum_battery_percent=row["minimum_battery_percent"],
+        respect_working_days=bool(row["respect_working_days"]),
+        start_window_minutes=row["start_window_minutes"],
+        finish_by_minutes=row["finish_by_minutes"],
+        overlap=Overlap(row["overlap"]),
+        priority=row["priority"],
+        parameters=from_json(row["parameters"]),
+        changed_at=to_instant(row["changed_at"]),
+        next_at=to_optional_instant(row["next_at"]),
+        paused_until=to_optional_instant(row["paused_until"]),
+        planned_through=to_optional_instant(row["planned_through"]),
+        started_through=to_optional_instant(row["started_through"]),
+    )

@@ -3,6 +3,7 @@
 Instants are UTC text ``YYYY-MM-DDTHH:MM:SS.ffffffZ`` (fixed width, so text order is time order); JSON columns hold objects.
 AUTOINCREMENT, because the id of a deleted schedule must never come back: the tokens of its executions are made of it.
 """
+
 from __future__ import annotations
 
 from app.database.schema_groups import (
@@ -300,7 +301,26 @@ _KEPT_BACK_AHEAD = """
 ALTER TABLE skips ADD COLUMN held INTEGER NOT NULL DEFAULT 0;               -- not left out: kept back when its time has come
 """
 
-MIGRATIONS: tuple[str, ...] = (_FIRST, _EXCEPTION_CALENDAR, _KPI_INDEXES, _ACTIVITY_SPANS, _TYPED_DURATIONS, _ENDED_DAYS, _ACTIVITY_DAYS,
-                               _NO_DECISION_READS_HISTORY, _IDENTIFIED_BY, _LOW_BATTERY_AND_HELD_STARTS, _SKIPPED_AHEAD, _GROUPS,
-                               _SUGGESTIONS_AND_GROUP_FIGURES, _DRAIN, _RUN_DURATIONS, _CHECK_UPS, _WAYS, _KEPT_BACK_AHEAD, _STARTS,
-                               _FAILURES, _MISSION_PARAMETERS)
+MIGRATIONS: tuple[str, ...] = (
+    _FIRST,
+    _EXCEPTION_CALENDAR,
+    _KPI_INDEXES,
+    _ACTIVITY_SPANS,
+    _TYPED_DURATIONS,
+    _ENDED_DAYS,
+    _ACTIVITY_DAYS,
+    _NO_DECISION_READS_HISTORY,
+    _IDENTIFIED_BY,
+    _LOW_BATTERY_AND_HELD_STARTS,
+    _SKIPPED_AHEAD,
+    _GROUPS,
+    _SUGGESTIONS_AND_GROUP_FIGURES,
+    _DRAIN,
+    _RUN_DURATIONS,
+    _CHECK_UPS,
+    _WAYS,
+    _KEPT_BACK_AHEAD,
+    _STARTS,
+    _FAILURES,
+    _MISSION_PARAMETERS,
+)

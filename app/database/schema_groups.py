@@ -1,4 +1,5 @@
 """The migrations that came with groups of robots, and since; ``schema`` has their order. A shipped one is never edited."""
+
 from __future__ import annotations
 
 _GROUPS = """
@@ -215,11 +216,13 @@ _COUNT = """
 _UNCOUNT = """
     UPDATE ended_days SET number = number - 1, timed = timed - (OLD.duration_s IS NOT NULL), starts = starts - OLD.starts,
         microseconds = microseconds - coalesce(CAST(round(OLD.duration_s * 1000000) AS INTEGER), 0)
-    WHERE (day, robot_id, is_scheduled, state, reason_code, is_submitted) = ({_DAY});""".replace("{_DAY}", _DAY.format("OLD"))
+    WHERE (day, robot_id, is_scheduled, state, reason_code, is_submitted) = ({_DAY});""".replace(
+    "{_DAY}", _DAY.format("OLD")
+)
 _DROP_EMPTY = """
     DELETE FROM ended_days WHERE day = substr(OLD.ended_at, 1, 10) AND number = 0;"""
 
-LONGEST_RUN = 131 * 366 * 86400          # s: robots' clocks are read from 1970 to 2099
+LONGEST_RUN = 131 * 366 * 86400  # s: robots' clocks are read from 1970 to 2099
 # Rebuild the counters from the executions. A duration that no robot can have told would soon be too much to be added up.
 RECOUNT = f"""
 DELETE FROM ended_days;

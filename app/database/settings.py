@@ -1,4 +1,5 @@
 """Settings, and the few facts about this installation that are kept beside them."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -11,15 +12,19 @@ from app.database.values import from_json, to_instant, to_json, to_text
 from app.domain.models import Settings
 
 NAMES = frozenset(field.name for field in fields(Settings))
-WRONG_PINS = "settings_pin_wrong"        # name of the row that counts the wrong PINs for Settings in a row
-DECLINED_PLACES = "declined_places"      # of the row with the guids of positions that shall not be proposed as places again
-CLOCK_CONFIRMED_AT = "clock_confirmed_at"        # of the row that says when a command called the clock right while no app ran
+WRONG_PINS = "settings_pin_wrong"  # name of the row that counts the wrong PINs for Settings in a row
+DECLINED_PLACES = "declined_places"  # of the row with the guids of positions that shall not be proposed as places again
+CLOCK_CONFIRMED_AT = "clock_confirmed_at"  # of the row that says when a command called the clock right while no app ran
 
 
 class SettingsRepository:
     def load(self, c: sqlite3.Connection) -> Settings:
         """What is stored; defaults for the rest."""
-        stored = {row["name"]: from_json(row["value"]) for row in c.execute("SELECT name, value FROM settings") if row["name"] in NAMES}
+        stored = {
+            row["name"]: from_json(row["value"])
+            for row in c.execute("SELECT name, value FROM settings")
+            if row["name"] in NAMES
+        }
         if "working_days" in stored:
             stored["working_days"] = tuple(stored["working_days"])
         return Settings(**stored)
@@ -43,8 +48,10 @@ class SettingsRepository:
 
     def put(self, c: sqlite3.Connection, name: str, value: Any) -> None:
         """Any JSON value by name."""
-        c.execute("INSERT INTO settings (name, value) VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = excluded.value",
-                  (name, to_json(value)))
+        c.execute(
+            "INSERT INTO settings (name, value) VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = excluded.value",
+            (name, to_json(value)),
+        )
 
     def install_id(self, c: sqlite3.Connection) -> str:
         """The UUID of this installation: made by the first call, which needs a writing connection; a restored backup brings it back."""

@@ -1,4 +1,5 @@
 """Whether cells hold what the app could have written: what can't be reckoned with fails at the next addition, long afterwards."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -9,10 +10,20 @@ from app.database.values import to_instant
 from app.domain.activity import ACTIVITIES
 from app.domain.message import Message, message
 
-LARGEST = 2**53              # of every number of a backup, either way: exact as a float too
-FULL = 2**62                 # of those in use, which have grown since: still far from where adding fails
-YEARS = range(1970, 9000)    # of instants: far from where adding to one fails
-FLAGS = {"enabled", "needs_password", "favourite", "on_low_battery", "charges", "respect_working_days", "held", "is_working", "yearly"}
+LARGEST = 2**53  # of every number of a backup, either way: exact as a float too
+FULL = 2**62  # of those in use, which have grown since: still far from where adding fails
+YEARS = range(1970, 9000)  # of instants: far from where adding to one fails
+FLAGS = {
+    "enabled",
+    "needs_password",
+    "favourite",
+    "on_low_battery",
+    "charges",
+    "respect_working_days",
+    "held",
+    "is_working",
+    "yearly",
+}
 _INSTANT = len("2026-11-23T04:30:00.000000Z")
 
 
@@ -22,7 +33,12 @@ def unusable(table: str, problem: Message) -> Message:
 
 def tables(c: sqlite3.Connection) -> list[str]:
     """All but SQLite's own, by name."""
-    return [name for (name,) in c.execute("SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite%' ORDER BY name")]
+    return [
+        name
+        for (name,) in c.execute(
+            "SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite%' ORDER BY name"
+        )
+    ]
 
 
 def wrong_number(c: sqlite3.Connection, table: str, largest: int, rows: str = "") -> str | None:
@@ -30,7 +46,9 @@ def wrong_number(c: sqlite3.Connection, table: str, largest: int, rows: str = ""
     Tables are STRICT: a column of numbers has nothing else."""
     columns = [row[1] for row in c.execute(f"PRAGMA table_info({table})") if row[2] in ("INTEGER", "REAL")]
     ends = ", ".join(f"min({name}), max({name})" for name in columns)
-    found = c.execute(f"SELECT {ends} FROM (SELECT {', '.join(columns)} FROM {table} {rows})").fetchone() if columns else ()
+    found = (
+        c.execute(f"SELECT {ends} FROM (SELECT {', '.join(columns)} FROM {table} {rows})").fetchone() if columns else ()
+    )
     for name, low, high in zip(columns, found[::2], found[1::2], strict=True):
         least, most = (0, 1) if name in FLAGS else (-largest, largest)
         if low is not None and not least <= low <= high <= most:

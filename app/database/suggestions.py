@@ -1,4 +1,5 @@
 """What suggestions rest on, and what people answered to them. Instants of the past are seconds since 1970 here: many are compared."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -15,6 +16,7 @@ KEPT_FOR = timedelta(days=180)
 
 class PastRun(NamedTuple):
     """An ended row of the ledger. ``schedule``, ``robot`` 0: none; ``started`` None: it never ran."""
+
     id: int
     schedule: int
     robot: int
@@ -26,7 +28,7 @@ class PastRun(NamedTuple):
     ended: float | None
 
 
-_PLANNED = PastRun._fields.index("planned")          # None where a database from elsewhere has no instant there
+_PLANNED = PastRun._fields.index("planned")  # None where a database from elsewhere has no instant there
 
 
 class PastActivity(NamedTuple):
@@ -39,6 +41,7 @@ class PastActivity(NamedTuple):
 @dataclass(frozen=True)
 class Answer:
     """To a finding about a schedule, as it was then: ``late`` of ``starts``. ``option``: what was accepted."""
+
     schedule_id: int
     answer: str
     at: datetime
@@ -52,35 +55,46 @@ class SuggestionRepository:
     # ------------------------------------------------------------------ the past
     def runs(self, c: sqlite3.Connection, since: datetime) -> list[PastRun]:
         """What was planned since then and has ended, in order of time."""
-        rows = c.execute(f"""{_RUNS} INDEXED BY executions_planned WHERE planned_at >= ? AND ended_at IS NOT NULL ORDER BY planned_at""",
-                         (to_text(since),))
+        rows = c.execute(
+            f"""{_RUNS} INDEXED BY executions_planned WHERE planned_at >= ? AND ended_at IS NOT NULL ORDER BY planned_at""",
+            (to_text(since),),
+        )
         return [PastRun(*row) for row in rows if row[_PLANNED] is not None]
 
     def runs_of(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> list[PastRun]:
         """The same of one schedule."""
-        rows = c.execute(f"{_RUNS} WHERE schedule_id = ? AND planned_at >= ? AND ended_at IS NOT NULL ORDER BY planned_at",
-                         (schedule_id, to_text(since)))
+        rows = c.execute(
+            f"{_RUNS} WHERE schedule_id = ? AND planned_at >= ? AND ended_at IS NOT NULL ORDER BY planned_at",
+            (schedule_id, to_text(since)),
+        )
         return [PastRun(*row) for row in rows if row[_PLANNED] is not None]
 
     def activities(self, c: sqlite3.Connection, since: datetime) -> list[PastActivity]:
         """When robots were seen not to be free, each in order of time."""
-        rows = c.execute(f"""SELECT robot_id, activity, {_seconds('started_at')}, {_seconds('ended_at')} FROM activity_spans
+        rows = c.execute(
+            f"""SELECT robot_id, activity, {_seconds("started_at")}, {_seconds("ended_at")} FROM activity_spans
                             WHERE started_at >= ? AND activity IN ('executing', 'paused', 'error', 'offline')
-                            ORDER BY robot_id, started_at""", (to_text(since),))
+                            ORDER BY robot_id, started_at""",
+            (to_text(since),),
+        )
         return [PastActivity(*row) for row in rows if None not in (row[2], row[3])]
 
     # ------------------------------------------------------------------ answers
     def answers(self, c: sqlite3.Connection) -> list[Answer]:
         """Oldest first. One that can't be read, in a database from elsewhere, is left out: it is no more than a wish for silence."""
-        rows = c.execute("SELECT schedule_id, answer, answered_at, late, starts, option, id FROM suggestion_answers ORDER BY id")
+        rows = c.execute(
+            "SELECT schedule_id, answer, answered_at, late, starts, option, id FROM suggestion_answers ORDER BY id"
+        )
         return [answer for row in rows if (answer := _answer(row)) is not None]
 
     def answer(self, c: sqlite3.Connection, given: Answer) -> Answer:
         """Returns it with its id. Those that nobody needs any more are deleted."""
         c.execute("DELETE FROM suggestion_answers WHERE answered_at < ?", (to_text(given.at - KEPT_FOR),))
-        cursor = c.execute("""INSERT INTO suggestion_answers (schedule_id, answer, answered_at, late, starts, option)
+        cursor = c.execute(
+            """INSERT INTO suggestion_answers (schedule_id, answer, answered_at, late, starts, option)
                               VALUES (?, ?, ?, ?, ?, ?)""",
-                           (given.schedule_id, given.answer, to_text(given.at), given.late, given.starts, to_json(given.option)))
+            (given.schedule_id, given.answer, to_text(given.at), given.late, given.starts, to_json(given.option)),
+        )
         return replace(given, id=cursor.lastrowid or 0)
 
     def take_back(self, c: sqlite3.Connection, answer_id: int) -> None:
@@ -102,5 +116,5 @@ def _seconds(column: str) -> str:
 
 # By the tablet's clock, as key figures count: accepted, and then what the robot says that it waited in its queue.
 _RUNS = f"""SELECT id, coalesce(schedule_id, 0), coalesce(robot_id, 0), trigger, coalesce(reason_code, ''), mission,
-                   {_seconds('planned_at')}, coalesce({_seconds('submitted_at')} + robot_delay_s, {_seconds('started_at')}),
-                   {_seconds('ended_at')} FROM executions"""
+                   {_seconds("planned_at")}, coalesce({_seconds("submitted_at")} + robot_delay_s, {_seconds("started_at")}),
+                   {_seconds("ended_at")} FROM executions"""

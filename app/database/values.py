@@ -1,4 +1,5 @@
 """How Python values are stored in columns: instants as UTC text of fixed width (text order is time order), mappings as JSON."""
+
 from __future__ import annotations
 
 import json
@@ -27,7 +28,7 @@ def to_optional_instant(text: str | None) -> datetime | None:
 
 
 def to_json(value: Any) -> str:
-    return "{}" if value == {} else json.dumps(value, ensure_ascii=False, default=_plain)        # most are
+    return "{}" if value == {} else json.dumps(value, ensure_ascii=False, default=_plain)  # most are
 
 
 def _plain(value: Any) -> Any:
@@ -40,7 +41,7 @@ def _plain(value: Any) -> Any:
 
 
 def from_json(text: str) -> Any:
-    return {} if text == "{}" else json.loads(text)       # most are, and most of the time of reading a row would go there
+    return {} if text == "{}" else json.loads(text)  # most are, and most of the time of reading a row would go there
 
 
 def placeholders(values: Iterable[object]) -> str:

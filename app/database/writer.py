@@ -4,6 +4,7 @@ Several threads writing or checkpointing one WAL database can lose pages on SQLi
 (https://sqlite.org/wal.html, "WAL-reset bug"). Work items that wait at the same time share one transaction, each inside its own savepoint:
 a burst costs one flush of the disk instead of one per item. A patient item waits a few ms for others to share with.
 """
+
 from __future__ import annotations
 
 import logging
@@ -23,10 +24,10 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 Work = Callable[[sqlite3.Connection], T]
 
-AT_ONCE = 256                # works in one transaction at most
-PATIENCE = 0.005             # s that a patient work waits for another to share its transaction
-WRITE_BACK_EVERY = 100       # transactions after which the WAL is written back
-WAL_KEPT = 16 << 20          # bytes to which a longer one is cut when it begins anew
+AT_ONCE = 256  # works in one transaction at most
+PATIENCE = 0.005  # s that a patient work waits for another to share its transaction
+WRITE_BACK_EVERY = 100  # transactions after which the WAL is written back
+WAL_KEPT = 16 << 20  # bytes to which a longer one is cut when it begins anew
 
 
 class Writer(Protocol):
@@ -42,7 +43,7 @@ class _WritingConnection:
 
     def __init__(self, connection: sqlite3.Connection, path: Path) -> None:
         self.connection, self._path = connection, path
-        self._transactions = 0               # since the WAL was written back
+        self._transactions = 0  # since the WAL was written back
         connection.execute(f"PRAGMA journal_size_limit = {WAL_KEPT}")
 
     def one(self, work: Work[T]) -> T:
@@ -79,7 +80,7 @@ class _WritingConnection:
         try:
             outcome.set_result(work(c))
         except BaseException as error:
-            if not c.in_transaction:          # SQLite gave up the whole transaction (disk full, I/O error)
+            if not c.in_transaction:  # SQLite gave up the whole transaction (disk full, I/O error)
                 raise
             c.execute("ROLLBACK TO work")
             outcome.set_exception(translated(error, self._path))
@@ -87,7 +88,7 @@ class _WritingConnection:
         return outcome
 
     def _begin(self) -> None:
-        self._roll_back()                    # should the last one still be open
+        self._roll_back()  # should the last one still be open
         if self.connection.in_transaction:
             raise DatabaseUnavailable("The storage reports an error at {path}: check the disk", path=self._path)
         self.connection.execute("BEGIN IMMEDIATE")
@@ -107,7 +108,7 @@ class _WritingConnection:
             if self._transactions >= WRITE_BACK_EVERY:
                 self._transactions = 0
                 self.connection.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
-        except sqlite3.Error:                 # no space to write back: the WAL keeps everything until there is
+        except sqlite3.Error:  # no space to write back: the WAL keeps everything until there is
             log.warning("The write-ahead log of %s can't be written back yet", self._path, exc_info=True)
 
     def checkpoint(self) -> bool:
@@ -124,7 +125,7 @@ class _WritingConnection:
         try:
             self._roll_back()
             self.checkpoint()
-        except sqlite3.Error:                 # what is committed stays in the WAL
+        except sqlite3.Error:  # what is committed stays in the WAL
             log.warning("The write-ahead log of %s could not be written back", self._path, exc_info=True)
         finally:
             self.connection.close()
@@ -158,7 +159,7 @@ class InlineWriter:
             writing.close()
 
 
-_Task = tuple[Work[Any], Future[Any], bool]            # the last: whether it is patient
+_Task = tuple[Work[Any], Future[Any], bool]  # the last: whether it is patient
 
 
 class ThreadedWriter:
@@ -178,7 +179,7 @@ class ThreadedWriter:
         if threading.current_thread() is self._thread:
             raise RuntimeError("write() inside a write: use the connection at hand")
         outcome: Future[T] = Future()
-        with self._closing:                   # so that nothing is queued behind the end
+        with self._closing:  # so that nothing is queued behind the end
             if self._closed:
                 raise DatabaseUnavailable("{path} is closed", path=self._path)
             self._tasks.put((work, outcome, patient))
@@ -231,7 +232,7 @@ class ThreadedWriter:
             except queue.Empty:
                 return tasks
         if tasks:
-            self._tasks.put(None)             # the end again, after these
+            self._tasks.put(None)  # the end again, after these
         return tasks
 
     @staticmethod

@@ -1,4 +1,5 @@
 """What a robot is doing, in the few words that utilisation counts, and the spans of time for which it was seen doing it."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,12 +13,13 @@ from app.domain.clock import midnight
 from app.domain.robot import RobotState, RobotStatus
 
 ACTIVITIES = ("executing", "charging", "idle", "paused", "error", "offline")
-NO_DATA = "no_data"                      # the robot was not polled: worked out when reading, never stored
-CLOCK_STEP_S = 5.0                       # the wall clock differs from the monotonic one by more: it was set, or the tablet slept
+NO_DATA = "no_data"  # the robot was not polled: worked out when reading, never stored
+CLOCK_STEP_S = 5.0  # the wall clock differs from the monotonic one by more: it was set, or the tablet slept
 
 
 class ActivitySpan(NamedTuple):
     """One of ``ACTIVITIES``, or NO_DATA, over [start, end)."""
+
     activity: str
     start: datetime
     end: datetime
@@ -49,12 +51,16 @@ class SpanRecorder:
         self._span: ActivitySpan | None = None
         self._mono = 0.0
         self._done: list[ActivitySpan] = []
-        self.has_changed = False         # since ``take``: something else is being done
+        self.has_changed = False  # since ``take``: something else is being done
 
     def saw(self, activity: str, now: datetime, mono: float, longest_gap: float) -> None:
         """``mono`` and ``longest_gap`` in monotonic seconds."""
         span, passed = self._span, mono - self._mono
-        follows = span is not None and 0 <= passed <= longest_gap and abs((now - span.end).total_seconds() - passed) <= CLOCK_STEP_S
+        follows = (
+            span is not None
+            and 0 <= passed <= longest_gap
+            and abs((now - span.end).total_seconds() - passed) <= CLOCK_STEP_S
+        )
         self._mono = mono
         if span is not None and follows and span.activity == activity:
             self._span = span._replace(end=max(now, span.end))
@@ -109,7 +115,9 @@ def _one_at_a_time(stored: Sequence[ActivitySpan], start: datetime, end: datetim
             yield ActivitySpan(span.activity, since, until)
 
 
-def seconds_by_day(stored: Sequence[ActivitySpan], start: datetime, end: datetime, zone: ZoneInfo) -> dict[date, dict[str, float]]:
+def seconds_by_day(
+    stored: Sequence[ActivitySpan], start: datetime, end: datetime, zone: ZoneInfo
+) -> dict[date, dict[str, float]]:
     """How long each activity was seen in [start, end), by local day; where nothing was seen, there is no day and no activity."""
     found: dict[date, dict[str, float]] = {}
     day, day_ends = date.min, start
@@ -143,11 +151,13 @@ def as_drawn(spans: Sequence[ActivitySpan], columns: int) -> list[ActivitySpan]:
         while spans[first].end <= left:
             first += 1
         shares: dict[str, timedelta] = {}
-        for number in range(first, len(spans)):           # not a slice: copying the rest for each column took most of the time
+        for number in range(first, len(spans)):  # not a slice: copying the rest for each column took most of the time
             span = spans[number]
             if span.start >= right:
                 break
-            shares[span.activity] = shares.get(span.activity, timedelta()) + min(span.end, right) - max(span.start, left)
+            shares[span.activity] = (
+                shares.get(span.activity, timedelta()) + min(span.end, right) - max(span.start, left)
+            )
         activity = "error" if "error" in shares else max(shares, key=lambda name: shares[name])
         if found and found[-1].activity == activity:
             found[-1] = found[-1]._replace(end=right)

@@ -3,6 +3,7 @@
 ``Finding`` is for people, ``RobotProfile`` for the app: whatever is None in it was not found out, and the careful way is taken there,
 on which nothing can run twice.
 """
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -15,6 +16,7 @@ from app.domain.message import Message
 
 class Level(StrEnum):
     """What a finding means for scheduling: nothing to do, something to know or to set, something that has to be put right first."""
+
     GREEN = "green"
     AMBER = "amber"
     RED = "red"
@@ -22,10 +24,11 @@ class Level(StrEnum):
 
 class Topic(StrEnum):
     """What is looked at, in the order of the report. The first ones are read, those from ``ORDER`` on are tried."""
+
     IDENTITY = "identity"
     SOFTWARE = "software"
     RIGHTS = "rights"
-    PASSWORD = "password"    # noqa: S105  (a topic)
+    PASSWORD = "password"  # noqa: S105  (a topic)
     CERTIFICATE = "certificate"
     BATTERY = "battery"
     CLOCK = "clock"
@@ -57,6 +60,7 @@ class Topic(StrEnum):
 @dataclass(frozen=True)
 class Finding:
     """``says``: what the robot does. ``means``: what follows for scheduling, and what to do about it."""
+
     topic: Topic
     level: Level
     says: Message
@@ -66,6 +70,7 @@ class Finding:
 @dataclass(frozen=True)
 class Rest:
     """More than ``requests`` within ``seconds`` make the robot stop answering or boot."""
+
     requests: int
     seconds: float
 
@@ -91,6 +96,7 @@ class RobotProfile:
         priority_counts: whether an item of higher priority begins before an earlier one.
         quiet_s, timeout_s: proposed from the latency: quiet time after an unknown outcome, and for a whole answer, in seconds.
     """
+
     serial_number: str | None
     software: str | None
     has_search: bool | None = None
@@ -122,6 +128,7 @@ NOTHING_KNOWN = RobotProfile(None, None)
 class Trial:
     """Agreement that missions are queued. ``mission``: the name of a harmless one of the robot's; None: one that waits a second is made
     for it, and removed afterwards."""
+
     mission: str | None = None
 
 
@@ -133,10 +140,11 @@ class LeftBehind:
 
     As it was when it was paused, so that a later pause is not taken for the trial's: ``started`` is when the newest mission of the trial
     had begun, as the robot gives it (None: none had), ``uptime_s`` how long the robot had been on."""
+
     serial_number: str | None
     mission: str | None = None
     tokens: tuple[str, ...] = ()
-    queue_floor: int = 0                 # what was queued has higher ids
+    queue_floor: int = 0  # what was queued has higher ids
     is_paused: bool = False
     queued: str | None = None
     hold: int | None = None
@@ -147,6 +155,7 @@ class LeftBehind:
 @dataclass(frozen=True)
 class Report:
     """One check-up. ``began_at`` is aware UTC, ``took_s`` in seconds. ``mission``: what was queued; empty: nothing was."""
+
     robot: str
     address: str
     model: str
@@ -155,7 +164,7 @@ class Report:
     findings: tuple[Finding, ...]
     profile: RobotProfile
     mission: str = ""
-    is_complete: bool = True             # not cancelled, and the robot answered to the end
+    is_complete: bool = True  # not cancelled, and the robot answered to the end
 
     @property
     def level(self) -> Level:
@@ -167,6 +176,7 @@ class Report:
 @dataclass(frozen=True)
 class Progress:
     """``done`` of ``of`` seconds, as far as is known."""
+
     says: Message
     done: float
     of: float

@@ -2,6 +2,7 @@
 
 Nothing here ever fails, as in ``reasons``.
 """
+
 from __future__ import annotations
 
 import math
@@ -16,16 +17,36 @@ from app.domain.models import Connection, Execution, RobotSnapshot, State, Wait
 from app.domain.reasons import known_zone, stored_sentence
 from app.domain.writing import Translate
 
-MOST_SHOWN = 4               # robots of a sentence; of more, how many
-KEEPS_NO_ROBOT = (Wait.HOLD, Wait.BATTERY, Wait.LATE_START, Wait.PLACE, Wait.ELSEWHERE)       # what waits so may wait for hours
+MOST_SHOWN = 4  # robots of a sentence; of more, how many
+KEEPS_NO_ROBOT = (
+    Wait.HOLD,
+    Wait.BATTERY,
+    Wait.LATE_START,
+    Wait.PLACE,
+    Wait.ELSEWHERE,
+)  # what waits so may wait for hours
 
-_OUT: Mapping[str, str] = MappingProxyType({
-    "off": "{robot} switched off", "silent": "{robot} silent", "wrong_robot": "{robot} is another machine", "held": "{robot} held back",
-    "stopped": "{robot} stopped", "lacks_mission": "{robot} has no such mission", "tried": "{robot} refused it or did not answer",
-    "low_battery": "{robot} {battery} % battery", "too_little_battery": "{robot} {battery} % battery, too little for the whole run"})
-_WHY: Mapping[str, str] = MappingProxyType({         # of the chosen one: what it had over others that were free
-    "soonest": "will be done soonest, about {done}", "less_run": "has run less today", "ahead": "leaves the others to what is planned",
-    "equal": "will be done as soon as the others"})
+_OUT: Mapping[str, str] = MappingProxyType(
+    {
+        "off": "{robot} switched off",
+        "silent": "{robot} silent",
+        "wrong_robot": "{robot} is another machine",
+        "held": "{robot} held back",
+        "stopped": "{robot} stopped",
+        "lacks_mission": "{robot} has no such mission",
+        "tried": "{robot} refused it or did not answer",
+        "low_battery": "{robot} {battery} % battery",
+        "too_little_battery": "{robot} {battery} % battery, too little for the whole run",
+    }
+)
+_WHY: Mapping[str, str] = MappingProxyType(
+    {  # of the chosen one: what it had over others that were free
+        "soonest": "will be done soonest, about {done}",
+        "less_run": "has run less today",
+        "ahead": "leaves the others to what is planned",
+        "equal": "will be done as soon as the others",
+    }
+)
 
 
 def is_persons(choice: Mapping[str, Any]) -> bool:
@@ -38,7 +59,9 @@ def is_for_any(row: Execution) -> bool:
     return row.group_id is not None and not is_persons(row.choice)
 
 
-def chosen(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text, whole: bool = True) -> str:
+def chosen(
+    choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text, whole: bool = True
+) -> str:
     """Of a start that was given to a robot: that one, and where it is the ``whole`` story the best of the others."""
     robots = _robots(choice)
     if not robots:
@@ -61,7 +84,7 @@ def moved_on(tried: Mapping[str, Any], robot: str, translate: Translate = lambda
         problem = each.get("problem")
         text = render(problem, translate) if is_message(problem) else str(problem or "")
         template = translate("{robot}: {problem}") if text else translate("{robot} refused it or did not answer")
-        if "code" in each:                                   # for good
+        if "code" in each:  # for good
             template, text = translate("{robot} refused it: {problem}"), text or stored_sentence(each, "UTC", translate)
         parts.append(template.format(robot=each["robot"], problem=text))
     if parts and robot:
@@ -97,13 +120,21 @@ def may_any(choice: Mapping[str, Any]) -> bool:
 
 def _robots(choice: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
     robots = choice.get("robots", ())
-    return [robot for robot in robots if isinstance(robot, Mapping) and "robot" in robot] if isinstance(robots, Sequence) else []
+    return (
+        [robot for robot in robots if isinstance(robot, Mapping) and "robot" in robot]
+        if isinstance(robots, Sequence)
+        else []
+    )
 
 
 def _why(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     text, done = _described(robot, zone, translate), _time(robot.get("done"), zone, translate)
     why = str(robot.get("why"))
-    return text if why not in _WHY or (why == "soonest" and not done) else f"{text}, {translate(_WHY[why]).format(done=done)}"
+    return (
+        text
+        if why not in _WHY or (why == "soonest" and not done)
+        else f"{text}, {translate(_WHY[why]).format(done=done)}"
+    )
 
 
 def _described(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
@@ -112,7 +143,11 @@ def _described(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translat
         text = translate("{text}, would be done too late").format(text=text)
     if not isinstance(failures, int) or failures < 1:
         return text
-    words = translate("{text}, its last start failed") if failures == 1 else translate("{text}, {count} starts failed in a row")
+    words = (
+        translate("{text}, its last start failed")
+        if failures == 1
+        else translate("{text}, {count} starts failed in a row")
+    )
     return words.format(text=text, count=failures)
 
 
@@ -135,7 +170,9 @@ def _state(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -
 
 def _queued(robot: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
     if until := _time(robot.get("until"), zone, translate):
-        return translate("{robot}: last call, into its queue; free about {until}").format(robot=robot["robot"], until=until)
+        return translate("{robot}: last call, into its queue; free about {until}").format(
+            robot=robot["robot"], until=until
+        )
     return _why(robot, zone, translate)
 
 

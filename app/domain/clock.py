@@ -2,6 +2,7 @@
 
 Everything that knows the time takes a ``Clock``, so a year of operation runs in seconds under a virtual one.
 """
+
 from __future__ import annotations
 
 import time
@@ -12,7 +13,7 @@ from functools import lru_cache
 from typing import Protocol
 from zoneinfo import ZoneInfo, available_timezones
 
-EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)        # before that there was no app: a clock that shows such a time is wrong
+EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)  # before that there was no app: a clock that shows such a time is wrong
 
 
 class Clock(Protocol):
@@ -31,6 +32,7 @@ class Clock(Protocol):
 @dataclass(frozen=True)
 class ClockReading:
     """A robot's clock minus the tablet's in seconds, and when that was read on the monotonic clock."""
+
     offset: float
     read_at: float
 

@@ -2,6 +2,7 @@
 
 Instants in ``details`` are UTC ``datetime``. Nothing here ever fails, as in ``reasons``.
 """
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,38 +17,54 @@ from app.domain.writing import Translate
 
 
 class ConflictCode(StrEnum):
-    TOO_FEW_ROBOTS = "too_few_robots"    # at: more starts want the robots of a group than there are: group, starts, robots, until
-    PLACE_FULL = "place_full"            # at: more missions want a place than may be there: place, starts, most, until
-    PLACE_CROWDED = "place_crowded"      # at: an hour in which a place is wanted for most of the time: place, percent, until
-    CRITICAL_BEHIND = "critical_behind"  # at: nine times of ten a run still goes on when one that matters more is planned there:
-                                         # mission, behind (the other), robot, start (of the other)
+    TOO_FEW_ROBOTS = (
+        "too_few_robots"  # at: more starts want the robots of a group than there are: group, starts, robots, until
+    )
+    PLACE_FULL = "place_full"  # at: more missions want a place than may be there: place, starts, most, until
+    PLACE_CROWDED = (
+        "place_crowded"  # at: an hour in which a place is wanted for most of the time: place, percent, until
+    )
+    CRITICAL_BEHIND = (
+        "critical_behind"  # at: nine times of ten a run still goes on when one that matters more is planned there:
+    )
+    # mission, behind (the other), robot, start (of the other)
     FINISH_BY_SHORT = "finish_by_short"  # it usually takes longer than it is given: mission, minutes, usual_minutes
 
 
-_SENTENCES: Mapping[str, str] = MappingProxyType({
-    "too_few_robots": "At {time}, {starts} starts want the {robots} robots of {group}",
-    "too_few_robots.one": "At {time}, {starts} starts want the only robot of {group}",
-    "too_few_robots.none": "No robot of {group} is switched on: nothing will be sent",
-    "place_full": "At {time}, {starts} missions want {place}, where no more than {most} may be at a time",
-    "place_crowded": "From {time} to {until} {place} is wanted for {percent} % of the time: starts will often wait for it",
-    "critical_behind": "{mission} at {time} still runs on {robot} nine times of ten when {behind}, which matters more, starts at {start}",
-    "finish_by_short": "{mission} usually takes {usual_minutes} min, and {minutes} min are given",
-})
+_SENTENCES: Mapping[str, str] = MappingProxyType(
+    {
+        "too_few_robots": "At {time}, {starts} starts want the {robots} robots of {group}",
+        "too_few_robots.one": "At {time}, {starts} starts want the only robot of {group}",
+        "too_few_robots.none": "No robot of {group} is switched on: nothing will be sent",
+        "place_full": "At {time}, {starts} missions want {place}, where no more than {most} may be at a time",
+        "place_crowded": "From {time} to {until} {place} is wanted for {percent} % of the time: starts will often wait for it",
+        "critical_behind": "{mission} at {time} still runs on {robot} nine times of ten when {behind}, which matters more, "
+        "starts at {start}",
+        "finish_by_short": "{mission} usually takes {usual_minutes} min, and {minutes} min are given",
+    }
+)
 _UNTIL = "{what}, until about {until}"
-_END = ("too_few_robots", "too_few_robots.one", "place_full")        # as far as their end is known
-_LINES: Mapping[str, str] = MappingProxyType({
-    "too_few_robots": "{starts} starts, {robots} robots: {time}",
-    "too_few_robots.one": "{starts} starts, one robot: {time}",
-    "too_few_robots.none": "No robot of {group} is switched on",
-    "place_full": "{place} is full at {time}",
-    "place_crowded": "{place} is wanted {percent} % of an hour",
-    "critical_behind": "{behind} would come late",
-    "finish_by_short": "Usually takes longer: {usual_minutes} min",
-})
+_END = ("too_few_robots", "too_few_robots.one", "place_full")  # as far as their end is known
+_LINES: Mapping[str, str] = MappingProxyType(
+    {
+        "too_few_robots": "{starts} starts, {robots} robots: {time}",
+        "too_few_robots.one": "{starts} starts, one robot: {time}",
+        "too_few_robots.none": "No robot of {group} is switched on",
+        "place_full": "{place} is full at {time}",
+        "place_crowded": "{place} is wanted {percent} % of an hour",
+        "critical_behind": "{behind} would come late",
+        "finish_by_short": "Usually takes longer: {usual_minutes} min",
+    }
+)
 
 
-def sentence(code: str, at: datetime | None, details: Mapping[str, Any], zone: tzinfo | str,
-             translate: Translate = lambda text: text) -> str:
+def sentence(
+    code: str,
+    at: datetime | None,
+    details: Mapping[str, Any],
+    zone: tzinfo | str,
+    translate: Translate = lambda text: text,
+) -> str:
     """The whole of it; empty for a code that is none of these."""
     text = _said(_SENTENCES, code, at, details, zone, translate)
     until = details.get("until")
@@ -56,17 +73,30 @@ def sentence(code: str, at: datetime | None, details: Mapping[str, Any], zone: t
     return translate(_UNTIL).format(what=text, until=_time(until, zone, translate))
 
 
-def line(code: str, at: datetime | None, details: Mapping[str, Any], zone: tzinfo | str,
-         translate: Translate = lambda text: text) -> str:
+def line(
+    code: str,
+    at: datetime | None,
+    details: Mapping[str, Any],
+    zone: tzinfo | str,
+    translate: Translate = lambda text: text,
+) -> str:
     """In a few words."""
     return _said(_LINES, code, at, details, zone, translate)
 
 
-def _said(texts: Mapping[str, str], code: str, at: datetime | None, details: Mapping[str, Any], zone: tzinfo | str,
-          translate: Translate) -> str:
+def _said(
+    texts: Mapping[str, str],
+    code: str,
+    at: datetime | None,
+    details: Mapping[str, Any],
+    zone: tzinfo | str,
+    translate: Translate,
+) -> str:
     if (text := texts.get(_kind(code, details))) is None:
         return ""
-    values = {name: _time(value, zone, translate) if isinstance(value, datetime) else value for name, value in details.items()}
+    values = {
+        name: _time(value, zone, translate) if isinstance(value, datetime) else value for name, value in details.items()
+    }
     return translate(text).format_map(_Known(values, time=_time(at, zone, translate) if at else "–"))
 
 

@@ -3,12 +3,13 @@
 The parser makes everything between the ends of two objects in one go while no other thread runs: a second for 8 MiB of empty lists or for
 the keys of one object. At the end of each object it calls Python code, where other threads get their turn.
 """
+
 from __future__ import annotations
 
 import re
 
-MOST_PARTS = 500_000                     # values and keys: what they take in memory
-MOST_AT_ONCE = 30_000                    # of them between the ends of two objects: what takes some 30 ms
+MOST_PARTS = 500_000  # values and keys: what they take in memory
+MOST_AT_ONCE = 30_000  # of them between the ends of two objects: what takes some 30 ms
 
 # Up to the end of an object, or 2,000 strings further. A brace inside a string is no end.
 _STRETCH = re.compile(rb'(?:[^"}]++|"(?:[^"\\]++|\\.)*+"?){,4000}+\}?', re.DOTALL)

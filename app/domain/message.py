@@ -3,6 +3,7 @@
 ``message("{address} doesn't answer", address="10.1.1.1")`` is ``{"msgid": "{address} doesn't answer", "params": {"address": "10.1.1.1"}}``,
 plain JSON. A text from outside – a robot's, a row of an older version – is a ``str`` and stays as it is. A param may be a message, too.
 """
+
 from __future__ import annotations
 
 import math
@@ -13,8 +14,10 @@ from typing import Any, TypeGuard
 from app.domain import names
 
 Message = str | Mapping[str, Any]
-LONGEST = 10_000             # characters of a sentence; what is stored may be hostile, and each part of it stand in another one many times
-_PLACEHOLDERS = re.compile(r"(?:[^{}]++|\{\w*(?:!r|:\.[0-9]f)?\}|\{\{|\}\})*+")        # none with a width, which may be that of the memory
+LONGEST = 10_000  # characters of a sentence; what is stored may be hostile, and each part of it stand in another one many times
+_PLACEHOLDERS = re.compile(
+    r"(?:[^{}]++|\{\w*(?:!r|:\.[0-9]f)?\}|\{\{|\}\})*+"
+)  # none with a width, which may be that of the memory
 
 
 class _Params(dict[str, Any]):
@@ -36,9 +39,21 @@ def message_of(error: BaseException) -> Message:
 
 
 # The most frequent reasons why a file can't be read or written (strerror of POSIX); any other is shown with the system's own text.
-SENTENCES = ("No such file or directory", "Permission denied", "Operation not permitted", "File exists", "Not a directory",
-             "Is a directory", "No space left on device", "Disk quota exceeded", "Read-only file system", "Input/output error",
-             "File name too long", "Too many open files", "Device or resource busy")
+SENTENCES = (
+    "No such file or directory",
+    "Permission denied",
+    "Operation not permitted",
+    "File exists",
+    "Not a directory",
+    "Is a directory",
+    "No space left on device",
+    "Disk quota exceeded",
+    "Read-only file system",
+    "Input/output error",
+    "File name too long",
+    "Too many open files",
+    "Device or resource busy",
+)
 
 
 def message_of_system(error: OSError) -> Message:
@@ -64,15 +79,17 @@ def _rendered(what: object, translate: Callable[[str], str]) -> str:
     if not is_message(what):
         return "" if what is None else str(what)
     msgid, given = what["msgid"][:LONGEST], what.get("params")
-    params = _Params({name: _in_words(value, translate) for name, value in given.items()} if isinstance(given, Mapping) else {})
-    for text in (translate(msgid), msgid):                   # the second for a translation with a wrong placeholder
+    params = _Params(
+        {name: _in_words(value, translate) for name, value in given.items()} if isinstance(given, Mapping) else {}
+    )
+    for text in (translate(msgid), msgid):  # the second for a translation with a wrong placeholder
         if not _PLACEHOLDERS.fullmatch(text):
             continue
         try:
             return text.format_map(params)
         except (ValueError, TypeError, LookupError, AttributeError):
             continue
-    return str(msgid)                                        # a sentence given whole, with braces of its own
+    return str(msgid)  # a sentence given whole, with braces of its own
 
 
 def decimal(text: str, translate: Callable[[str], str]) -> str:
@@ -106,6 +123,11 @@ def _in_words(value: object, translate: Callable[[str], str]) -> object:
 def _plain(value: object) -> object:
     if isinstance(value, BaseException):
         return message_of(value)
-    if is_message(value) or value is None or isinstance(value, str | int) or (isinstance(value, float) and math.isfinite(value)):
+    if (
+        is_message(value)
+        or value is None
+        or isinstance(value, str | int)
+        or (isinstance(value, float) and math.isfinite(value))
+    ):
         return value
-    return names.of_file(str(value))                     # it may be a path
+    return names.of_file(str(value))  # it may be a path

@@ -3,6 +3,7 @@
 Instants are timezone-aware UTC ``datetime``; a schedule's ``start`` is naive wall-clock time in its own zone. Durations are seconds
 unless a name says otherwise. Identifiers are database keys; names are what people and files use.
 """
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -22,6 +23,7 @@ WEEKDAYS = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
 
 class Trigger(StrEnum):
     """What caused an execution."""
+
     SCHEDULED = "scheduled"
     MANUAL = "manual"
     IDLE = "idle"
@@ -29,6 +31,7 @@ class Trigger(StrEnum):
 
 class State(StrEnum):
     """State of an execution; docs/architecture.md has the diagram of its transitions."""
+
     WAITING = "waiting"
     SUBMITTING = "submitting"
     QUEUED = "queued"
@@ -50,6 +53,7 @@ ENDED_STATES = tuple(state for state in State if state not in OPEN_STATES)
 
 class ReasonCode(StrEnum):
     """Why an execution is not completed: a closed list (docs/interfaces.md)."""
+
     ROBOT_ABORTED = "robot_aborted"
     RETRY_LIMIT = "retry_limit"
     WINDOW_CLOSED = "window_closed"
@@ -59,7 +63,7 @@ class ReasonCode(StrEnum):
     WRONG_ROBOT = "wrong_robot"
     VANISHED = "vanished"
     UNKNOWN_OUTCOME = "unknown_outcome"
-    NO_ROBOT = "no_robot"                # none of the group could be asked until the window was over
+    NO_ROBOT = "no_robot"  # none of the group could be asked until the window was over
     USER_CANCELLED = "user_cancelled"
     QUEUE_CLEARED = "queue_cleared"
     SCHEDULE_CHANGED = "schedule_changed"
@@ -67,27 +71,51 @@ class ReasonCode(StrEnum):
     BATTERY_LOW = "battery_low"
     OVERLAP = "overlap"
     HOLD = "hold"
-    FINISH_BY = "finish_by"              # it could not be done in time
+    FINISH_BY = "finish_by"  # it could not be done in time
     PLACE_BUSY = "place_busy"
     APP_DOWN = "app_down"
     CLOCK_IMPLAUSIBLE = "clock_implausible"
 
 
-STATE_OF_REASON: Mapping[ReasonCode, State] = MappingProxyType({
-    **dict.fromkeys((ReasonCode.ROBOT_ABORTED, ReasonCode.RETRY_LIMIT, ReasonCode.WINDOW_CLOSED, ReasonCode.UNAUTHORIZED,
-                     ReasonCode.UNKNOWN_MISSION, ReasonCode.REFUSED, ReasonCode.WRONG_ROBOT, ReasonCode.VANISHED,
-                     ReasonCode.UNKNOWN_OUTCOME, ReasonCode.NO_ROBOT), State.FAILED),
-    **dict.fromkeys((ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED, ReasonCode.SCHEDULE_CHANGED,
-                     ReasonCode.ROBOT_REMOVED), State.CANCELLED),
-    **dict.fromkeys((ReasonCode.BATTERY_LOW, ReasonCode.OVERLAP, ReasonCode.HOLD, ReasonCode.FINISH_BY,
-                     ReasonCode.PLACE_BUSY), State.SKIPPED),
-    **dict.fromkeys((ReasonCode.APP_DOWN, ReasonCode.CLOCK_IMPLAUSIBLE), State.MISSED),
-})
+STATE_OF_REASON: Mapping[ReasonCode, State] = MappingProxyType(
+    {
+        **dict.fromkeys(
+            (
+                ReasonCode.ROBOT_ABORTED,
+                ReasonCode.RETRY_LIMIT,
+                ReasonCode.WINDOW_CLOSED,
+                ReasonCode.UNAUTHORIZED,
+                ReasonCode.UNKNOWN_MISSION,
+                ReasonCode.REFUSED,
+                ReasonCode.WRONG_ROBOT,
+                ReasonCode.VANISHED,
+                ReasonCode.UNKNOWN_OUTCOME,
+                ReasonCode.NO_ROBOT,
+            ),
+            State.FAILED,
+        ),
+        **dict.fromkeys(
+            (
+                ReasonCode.USER_CANCELLED,
+                ReasonCode.QUEUE_CLEARED,
+                ReasonCode.SCHEDULE_CHANGED,
+                ReasonCode.ROBOT_REMOVED,
+            ),
+            State.CANCELLED,
+        ),
+        **dict.fromkeys(
+            (ReasonCode.BATTERY_LOW, ReasonCode.OVERLAP, ReasonCode.HOLD, ReasonCode.FINISH_BY, ReasonCode.PLACE_BUSY),
+            State.SKIPPED,
+        ),
+        **dict.fromkeys((ReasonCode.APP_DOWN, ReasonCode.CLOCK_IMPLAUSIBLE), State.MISSED),
+    }
+)
 
 
 @dataclass(frozen=True)
 class Reason:
     """A code and the numbers of its sentence; ``app.domain.reasons`` renders it in any language."""
+
     code: ReasonCode
     details: Mapping[str, Any] = field(default_factory=dict)
 
@@ -99,26 +127,29 @@ class Reason:
 
 class Wait(StrEnum):
     """What a waiting execution waits for at present (shown on screen, never an outcome)."""
-    DUE = "due"                          # about to be sent
-    RETRY = "retry"                      # the last attempt failed
+
+    DUE = "due"  # about to be sent
+    RETRY = "retry"  # the last attempt failed
     BATTERY = "battery"
     HOLD = "hold"
-    LATE_START = "late_start"            # the app came back late; sent when the operator's 30 s are over
+    LATE_START = "late_start"  # the app came back late; sent when the operator's 30 s are over
     CLOCK = "clock"
-    ROBOT = "robot"                      # of a group: none is free yet
-    PLACE = "place"                      # as many missions as may be are at a place that it uses
-    ELSEWHERE = "elsewhere"              # a robot may have it though a restored backup does not say so: all are asked
+    ROBOT = "robot"  # of a group: none is free yet
+    PLACE = "place"  # as many missions as may be are at a place that it uses
+    ELSEWHERE = "elsewhere"  # a robot may have it though a restored backup does not say so: all are asked
 
 
 class Overlap(StrEnum):
     """What happens when a schedule falls due while its previous execution is still open."""
+
     SKIP = "skip"
     QUEUE = "queue"
-    PARALLEL = "parallel"                # of a group: beside it, on another robot
+    PARALLEL = "parallel"  # of a group: beside it, on another robot
 
 
 class HandOver(StrEnum):
     """When a start that is due goes to a robot: into its queue at once, or as soon as it is free, so that until then the order is ours."""
+
     AT_ONCE = "at_once"
     WHEN_FREE = "when_free"
 
@@ -126,6 +157,7 @@ class HandOver(StrEnum):
 @dataclass(frozen=True)
 class IdleRule:
     """Idle automation of one robot: which mission after how many minutes (5–30) of idleness."""
+
     mission_id: int
     after_minutes: int = 10
     enabled: bool = True
@@ -134,6 +166,7 @@ class IdleRule:
 @dataclass(frozen=True)
 class Robot:
     """A configured robot. ``token`` is the Authorization header value, a secret: never printed, logged or exported."""
+
     name: str
     address: str
     username: str = ""
@@ -142,23 +175,26 @@ class Robot:
     enabled: bool = True
     needs_password: bool = False
     certificate_sha256: str | None = None
-    serial_number: str | None = None     # of the machine that answered first; another one is a wrong robot
-    identified_by: IdentifiedBy | None = None        # how it was known when it last answered; None: it never has
+    serial_number: str | None = None  # of the machine that answered first; another one is a wrong robot
+    identified_by: IdentifiedBy | None = None  # how it was known when it last answered; None: it never has
     model: str | None = None
     software: str | None = None
     idle: IdleRule | None = None
     hand_over: HandOver = HandOver.AT_ONCE
-    profile: RobotProfile | None = field(default=None, hash=False, repr=False)      # by its last check-up
+    profile: RobotProfile | None = field(default=None, hash=False, repr=False)  # by its last check-up
 
     @property
     def known(self) -> RobotProfile | None:
         """Its profile, where that is of this machine with this software. None: nothing may be relied on."""
-        return self.profile if self.profile is not None and self.profile.is_of(self.serial_number, self.software) else None
+        return (
+            self.profile if self.profile is not None and self.profile.is_of(self.serial_number, self.software) else None
+        )
 
 
 @dataclass(frozen=True)
 class Group:
     """Robots of which any may take a start. ``members``: their ids. ``keep_free``: so many are left for starts of high priority."""
+
     name: str
     members: tuple[int, ...] = ()
     hand_over: HandOver = HandOver.WHEN_FREE
@@ -169,6 +205,7 @@ class Group:
 @dataclass(frozen=True)
 class Place:
     """Where at most so many missions of this app may be at a time. ``missions``: ids of those that use it."""
+
     name: str
     most: int
     missions: tuple[int, ...] = ()
@@ -178,14 +215,15 @@ class Place:
 @dataclass(frozen=True)
 class Mission:
     """A program on the robots, known by its guid. ``robot_id`` is set when the guid holds for that robot only."""
+
     name: str
     guid: str
     id: int = 0
     robot_id: int | None = None
     favourite: bool = False
-    usual_minutes: int | None = None     # how long it takes as a person typed it, until runs on a robot show it
-    on_low_battery: bool = False         # a person allows it under the minimum battery
-    charges: bool = False                # it brings the robot to its charger, as its actions on the robot say
+    usual_minutes: int | None = None  # how long it takes as a person typed it, until runs on a robot show it
+    on_low_battery: bool = False  # a person allows it under the minimum battery
+    charges: bool = False  # it brings the robot to its charger, as its actions on the robot say
 
     @property
     def runs_on_low_battery(self) -> bool:
@@ -196,6 +234,7 @@ class Mission:
 @dataclass(frozen=True)
 class Between:
     """The part of each day in which a sub-daily recurrence runs; both ends are included."""
+
     start: time
     end: time
 
@@ -203,28 +242,29 @@ class Between:
 @dataclass(frozen=True)
 class Schedule:
     """A rule: which mission on which robot, when, how often, under which constraints. Either ``robot_id`` or ``group_id`` is None."""
+
     name: str
     robot_id: int | None
     mission_id: int
-    start: datetime                      # naive, whole minutes, in ``timezone``
+    start: datetime  # naive, whole minutes, in ``timezone``
     timezone: str
-    recurrence: str | None = None        # RFC 5545 RRULE value; None = once
+    recurrence: str | None = None  # RFC 5545 RRULE value; None = once
     id: int = 0
     group_id: int | None = None
     enabled: bool = True
     between: Between | None = None
-    minimum_battery_percent: float | None = None    # None inherits the setting, 0 means none
+    minimum_battery_percent: float | None = None  # None inherits the setting, 0 means none
     respect_working_days: bool = True
-    start_window_minutes: int | None = None         # None inherits the setting
-    finish_by_minutes: int | None = None            # of a group: after its instant; None: whenever
+    start_window_minutes: int | None = None  # None inherits the setting
+    finish_by_minutes: int | None = None  # of a group: after its instant; None: whenever
     overlap: Overlap = Overlap.SKIP
     priority: int = 0
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    changed_at: datetime | None = None   # instants up to here write no row
-    next_at: datetime | None = None      # next occurrence, UTC; None when none is left or it is switched off
-    paused_until: datetime | None = None # occurrences before it are skipped
-    planned_through: datetime | None = None         # instants up to here have their rows, or had them
-    started_through: datetime | None = None         # the newest instant that was begun
+    changed_at: datetime | None = None  # instants up to here write no row
+    next_at: datetime | None = None  # next occurrence, UTC; None when none is left or it is switched off
+    paused_until: datetime | None = None  # occurrences before it are skipped
+    planned_through: datetime | None = None  # instants up to here have their rows, or had them
+    started_through: datetime | None = None  # the newest instant that was begun
 
     def is_paused(self, at: datetime) -> bool:
         """Whether an occurrence at that instant is skipped because a person paused the schedule."""
@@ -235,10 +275,13 @@ class Schedule:
 class DurationEstimate:
     """How long a mission takes on a robot, in seconds: median and 90th percentile of the latest runs; or what a person typed, which is both
     and rests on no runs."""
+
     median_s: float
     slow_s: float
-    samples_s: tuple[float, ...] = ()         # each of them, shortest first
-    ways_m: tuple[float, ...] = ()            # straight, to the mission's first stop, of those of which that is known; shortest first
+    samples_s: tuple[float, ...] = ()  # each of them, shortest first
+    ways_m: tuple[
+        float, ...
+    ] = ()  # straight, to the mission's first stop, of those of which that is known; shortest first
     typed: bool = False
 
     @property
@@ -254,53 +297,56 @@ class DurationEstimate:
 class Execution:
     """One run of a mission caused by this app, from planned to its end: one row of the ledger. One of a group has no robot until one is
     chosen: ``robot_id`` is None then, and ``robot`` empty."""
+
     trigger: Trigger
     robot_id: int | None
     robot: str
     mission: str
     mission_guid: str
     planned_at: datetime
-    closes_at: datetime                  # submitted only before this instant (planned + max(window, 1 min))
+    closes_at: datetime  # submitted only before this instant (planned + max(window, 1 min))
     created_at: datetime
     token: str
-    timezone: str                        # the schedule's, or settings.timezone: the zone its times are written in
+    timezone: str  # the schedule's, or settings.timezone: the zone its times are written in
     state: State = State.WAITING
     id: int = 0
     schedule_id: int | None = None
     schedule: str = ""
     parameters: Mapping[str, Any] = field(default_factory=dict)
     priority: int = 0
-    minimum_battery_percent: float | None = None    # resolved when the row was made; None or 0 = no minimum
+    minimum_battery_percent: float | None = None  # resolved when the row was made; None or 0 = no minimum
     reason: Reason | None = None
     wait: Wait = Wait.DUE
     wait_details: Mapping[str, Any] = field(default_factory=dict)
-    hold_until: datetime | None = None   # not sent before (back-off, late start)
+    hold_until: datetime | None = None  # not sent before (back-off, late start)
     attempts: int = 0
-    queue_floor: int | None = None       # highest queue id of the robot known before the last attempt
+    queue_floor: int | None = None  # highest queue id of the robot known before the last attempt
     queue_id: int | None = None
-    cancel_code: ReasonCode | None = None           # asked for by the operator, not yet confirmed by the robot
-    revoked: Reason | None = None        # must not be sent (again), though what is on the robot goes on
-    held: bool = False                   # by a person: not sent until it is released, nor after its window
+    cancel_code: ReasonCode | None = None  # asked for by the operator, not yet confirmed by the robot
+    revoked: Reason | None = None  # must not be sent (again), though what is on the robot goes on
+    held: bool = False  # by a person: not sent until it is released, nor after its window
     group_id: int | None = None
-    robot_group: str = ""                # its name then
-    finish_by: datetime | None = None    # one of a group that can't be done by then is not sent
-    bound_at: datetime | None = None     # when its robot was chosen
-    choice: Mapping[str, Any] = field(default_factory=dict)      # why that robot, or why none yet: codes and numbers
-    tried: Mapping[str, Any] = field(default_factory=dict)       # by a robot's id: what became of it there
-    approach_m: float | None = None      # straight way from the robot to the mission's first place when it was chosen
-    robot_address: str | None = None     # where it was sent to, and the serial number of the machine there
+    robot_group: str = ""  # its name then
+    finish_by: datetime | None = None  # one of a group that can't be done by then is not sent
+    bound_at: datetime | None = None  # when its robot was chosen
+    choice: Mapping[str, Any] = field(default_factory=dict)  # why that robot, or why none yet: codes and numbers
+    tried: Mapping[str, Any] = field(default_factory=dict)  # by a robot's id: what became of it there
+    approach_m: float | None = None  # straight way from the robot to the mission's first place when it was chosen
+    robot_address: str | None = None  # where it was sent to, and the serial number of the machine there
     robot_serial: str | None = None
     submitted_at: datetime | None = None
     started_at: datetime | None = None
     ended_at: datetime | None = None
-    duration_s: float | None = None      # by the robot's own clock
-    robot_delay_s: float | None = None   # robot's started − ordered
-    starts: int = 1                      # that the row stands for: those that one absence cost a schedule are one row, of the last of them
+    duration_s: float | None = None  # by the robot's own clock
+    robot_delay_s: float | None = None  # robot's started − ordered
+    starts: int = 1  # that the row stands for: those that one absence cost a schedule are one row, of the last of them
 
     @property
     def was_never_sent(self) -> bool:
         """Whether certainly nothing of it has been on any robot: tries that found none, or were refused, leave no floor."""
-        return self.attempts == 0 or (self.queue_floor is None and all(each.get("floor") is None for each in self.tried.values()))
+        return self.attempts == 0 or (
+            self.queue_floor is None and all(each.get("floor") is None for each in self.tried.values())
+        )
 
     @property
     def label(self) -> str:
@@ -315,14 +361,15 @@ class Execution:
 
 class Connection(StrEnum):
     """How the robot answers."""
-    UNKNOWN = "unknown"                  # not asked yet
+
+    UNKNOWN = "unknown"  # not asked yet
     CONNECTED = "connected"
     SLOW = "slow"
     UNREACHABLE = "unreachable"
     UNAUTHORIZED = "unauthorized"
     WRONG_ROBOT = "wrong_robot"
     OTHER_CERTIFICATE = "other_certificate"
-    UNTRUSTED = "untrusted"              # a certificate that nobody has trusted
+    UNTRUSTED = "untrusted"  # a certificate that nobody has trusted
     NOT_A_ROBOT = "not_a_robot"
     DISABLED = "disabled"
 
@@ -330,41 +377,43 @@ class Connection(StrEnum):
 @dataclass(frozen=True)
 class RobotSnapshot:
     """The last known state of one robot, with the time it was read. Old values stay, with their age."""
+
     robot_id: int
     connection: Connection = Connection.UNKNOWN
     status: RobotStatus | None = None
-    read_at: datetime | None = None      # of status
-    queue: tuple[QueueItem, ...] = ()    # running first, then pending in order, whoever put them there
+    read_at: datetime | None = None  # of status
+    queue: tuple[QueueItem, ...] = ()  # running first, then pending in order, whoever put them there
     queue_read_at: datetime | None = None
-    since: datetime | None = None        # of this connection state
-    problem: Message = ""                   # what the last failure says, empty when it answers
+    since: datetime | None = None  # of this connection state
+    problem: Message = ""  # what the last failure says, empty when it answers
 
 
 THEMES = ("light", "dark", "contrast")
-KEYBOARDS = ("auto", "on", "off")        # on the screen: when the tablet has none of its own, always, never
-FONT_SCALES = (100, 115, 130)            # %, of the size that texts have by themselves
+KEYBOARDS = ("auto", "on", "off")  # on the screen: when the tablet has none of its own, always, never
+FONT_SCALES = (100, 115, 130)  # %, of the size that texts have by themselves
 
 
 @dataclass(frozen=True)
 class Settings:
     """Everything that can be set, with its default (docs/interfaces.md, "Configuration file")."""
+
     poll_interval_seconds: int = 30
     retry_limit: int = 10
     minimum_battery_percent: float | None = None
     working_days: tuple[str, ...] = ("MO", "TU", "WE", "TH", "FR")
-    timezone: str = "UTC"                # replaced by the tablet's at the first start
+    timezone: str = "UTC"  # replaced by the tablet's at the first start
     start_window_minutes: int = 15
     unknown_outcome_quiet_seconds: int = 90
     history_limit: int | None = 100_000
     # of the display and the calendar in the configuration file; the selected robot is not in it
     language: str = "en"
-    theme: str = "light"                 # one of THEMES
-    gloves: bool = False                 # larger targets
-    font_scale_percent: int = 100        # one of FONT_SCALES
-    keyboard: str = "auto"               # one of KEYBOARDS
-    alarm_sound: bool = True             # at alarms of high priority, where the tablet has sound
-    holiday_country: str = ""            # ISO 3166 code whose public holidays are no working days; empty: none are
-    holiday_subdivision: str = ""        # ISO 3166-2 part of it that has some of its own
+    theme: str = "light"  # one of THEMES
+    gloves: bool = False  # larger targets
+    font_scale_percent: int = 100  # one of FONT_SCALES
+    keyboard: str = "auto"  # one of KEYBOARDS
+    alarm_sound: bool = True  # at alarms of high priority, where the tablet has sound
+    holiday_country: str = ""  # ISO 3166 code whose public holidays are no working days; empty: none are
+    holiday_subdivision: str = ""  # ISO 3166-2 part of it that has some of its own
     selected_robot_id: int | None = None
 
     @property
@@ -378,17 +427,19 @@ class Settings:
 @dataclass(frozen=True)
 class DayException:
     """Days on which the weekly rule of working days does not hold: closed ones, or extra working days. Both ends are included."""
+
     name: str
     first_day: date
     last_day: date
     is_working: bool = False
-    yearly: bool = False                 # repeated in every later year
-    source: str = ""                     # the file it came with; empty: entered by hand
+    yearly: bool = False  # repeated in every later year
+    source: str = ""  # the file it came with; empty: entered by hand
     id: int = 0
 
 
 class Priority(StrEnum):
     """How serious an alarm is."""
+
     HIGH = "high"
     MEDIUM = "medium"
     LOW = "low"
@@ -397,8 +448,9 @@ class Priority(StrEnum):
 @dataclass(frozen=True)
 class Alarm:
     """Something a person should know, after ISA-18.2: one alarm per (code, key), counted when it repeats."""
-    code: str                            # e.g. "app_was_off", "duplicate_healed"; app.services.live.alarms has the list
-    key: str                             # what it is about, e.g. "robot:3"; with code the identity
+
+    code: str  # e.g. "app_was_off", "duplicate_healed"; app.services.live.alarms has the list
+    key: str  # what it is about, e.g. "robot:3"; with code the identity
     priority: Priority
     raised_at: datetime
     details: Mapping[str, Any] = field(default_factory=dict)

@@ -4,6 +4,7 @@ different names look alike; marks heaped on one letter would be drawn over what 
 Categories are Unicode's (UAX 44). The joiners of UAX 31, section 2.3, stay where a script writes with them: inside a word of Arabic or
 Indic letters, inside an emoji.
 """
+
 from __future__ import annotations
 
 import re
@@ -11,17 +12,17 @@ import unicodedata
 from collections.abc import Iterator
 from itertools import count
 
-LONGEST = 80                             # characters
-MOST_MARKS = 3                           # on one letter: no script in use needs more
+LONGEST = 80  # characters
+MOST_MARKS = 3  # on one letter: no script in use needs more
 
 _UNWANTED = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
-_MARKS = frozenset({"Mn", "Me"})         # drawn on the character before them
+_MARKS = frozenset({"Mn", "Me"})  # drawn on the character before them
 _FIRST_MARK = "\u0300"
-_BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")       # letters, marks and a symbol that show nothing
+_BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")  # letters, marks and a symbol that show nothing
 # Of one of several pictures of the character before; of a symbol only they are seen.
 _SELECTORS = frozenset(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0), 0x180B, 0x180C, 0x180D, 0x180F)))
 _RARE = _BLANK | _SELECTORS
-_NOT_UTF_8 = re.compile("[\udc80-\udcff]")          # bytes, as Python keeps them in the name of a file (PEP 383)
+_NOT_UTF_8 = re.compile("[\udc80-\udcff]")  # bytes, as Python keeps them in the name of a file (PEP 383)
 _JOINERS = frozenset("\u200c\u200d")
 _WITHOUT_JOINERS = ("LATIN ", "GREEK ", "CYRILLIC ", "CJK ", "HANGUL ", "HIRAGANA ", "KATAKANA ")
 
@@ -68,7 +69,7 @@ def of_file(name: str) -> str:
 
 
 def of_schedule(mission: str, robot: str) -> Iterator[str]:
-    """"<mission> on <robot>", then the same with 2, 3 … behind it; never longer than a name may be."""
+    """ "<mission> on <robot>", then the same with 2, 3 … behind it; never longer than a name may be."""
     return (_of_schedule(mission, robot, number) for number in count(1))
 
 
@@ -99,7 +100,9 @@ def _has_marks(text: str) -> bool:
 
 def _has_too_many_marks(text: str, n: int) -> bool:
     """Whether it is a mark on a letter that has the most already."""
-    return n >= MOST_MARKS and all(unicodedata.category(character) in _MARKS for character in text[n - MOST_MARKS:n + 1])
+    return n >= MOST_MARKS and all(
+        unicodedata.category(character) in _MARKS for character in text[n - MOST_MARKS : n + 1]
+    )
 
 
 def _may_stand(text: str, n: int) -> bool:
@@ -113,5 +116,8 @@ def _may_stand(text: str, n: int) -> bool:
 
 
 def _writes_with_joiners(character: str) -> bool:
-    return (unicodedata.category(character) in ("Lo", "Lm", "Mn", "Mc", "So", "Sk") and character not in _BLANK
-            and not unicodedata.name(character, "").startswith(_WITHOUT_JOINERS))
+    return (
+        unicodedata.category(character) in ("Lo", "Lm", "Mn", "Mc", "So", "Sk")
+        and character not in _BLANK
+        and not unicodedata.name(character, "").startswith(_WITHOUT_JOINERS)
+    )

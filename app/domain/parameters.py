@@ -2,6 +2,7 @@
 
 A value that fits becomes what is sent to the robot: a choice by its value, a position by its guid, a number of the parameter's own type.
 """
+
 from __future__ import annotations
 
 import math
@@ -17,13 +18,13 @@ WHOLE = ("integer", "int")
 DECIMAL = ("float", "double", "number", "decimal")
 YES_NO = ("bool", "boolean")
 DURATIONS = ("duration", "time", "minimum_time", "timeout")
-YES, NO = ("true", "1", "yes"), ("false", "0", "no")         # as robots' own values may say it
-MOST_NAMED = 12                          # choices or parameters in one sentence
+YES, NO = ("true", "1", "yes"), ("false", "0", "no")  # as robots' own values may say it
+MOST_NAMED = 12  # choices or parameters in one sentence
 DURATION = re.compile(r"(?:(\d{1,3}):)?([0-5]?\d):([0-5]?\d)(?:[.,](\d*))?", re.ASCII)
 IDENTIFIER = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", re.IGNORECASE)
 
 
-THOUSANDS = re.compile(r"[^.,]*[.,]\d{3}")        # as a whole number 1,000 may be one or a thousand
+THOUSANDS = re.compile(r"[^.,]*[.,]\d{3}")  # as a whole number 1,000 may be one or a thousand
 
 
 class WrongValue(ValueError):
@@ -44,20 +45,33 @@ def values_for(mission: str, parameters: Sequence[MissionParameter], given: Mapp
     for parameter in parameters:
         entered = given.get(parameter.name, parameter.default)
         if entered is None or entered == "":
-            raise InvalidInput("parameters", "{name} is missing: the robot does not start {mission} without it", name=parameter.name,
-                               mission=mission)
+            raise InvalidInput(
+                "parameters",
+                "{name} is missing: the robot does not start {mission} without it",
+                name=parameter.name,
+                mission=mission,
+            )
         if parameter.name in given:
             try:
                 values[parameter.name] = value_for(parameter, entered)
             except WrongValue as problem:
-                raise InvalidInput("parameters", "{mission} can't take {value} for {name}: {problem}", mission=mission,
-                                   value=f"{entered!s:.60}", name=parameter.name, problem=problem.message) from None
+                raise InvalidInput(
+                    "parameters",
+                    "{mission} can't take {value} for {name}: {problem}",
+                    mission=mission,
+                    value=f"{entered!s:.60}",
+                    name=parameter.name,
+                    problem=problem.message,
+                ) from None
     return values
 
 
 def has_position_by_name(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]) -> bool:
     """Whether a value has to be looked up among the robot's positions. A guid means the same position on every map."""
-    return any(parameter.is_position and parameter.name in entered and not _is_guid(entered[parameter.name]) for parameter in parameters)
+    return any(
+        parameter.is_position and parameter.name in entered and not _is_guid(entered[parameter.name])
+        for parameter in parameters
+    )
 
 
 def _is_guid(entered: Any) -> bool:
@@ -79,9 +93,16 @@ def _has_default(parameter: MissionParameter) -> bool:
 
 def _unknown(mission: str, name: str, known: Sequence[str]) -> InvalidInput:
     if not known:
-        return InvalidInput("parameters", "{mission} has no parameter {name}: it takes none", mission=mission, name=name)
-    return InvalidInput("parameters", "{mission} has no parameter {name}; it takes {known}", mission=mission, name=name,
-                        known=_listed(known))
+        return InvalidInput(
+            "parameters", "{mission} has no parameter {name}: it takes none", mission=mission, name=name
+        )
+    return InvalidInput(
+        "parameters",
+        "{mission} has no parameter {name}; it takes {known}",
+        mission=mission,
+        name=name,
+        known=_listed(known),
+    )
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -103,11 +124,15 @@ def value_for(parameter: MissionParameter, entered: Any) -> Any:
             raise WrongValue(message("Enter hours, minutes and seconds, such as 00:05:00"))
         return written(found)
     number = _number(text, is_whole=kind == "int")
-    if (parameter.minimum is not None and number < parameter.minimum) or (parameter.maximum is not None and number > parameter.maximum):
+    if (parameter.minimum is not None and number < parameter.minimum) or (
+        parameter.maximum is not None and number > parameter.maximum
+    ):
         raise WrongValue(message("It must be {range}", range=range_of(parameter)))
     if not isinstance(entered, str):
         return number if kind == "int" else entered
-    was_whole = type(parameter.default) is int and parameter.type.casefold() not in DECIMAL       # the robot may not take 3.0 for 3
+    was_whole = (
+        type(parameter.default) is int and parameter.type.casefold() not in DECIMAL
+    )  # the robot may not take 3.0 for 3
     return int(number) if was_whole and float(number).is_integer() else number
 
 
@@ -120,9 +145,11 @@ def _chosen(parameter: MissionParameter, entered: Any) -> Any:
         return answer
     if (meant := parameter.value_of(entered)) is not None:
         return meant
-    if parameter.is_position and _is_guid(entered):         # one that the robot doesn't list, such as an entry
+    if parameter.is_position and _is_guid(entered):  # one that the robot doesn't list, such as an entry
         return str(entered).strip()
-    raise WrongValue(message("Choose one of {choices}", choices=_listed([label for _value, label in parameter.choices])))
+    raise WrongValue(
+        message("Choose one of {choices}", choices=_listed([label for _value, label in parameter.choices]))
+    )
 
 
 def kind_of(parameter: MissionParameter) -> str:
@@ -139,7 +166,9 @@ def kind_of(parameter: MissionParameter) -> str:
 
 def yes_or_no(value: Any) -> bool | None:
     """None: neither."""
-    word = str(int(value) if isinstance(value, bool | float) and float(value).is_integer() else value).strip().casefold()
+    word = (
+        str(int(value) if isinstance(value, bool | float) and float(value).is_integer() else value).strip().casefold()
+    )
     return True if word in YES else False if word in NO else None
 
 
@@ -169,7 +198,9 @@ def _number(text: str, *, is_whole: bool) -> int | float:
             raise ValueError(text)
         number: int | float = int(text) if text.isdecimal() and is_whole else float(text.replace(",", "."))
     except ValueError:
-        raise WrongValue(message("A whole number is needed") if is_whole and text else message("A number is needed")) from None
+        raise WrongValue(
+            message("A whole number is needed") if is_whole and text else message("A number is needed")
+        ) from None
     if isinstance(number, float) and not math.isfinite(number):
         raise WrongValue(message("A number is needed"))
     if is_whole and not float(number).is_integer():

@@ -1,4 +1,5 @@
 """What is wrong with a robot, in its own words, short enough to be read."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -7,7 +8,7 @@ from app.domain.message import Message, message
 from app.domain.robot import RobotProblem
 
 MOST = 3
-LONGEST = 280                # characters, so that the number of the others fits into 300
+LONGEST = 280  # characters, so that the number of the others fits into 300
 
 
 def in_words(problems: Sequence[RobotProblem]) -> Message:
@@ -28,4 +29,4 @@ def _described(problem: RobotProblem) -> str:
 
 def clipped(text: str, longest: int) -> str:
     """The text, or its beginning."""
-    return text if len(text) <= longest else text[:longest - 1] + "…"
+    return text if len(text) <= longest else text[: longest - 1] + "…"

@@ -2,6 +2,7 @@
 
 Nothing here ever fails: a row of an older version, or one whose details are missing or odd, still gets a sentence.
 """
+
 from __future__ import annotations
 
 import math
@@ -17,96 +18,168 @@ from app.domain.message import decimal, is_message, render
 from app.domain.models import Execution, Reason, ReasonCode, State, Wait
 from app.domain.writing import Translate
 
-Template = tuple[tuple[str, ...], str]                       # the details it needs, and the English text
+Template = tuple[tuple[str, ...], str]  # the details it needs, and the English text
 
 # The first template whose details are known is taken; the last one of each code needs none.
-_TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType({
-    ReasonCode.ROBOT_ABORTED: ((("message",), "The robot ended it: {message}"), ((), "The robot ended it without saying why")),
-    ReasonCode.RETRY_LIMIT: ((("attempts", "problem"), "Given up at attempt {attempts}: {problem}"),
-                             (("attempts",), "Given up at attempt {attempts}"), ((), "Given up after too many attempts")),
-    ReasonCode.WINDOW_CLOSED: ((("attempts", "until", "problem"), "Its start window closed at {until} after attempt {attempts}: {problem}"),
-                               (("until", "problem"), "Its start window closed at {until}: {problem}"),
-                               (("until",), "Its start window closed at {until} before it could be sent"),
-                               ((), "Its start window closed before it could be sent")),
-    ReasonCode.UNAUTHORIZED: (((), "The robot refused user name or password: enter them again in Settings"),),
-    ReasonCode.UNKNOWN_MISSION: ((("mission",), "The robot has no mission {mission}: choose another or create it there"),
-                                 ((), "The robot has no such mission: choose another or create it there")),
-    ReasonCode.REFUSED: ((("problem",), "The robot refused it: {problem}"), ((), "The robot refused it")),
-    ReasonCode.WRONG_ROBOT: ((("found", "expected"), "Another robot answered at this address: serial number {found} instead of {expected}"),
-                             ((), "Another robot answered at this address")),
-    ReasonCode.VANISHED: ((("queue_id",), "Queue item {queue_id} is gone from the robot"), ((), "It is gone from the robot's queue")),
-    ReasonCode.UNKNOWN_OUTCOME: ((("problem",), "It is not known whether the robot received it: {problem}"),
-                                 ((), "It is not known whether the robot received it")),
-    ReasonCode.NO_ROBOT: ((("until", "group"), "No robot of {group} could be asked until {until}"),
-                          ((), "No robot of its group could be asked")),
-    ReasonCode.USER_CANCELLED: (((), "Cancelled by a person"),),
-    ReasonCode.QUEUE_CLEARED: (((), "Cancelled with the robot's whole queue"),),
-    ReasonCode.SCHEDULE_CHANGED: ((("idle",), "Idle automation was changed or switched off while it waited"),
-                                  (("deleted",), "Its schedule was deleted while it waited"),
-                                  (("switched_off",), "Its schedule was switched off while it waited"),
-                                  (("changed",), "Its schedule was changed while it waited"),
-                                  ((), "Its schedule was changed, switched off or deleted while it waited")),
-    ReasonCode.ROBOT_REMOVED: ((("robot",), "Robot {robot} is switched off or was removed"),
-                               (("removed",), "The group {removed} was removed"), (("group",), "No robot of {group} is switched on"),
-                               (("others",), "No other robot of {others} is switched on"),
-                               ((), "The robot is switched off or was removed")),
-    ReasonCode.BATTERY_LOW: ((("battery", "minimum", "until"), "Battery {battery} % stayed under {minimum} % until {until}"),
-                             (("minimum", "until"), "Battery unknown until {until}, at least {minimum} % wanted"),
-                             (("minimum",), "Battery stayed under {minimum} % for its whole start window"),
-                             ((), "Battery stayed under the minimum for its whole start window")),
-    ReasonCode.OVERLAP: ((("planned_at",), "The run planned for {planned_at} was not over yet"),
-                         (("idle",), "Overtaken: the robot was used, something is planned soon, or it is a day off"),
-                         ((), "Its previous run was not over yet")),
-    ReasonCode.HOLD: ((("hold", "until"), "Held back until {until_with_date}: {hold}"), (("until",), "Held back until {until_with_date}"),
-                      (("starts", "dates", "paused_until"),
-                       "{starts} starts were skipped, {dates}: the schedule was paused until {paused_until_with_date}"),
-                      (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
-                      (("skipped_at",), "Skipped by a person on {skipped_at_with_date}"),
-                      ((), "Skipped or held back by a person")),
-    ReasonCode.FINISH_BY: ((("finish_by",), "It could not be done by {finish_by}"), ((), "It could not be done in time")),
-    ReasonCode.PLACE_BUSY: ((("place", "until"), "{place} was full until {until}"), ((), "A place that it uses stayed full")),
-    ReasonCode.APP_DOWN: ((("starts", "dates", "problem"), "Missed {starts} starts, {dates}: nothing could be written ({problem})"),
-                          (("starts", "dates"), "Missed {starts} starts, {dates}: the app was off or asleep"),
-                          (("start", "end", "problem"), "Nothing could be written from {start} to {end}: {problem}"),
-                          (("start", "end"), "The app was off or asleep from {start} to {end}"),
-                          (("until",), "The app was off or asleep until its start window closed at {until}"),
-                          ((), "The app was off or asleep")),
-    ReasonCode.CLOCK_IMPLAUSIBLE: ((("starts", "dates"), "Missed {starts} starts, {dates}: the tablet's clock could not be trusted"),
-                                   (("start", "end"), "The tablet's clock could not be trusted from {start} to {end}"),
-                                   (("until",), "The tablet's clock could not be trusted until its start window closed at {until}"),
-                                   ((), "The tablet's clock could not be trusted")),
-})
+_TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
+    {
+        ReasonCode.ROBOT_ABORTED: (
+            (("message",), "The robot ended it: {message}"),
+            ((), "The robot ended it without saying why"),
+        ),
+        ReasonCode.RETRY_LIMIT: (
+            (("attempts", "problem"), "Given up at attempt {attempts}: {problem}"),
+            (("attempts",), "Given up at attempt {attempts}"),
+            ((), "Given up after too many attempts"),
+        ),
+        ReasonCode.WINDOW_CLOSED: (
+            (
+                ("attempts", "until", "problem"),
+                "Its start window closed at {until} after attempt {attempts}: {problem}",
+            ),
+            (("until", "problem"), "Its start window closed at {until}: {problem}"),
+            (("until",), "Its start window closed at {until} before it could be sent"),
+            ((), "Its start window closed before it could be sent"),
+        ),
+        ReasonCode.UNAUTHORIZED: (((), "The robot refused user name or password: enter them again in Settings"),),
+        ReasonCode.UNKNOWN_MISSION: (
+            (("mission",), "The robot has no mission {mission}: choose another or create it there"),
+            ((), "The robot has no such mission: choose another or create it there"),
+        ),
+        ReasonCode.REFUSED: ((("problem",), "The robot refused it: {problem}"), ((), "The robot refused it")),
+        ReasonCode.WRONG_ROBOT: (
+            (
+                ("found", "expected"),
+                "Another robot answered at this address: serial number {found} instead of {expected}",
+            ),
+            ((), "Another robot answered at this address"),
+        ),
+        ReasonCode.VANISHED: (
+            (("queue_id",), "Queue item {queue_id} is gone from the robot"),
+            ((), "It is gone from the robot's queue"),
+        ),
+        ReasonCode.UNKNOWN_OUTCOME: (
+            (("problem",), "It is not known whether the robot received it: {problem}"),
+            ((), "It is not known whether the robot received it"),
+        ),
+        ReasonCode.NO_ROBOT: (
+            (("until", "group"), "No robot of {group} could be asked until {until}"),
+            ((), "No robot of its group could be asked"),
+        ),
+        ReasonCode.USER_CANCELLED: (((), "Cancelled by a person"),),
+        ReasonCode.QUEUE_CLEARED: (((), "Cancelled with the robot's whole queue"),),
+        ReasonCode.SCHEDULE_CHANGED: (
+            (("idle",), "Idle automation was changed or switched off while it waited"),
+            (("deleted",), "Its schedule was deleted while it waited"),
+            (("switched_off",), "Its schedule was switched off while it waited"),
+            (("changed",), "Its schedule was changed while it waited"),
+            ((), "Its schedule was changed, switched off or deleted while it waited"),
+        ),
+        ReasonCode.ROBOT_REMOVED: (
+            (("robot",), "Robot {robot} is switched off or was removed"),
+            (("removed",), "The group {removed} was removed"),
+            (("group",), "No robot of {group} is switched on"),
+            (("others",), "No other robot of {others} is switched on"),
+            ((), "The robot is switched off or was removed"),
+        ),
+        ReasonCode.BATTERY_LOW: (
+            (("battery", "minimum", "until"), "Battery {battery} % stayed under {minimum} % until {until}"),
+            (("minimum", "until"), "Battery unknown until {until}, at least {minimum} % wanted"),
+            (("minimum",), "Battery stayed under {minimum} % for its whole start window"),
+            ((), "Battery stayed under the minimum for its whole start window"),
+        ),
+        ReasonCode.OVERLAP: (
+            (("planned_at",), "The run planned for {planned_at} was not over yet"),
+            (("idle",), "Overtaken: the robot was used, something is planned soon, or it is a day off"),
+            ((), "Its previous run was not over yet"),
+        ),
+        ReasonCode.HOLD: (
+            (("hold", "until"), "Held back until {until_with_date}: {hold}"),
+            (("until",), "Held back until {until_with_date}"),
+            (
+                ("starts", "dates", "paused_until"),
+                "{starts} starts were skipped, {dates}: the schedule was paused until {paused_until_with_date}",
+            ),
+            (("paused_until",), "The schedule was paused until {paused_until_with_date}"),
+            (("skipped_at",), "Skipped by a person on {skipped_at_with_date}"),
+            ((), "Skipped or held back by a person"),
+        ),
+        ReasonCode.FINISH_BY: (
+            (("finish_by",), "It could not be done by {finish_by}"),
+            ((), "It could not be done in time"),
+        ),
+        ReasonCode.PLACE_BUSY: (
+            (("place", "until"), "{place} was full until {until}"),
+            ((), "A place that it uses stayed full"),
+        ),
+        ReasonCode.APP_DOWN: (
+            (("starts", "dates", "problem"), "Missed {starts} starts, {dates}: nothing could be written ({problem})"),
+            (("starts", "dates"), "Missed {starts} starts, {dates}: the app was off or asleep"),
+            (("start", "end", "problem"), "Nothing could be written from {start} to {end}: {problem}"),
+            (("start", "end"), "The app was off or asleep from {start} to {end}"),
+            (("until",), "The app was off or asleep until its start window closed at {until}"),
+            ((), "The app was off or asleep"),
+        ),
+        ReasonCode.CLOCK_IMPLAUSIBLE: (
+            (("starts", "dates"), "Missed {starts} starts, {dates}: the tablet's clock could not be trusted"),
+            (("start", "end"), "The tablet's clock could not be trusted from {start} to {end}"),
+            (("until",), "The tablet's clock could not be trusted until its start window closed at {until}"),
+            ((), "The tablet's clock could not be trusted"),
+        ),
+    }
+)
 
-_WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType({
-    Wait.DUE: (((), "Is being sent"),),
-    Wait.RETRY: ((("attempts", "problem"), "Attempt {attempts} failed: {problem}; trying again until {closes_at}"),
-                 ((), "The last attempt failed; trying again until {closes_at}")),
-    Wait.BATTERY: ((("battery", "minimum"), "Battery {battery} % is under {minimum} %; waits until {closes_at}"),
-                   (("minimum",), "Battery unknown, at least {minimum} % wanted; waits until {closes_at}"),
-                   ((), "Battery under the minimum; waits until {closes_at}")),
-    Wait.HOLD: ((("hold",), "Held back: {hold}; waits until {closes_at}"), ((), "Held back; waits until {closes_at}")),
-    Wait.LATE_START: (((), "Starts late because the app was off; can be held back now"),),
-    Wait.CLOCK: (((), "The tablet's clock can't be trusted; waits until {closes_at}"),),
-    Wait.ROBOT: ((("before",), "Waits for the end of the start of {before}, until {closes_at}"),
-                 (("group",), "Waits for a robot of {group} until {closes_at}"),
-                 (("robot",), "Waits until {robot} is free, until {closes_at} at the latest"), ((), "Waits for a robot until {closes_at}")),
-    Wait.PLACE: ((("place", "robot", "until"), "Waits for {place}: {robot} uses it until about {until}"),
-                 (("place", "robot"), "Waits for {place}, which {robot} uses, until {closes_at}"),
-                 (("place",), "Waits for {place} until {closes_at}"), ((), "Waits for a place until {closes_at}")),
-    Wait.ELSEWHERE: ((("robots",), "May have run already; waits until {closes_at} for an answer from {robots}"),
-                     ((), "Robots are being asked whether it has run already; waits until {closes_at}")),
-})
+_WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType(
+    {
+        Wait.DUE: (((), "Is being sent"),),
+        Wait.RETRY: (
+            (("attempts", "problem"), "Attempt {attempts} failed: {problem}; trying again until {closes_at}"),
+            ((), "The last attempt failed; trying again until {closes_at}"),
+        ),
+        Wait.BATTERY: (
+            (("battery", "minimum"), "Battery {battery} % is under {minimum} %; waits until {closes_at}"),
+            (("minimum",), "Battery unknown, at least {minimum} % wanted; waits until {closes_at}"),
+            ((), "Battery under the minimum; waits until {closes_at}"),
+        ),
+        Wait.HOLD: (
+            (("hold",), "Held back: {hold}; waits until {closes_at}"),
+            ((), "Held back; waits until {closes_at}"),
+        ),
+        Wait.LATE_START: (((), "Starts late because the app was off; can be held back now"),),
+        Wait.CLOCK: (((), "The tablet's clock can't be trusted; waits until {closes_at}"),),
+        Wait.ROBOT: (
+            (("before",), "Waits for the end of the start of {before}, until {closes_at}"),
+            (("group",), "Waits for a robot of {group} until {closes_at}"),
+            (("robot",), "Waits until {robot} is free, until {closes_at} at the latest"),
+            ((), "Waits for a robot until {closes_at}"),
+        ),
+        Wait.PLACE: (
+            (("place", "robot", "until"), "Waits for {place}: {robot} uses it until about {until}"),
+            (("place", "robot"), "Waits for {place}, which {robot} uses, until {closes_at}"),
+            (("place",), "Waits for {place} until {closes_at}"),
+            ((), "Waits for a place until {closes_at}"),
+        ),
+        Wait.ELSEWHERE: (
+            (("robots",), "May have run already; waits until {closes_at} for an answer from {robots}"),
+            ((), "Robots are being asked whether it has run already; waits until {closes_at}"),
+        ),
+    }
+)
 
 _ANSWERED: Sequence[Template] = ((("answer",), "Checking with the robot: {answer}"), ((), "Checking with the robot"))
-_UNDER_WAY: Mapping[State, str] = MappingProxyType({
-    State.SUBMITTING: "Checking with the robot",
-    State.QUEUED: "In the robot's queue",
-    State.EXECUTING: "Running on the robot",
-})
+_UNDER_WAY: Mapping[State, str] = MappingProxyType(
+    {
+        State.SUBMITTING: "Checking with the robot",
+        State.QUEUED: "In the robot's queue",
+        State.EXECUTING: "Running on the robot",
+    }
+)
 
-_INSTANTS = frozenset({"until", "paused_until", "skipped_at", "start", "end", "planned_at", "closes_at", "finish_by", "before"})
+_INSTANTS = frozenset(
+    {"until", "paused_until", "skipped_at", "start", "end", "planned_at", "closes_at", "finish_by", "before"}
+)
 _FILLED_IN = re.compile(r"\{\w+\}")
-_LONGEST = 400                                               # characters of a text that came from elsewhere
+_LONGEST = 400  # characters of a text that came from elsewhere
 
 
 def sentence(reason: Reason, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
@@ -117,8 +190,15 @@ def sentence(reason: Reason, zone: tzinfo | str, translate: Translate = lambda t
 def codes_with(text: str, translate: Translate = lambda text: text) -> tuple[ReasonCode, ...]:
     """Those of whose sentences one has ``text`` in it, in whatever case, apart from what is filled in."""
     wanted = text.casefold()
-    return tuple(code for code, templates in _TEMPLATES.items()
-                 if any(wanted in part.casefold() for _needed, template in templates for part in _FILLED_IN.split(translate(template))))
+    return tuple(
+        code
+        for code, templates in _TEMPLATES.items()
+        if any(
+            wanted in part.casefold()
+            for _needed, template in templates
+            for part in _FILLED_IN.split(translate(template))
+        )
+    )
 
 
 def to_store(reason: Reason) -> dict[str, Any]:
@@ -130,12 +210,18 @@ def stored_sentence(stored: Mapping[str, Any], zone: tzinfo | str, translate: Tr
     """The sentence of ``to_store``; the code itself when this version does not know it."""
     details = stored.get("details")
     try:
-        return sentence(Reason(ReasonCode(str(stored.get("code"))), details if isinstance(details, Mapping) else {}), zone, translate)
+        return sentence(
+            Reason(ReasonCode(str(stored.get("code"))), details if isinstance(details, Mapping) else {}),
+            zone,
+            translate,
+        )
     except ValueError:
         return str(stored.get("code"))
 
 
-def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, translate: Translate = lambda text: text) -> str:
+def waiting_sentence(
+    execution: Execution, zone: tzinfo | str | None = None, translate: Translate = lambda text: text
+) -> str:
     """What an open execution waits for, in its own zone unless another is given; empty for one that has ended."""
     if execution.state is State.WAITING:
         details = {**execution.wait_details, "attempts": execution.attempts, "closes_at": execution.closes_at}
@@ -147,14 +233,18 @@ def waiting_sentence(execution: Execution, zone: tzinfo | str | None = None, tra
     return translate(_UNDER_WAY[execution.state]) if execution.state in _UNDER_WAY else ""
 
 
-def _filled_in(templates: Sequence[Template], details: Mapping[str, Any], zone: tzinfo | str, translate: Translate) -> str:
+def _filled_in(
+    templates: Sequence[Template], details: Mapping[str, Any], zone: tzinfo | str, translate: Translate
+) -> str:
     known = _known(details, known_zone(zone), translate)
-    text = next((text for needed, text in templates if all(name in known or _is_flag(name, details, text) for name in needed)),
-                templates[-1][1])
+    text = next(
+        (text for needed, text in templates if all(name in known or _is_flag(name, details, text) for name in needed)),
+        templates[-1][1],
+    )
     translated = translate(text)
     try:
         return translated.format(**known)
-    except (KeyError, IndexError, ValueError, AttributeError):   # a translation with a wrong placeholder
+    except (KeyError, IndexError, ValueError, AttributeError):  # a translation with a wrong placeholder
         return text.format(**known) if text != translated else text
 
 
@@ -171,14 +261,18 @@ def _known(details: Mapping[str, Any], zone: tzinfo, translate: Translate) -> di
     for name, value in details.items():
         value = render(value, translate) if is_message(value) else value
         if name not in _INSTANTS and (text := _text(value, translate)) and (name, value) != ("attempts", 0):
-            known[str(name)] = translate(text) if name == "hold" else text       # those that are offered are known by their English word
+            known[str(name)] = (
+                translate(text) if name == "hold" else text
+            )  # those that are offered are known by their English word
     first, last, starts = (details.get(name) for name in ("first", "last", "starts"))
     if (begin := _instant(first, zone)) and (end := _instant(last, zone)) and isinstance(starts, int):
         known |= {"dates": writing.span(begin, end, translate), "starts": writing.count(starts, translate)}
     return known
 
 
-def instants_in_words(details: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text) -> dict[str, str]:
+def instants_in_words(
+    details: Mapping[str, Any], zone: tzinfo | str, translate: Translate = lambda text: text
+) -> dict[str, str]:
     """The details that are instants, as wall time of ``zone``: with the date when they lie on different days."""
     instants = _instants(details, known_zone(zone))
     is_one_day = len({instant.date() for instant in instants.values()}) == 1
@@ -213,5 +307,5 @@ def known_zone(zone: tzinfo | str) -> tzinfo:
         return zone
     try:
         return ZoneInfo(zone)
-    except (KeyError, ValueError, OSError):                  # a zone that this system does not know
+    except (KeyError, ValueError, OSError):  # a zone that this system does not know
         return ZoneInfo("UTC")

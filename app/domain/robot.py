@@ -3,6 +3,7 @@
 Texts are cleaned (no control characters, at most 500 characters) and the robot's templates are resolved in them. Instants of the
 robot are naive times of its own clock, which may be wrong: only differences between instants of one item mean anything.
 """
+
 from __future__ import annotations
 
 import math
@@ -11,13 +12,16 @@ from datetime import datetime
 from enum import Enum, IntEnum, StrEnum
 from typing import Any, NamedTuple
 
-ENTRIES = frozenset({1, 8, 21, 26})        # types of positions in front of markers, chargers and lifts: no destination of their own
-POSITIONS = ("position", "marker")         # parameters of actions whose value is the guid of a position
-FARTHEST = 10_000.0          # m between two spots of one map
+ENTRIES = frozenset(
+    {1, 8, 21, 26}
+)  # types of positions in front of markers, chargers and lifts: no destination of their own
+POSITIONS = ("position", "marker")  # parameters of actions whose value is the guid of a position
+FARTHEST = 10_000.0  # m between two spots of one map
 
 
 class RobotState(IntEnum):
     """``state_id`` of ``/status``. A number that is not in MiR's table is ``UNKNOWN``; ``RobotStatus.state_id`` keeps it."""
+
     UNKNOWN = 0
     STARTING = 1
     SHUTTING_DOWN = 2
@@ -36,26 +40,29 @@ class RobotState(IntEnum):
 @dataclass(frozen=True)
 class RobotProblem:
     """One entry of the status's ``errors``."""
+
     code: int | None = None
     description: str = ""
     module: str = ""
-    resettable: bool = True              # non_resettable exists from software 2.14.7 on
+    resettable: bool = True  # non_resettable exists from software 2.14.7 on
 
 
 @dataclass(frozen=True)
 class UserPrompt:
     """A question of a running mission that waits for an answer."""
+
     guid: str
     question: str
     options: tuple[str, ...] = ()
     timeout_s: float | None = None
     user_group: str = ""
-    more_options: int = 0                # that are not among ``options``: too many, too long, or of what can't be shown
+    more_options: int = 0  # that are not among ``options``: too many, too long, or of what can't be shown
 
 
 @dataclass(frozen=True)
 class Pose:
     """Position on the map in m, orientation in degrees −180…180."""
+
     x: float
     y: float
     orientation: float
@@ -64,13 +71,16 @@ class Pose:
 @dataclass(frozen=True)
 class RobotStatus:
     """One answer of ``/status``."""
+
     state: RobotState = RobotState.UNKNOWN
     state_id: int | None = None
     state_text: str = ""
     mode_text: str = ""
     mission_text: str = ""
     mission_queue_id: int | None = None  # of what runs now
-    battery_percentage: float | None = None          # 0–100; None while unknown (the emergency stop cuts the battery monitor: −1)
+    battery_percentage: float | None = (
+        None  # 0–100; None while unknown (the emergency stop cuts the battery monitor: −1)
+    )
     battery_time_remaining_s: float | None = None
     robot_name: str = ""
     robot_model: str = ""
@@ -79,19 +89,23 @@ class RobotStatus:
     user_prompt: UserPrompt | None = None
     position: Pose | None = None
     map_id: str | None = None
-    linear_velocity: float | None = None             # m/s
-    angular_velocity: float | None = None            # degrees/s
-    distance_to_next_target: float | None = None     # m
-    moved: float | None = None           # m, odometer
+    linear_velocity: float | None = None  # m/s
+    angular_velocity: float | None = None  # degrees/s
+    distance_to_next_target: float | None = None  # m
+    moved: float | None = None  # m, odometer
     uptime_s: float | None = None
-    software: str | None = None          # header Robot-Version
-    date: datetime | None = None         # header Date, aware UTC: the robot's clock when it answered
-    elapsed_s: float = 0.0               # from asking to the whole answer
+    software: str | None = None  # header Robot-Version
+    date: datetime | None = None  # header Date, aware UTC: the robot's clock when it answered
+    elapsed_s: float = 0.0  # from asking to the whole answer
 
     @property
     def spot(self) -> Spot | None:
         """Where it is."""
-        return None if self.position is None or self.map_id is None else Spot(self.map_id, self.position.x, self.position.y)
+        return (
+            None
+            if self.position is None or self.map_id is None
+            else Spot(self.map_id, self.position.x, self.position.y)
+        )
 
     def has_booted_since(self, uptime_s: float | None) -> bool:
         """``uptime_s``: how long it had been on before; where that, or how long it is on now, is not known, no boot is seen."""
@@ -100,6 +114,7 @@ class RobotStatus:
 
 class QueueState(Enum):
     """State of a queue item. In the short state ``Abort`` the reason is not known yet: message and times come with ``Aborted``."""
+
     PENDING = "Pending"
     EXECUTING = "Executing"
     DONE = "Done"
@@ -115,12 +130,13 @@ class QueueState(Enum):
 @dataclass(frozen=True)
 class QueueItem:
     """One entry of the robot's own queue, ours or anyone's."""
+
     id: int
     state: QueueState = QueueState.UNKNOWN
     state_text: str = ""
     mission_id: str | None = None
-    message: str = ""                    # how it went, written by the robot
-    description: str = ""                # holds our token
+    message: str = ""  # how it went, written by the robot
+    description: str = ""  # holds our token
     parameters: tuple[Any, ...] = ()
     priority: int | None = None
     ordered: datetime | None = None
@@ -128,7 +144,7 @@ class QueueItem:
     finished: datetime | None = None
     created_by_id: str | None = None
     created_by_name: str = ""
-    control_state: int | None = None     # > 0: waits for something outside (area, lift, map transition)
+    control_state: int | None = None  # > 0: waits for something outside (area, lift, map transition)
 
     @property
     def is_pending(self) -> bool:
@@ -142,14 +158,16 @@ class QueueItem:
 @dataclass(frozen=True)
 class MissionInfo:
     """A mission that the robot has."""
+
     guid: str
     name: str
-    url: str = ""                        # as the client may ask for it, with /api in front
+    url: str = ""  # as the client may ask for it, with /api in front
 
 
 @dataclass(frozen=True)
 class MissionDetail:
     """Everything about one mission."""
+
     guid: str
     name: str
     description: str = ""
@@ -166,16 +184,17 @@ class MissionDetail:
 @dataclass(frozen=True)
 class MissionParameter:
     """An input that must be given when the mission is queued, as ``{"input_name": name, "value": …}``."""
+
     name: str
     label: str = ""
-    type: str = ""                       # the robot's name of the type, empty when it gives none
+    type: str = ""  # the robot's name of the type, empty when it gives none
     default: Any = None
     minimum: float | None = None
     maximum: float | None = None
-    choices: tuple[tuple[Any, str], ...] = ()        # (value, label); of positions those on the robot's present map
+    choices: tuple[tuple[Any, str], ...] = ()  # (value, label); of positions those on the robot's present map
     on_other_maps: tuple[tuple[Any, str], ...] = ()  # the same of positions on its other maps
-    sets: str = ""                       # the parameter of an action that it sets, as MiR calls it: position, x, time …
-    unit: str = ""                       # of a number
+    sets: str = ""  # the parameter of an action that it sets, as MiR calls it: position, x, time …
+    unit: str = ""  # of a number
 
     @property
     def is_position(self) -> bool:
@@ -196,14 +215,16 @@ class MissionParameter:
 
 class IdentifiedBy(StrEnum):
     """What shows, before credentials are sent, that the machine at an address is the robot."""
-    SERIAL_NUMBER = "serial_number"      # in its status, which it gives to anybody
-    CERTIFICATE = "certificate"          # of HTTPS
-    ADDRESS = "address"                  # nothing else: it gives no status without credentials, or no serial number
+
+    SERIAL_NUMBER = "serial_number"  # in its status, which it gives to anybody
+    CERTIFICATE = "certificate"  # of HTTPS
+    ADDRESS = "address"  # nothing else: it gives no status without credentials, or no serial number
 
 
 @dataclass(frozen=True)
 class Identity:
     """Who answers at an address; asked with credentials, so a wrong password is noticed."""
+
     status: RobotStatus
     user_name: str = ""
     software: str | None = None
@@ -224,6 +245,7 @@ class Identity:
 
 class Spot(NamedTuple):
     """Where something is: metres on a map."""
+
     map_id: str
     x: float
     y: float
@@ -241,6 +263,7 @@ def straight_way(here: Spot | None, there: Spot | None) -> float | None:
 class Stop:
     """A position that a mission drives to, by its guid, which is empty where the mission drives to something else: a position that is asked
     for when it is queued, or coordinates. Without a ``name`` it is the entry of a marker or charger, where no robot stays, or not known."""
+
     position: str = ""
     name: str = ""
     spot: Spot | None = None
@@ -250,6 +273,7 @@ class Stop:
 class MissionActions:
     """What the actions of a mission tell. ``charges``: it brings the robot to its charger, and does nothing else. ``drives_to``: guids of
     positions in order, empty ones as in ``Stop``."""
+
     charges: bool = False
     drives_to: tuple[str, ...] = ()
 
@@ -257,18 +281,20 @@ class MissionActions:
 @dataclass(frozen=True)
 class RobotMap:
     """A map as PNG. ``origin`` is the pose of the picture's lower left corner in the map's frame (ROS convention)."""
+
     guid: str
     name: str
     png: bytes = field(repr=False)
     width_px: int
     height_px: int
-    resolution: float = 0.05             # m per pixel
+    resolution: float = 0.05  # m per pixel
     origin: Pose = Pose(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class MapPosition:
     """A named place on a map; coordinates only where the robot gives them in the list."""
+
     guid: str
     name: str
     type_id: int | None = None

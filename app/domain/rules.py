@@ -1,4 +1,5 @@
 """Pure decisions about one execution: what it begins with, what holds it, when it is tried again, and what it ends as. No I/O, no clock."""
+
 from __future__ import annotations
 
 import hashlib
@@ -11,13 +12,27 @@ from types import MappingProxyType
 from typing import Any
 
 from app.domain.message import Message, message
-from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
+from app.domain.models import (
+    Execution,
+    Group,
+    Mission,
+    Reason,
+    ReasonCode,
+    Robot,
+    Schedule,
+    Settings,
+    State,
+    Trigger,
+    Wait,
+)
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)
-LISTED_LATER: Mapping[str, Any] = MappingProxyType({"late": True})       # of a late start that may have run: listed if it has not
-LONGEST_QUIET = 600.0        # s, whatever was measured
-INTENT_LEAD = timedelta(milliseconds=250)      # before its instant an intent is on disk, so that then only the POST remains
+LISTED_LATER: Mapping[str, Any] = MappingProxyType(
+    {"late": True}
+)  # of a late start that may have run: listed if it has not
+LONGEST_QUIET = 600.0  # s, whatever was measured
+INTENT_LEAD = timedelta(milliseconds=250)  # before its instant an intent is on disk, so that then only the POST remains
 
 
 def closes_at(planned_at: datetime, window_minutes: int | None, settings: Settings) -> datetime:
@@ -49,36 +64,80 @@ def _namespace(install_id: str) -> bytes:
 
 
 # ---------------------------------------------------------------------- the rows of new executions
-def scheduled(schedule: Schedule, target: Robot | Group, mission: Mission, settings: Settings, install_id: str, planned_at: datetime,
-              now: datetime, intent_floor: int | None = None) -> Execution:
+def scheduled(
+    schedule: Schedule,
+    target: Robot | Group,
+    mission: Mission,
+    settings: Settings,
+    install_id: str,
+    planned_at: datetime,
+    now: datetime,
+    intent_floor: int | None = None,
+) -> Execution:
     """An occurrence of a schedule, waiting, for a group without a robot; with ``intent_floor``, the highest queue id known of its robot,
     already with the intent of its first attempt."""
     is_intent, robot = intent_floor is not None, target if isinstance(target, Robot) else None
     finish_by = schedule.finish_by_minutes
     return Execution(
-        state=State.SUBMITTING if is_intent else State.WAITING, attempts=int(is_intent), queue_floor=intent_floor,
-        trigger=Trigger.SCHEDULED, schedule_id=schedule.id, schedule=schedule.name,
-        robot_id=robot.id if robot else None, robot=robot.name if robot else "",
-        group_id=None if robot else target.id, robot_group="" if robot else target.name,
+        state=State.SUBMITTING if is_intent else State.WAITING,
+        attempts=int(is_intent),
+        queue_floor=intent_floor,
+        trigger=Trigger.SCHEDULED,
+        schedule_id=schedule.id,
+        schedule=schedule.name,
+        robot_id=robot.id if robot else None,
+        robot=robot.name if robot else "",
+        group_id=None if robot else target.id,
+        robot_group="" if robot else target.name,
         finish_by=None if finish_by is None else planned_at + timedelta(minutes=finish_by),
-        mission=mission.name, mission_guid=mission.guid, parameters=schedule.parameters, priority=schedule.priority,
-        robot_address=robot.address if robot and is_intent else None, robot_serial=robot.serial_number if robot and is_intent else None,
-        minimum_battery_percent=minimum_battery(schedule, mission, settings), timezone=schedule.timezone, planned_at=planned_at,
-        closes_at=closes_at(planned_at, schedule.start_window_minutes, settings), created_at=now,
-        token=token_of(install_id, schedule.id, planned_at))
+        mission=mission.name,
+        mission_guid=mission.guid,
+        parameters=schedule.parameters,
+        priority=schedule.priority,
+        robot_address=robot.address if robot and is_intent else None,
+        robot_serial=robot.serial_number if robot and is_intent else None,
+        minimum_battery_percent=minimum_battery(schedule, mission, settings),
+        timezone=schedule.timezone,
+        planned_at=planned_at,
+        closes_at=closes_at(planned_at, schedule.start_window_minutes, settings),
+        created_at=now,
+        token=token_of(install_id, schedule.id, planned_at),
+    )
 
 
-def one_off(trigger: Trigger, target: Robot | Group, mission: Mission, settings: Settings, now: datetime, token: str, *,
-            parameters: Mapping[str, Any] | None = None, queue_floor: int | None = None, priority: int = 0) -> Execution:
+def one_off(
+    trigger: Trigger,
+    target: Robot | Group,
+    mission: Mission,
+    settings: Settings,
+    now: datetime,
+    token: str,
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    queue_floor: int | None = None,
+    priority: int = 0,
+) -> Execution:
     """A manual or idle execution, waiting: due now, within the general start window. A manual one has no minimum battery."""
     robot = target if isinstance(target, Robot) else None
     minimum = minimum_battery(None, mission, settings) if trigger is Trigger.IDLE else None
     return Execution(
-        trigger=trigger, robot_id=robot.id if robot else None, robot=robot.name if robot else "", group_id=None if robot else target.id,
-        robot_group="" if robot else target.name, priority=priority, mission=mission.name, mission_guid=mission.guid,
+        trigger=trigger,
+        robot_id=robot.id if robot else None,
+        robot=robot.name if robot else "",
+        group_id=None if robot else target.id,
+        robot_group="" if robot else target.name,
+        priority=priority,
+        mission=mission.name,
+        mission_guid=mission.guid,
         parameters=parameters or {},
-        minimum_battery_percent=minimum, timezone=settings.timezone, planned_at=now, closes_at=closes_at(now, None, settings),
-        created_at=now, token=token, queue_floor=queue_floor)
+        minimum_battery_percent=minimum,
+        timezone=settings.timezone,
+        planned_at=now,
+        closes_at=closes_at(now, None, settings),
+        created_at=now,
+        token=token,
+        queue_floor=queue_floor,
+    )
 
 
 def ended(execution: Execution, reason: Reason, now: datetime) -> Execution:
@@ -102,7 +161,10 @@ def is_left_out(tried: Mapping[str, Any], robot_id: int) -> bool:
 def may_try_again(tried: Mapping[str, Any]) -> dict[str, Any]:
     """What became of a start of a group on its robots, where they may be asked anew: it is another mission now. What may be found there
     stays."""
-    return {robot_id: {**each, "is_for_good": False, "until": each.get("at", each["until"])} for robot_id, each in tried.items()}
+    return {
+        robot_id: {**each, "is_for_good": False, "until": each.get("at", each["until"])}
+        for robot_id, each in tried.items()
+    }
 
 
 def in_dispatch_order(executions: Iterable[Execution]) -> list[Execution]:
@@ -135,7 +197,7 @@ def after_failed_attempt(execution: Execution, settings: Settings, problem: Mess
 
 def when_overtaken(idle: Execution, now: datetime) -> Reason:
     """Why an idle mission was not sent before its robot was used, or something else was planned."""
-    if idle.wait in (Wait.DUE, Wait.RETRY):          # nothing had held it up
+    if idle.wait in (Wait.DUE, Wait.RETRY):  # nothing had held it up
         return Reason(ReasonCode.OVERLAP, {"idle": True})
     return when_window_closed(replace(idle, closes_at=now), app_was_down=False)
 
@@ -161,10 +223,15 @@ def when_window_closed(execution: Execution, app_was_down: bool) -> Reason:
             return Reason(ReasonCode.CLOCK_IMPLAUSIBLE, {"until": until})
         case Wait.ELSEWHERE:
             robots = execution.wait_details.get("robots")
-            problem = message("it may have run already, and {robots} did not answer", robots=robots) if robots else message(
-                "it may have run already, and there was no time to find out")
+            problem = (
+                message("it may have run already, and {robots} did not answer", robots=robots)
+                if robots
+                else message("it may have run already, and there was no time to find out")
+            )
             return Reason(ReasonCode.WINDOW_CLOSED, {"until": until, "problem": problem})
     if app_was_down and execution.attempts == 0:
         return Reason(ReasonCode.APP_DOWN, {"until": until})
-    return Reason(ReasonCode.WINDOW_CLOSED, {"attempts": execution.attempts, "until": until,
-                                             "problem": execution.wait_details.get("problem", "")})
+    return Reason(
+        ReasonCode.WINDOW_CLOSED,
+        {"attempts": execution.attempts, "until": until, "problem": execution.wait_details.get("problem", "")},
+    )

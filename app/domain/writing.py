@@ -1,5 +1,6 @@
 """Dates and times of day inside the services' sentences, in the format of the language of ``translate``. English ones are ISO 8601, for
 files and logs, except those ``in_words``, which only people read."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -43,13 +44,17 @@ def span(first: datetime, last: datetime, translate: Translate) -> str:
         return translate("{day} {month_in_full}").format(day=at.day, month_in_full=months[at.month - 1])
 
     if first.date() == last.date():
-        return translate("{day}, {first}–{last}").format(day=day_and_month(first), first=time_of_day(first, translate),
-                                                         last=time_of_day(last, translate))
+        return translate("{day}, {first}–{last}").format(
+            day=day_and_month(first), first=time_of_day(first, translate), last=time_of_day(last, translate)
+        )
     if (first.year, first.month) == (last.year, last.month):
         return translate("{first_day}–{last}").format(first_day=first.day, last=day_and_month(last))
     if first.year == last.year:
         return translate("{first} – {last}").format(first=day_and_month(first), last=day_and_month(last))
-    ends = (translate("{day_and_month} {year}").format(day_and_month=day_and_month(at), year=at.year) for at in (first, last))
+    ends = (
+        translate("{day_and_month} {year}").format(day_and_month=day_and_month(at), year=at.year)
+        for at in (first, last)
+    )
     return translate("{first} – {last}").format(first=next(ends), last=next(ends))
 
 

@@ -2,6 +2,7 @@
 
 Python prefers the system's, and a tablet's system is updated less often than the app.
 """
+
 from __future__ import annotations
 
 import re
@@ -10,10 +11,10 @@ from pathlib import Path
 
 try:
     from tzdata import IANA_VERSION
-except ModuleNotFoundError:              # --help works without what the app depends on
+except ModuleNotFoundError:  # --help works without what the app depends on
     IANA_VERSION = ""
 
-_VERSION = re.compile(r"\b(\d{4})([a-z]+)")        # 2026f; the z of a year would be followed by za
+_VERSION = re.compile(r"\b(\d{4})([a-z]+)")  # 2026f; the z of a year would be followed by za
 
 
 def use_newest() -> None:

@@ -1,4 +1,5 @@
 """Where a robot answers: checked and normalised once, when it is entered."""
+
 from __future__ import annotations
 
 import functools
@@ -24,6 +25,7 @@ class InvalidAddress(InvalidInput):
 @dataclass(frozen=True)
 class Address:
     """``host`` is lower case, an IPv6 one without brackets."""
+
     scheme: str
     host: str
     port: int
@@ -75,7 +77,7 @@ def machine(text: str) -> tuple[str, int | None]:
 
 def _host_and_port(text: str, default_port: int) -> tuple[str, int]:
     if text.count(":") > 1 and not text.startswith("["):
-        text = f"[{text}]"                            # a bare IPv6 literal
+        text = f"[{text}]"  # a bare IPv6 literal
     match = _HOST_AND_PORT.fullmatch(text)
     if match is None or match["host"].startswith("[") != match["host"].endswith("]"):
         raise InvalidAddress("{host} is not a host name or IP address", host=text[:80])
@@ -97,7 +99,7 @@ def _host(text: str) -> str:
     if host.startswith("["):
         return str(_usable(_ip(host[1:-1]) if "%" not in host else None, host))
     labels = host.split(".")
-    if re.fullmatch(r"\d+|0x[0-9a-f]*", labels[-1]):          # no name ends so: it has to be an IPv4 address
+    if re.fullmatch(r"\d+|0x[0-9a-f]*", labels[-1]):  # no name ends so: it has to be an IPv4 address
         return str(_usable(_ip(host), host))
     if len(host) > 253 or not all(_LABEL.fullmatch(label) for label in labels):
         raise InvalidAddress("{host} is not a host name or IP address", host=host[:80])
@@ -116,7 +118,9 @@ def _ip(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
         return None
 
 
-def _usable(ip: ipaddress.IPv4Address | ipaddress.IPv6Address | None, text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+def _usable(
+    ip: ipaddress.IPv4Address | ipaddress.IPv6Address | None, text: str
+) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
     if ip is None:
         raise InvalidAddress("{host} is not a complete IP address", host=text[:80])
     if ip.is_unspecified or ip.is_multicast or str(ip) == "255.255.255.255":

@@ -6,6 +6,7 @@ nothing else; ``error.delivery`` says what a failed one may have done. Calls tha
 The status is asked for without credentials and its serial number compared with the known one. No request with credentials is sent
 unless that was done in the last seconds: where it was not, the call does it first.
 """
+
 from __future__ import annotations
 
 import math
@@ -53,11 +54,13 @@ from app.mir.pace import OF_ALL, OF_READS, OF_STATUS, Pace
 from app.mir.texts import clean, resolve
 from app.mir.transport import API, Response, Timeouts, Transport
 
-LARGEST_OBJECT = 256 * 1024              # bytes of an answer about one thing: a status, a queue item, an error
-MOST_MISSIONS = 2000        # sites have tens to hundreds
-LARGEST_MISSIONS = 1024 * 1024           # bytes of their list, three times what so many need
-COMPARED_FOR = 10.0         # s for which a compared serial number lets credentials go out, while the connection it came over is open
-COMPARED_WITHOUT = 2.0      # the same where that connection was closed as soon as the answer was there
+LARGEST_OBJECT = 256 * 1024  # bytes of an answer about one thing: a status, a queue item, an error
+MOST_MISSIONS = 2000  # sites have tens to hundreds
+LARGEST_MISSIONS = 1024 * 1024  # bytes of their list, three times what so many need
+COMPARED_FOR = (
+    10.0  # s for which a compared serial number lets credentials go out, while the connection it came over is open
+)
+COMPARED_WITHOUT = 2.0  # the same where that connection was closed as soon as the answer was there
 
 T = TypeVar("T")
 
@@ -70,18 +73,30 @@ class RobotClient:
     the robot.
     """
 
-    def __init__(self, address: Address, token: Token, *, certificate_sha256: str | None = None, serial_number: str | None = None,
-                 identified_by: IdentifiedBy | None = None, transport: Transport | None = None,
-                 clock: Callable[[], float] = time.monotonic, timeouts: Timeouts | None = None,
-                 profile: RobotProfile | None = None, pace: Pace | None = None) -> None:
+    def __init__(
+        self,
+        address: Address,
+        token: Token,
+        *,
+        certificate_sha256: str | None = None,
+        serial_number: str | None = None,
+        identified_by: IdentifiedBy | None = None,
+        transport: Transport | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        timeouts: Timeouts | None = None,
+        profile: RobotProfile | None = None,
+        pace: Pace | None = None,
+    ) -> None:
         self.address, self._serial_number, self.identified_by = address, serial_number, identified_by
         self.has_default_password = token.is_published_default
         self._compared_at, self._compared_over = -math.inf, object()
-        self._has_answered = False                   # as HTTP
+        self._has_answered = False  # as HTTP
         self._clock = clock
         self.timeouts = self._usual_timeouts = timeouts or Timeouts()
         self._transport = transport or HttpTransport(address, token, certificate_sha256)
-        self.give_way: Callable[[], None] = lambda: None      # called between the many requests that reading a queue may take
+        self.give_way: Callable[[], None] = lambda: (
+            None
+        )  # called between the many requests that reading a queue may take
         self._queue, self.pace = QueueReader(self._entries, self._next_item), pace or Pace(clock)
         self._known = NOTHING_KNOWN
         self.rely_on(profile)
@@ -169,22 +184,29 @@ class RobotClient:
             user = self._get("/users/me", lambda found: clean(parse.single(found, message("the user")).get("name"), 80))
         except Rejected:
             user = ""
-            self._queue.ids({"limit": "1"})                     # needs credentials as well
+            self._queue.ids({"limit": "1"})  # needs credentials as well
         return Identity(status, user, status.software or self._software(), self.identified_by or IdentifiedBy.ADDRESS)
 
     def _software(self) -> str | None:
         """From software 3.x on; older robots give it in a header, if at all."""
         try:
-            return self._get("/software/system_status",
-                             lambda found: parse.text_or_none(parse.single(found, message("the system status")).get("application_version")))
+            return self._get(
+                "/software/system_status",
+                lambda found: parse.text_or_none(
+                    parse.single(found, message("the system status")).get("application_version")
+                ),
+            )
         except (Refusal, Unreadable, NotAMir):
             return None
 
     # ------------------------------------------------------------------ missions
     def missions(self) -> list[MissionInfo]:
         """All missions of the site that the robot has. Raises Unreadable for more than MOST_MISSIONS."""
-        return self._get("/missions", lambda found: parse.listed(found, message("the mission list"), parse.mission_info, MOST_MISSIONS),
-                         largest=LARGEST_MISSIONS)
+        return self._get(
+            "/missions",
+            lambda found: parse.listed(found, message("the mission list"), parse.mission_info, MOST_MISSIONS),
+            largest=LARGEST_MISSIONS,
+        )
 
     def mission(self, guid: str) -> MissionDetail:
         """Raises Rejected with status 404 when the robot has no such mission."""
@@ -197,9 +219,13 @@ class RobotClient:
         if mission.has_user_parameters is False:
             return []
         own = f"{API}/missions/{_segment(guid)}"
-        defined, of_actions = (self._parameters(url, read) for url, read in (
-            (mission.definition_url or f"{own}/definition", mission_parameters.from_definition),
-            (mission.actions_url or f"{own}/actions", mission_parameters.from_actions)))
+        defined, of_actions = (
+            self._parameters(url, read)
+            for url, read in (
+                (mission.definition_url or f"{own}/definition", mission_parameters.from_definition),
+                (mission.actions_url or f"{own}/actions", mission_parameters.from_actions),
+            )
+        )
         found = mission_parameters.with_meaning(defined or (), of_actions or ())
         return found or (None if mission.has_user_parameters or of_actions is None else [])
 
@@ -217,8 +243,16 @@ class RobotClient:
             return None
 
     # ------------------------------------------------------------------ the queue
-    def enqueue(self, mission_guid: str, *, description: str = "", text: str = "", priority: int = 0,
-                parameters: Mapping[str, Any] | None = None, is_wanted: Callable[[], bool] = lambda: True) -> int:
+    def enqueue(
+        self,
+        mission_guid: str,
+        *,
+        description: str = "",
+        text: str = "",
+        priority: int = 0,
+        parameters: Mapping[str, Any] | None = None,
+        is_wanted: Callable[[], bool] = lambda: True,
+    ) -> int:
         """Put a mission at the end of the robot's queue; returns the id of its item. Only 201, or what the robot is known to answer, counts
         as accepted; without an integer id that raises Unnumbered.
 
@@ -228,7 +262,9 @@ class RobotClient:
         try:
             body = orders.order(mission_guid, description, text, priority, parameters or {})
         except (TypeError, ValueError, RecursionError):
-            raise Rejected(status=400, reason=message("a parameter can't be written as JSON"), address=self.address.netloc) from None
+            raise Rejected(
+                status=400, reason=message("a parameter can't be written as JSON"), address=self.address.netloc
+            ) from None
         answer = self._request("POST", "/mission_queue", json=body, is_wanted=is_wanted)
         if problem := orders.problem_of(answer, self._known):
             raise problem.at(self.address.netloc)
@@ -244,7 +280,9 @@ class RobotClient:
         """Everything pending or executing, whoever put it there, by ascending id."""
         return self._queue.open_items()
 
-    def items_after(self, id_floor: int, known: dict[int, QueueItem | None] | None = None, highest: int = 0) -> list[QueueItem]:
+    def items_after(
+        self, id_floor: int, known: dict[int, QueueItem | None] | None = None, highest: int = 0
+    ) -> list[QueueItem]:
         """Every item with a higher id, by ascending id. All of them, or it raises: "not there" is a reason to send again.
 
         ``known``: items (None: not there) that need not be read one by one; those that were are added to it, so that of many the next call
@@ -286,9 +324,14 @@ class RobotClient:
     def positions(self, map_id: str | None = None) -> list[MapPosition]:
         """Named places, of one map or of all. Coordinates come along where the robot knows the whitelist."""
         path = f"/maps/{_segment(map_id)}/positions" if map_id else "/positions"
-        return self._get(path, lambda found: parse.listed(found, message("the list of positions"),
-                                                          lambda entry: parse.map_position(entry, map_id)),
-                         {"whitelist": "all"}, largest=None)
+        return self._get(
+            path,
+            lambda found: parse.listed(
+                found, message("the list of positions"), lambda entry: parse.map_position(entry, map_id)
+            ),
+            {"whitelist": "all"},
+            largest=None,
+        )
 
     def position(self, guid: str) -> MapPosition:
         """With its coordinates. Raises Rejected with status 404 when the robot has no such position."""
@@ -299,8 +342,14 @@ class RobotClient:
         """Any request, for a check-up: an answer of success as it came. Raises RobotError."""
         return self._request(method, path, query=query, json=json)
 
-    def _get(self, path: str, read: Callable[[Any], T], query: Mapping[str, str] | None = None, *,
-             largest: int | None = LARGEST_OBJECT) -> T:
+    def _get(
+        self,
+        path: str,
+        read: Callable[[Any], T],
+        query: Mapping[str, str] | None = None,
+        *,
+        largest: int | None = LARGEST_OBJECT,
+    ) -> T:
         return self._read(self._request("GET", path, query=query), read, largest)
 
     def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
@@ -324,7 +373,10 @@ class RobotClient:
         return status
 
     def _status(self, answer: Response, elapsed_s: float) -> RobotStatus:
-        software, date = clean(answer.headers.get("Robot-Version", ""), 40) or None, parse.http_date(answer.headers.get("Date", ""))
+        software, date = (
+            clean(answer.headers.get("Robot-Version", ""), 40) or None,
+            parse.http_date(answer.headers.get("Date", "")),
+        )
         return self._read(answer, lambda found: parse.status(found, software=software, date=date, elapsed_s=elapsed_s))
 
     def _read(self, answer: Response, read: Callable[[Any], T], largest: int | None = LARGEST_OBJECT) -> T:
@@ -341,9 +393,18 @@ class RobotClient:
         except RobotError as error:
             raise error.at(self.address.netloc) from None
 
-    def _request(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None,
-                 is_wanted: Callable[[], bool] | None = None, at_once: bool = False) -> Response:
+    def _request(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: Mapping[str, str] | None = None,
+        json: Any = None,
+        is_wanted: Callable[[], bool] | None = None,
+        at_once: bool = False,
+    ) -> Response:
         """With credentials, to the robot that is known. ``at_once``: what a person orders does not wait for its turn. Raises RobotError."""
+
         def send() -> Response:
             is_read = method == "GET" or path.endswith("/search")
             if at_once:
@@ -352,6 +413,7 @@ class RobotClient:
                 self.pace.wait(OF_READS if is_read else OF_ALL, self.give_way if is_read else lambda: None)
             self._compare(at_once)
             return self._send(method, path, query=query, json=json, is_wanted=is_wanted)
+
         return _again_if_stale(send)
 
     def _compare(self, at_once: bool) -> None:
@@ -365,14 +427,29 @@ class RobotClient:
             except RobotError as error:
                 raise error.unsent() from None
 
-    def _send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None,
-              is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
+    def _send(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: Mapping[str, str] | None = None,
+        json: Any = None,
+        is_wanted: Callable[[], bool] | None = None,
+        with_credentials: bool = True,
+    ) -> Response:
         """The answer, if its status is one of success. Raises RobotError."""
         try:
-            answer = self._transport.send(method, path, query=query, json=json, timeout=self.timeouts, is_wanted=is_wanted,
-                                          with_credentials=with_credentials)
+            answer = self._transport.send(
+                method,
+                path,
+                query=query,
+                json=json,
+                timeout=self.timeouts,
+                is_wanted=is_wanted,
+                with_credentials=with_credentials,
+            )
         except RobotError as error:
-            self._compared_at = -math.inf            # what answers next may be another machine
+            self._compared_at = -math.inf  # what answers next may be another machine
             if type(error) is ConnectionLost and not (self._has_answered or self.address.is_secure):
                 error = ConnectionLost(code="lost_over_http")
             raise error.at(self.address.netloc) from None
@@ -390,7 +467,9 @@ class RobotClient:
         robot_code, reason = self._error_of(answer)
         if status == 503:
             raise Busy(address=address, robot_code=robot_code, reason=reason)
-        raise (Rejected if status < 500 else RobotFault)(status=status, robot_code=robot_code, reason=reason, address=address)
+        raise (Rejected if status < 500 else RobotFault)(
+            status=status, robot_code=robot_code, reason=reason, address=address
+        )
 
     def _error_of(self, answer: Response) -> tuple[str, str]:
         """``error_code`` and ``error_human`` of the error body, empty where there is none."""

@@ -3,6 +3,7 @@
 What fails on a socket is raised as a RobotError here, which passes through urllib3 and requests as it is: Unreachable or
 CertificateProblem before the first byte of the request, TimedOut or ConnectionLost from then on.
 """
+
 from __future__ import annotations
 
 import errno
@@ -25,16 +26,33 @@ from urllib3.util.ssl_ import create_urllib3_context
 
 from app.domain.message import message
 from app.mir.address import is_ip
-from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, NotWanted, TimedOut, Unreachable, Unreadable
+from app.mir.errors import (
+    CertificateMismatch,
+    CertificateProblem,
+    ConnectionLost,
+    NotWanted,
+    TimedOut,
+    Unreachable,
+    Unreadable,
+)
 from app.mir.transport import Timeouts
 
-LONGEST_BODY, MOST_PARTS = 8 << 20, 20_000       # with the head and the sizes of its parts
-SMALLEST_READ = 256             # bytes as which a smaller one counts, so that there can't be millions of them
-LONGEST_HEAD = 16 * 1024        # with interim answers and the begin of the body; what email.message takes for one grows with its square
-_CODES = {errno.ECONNREFUSED: "refused", errno.ETIMEDOUT: "no_answer", errno.EHOSTUNREACH: "no_answer", errno.EHOSTDOWN: "no_answer",
-          errno.ENETUNREACH: "no_route", errno.ENETDOWN: "no_route", errno.EADDRNOTAVAIL: "no_route"}
-_of_numbers = functools.lru_cache(1024)(socket.getaddrinfo)      # an IP address never means another one
-_lookups: dict[tuple[str, int], Future[list[Any]]] = {}          # the last one of each name
+LONGEST_BODY, MOST_PARTS = 8 << 20, 20_000  # with the head and the sizes of its parts
+SMALLEST_READ = 256  # bytes as which a smaller one counts, so that there can't be millions of them
+LONGEST_HEAD = (
+    16 * 1024
+)  # with interim answers and the begin of the body; what email.message takes for one grows with its square
+_CODES = {
+    errno.ECONNREFUSED: "refused",
+    errno.ETIMEDOUT: "no_answer",
+    errno.EHOSTUNREACH: "no_answer",
+    errno.EHOSTDOWN: "no_answer",
+    errno.ENETUNREACH: "no_route",
+    errno.ENETDOWN: "no_route",
+    errno.EADDRNOTAVAIL: "no_route",
+}
+_of_numbers = functools.lru_cache(1024)(socket.getaddrinfo)  # an IP address never means another one
+_lookups: dict[tuple[str, int], Future[list[Any]]] = {}  # the last one of each name
 
 
 def resolve(host: str, port: int, seconds: float) -> list[Any]:
@@ -42,6 +60,7 @@ def resolve(host: str, port: int, seconds: float) -> list[Any]:
 
     Raises TimeoutError when it takes longer, OSError or UnicodeError when there is no such name.
     """
+
     def look_up(found: Future[list[Any]]) -> None:
         try:
             found.set_result(socket.getaddrinfo(host, port, type=socket.SOCK_STREAM))
@@ -64,6 +83,7 @@ not_http = functools.partial(Unreadable, problem=message("it doesn't keep to HTT
 
 class _Socket(socket.socket):
     """Keeps to the deadline of its connection."""
+
     connection: RobotConnection
 
     def sendall(self, data: Any, flags: int = 0) -> None:
@@ -72,7 +92,10 @@ class _Socket(socket.socket):
     def recv_into(self, *args: Any) -> int:
         connection = self.connection
         count: int = self._run(super().recv_into, *args)
-        connection.received, connection.is_at_end = connection.received + (count and max(count, SMALLEST_READ)), count == 0
+        connection.received, connection.is_at_end = (
+            connection.received + (count and max(count, SMALLEST_READ)),
+            count == 0,
+        )
         if connection.received > connection.limit:
             raise connection.excess()
         return count
@@ -85,7 +108,11 @@ class _Socket(socket.socket):
             self.settimeout(min(timeouts.read, left))
             return operation(*args)
         except TimeoutError:
-            raise (TimedOut(seconds=timeouts.read) if timeouts.read < left else TimedOut(code="too_slow", seconds=timeouts.total)) from None
+            raise (
+                TimedOut(seconds=timeouts.read)
+                if timeouts.read < left
+                else TimedOut(code="too_slow", seconds=timeouts.total)
+            ) from None
         except OSError:
             raise ConnectionLost() from None
 
@@ -96,29 +123,41 @@ class _TlsSocket(_Socket, ssl.SSLSocket):
 
 class RobotConnection(HTTPConnection):
     """Carries one request at a time; takes the place of a pool of connections in an adapter of requests."""
+
     sock: Any
-    place: Any = None            # where it was connected last, as ``resolve`` gives it: a name may mean another machine each time
+    place: Any = None  # where it was connected last, as ``resolve`` gives it: a name may mean another machine each time
 
     def begin(self, timeouts: Timeouts, is_wanted: Callable[[], bool] | None = None, only: Any = None) -> None:
         """A new request; its time counts from now. Connects again if the robot has hung up meanwhile: to the place ``only``, or wherever
         its name leads."""
-        self._is_wanted, self.timeouts, self.ends, self._only = is_wanted, timeouts, time.monotonic() + timeouts.total, only
+        self._is_wanted, self.timeouts, self.ends, self._only = (
+            is_wanted,
+            timeouts,
+            time.monotonic() + timeouts.total,
+            only,
+        )
         self.received, self.is_at_end, self.is_new, self.will_close = 0, False, False, False
         if not self.is_connected:
             self.close()
 
-    def urlopen(self, *, method: str, url: str, body: bytes | None, headers: Mapping[str, str], **_: Any) -> HTTPResponse:
+    def urlopen(
+        self, *, method: str, url: str, body: bytes | None, headers: Mapping[str, str], **_: Any
+    ) -> HTTPResponse:
         """Without redirects and retries. The request leaves in one piece."""
         if self.sock is None:
             self.connect()
         if self._is_wanted is not None and not self._is_wanted():
             raise NotWanted()
-        head = "".join([f"{method} {url} HTTP/1.1\r\n", *(f"{name}: {value}\r\n" for name, value in headers.items()), "\r\n"])
+        head = "".join(
+            [f"{method} {url} HTTP/1.1\r\n", *(f"{name}: {value}\r\n" for name, value in headers.items()), "\r\n"]
+        )
         self.sock.sendall(head.encode("ascii") + (body or b""))
         answer, self.limit, self.excess = http.client.HTTPResponse(self.sock, method=method), LONGEST_HEAD, not_http
         answer.begin()
-        if not all(length.strip().isdecimal() and len(length) < 20 for length in answer.headers.get_all("Content-Length", [])):
-            raise not_http()                 # -5 would be taken for none, +5, 5_0 and "5, 5" for a number
+        if not all(
+            length.strip().isdecimal() and len(length) < 20 for length in answer.headers.get_all("Content-Length", [])
+        ):
+            raise not_http()  # -5 would be taken for none, +5, 5_0 and "5, 5" for a number
         self.limit, self.excess, self.will_close = LONGEST_BODY, too_long, answer.will_close
         return HTTPResponse(answer, HTTPHeaderDict(answer.getheaders()), answer.status, preload_content=False)
 
@@ -154,14 +193,16 @@ class RobotConnection(HTTPConnection):
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 sock.settimeout(max(0.001, (ends - time.monotonic()) / (len(found) - number)))
                 sock.connect(place)
-                sock.settimeout(max(0.001, ends - time.monotonic()))         # for the TLS handshake
+                sock.settimeout(max(0.001, ends - time.monotonic()))  # for the TLS handshake
                 self.place = one
                 return sock
             except OSError as error:
                 problem = error
                 if sock is not None:
                     sock.close()
-        raise Unreachable(code="no_answer" if isinstance(problem, TimeoutError) else _CODES.get(problem.errno or 0, "unreachable"))
+        raise Unreachable(
+            code="no_answer" if isinstance(problem, TimeoutError) else _CODES.get(problem.errno or 0, "unreachable")
+        )
 
 
 class TlsConnection(RobotConnection, HTTPSConnection):

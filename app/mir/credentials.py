@@ -1,5 +1,6 @@
 """The robot's credential. MiR wants ``Basic base64(user:hex sha256(password))``: whoever has that header value needs no password, so it is
 a secret like one."""
+
 from __future__ import annotations
 
 import base64
@@ -86,8 +87,11 @@ def token_for(robot: Robot, password: str | None, stored: Robot | None) -> str |
 
 def is_same_endpoint(robot: Robot, stored: Robot) -> bool:
     """Whether the credentials of the one are those of the other. A serial number that only now becomes known changes nothing."""
-    return (robot.username, robot.address, robot.certificate_sha256) == (stored.username, stored.address, stored.certificate_sha256) \
-        and stored.serial_number in (None, robot.serial_number)
+    return (robot.username, robot.address, robot.certificate_sha256) == (
+        stored.username,
+        stored.address,
+        stored.certificate_sha256,
+    ) and stored.serial_number in (None, robot.serial_number)
 
 
 def normalise_fingerprint(text: str) -> str:

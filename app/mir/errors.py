@@ -4,6 +4,7 @@ For a request that changes something, ``error.delivery`` says what is known abou
 Every error has a ``code``, the ``msgid`` of its English sentence and the ``params`` of that sentence, so that a screen can translate
 it: ``render(error.message, _)``. No error carries a secret: neither the token nor a header of the request.
 """
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -15,9 +16,10 @@ from app.domain.message import Message, message, render
 
 class Delivery(Enum):
     """What a failed request may have done on the robot."""
-    NOT_SENT = "not_sent"      # no byte of it left: trying again is safe
-    REFUSED = "refused"        # the robot read it and said no
-    UNKNOWN = "unknown"        # it may have been carried out, or may be yet
+
+    NOT_SENT = "not_sent"  # no byte of it left: trying again is safe
+    REFUSED = "refused"  # the robot read it and said no
+    UNKNOWN = "unknown"  # it may have been carried out, or may be yet
 
 
 SENTENCES: Mapping[str, str] = {
@@ -50,10 +52,10 @@ SENTENCES: Mapping[str, str] = {
     "no_interface": "{address} answers, but has no MiR interface (status {status})",
     "no_status": "{address} answers, but not with the status of a MiR robot",
     "serial_number_hidden": "{address} doesn't show its serial number any more, so nothing was sent; check at the robot that it is the "
-                            "same one",
+    "same one",
     "another_robot": "{address} has serial number {found} instead of {expected}, so nothing was sent; is it still the same robot?",
     "another_robot_did_it": "{address} has serial number {found} instead of {expected}, and that machine got the command; is it still the "
-                            "same robot?",
+    "same robot?",
     "unreadable": "{address} gave an answer that can't be read: {problem}",
     "unnumbered": "{address} took the mission, but didn't say under which number",
     "too_long": "{address} gave an answer longer than {limit} MiB, or in too many pieces",
@@ -108,42 +110,50 @@ class RobotError(Exception):
 
 class Unreachable(RobotError):
     """No connection was made, so nothing was sent: refused, no route, unknown name, time-out while connecting."""
+
     code = "unreachable"
     _delivery = Delivery.NOT_SENT
 
 
 class NotWanted(RobotError):
     """What was to be sent was too late, or not wanted any more, when the connection stood, so nothing was sent."""
+
     code = "not_wanted"
     _delivery = Delivery.NOT_SENT
 
 
 class CertificateProblem(Unreachable):
     """The TLS handshake failed or its certificate is not trusted. Nothing was sent."""
+
     code = "tls_failed"
 
 
 class CertificateMismatch(CertificateProblem):
     """Another certificate than the pinned one. Nothing was sent."""
+
     code = "certificate_mismatch"
 
 
 class ConnectionLost(RobotError):
     """The connection broke after the request had begun to leave. ``is_stale``: it was an open one, and a read got no byte of an answer:
     most likely the robot was just closing it."""
+
     code = "connection_lost"
     is_stale = False
 
 
 class TimedOut(RobotError):
     """Connected, but no complete answer in time."""
+
     code = "timed_out"
 
 
 class Refusal(RobotError):
     """The robot answered with a ``status`` of failure (HTTP). ``robot_code`` and ``reason`` are its own words, often empty."""
 
-    def __init__(self, msgid: str = "", *, status: int, robot_code: str = "", reason: Message = "", code: str = "", **params: Any) -> None:
+    def __init__(
+        self, msgid: str = "", *, status: int, robot_code: str = "", reason: Message = "", code: str = "", **params: Any
+    ) -> None:
         self.status, self.robot_code, self.reason = status, robot_code, reason
         own = code or type(self).code
         if reason and f"{own}_with_reason" in SENTENCES:
@@ -153,6 +163,7 @@ class Refusal(RobotError):
 
 class Unauthorized(Refusal):
     """401 or 403: the user, the password or the user's rights are wrong."""
+
     code = "unauthorized"
     _delivery = Delivery.REFUSED
 
@@ -160,11 +171,14 @@ class Unauthorized(Refusal):
         super().__init__(msgid, status=status, **{"code": "forbidden" if status == 403 else "unauthorized", **params})
 
 
-MAY_STILL_HAPPEN = frozenset({408, 425, 429})     # of the 4xx: "too slow", "too early", "too many" don't say that it was not done
+MAY_STILL_HAPPEN = frozenset(
+    {408, 425, 429}
+)  # of the 4xx: "too slow", "too early", "too many" don't say that it was not done
 
 
 class Rejected(Refusal):
     """Any other 4xx: the robot says no (400 wrong argument, 404 no such thing, 409 exists already …)."""
+
     code = "rejected"
 
     def __init__(self, msgid: str = "", *, status: int, **params: Any) -> None:
@@ -174,6 +188,7 @@ class Rejected(Refusal):
 
 class Busy(Refusal):
     """503: while docking or while its REST API restarts (seen by clients on robots). It may have taken the request all the same."""
+
     code = "busy"
 
     def __init__(self, msgid: str = "", *, status: int = 503, **params: Any) -> None:
@@ -182,17 +197,20 @@ class Busy(Refusal):
 
 class RobotFault(Refusal):
     """Any other 5xx."""
+
     code = "robot_fault"
 
 
 class NotAMir(RobotError):
     """Something else answers at this address: a web page, a redirect, a device without MiR's interface."""
+
     code = "not_a_mir"
 
 
 class AnotherRobot(NotAMir):
     """Another serial number (``found``) than the ``expected`` one answers, so the request was not sent; or it has got it
     (``another_robot_did_it``)."""
+
     code = "another_robot"
 
     @property
@@ -202,14 +220,17 @@ class AnotherRobot(NotAMir):
 
 class SerialNumberHidden(NotAMir):
     """The robot at this address has always shown its serial number, ``expected``; what answers now does not."""
+
     code = "serial_number_hidden"
 
 
 class Unreadable(RobotError):
     """The answer is not what this call's answer has to be: not JSON, wrong shape, too long."""
+
     code = "unreadable"
 
 
 class Unnumbered(Unreadable):
     """The robot has taken a mission without telling under which number."""
+
     code = "unnumbered"

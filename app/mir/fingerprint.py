@@ -1,4 +1,5 @@
 """The certificate that a robot shows, for a person to compare and pin."""
+
 from __future__ import annotations
 
 import hashlib

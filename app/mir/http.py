@@ -3,6 +3,7 @@
 An adapter of requests without its ``Session``, which adds what is not wanted here: cookies, proxies, .netrc (it overrides the Authorization
 header) and redirects (they make a GET of a POST, and their bodies are read without a limit).
 """
+
 from __future__ import annotations
 
 import itertools
@@ -24,6 +25,7 @@ from app.mir.transport import API, Response, Timeouts
 
 class _Adapter(requests.adapters.HTTPAdapter):
     """Of requests, on one connection of ours and without cookies."""
+
     connection: RobotConnection
 
     def get_connection_with_tls_context(self, *_: Any, **__: Any) -> Any:
@@ -46,16 +48,37 @@ class HttpTransport:
         kind, tls = RobotConnection, dict[str, Any]()
         if address.is_secure:
             pin = normalise_fingerprint(certificate_sha256) if certificate_sha256 else None
-            kind, tls = TlsConnection, {"ssl_context": tls_context(is_pinned=pin is not None), "assert_fingerprint": pin}
+            kind, tls = (
+                TlsConnection,
+                {"ssl_context": tls_context(is_pinned=pin is not None), "assert_fingerprint": pin},
+            )
         self._reading, self._writing = kind(address.host, address.port, **tls), kind(address.host, address.port, **tls)
-        self._headers = {"Host": address.netloc, "Accept": "application/json", "Accept-Encoding": "identity",
-                         "Accept-Language": "en_US", "Content-Type": "application/json", "User-Agent": "AMR-Scheduler"}
+        self._headers = {
+            "Host": address.netloc,
+            "Accept": "application/json",
+            "Accept-Encoding": "identity",
+            "Accept-Language": "en_US",
+            "Content-Type": "application/json",
+            "User-Agent": "AMR-Scheduler",
+        }
         self._credentials = {"Authorization": token.header} if token else {}
 
-    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
+    def send(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: Mapping[str, str] | None = None,
+        json: Any = None,
+        timeout: Timeouts,
+        is_wanted: Callable[[], bool] | None = None,
+        with_credentials: bool = True,
+    ) -> Response:
         request, headers = requests.PreparedRequest(), {"Connection": "keep-alive"}
-        request.method, request.url = method, f"{self._address.url}{API}{path}" + (f"?{urlencode(query, safe=',')}" if query else "")
+        request.method, request.url = (
+            method,
+            f"{self._address.url}{API}{path}" + (f"?{urlencode(query, safe=',')}" if query else ""),
+        )
         if method != "GET":
             body = b"" if json is None else json_module.dumps(json, allow_nan=False).encode("ascii")
             request.body, headers = body or None, {"Connection": "close", "Content-Length": str(len(body))}
@@ -87,9 +110,15 @@ class HttpTransport:
             # Answers of failure may be followed by what they don't announce.
             keeps = request.method == "GET" and answer.status_code == 200 and not connection.will_close
             return Response(answer.status_code, b"".join(parts), answer.headers)
-        except (OSError, HTTPException, HTTPError, ValueError, TypeError):     # the last for parameters that contradict each other
+        except (
+            OSError,
+            HTTPException,
+            HTTPError,
+            ValueError,
+            TypeError,
+        ):  # the last for parameters that contradict each other
             # Not chained: the originals carry the request with its token.
             raise (ConnectionLost() if connection.is_at_end else not_http()) from None
         finally:
-            if not keeps:                    # or what is left of the answer may be taken for that of the next request
+            if not keeps:  # or what is left of the answer may be taken for that of the next request
                 connection.close()

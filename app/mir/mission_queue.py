@@ -4,6 +4,7 @@ MiR's manual describes search, order and paging, and clients on robots use them;
 list too, and recorded lists give short items. So nothing is taken for granted: the newest items are never assumed to be in a bare list,
 order is checked, what is missing is asked for one by one, and what can't be read completely within bounds raises an error.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,13 +17,13 @@ from app.mir import parse
 from app.mir.errors import Refusal, Rejected, RobotFault, Unreadable
 
 OPEN_STATES = [state.value for state in QueueState if state.is_open]
-RUN_STATES = [*OPEN_STATES, QueueState.DONE.value]       # a robot with a word of its own for one of them has others too
-PAGE = 200                  # items asked for at once
-MOST_ITEMS = 5000           # read in one call
-MOST_SINGLE_READS = 100     # asked for one by one in one call, where the robot's lists are short
-LONGEST_STEP = 2**20        # between two numbers that are tried
-MISSING_IN_A_ROW = 5        # numbers: items may have been deleted
-NOT_OFFERED = (400, 404, 405, 410, 501)      # how a robot may answer a feature that it doesn't have
+RUN_STATES = [*OPEN_STATES, QueueState.DONE.value]  # a robot with a word of its own for one of them has others too
+PAGE = 200  # items asked for at once
+MOST_ITEMS = 5000  # read in one call
+MOST_SINGLE_READS = 100  # asked for one by one in one call, where the robot's lists are short
+LONGEST_STEP = 2**20  # between two numbers that are tried
+MISSING_IN_A_ROW = 5  # numbers: items may have been deleted
+NOT_OFFERED = (400, 404, 405, 410, 501)  # how a robot may answer a feature that it doesn't have
 
 Ask = Callable[[str, str, Mapping[str, str], Any], list[parse.Object]]
 Wanted = Callable[[parse.Object], bool]
@@ -34,20 +35,25 @@ class QueueReader:
 
     def __init__(self, ask: Ask, read_item: Callable[[int], QueueItem]) -> None:
         self._ask, self._read_item = ask, read_item
-        self._has_search: bool | None = None          # None: not known yet
-        self._page, self._limits_pages = PAGE, True           # entries that a page has at most; whether it may have fewer than there are
-        self._open_states = OPEN_STATES      # the robot's words for them
-        self._has_unknown_words = False      # it has others than MiR's
-        self._does_sort = True               # the newest of its list came first, when it was read last
-        self._is_complete = True             # and what was read then is all that was looked for
-        self._climbed = 0                    # highest id seen, where it doesn't sort
+        self._has_search: bool | None = None  # None: not known yet
+        self._page, self._limits_pages = (
+            PAGE,
+            True,
+        )  # entries that a page has at most; whether it may have fewer than there are
+        self._open_states = OPEN_STATES  # the robot's words for them
+        self._has_unknown_words = False  # it has others than MiR's
+        self._does_sort = True  # the newest of its list came first, when it was read last
+        self._is_complete = True  # and what was read then is all that was looked for
+        self._climbed = 0  # highest id seen, where it doesn't sort
 
     def rely_on(self, known: RobotProfile) -> None:
         self._has_search, words = known.has_search, known.item_states
         own = [word for word, state in words.items() if state in OPEN_STATES]
         is_whole = {words[word] for word in own} == set(OPEN_STATES)
         self._open_states = own if is_whole else OPEN_STATES
-        self._has_unknown_words = not is_whole and any(word != state and state in RUN_STATES for word, state in words.items())
+        self._has_unknown_words = not is_whole and any(
+            word != state and state in RUN_STATES for word, state in words.items()
+        )
         self._page, self._limits_pages = min(PAGE, known.page_limit or PAGE), known.page_limit != 0
 
     def saw(self, item: QueueItem) -> None:
@@ -56,21 +62,31 @@ class QueueReader:
     def open_items(self) -> list[QueueItem]:
         if self._has_unknown_words:
             return self._without_end()
-        items, _ = self._search({"fieldname": "state", "operator": "IN", "value": self._open_states},
-                                lambda entry: parse.queue_state(entry).is_open)
+        items, _ = self._search(
+            {"fieldname": "state", "operator": "IN", "value": self._open_states},
+            lambda entry: parse.queue_state(entry).is_open,
+        )
         return [item for item in items if item.is_open]
 
     def _without_end(self) -> list[QueueItem]:
         """Among the newest, on a robot with words of its own for states, which can't be searched for."""
-        entries = self._ask("GET", "/mission_queue", {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page)}, None)
+        entries = self._ask(
+            "GET", "/mission_queue", {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page)}, None
+        )
         items = [_item(entry) for entry in entries if parse.is_whole_item(entry)]
-        return sorted((item for item in items if item.is_open or (item.state is QueueState.UNKNOWN and item.finished is None)),
-                      key=lambda item: item.id)
+        return sorted(
+            (item for item in items if item.is_open or (item.state is QueueState.UNKNOWN and item.finished is None)),
+            key=lambda item: item.id,
+        )
 
     def items_after(self, floor: int, known: Known | None = None, highest: int = 0) -> list[QueueItem]:
         known = {} if known is None else known
-        found, is_proof = self._search({"fieldname": "id", "operator": ">", "value": floor}, lambda entry: parse.queue_id(entry) > floor,
-                                       known, floor)
+        found, is_proof = self._search(
+            {"fieldname": "id", "operator": ">", "value": floor},
+            lambda entry: parse.queue_id(entry) > floor,
+            known,
+            floor,
+        )
         return found if is_proof else self._one_by_one(floor, found, known, highest)
 
     def _one_by_one(self, floor: int, listed: Sequence[QueueItem], known: Known, highest: int) -> list[QueueItem]:
@@ -110,7 +126,7 @@ class QueueReader:
         newest = self.ids({"sort_by": "id,desc", "limit": "2"})
         if newest == sorted(newest, reverse=True):
             return max(newest, default=None)
-        self._climbed = self._climb(max(newest + self.ids({})))       # it doesn't sort; perhaps it doesn't page either
+        self._climbed = self._climb(max(newest + self.ids({})))  # it doesn't sort; perhaps it doesn't page either
         return self._climbed
 
     def _climb(self, listed: int) -> int:
@@ -141,8 +157,9 @@ class QueueReader:
     def ids(self, query: Mapping[str, str]) -> list[int]:
         return [parse.queue_id(entry) for entry in self._ask("GET", "/mission_queue", query, None)]
 
-    def _search(self, filter_: Mapping[str, Any], wanted: Wanted,
-                known: Known | None = None, floor: int | None = None) -> tuple[list[QueueItem], bool]:
+    def _search(
+        self, filter_: Mapping[str, Any], wanted: Wanted, known: Known | None = None, floor: int | None = None
+    ) -> tuple[list[QueueItem], bool]:
         """By the robot's search, or where it has none, from its list: newest first, until a page has nothing wanted. Also whether that
         proves that there are no others. ``floor``: all that is wanted has higher ids."""
         entries = self._by_search(filter_, wanted, floor) if self._has_search is not False else None
@@ -167,14 +184,14 @@ class QueueReader:
         """Each wanted entry once, whether or not the robot supports filter, order, limit and offset. A page that is shorter than what was
         asked for is the last one only where it reaches down to the ``floor``: there are robots that give no more than 50 at once. One entry
         shows no order, so a single one that is not wanted does not say that those after it are not."""
-        seen: dict[int, None] = {}                                # in the order in which they came
+        seen: dict[int, None] = {}  # in the order in which they came
         self._does_sort = self._is_complete = True
         while len(seen) < MOST_ITEMS:
             query = {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page), "offset": str(len(seen))}
             page = {parse.queue_id(entry): entry for entry in self._ask(method, path, query, body)}
             fresh = [entry for number, entry in page.items() if number not in seen]
             found = list(filter(wanted, fresh))
-            if len(seen) + len(found) > MOST_ITEMS:               # a robot that does not page
+            if len(seen) + len(found) > MOST_ITEMS:  # a robot that does not page
                 break
             yield from found
             seen |= dict.fromkeys(page)
@@ -183,11 +200,15 @@ class QueueReader:
             self._does_sort &= is_sorted
             has_order = self._does_sort and (len(seen) > 1 or bool(found))
             is_all = floor is None or not self._limits_pages or (has_order and min(seen) <= floor + 1)
-            if page and not fresh:                                # it gives one page only
+            if page and not fresh:  # it gives one page only
                 self._is_complete = is_all
                 return
-            is_listed_otherwise = method == "GET" and not is_sorted              # which proves nothing, however much is read
-            if (len(page) != self._page and (is_all or is_listed_otherwise)) or not page or (is_sorted and not found and len(seen) > 1):
+            is_listed_otherwise = method == "GET" and not is_sorted  # which proves nothing, however much is read
+            if (
+                (len(page) != self._page and (is_all or is_listed_otherwise))
+                or not page
+                or (is_sorted and not found and len(seen) > 1)
+            ):
                 return
         raise Unreadable(problem=message("more than {n} queue items", n=MOST_ITEMS))
 
@@ -211,4 +232,6 @@ class QueueReader:
 
 def _item(entry: parse.Object) -> QueueItem:
     """One of a list: without a readable state it still shows by its description whose it is."""
-    return parse.queue_item(entry if isinstance(entry.get("state"), str) and entry["state"] else {**entry, "state": "unreadable"})
+    return parse.queue_item(
+        entry if isinstance(entry.get("state"), str) and entry["state"] else {**entry, "state": "unreadable"}
+    )

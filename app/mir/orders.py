@@ -1,4 +1,5 @@
 """What is sent to put a mission on a robot's queue, and what counts as taken."""
+
 from __future__ import annotations
 
 import json
@@ -12,7 +13,7 @@ from app.mir.errors import Unnumbered, Unreadable
 from app.mir.texts import resolve
 from app.mir.transport import Response
 
-LONGEST_DESCRIPTION = 200    # characters of message and description (MiR's REST definition 3.5.4)
+LONGEST_DESCRIPTION = 200  # characters of message and description (MiR's REST definition 3.5.4)
 
 
 def order(mission_guid: str, description: str, text: str, priority: int, parameters: Mapping[str, Any]) -> parse.Object:

@@ -1,4 +1,5 @@
 """Queue items of robots that say them in another way than MiR's definition, which a check-up has found out."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -7,8 +8,8 @@ from app.domain.check_up import NOTHING_KNOWN, RobotProfile
 from app.mir import parse
 from app.mir.texts import clean, resolve
 
-CANCELLED = "Cancelled"                      # of ``item_states``: one that a person has ended
-USER_REQUEST = "Aborted - User Request"      # the message of an item that a person has ended, in the robot's language en_US
+CANCELLED = "Cancelled"  # of ``item_states``: one that a person has ended
+USER_REQUEST = "Aborted - User Request"  # the message of an item that a person has ended, in the robot's language en_US
 
 
 def as_defined(item: Any, known: RobotProfile) -> Any:

@@ -1,4 +1,5 @@
 """How often one robot is asked by the app: some stop answering, or boot, when they are asked too much."""
+
 from __future__ import annotations
 
 import threading
@@ -10,17 +11,19 @@ from app.domain.check_up import Rest
 
 # Shares of what the robot bears. The rest of it is for others that ask it, and for requests that are longer under way than the next.
 OF_READS = 0.5
-OF_STATUS = 0.6              # without which nothing starts
+OF_STATUS = 0.6  # without which nothing starts
 OF_ALL = 0.75
-LONGEST = 60.0               # s that are looked back, whatever was measured
-STEP = 0.05                  # s between looks whether something else is due
+LONGEST = 60.0  # s that are looked back, whatever was measured
+STEP = 0.05  # s between looks whether something else is due
 
 
 class Pace:
     """Of one robot, for all clients and threads of the app that ask it. ``clock``: monotonic, in seconds; ``pause`` lets so many pass.
     ``rest``: what it does not bear; None: it is asked as often as is wanted."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic, pause: Callable[[float], None] = time.sleep) -> None:
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, pause: Callable[[float], None] = time.sleep
+    ) -> None:
         self.rest: Rest | None = None
         self._clock, self._pause = clock, pause
         self._asked: deque[float] = deque()

@@ -6,6 +6,7 @@ has an ``input_name`` there. Both are guesses, not recorded on a robot.
 
 What a value stands for (a position, a length, a percentage) is known by the action's parameter that it sets; their names are recorded.
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,44 +20,68 @@ from app.mir.errors import Unreadable
 from app.mir.parse import LONGEST_LIST, Object, float_or_none, int_or_none, text_or_none
 from app.mir.texts import clean
 
-MOST_PARAMETERS = 50         # of a mission: each is a field on the screen
-MOST_STOPS = 50              # of a mission: positions that it drives to
+MOST_PARAMETERS = 50  # of a mission: each is a field on the screen
+MOST_STOPS = 50  # of a mission: positions that it drives to
 # Parameter of an action: its unit, and the range that holds where the robot gives none.
-_QUANTITIES: Mapping[str, tuple[str, float | None, float | None]] = MappingProxyType({
-    "x": ("m", None, None), "y": ("m", None, None), "orientation": ("°", -180, 180), "distance_threshold": ("m", 0, None),
-    "minimum_percentage": ("%", 0, 100), "max_linear_speed": ("m/s", 0, None), "retries": ("", 0, None),
-    "blocked_path_timeout": ("s", 0, None)})
+_QUANTITIES: Mapping[str, tuple[str, float | None, float | None]] = MappingProxyType(
+    {
+        "x": ("m", None, None),
+        "y": ("m", None, None),
+        "orientation": ("°", -180, 180),
+        "distance_threshold": ("m", 0, None),
+        "minimum_percentage": ("%", 0, 100),
+        "max_linear_speed": ("m/s", 0, None),
+        "retries": ("", 0, None),
+        "blocked_path_timeout": ("s", 0, None),
+    }
+)
 
-CHARGING = "charging"        # types of actions
-WAY_TO_CHARGER = frozenset({CHARGING, "docking", "move", "move_to_position", "relative_move", "adjust_localization", "wait"})
-_ELSEWHERE = frozenset({"move_to_position", "load_mission"})        # drives to coordinates, or wherever another mission does
+CHARGING = "charging"  # types of actions
+WAY_TO_CHARGER = frozenset(
+    {CHARGING, "docking", "move", "move_to_position", "relative_move", "adjust_localization", "wait"}
+)
+_ELSEWHERE = frozenset({"move_to_position", "load_mission"})  # drives to coordinates, or wherever another mission does
 
 
 def from_definition(value: Any) -> list[MissionParameter]:
     """The parameters named by a mission's definition, which some software wraps into a list of one. Raises Unreadable for too many."""
     definitions = value if isinstance(value, list) else [value]
-    return _unique(_parameter(entry) for definition in definitions[:LONGEST_LIST] if isinstance(definition, dict)
-                   for entry in _objects(definition.get("parameters")))
+    return _unique(
+        _parameter(entry)
+        for definition in definitions[:LONGEST_LIST]
+        if isinstance(definition, dict)
+        for entry in _objects(definition.get("parameters"))
+    )
 
 
 def from_actions(value: Any) -> list[MissionParameter]:
     """The parameters of a mission's actions whose value is asked for; ``type`` is what the action takes it for ("position", "time" …).
     Raises Unreadable for too many."""
-    return _unique(_setting(_parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")}),
-                            clean(entry.get("id"), 40))
-                   for action in _objects(value) for entry in _objects(action.get("parameters")))
+    return _unique(
+        _setting(
+            _parameter({"id": entry.get("input_name"), "type": entry.get("id"), "default": entry.get("value")}),
+            clean(entry.get("id"), 40),
+        )
+        for action in _objects(value)
+        for entry in _objects(action.get("parameters"))
+    )
 
 
 def actions(value: Any) -> MissionActions:
     in_order = sorted(_objects(value), key=lambda action: int_or_none(action.get("priority")) or 0)
-    return MissionActions(_is_way_to_charger(value), tuple(goal for action in in_order for goal in _goals(action))[:MOST_STOPS])
+    return MissionActions(
+        _is_way_to_charger(value), tuple(goal for action in in_order for goal in _goals(action))[:MOST_STOPS]
+    )
 
 
 def _goals(action: Object) -> list[str]:
     if action.get("action_type") in _ELSEWHERE:
         return [""]
-    return ["" if entry.get("input_name") else text_or_none(entry.get("value")) or ""
-            for entry in _objects(action.get("parameters")) if entry.get("id") in POSITIONS][:1]
+    return [
+        "" if entry.get("input_name") else text_or_none(entry.get("value")) or ""
+        for entry in _objects(action.get("parameters"))
+        if entry.get("id") in POSITIONS
+    ][:1]
 
 
 def _is_way_to_charger(value: Any) -> bool:
@@ -76,8 +101,13 @@ def with_meaning(defined: Sequence[MissionParameter], of_actions: Sequence[Missi
 
 def _setting(parameter: MissionParameter, sets: str) -> MissionParameter:
     unit, low, high = _QUANTITIES.get(sets, ("", None, None))
-    return replace(parameter, sets=sets, unit=unit, minimum=low if parameter.minimum is None else parameter.minimum,
-                   maximum=high if parameter.maximum is None else parameter.maximum)
+    return replace(
+        parameter,
+        sets=sets,
+        unit=unit,
+        minimum=low if parameter.minimum is None else parameter.minimum,
+        maximum=high if parameter.maximum is None else parameter.maximum,
+    )
 
 
 def _objects(value: Any) -> list[Object]:
@@ -90,7 +120,11 @@ def _unique(found: Iterable[MissionParameter]) -> list[MissionParameter]:
         if parameter.name:
             by_name.setdefault(parameter.name, parameter)
     if len(by_name) > MOST_PARAMETERS:
-        raise Unreadable(problem=message("{what} has more than {n} entries", what=message("the list of parameters"), n=MOST_PARAMETERS))
+        raise Unreadable(
+            problem=message(
+                "{what} has more than {n} entries", what=message("the list of parameters"), n=MOST_PARAMETERS
+            )
+        )
     return list(by_name.values())
 
 
@@ -98,13 +132,22 @@ def _parameter(value: Object) -> MissionParameter:
     constraints = value.get("constraints")
     constraints = constraints if isinstance(constraints, dict) else {}
     choices = constraints.get("choices", value.get("choices"))
-    default = next((place[key] for place, key in ((constraints, "default"), (value, "default"), (value, "value")) if key in place), None)
-    labelled = tuple((_plain(entry.get("value")), clean(entry.get("name") or str(entry.get("value")))) for entry in _objects(choices))
+    default = next(
+        (place[key] for place, key in ((constraints, "default"), (value, "default"), (value, "value")) if key in place),
+        None,
+    )
+    labelled = tuple(
+        (_plain(entry.get("value")), clean(entry.get("name") or str(entry.get("value")))) for entry in _objects(choices)
+    )
     return MissionParameter(
-        name=clean(value.get("input_name")) or clean(value.get("id")), label=clean(value.get("name") or value.get("label")),
-        type=clean(value.get("type"), 40), default=clean(default) if isinstance(default, str) else _plain(default),
-        minimum=float_or_none(constraints.get("minimum")), maximum=float_or_none(constraints.get("maximum")),
-        choices=labelled)
+        name=clean(value.get("input_name")) or clean(value.get("id")),
+        label=clean(value.get("name") or value.get("label")),
+        type=clean(value.get("type"), 40),
+        default=clean(default) if isinstance(default, str) else _plain(default),
+        minimum=float_or_none(constraints.get("minimum")),
+        maximum=float_or_none(constraints.get("maximum")),
+        choices=labelled,
+    )
 
 
 def _plain(value: Any) -> Any:

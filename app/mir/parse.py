@@ -1,4 +1,5 @@
 """From a robot's JSON to our types. Nothing gets past here unchecked: what is wrong raises Unreadable, what is missing is None."""
+
 from __future__ import annotations
 
 import base64
@@ -30,15 +31,15 @@ from app.mir.errors import NotAMir, Unreadable
 from app.mir.texts import clean, resolve
 
 LARGEST_INT = 2**63 - 1
-LARGEST_KEPT = 2**53            # of a number that is kept, either way: the database is refused with one beyond it
-LONGEST_LIST = 1000             # of things inside one object: errors, parameters
-MOST_OPTIONS = 12               # of a prompt
-LONGEST_ANSWER = 255            # characters of one (MiR's REST definition 3.5.4)
-FARTHEST = 1e9                  # m (and degrees); a place with coordinates beyond is not known
-FULL_UP_TO = 105.0              # %, said of a full battery
-LARGEST_MAP = 64_000_000        # pixels
+LARGEST_KEPT = 2**53  # of a number that is kept, either way: the database is refused with one beyond it
+LONGEST_LIST = 1000  # of things inside one object: errors, parameters
+MOST_OPTIONS = 12  # of a prompt
+LONGEST_ANSWER = 255  # characters of one (MiR's REST definition 3.5.4)
+FARTHEST = 1e9  # m (and degrees); a place with coordinates beyond is not known
+FULL_UP_TO = 105.0  # %, said of a full battery
+LARGEST_MAP = 64_000_000  # pixels
 _GZIP = b"\x1f\x8b"
-_YEARS = range(1970, 2100)        # of time stamps; a clock that was never set begins in the first
+_YEARS = range(1970, 2100)  # of time stamps; a clock that was never set begins in the first
 _NOT_SET = datetime(1970, 1, 1)  # noqa: DTZ001  # how MiR Fleet writes "not set"
 
 Object = dict[str, Any]
@@ -52,12 +53,19 @@ def loads(body: bytes) -> Any:
     if has_too_many_parts(body):
         raise Unreadable(problem=message("it has too many parts"))
     try:
-        return json.loads(body.decode("utf-8-sig"), parse_constant=_no_constant, parse_int=_int, parse_float=_float,
-                          object_pairs_hook=_object)
+        return json.loads(
+            body.decode("utf-8-sig"),
+            parse_constant=_no_constant,
+            parse_int=_int,
+            parse_float=_float,
+            object_pairs_hook=_object,
+        )
     except RecursionError:
         raise Unreadable(problem=message("it is nested too deep")) from None
     except UnicodeDecodeError:
-        raise Unreadable(problem=message("it is compressed") if body[:2] == _GZIP else message("it is no UTF-8")) from None
+        raise Unreadable(
+            problem=message("it is compressed") if body[:2] == _GZIP else message("it is no UTF-8")
+        ) from None
     except ValueError:
         raise Unreadable(problem=message("it is no JSON")) from None
 
@@ -179,7 +187,9 @@ def api_url(value: Any) -> str:
 
 
 # ---------------------------------------------------------------------- status
-def status(value: Any, *, software: str | None = None, date: datetime | None = None, elapsed_s: float = 0.0) -> RobotStatus:
+def status(
+    value: Any, *, software: str | None = None, date: datetime | None = None, elapsed_s: float = 0.0
+) -> RobotStatus:
     """Raises NotAMir when it is no status at all."""
     if not isinstance(value, dict) or not ("state_id" in value or "state_text" in value):
         raise NotAMir(code="no_status")
@@ -187,16 +197,30 @@ def status(value: Any, *, software: str | None = None, date: datetime | None = N
     velocity = value.get("velocity")
     velocity = velocity if isinstance(velocity, dict) else {}
     return RobotStatus(
-        state=_robot_state(state_id, clean(value.get("state_text"))), state_id=state_id, state_text=clean(value.get("state_text")),
-        mode_text=clean(value.get("mode_text")), mission_text=resolve(value.get("mission_text")),
-        mission_queue_id=int_or_none(value.get("mission_queue_id")), battery_percentage=battery(value.get("battery_percentage")),
-        battery_time_remaining_s=not_negative(value.get("battery_time_remaining")), robot_name=clean(value.get("robot_name"), 80),
-        robot_model=clean(value.get("robot_model"), 80), serial_number=text_or_none(value.get("serial_number")),
-        errors=tuple(_problem(entry) for entry in _some(value.get("errors"))), user_prompt=_prompt(value.get("user_prompt")),
-        position=_pose(value.get("position")), map_id=text_or_none(value.get("map_id")),
-        linear_velocity=float_or_none(velocity.get("linear")), angular_velocity=float_or_none(velocity.get("angular")),
-        distance_to_next_target=not_negative(value.get("distance_to_next_target")), moved=not_negative(value.get("moved")),
-        uptime_s=not_negative(value.get("uptime")), software=software, date=date, elapsed_s=elapsed_s)
+        state=_robot_state(state_id, clean(value.get("state_text"))),
+        state_id=state_id,
+        state_text=clean(value.get("state_text")),
+        mode_text=clean(value.get("mode_text")),
+        mission_text=resolve(value.get("mission_text")),
+        mission_queue_id=int_or_none(value.get("mission_queue_id")),
+        battery_percentage=battery(value.get("battery_percentage")),
+        battery_time_remaining_s=not_negative(value.get("battery_time_remaining")),
+        robot_name=clean(value.get("robot_name"), 80),
+        robot_model=clean(value.get("robot_model"), 80),
+        serial_number=text_or_none(value.get("serial_number")),
+        errors=tuple(_problem(entry) for entry in _some(value.get("errors"))),
+        user_prompt=_prompt(value.get("user_prompt")),
+        position=_pose(value.get("position")),
+        map_id=text_or_none(value.get("map_id")),
+        linear_velocity=float_or_none(velocity.get("linear")),
+        angular_velocity=float_or_none(velocity.get("angular")),
+        distance_to_next_target=not_negative(value.get("distance_to_next_target")),
+        moved=not_negative(value.get("moved")),
+        uptime_s=not_negative(value.get("uptime")),
+        software=software,
+        date=date,
+        elapsed_s=elapsed_s,
+    )
 
 
 def _robot_state(state_id: int | None, text: str) -> RobotState:
@@ -214,8 +238,12 @@ def _some(value: Any) -> list[Object]:
 
 
 def _problem(value: Object) -> RobotProblem:
-    return RobotProblem(int_or_none(value.get("code")), resolve(value.get("description")), clean(value.get("module"), 80),
-                        resettable=value.get("non_resettable") is not True)
+    return RobotProblem(
+        int_or_none(value.get("code")),
+        resolve(value.get("description")),
+        clean(value.get("module"), 80),
+        resettable=value.get("non_resettable") is not True,
+    )
 
 
 def _prompt(value: Any) -> UserPrompt | None:
@@ -224,8 +252,14 @@ def _prompt(value: Any) -> UserPrompt | None:
     options = value.get("options")
     options = options if isinstance(options, list) else []
     given = [option.strip() for option in options[:MOST_OPTIONS] if _can_be_given(option)]
-    return UserPrompt(guid, resolve(value.get("question")), tuple(given), not_negative(value.get("timeout")),
-                      clean(value.get("user_group"), 80), len(options) - len(given))
+    return UserPrompt(
+        guid,
+        resolve(value.get("question")),
+        tuple(given),
+        not_negative(value.get("timeout")),
+        clean(value.get("user_group"), 80),
+        len(options) - len(given),
+    )
 
 
 def _can_be_given(option: Any) -> bool:
@@ -242,8 +276,14 @@ def _pose(value: Any, x: str = "x", y: str = "y") -> Pose | None:
 
 
 # ---------------------------------------------------------------------- queue
-_QUEUE_STATES = {"pending": QueueState.PENDING, "executing": QueueState.EXECUTING, "starting": QueueState.EXECUTING,
-                 "done": QueueState.DONE, "aborted": QueueState.ABORTED, "abort": QueueState.ABORTING}
+_QUEUE_STATES = {
+    "pending": QueueState.PENDING,
+    "executing": QueueState.EXECUTING,
+    "starting": QueueState.EXECUTING,
+    "done": QueueState.DONE,
+    "aborted": QueueState.ABORTED,
+    "abort": QueueState.ABORTING,
+}
 
 
 _QUEUE_ITEM = message("the queue item")
@@ -274,13 +314,21 @@ def queue_item(value: Any) -> QueueItem:
         raise Unreadable(problem=message("the queue item has no state"))
     parameters = value.get("parameters")
     return QueueItem(
-        id=number, state=queue_state(value), state_text=state,
-        mission_id=text_or_none(value.get("mission_id")), message=resolve(value.get("message")),
-        description=clean(value.get("description")), priority=int_or_none(value.get("priority")),
+        id=number,
+        state=queue_state(value),
+        state_text=state,
+        mission_id=text_or_none(value.get("mission_id")),
+        message=resolve(value.get("message")),
+        description=clean(value.get("description")),
+        priority=int_or_none(value.get("priority")),
         parameters=tuple(parameters[:LONGEST_LIST]) if isinstance(parameters, list) else (),
-        ordered=instant(value.get("ordered")), started=instant(value.get("started")), finished=instant(value.get("finished")),
-        created_by_id=text_or_none(value.get("created_by_id")), created_by_name=clean(value.get("created_by_name"), 80),
-        control_state=int_or_none(value.get("control_state")))
+        ordered=instant(value.get("ordered")),
+        started=instant(value.get("started")),
+        finished=instant(value.get("finished")),
+        created_by_id=text_or_none(value.get("created_by_id")),
+        created_by_name=clean(value.get("created_by_name"), 80),
+        control_state=int_or_none(value.get("control_state")),
+    )
 
 
 # ---------------------------------------------------------------------- missions, map
@@ -295,18 +343,31 @@ def mission_detail(value: Any) -> MissionDetail:
     if guid is None:
         raise Unreadable(problem=message("the mission has no guid"))
     return MissionDetail(
-        guid, clean(found.get("name"), 255) or guid, clean(found.get("description")), text_or_none(found.get("group_id")),
-        hidden=found.get("hidden") is True, is_template=found.get("is_template") is True, valid=bool_or_none(found.get("valid")),
-        has_user_parameters=bool_or_none(found.get("has_user_parameters")), actions_url=api_url(found.get("actions")),
-        definition_url=api_url(found.get("definition")), created_by_name=clean(found.get("created_by_name"), 80))
+        guid,
+        clean(found.get("name"), 255) or guid,
+        clean(found.get("description")),
+        text_or_none(found.get("group_id")),
+        hidden=found.get("hidden") is True,
+        is_template=found.get("is_template") is True,
+        valid=bool_or_none(found.get("valid")),
+        has_user_parameters=bool_or_none(found.get("has_user_parameters")),
+        actions_url=api_url(found.get("actions")),
+        definition_url=api_url(found.get("definition")),
+        created_by_name=clean(found.get("created_by_name"), 80),
+    )
 
 
 def map_position(value: Object, map_id: str | None) -> MapPosition | None:
     guid = text_or_none(value.get("guid"))
     if guid is None:
         return None
-    return MapPosition(guid, clean(value.get("name"), 255), int_or_none(value.get("type_id")), text_or_none(value.get("map_id")) or map_id,
-                       _pose(value, "pos_x", "pos_y"))
+    return MapPosition(
+        guid,
+        clean(value.get("name"), 255),
+        int_or_none(value.get("type_id")),
+        text_or_none(value.get("map_id")) or map_id,
+        _pose(value, "pos_x", "pos_y"),
+    )
 
 
 def position(value: Any) -> MapPosition:
@@ -332,8 +393,15 @@ def robot_map(value: Any) -> RobotMap:
         raise Unreadable(problem=message("the map's picture is too large"))
     x, y, theta = (float_or_none(found.get(f"origin_{axis}")) or 0.0 for axis in ("x", "y", "theta"))
     resolution = float_or_none(found.get("resolution"))
-    return RobotMap(text_or_none(found.get("guid")) or "", clean(found.get("name"), 255), png, width, height,
-                    resolution if resolution is not None and 0 < resolution < 10 else 0.05, Pose(x, y, theta))
+    return RobotMap(
+        text_or_none(found.get("guid")) or "",
+        clean(found.get("name"), 255),
+        png,
+        width,
+        height,
+        resolution if resolution is not None and 0 < resolution < 10 else 0.05,
+        Pose(x, y, theta),
+    )
 
 
 def listed(value: Any, what: Message, read: Callable[[Object], T | None], most: float = math.inf) -> list[T]:

@@ -3,6 +3,7 @@
 They take the client's way, so credentials go to the known machine only. ``PATIENT`` time-outs let a slow answer be measured instead of
 being taken for none.
 """
+
 from __future__ import annotations
 
 import math
@@ -18,8 +19,8 @@ from app.mir.errors import Refusal, RobotError, Unreadable
 from app.mir.transport import Timeouts
 
 QUEUE = "/mission_queue"
-EVERY = 0.4                  # s between two questions
-SPARING = 1.5                # times the pause between requests that a robot does not bear
+EVERY = 0.4  # s between two questions
+SPARING = 1.5  # times the pause between requests that a robot does not bear
 PATIENT = Timeouts(connect=5.0, read=30.0, total=60.0)
 
 
@@ -27,6 +28,7 @@ PATIENT = Timeouts(connect=5.0, read=30.0, total=60.0)
 class Answer:
     """``found``: the parsed JSON, None where there is none. ``error``: why there is no answer of success. ``elapsed_s``: until it was
     complete."""
+
     status: int | None = None
     found: Any = None
     headers: Mapping[str, str] = field(default_factory=dict)
@@ -53,8 +55,13 @@ class Probe:
     """At most a question every ``every_s`` seconds: there are robots that boot when they are asked too much. ``clock``: monotonic, in
     seconds; ``pause`` lets so many pass."""
 
-    def __init__(self, client: RobotClient, clock: Callable[[], float] = time.monotonic, pause: Callable[[float], None] = time.sleep,
-                 every_s: float = EVERY) -> None:
+    def __init__(
+        self,
+        client: RobotClient,
+        clock: Callable[[], float] = time.monotonic,
+        pause: Callable[[float], None] = time.sleep,
+        every_s: float = EVERY,
+    ) -> None:
         self.client, self.clock, self._pause, self._every = client, clock, pause, every_s
         self._last = -math.inf
 
@@ -62,7 +69,9 @@ class Probe:
         """From now on it is asked clearly less often than so many times within so many seconds."""
         self._every = max(self._every, SPARING * seconds / requests)
 
-    def ask(self, method: str, path: str, query: Mapping[str, str] | None = None, json: Any = None, *, at_once: bool = False) -> Answer:
+    def ask(
+        self, method: str, path: str, query: Mapping[str, str] | None = None, json: Any = None, *, at_once: bool = False
+    ) -> Answer:
         """Raises nothing: an error is part of the answer. ``at_once``: without the pause before it, right after what was asked last."""
         if not at_once:
             self._wait()
@@ -109,5 +118,8 @@ class Probe:
 
 def ids_of(answer: Answer) -> list[int]:
     """Ids of queue items, in the order of the answer; what has none is left out."""
-    return [entry["id"] for entry in answer.rows
-            if isinstance(entry.get("id"), int) and not isinstance(entry["id"], bool) and entry["id"] > 0]
+    return [
+        entry["id"]
+        for entry in answer.rows
+        if isinstance(entry.get("id"), int) and not isinstance(entry["id"], bool) and entry["id"] > 0
+    ]

@@ -4,6 +4,7 @@ Every text of a robot, whatever request it answers, gets out of here by ``clean`
 password, in 64 hexadecimal digits after the user name and a colon, and all of that in base64: both are recognised by their form, whoever
 they belong to, with whatever is between their characters that is not shown. What a robot takes apart or writes in other ways passes.
 """
+
 from __future__ import annotations
 
 import json
@@ -14,10 +15,10 @@ from typing import Any
 from app.domain import names
 
 LONGEST_TEXT = 500
-MOST_FIELDS = 50            # of a template that are filled in; robots' own have a few
-SHORTEST_SECRET = 64        # characters of a password's SHA-256 sum
+MOST_FIELDS = 50  # of a template that are filled in; robots' own have a few
+SHORTEST_SECRET = 64  # characters of a password's SHA-256 sum
 HIDDEN = "***"
-LARGEST_NUMBER = 2**63       # one of hundreds of digits takes long to be written, and a robot has none
+LARGEST_NUMBER = 2**63  # one of hundreds of digits takes long to be written, and a robot has none
 
 _BASE64 = string.ascii_letters + string.digits + "+/="
 _LONG_RUN = re.compile(f"(?<![{_BASE64}])[{_BASE64}]{{{SHORTEST_SECRET},}}")
@@ -32,13 +33,13 @@ def clean(value: Any, limit: int = LONGEST_TEXT) -> str:
     hidden."""
     if not isinstance(value, str):
         return ""
-    text = value[:4 * limit]
-    text = names.visible(text if text.isprintable() else _BREAKS.sub(" ", text)).strip()         # breaks are not printable
+    text = value[: 4 * limit]
+    text = names.visible(text if text.isprintable() else _BREAKS.sub(" ", text)).strip()  # breaks are not printable
     if len(text) >= SHORTEST_SECRET:
         text = _LONG_RUN.sub(_hidden, text)
     if len(text) <= limit and len(value) > 4 * limit:
-        text = text.rstrip(_BASE64) + "…"            # what was cut off may be the rest of one
-    return text if len(text) <= limit else text[:limit - 1] + "…"
+        text = text.rstrip(_BASE64) + "…"  # what was cut off may be the rest of one
+    return text if len(text) <= limit else text[: limit - 1] + "…"
 
 
 def _hidden(run: re.Match[str]) -> str:
@@ -58,7 +59,7 @@ def resolve(value: Any, limit: int = LONGEST_TEXT) -> str:
     if template is None:
         return clean(value, limit)
     message, args = template
-    return clean(_FIELD.sub(lambda match: _filled(match, args), message[:4 * limit + 1], count=MOST_FIELDS), limit)
+    return clean(_FIELD.sub(lambda match: _filled(match, args), message[: 4 * limit + 1], count=MOST_FIELDS), limit)
 
 
 def _template(text: str) -> tuple[str, dict[str, Any]] | None:

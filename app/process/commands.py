@@ -2,6 +2,7 @@
 
 Exports read beside a running app; changes are handed to it when there is one, but for restoring a backup, which needs it closed.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -51,11 +52,11 @@ from app.services.files.history_export import write_history
 from app.services.files.reading import read_file
 from app.services.files.shared_places import draft_of, open_in_place, without_links
 
-CHANGED_WITHIN = 120.0      # s for the running app to carry out a change: several times what the largest import takes
+CHANGED_WITHIN = 120.0  # s for the running app to carry out a change: several times what the largest import takes
 CHECKED_UP_WITHIN = 3600.0  # s for the running app to check a robot up: with a long mission that is tried three times
-PUT_BACK_WITHIN = 60.0      # s for it to put a robot back when the command is interrupted
-HEARD_WITHIN = 1.0          # s for the robots of a group to answer before one of them is chosen
-WAIT_FOR_COMMAND = 0.1      # s between looks whether another command has ended
+PUT_BACK_WITHIN = 60.0  # s for it to put a robot back when the command is interrupted
+HEARD_WITHIN = 1.0  # s for the robots of a group to answer before one of them is chosen
+WAIT_FOR_COMMAND = 0.1  # s between looks whether another command has ended
 
 
 def run(options: argparse.Namespace, directory: DataDirectory) -> int:
@@ -85,7 +86,9 @@ def run(options: argparse.Namespace, directory: DataDirectory) -> int:
             with export_target(options.export_log) as file:
                 write_history(db.read(), file)
     except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, sqlite3.Error) as error:
-        raise BadInput(f"{directory.database} has a value that can't be used ({error}), so it is not exported; restore a backup") from error
+        raise BadInput(
+            f"{directory.database} has a value that can't be used ({error}), so it is not exported; restore a backup"
+        ) from error
     finally:
         db.close()
     return 0
@@ -104,7 +107,9 @@ def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
         except InvalidInput as error:
             raise BadInput(f"{path}: {error}; nothing was changed") from None
 
-    changes = _change(directory, import_here, "import", path=str(path), content=content, may_delete=may_delete)["changes"]
+    changes = _change(directory, import_here, "import", path=str(path), content=content, may_delete=may_delete)[
+        "changes"
+    ]
     say("\n".join(changes) or "nothing changed")
     return 0
 
@@ -112,12 +117,21 @@ def _import(directory: DataDirectory, path: Path, *, may_delete: bool) -> int:
 # ------------------------------------------------------------------ run now
 def _run_now(directory: DataDirectory, robot: str, mission: str, given: Sequence[str]) -> int:
     parameters = dict(_parameter(text) for text in given)
-    token = str(uuid.uuid4())            # of this command: whoever carries it out, and however often it is asked, the mission runs once
+    token = str(
+        uuid.uuid4()
+    )  # of this command: whoever carries it out, and however often it is asked, the mission runs once
     with said_while_waiting(directory, token):
         try:
             answer = _here_or_by_the_running_app(
-                directory, lambda container: _submit(container, robot, mission, parameters, token), "run_now", MORE_THAN_A_WINDOW,
-                robot=robot, mission=mission, parameters=parameters, token=token)
+                directory,
+                lambda container: _submit(container, robot, mission, parameters, token),
+                "run_now",
+                MORE_THAN_A_WINDOW,
+                robot=robot,
+                mission=mission,
+                parameters=parameters,
+                token=token,
+            )
         except NoAnswer as error:
             answer = _found_out(directory, token, error)
     _raise_for(answer)
@@ -137,7 +151,10 @@ def _found_out(directory: DataDirectory, token: str, error: NoAnswer) -> dict[st
     except (Failure, sqlite3.Error):
         return {"exit": 1, "error": f"{error}; the mission may still start: {where}"}
     if execution is None:
-        return {"exit": 1, "error": f"{error} and had not accepted the mission, so it will not start: give the command again"}
+        return {
+            "exit": 1,
+            "error": f"{error} and had not accepted the mission, so it will not start: give the command again",
+        }
     if execution.state in (State.WAITING, State.SUBMITTING):
         which = f"{execution.mission} on {execution.robot or execution.robot_group}"
         return {"exit": 1, "error": f"{error}; {which} may still start, now or when the app runs again: {where}"}
@@ -155,7 +172,9 @@ def _parameter(text: str) -> tuple[str, Any]:
     return name, number if isinstance(number, int | float) else value
 
 
-def _submit(container: Container, robot_name: str, mission_name: str, parameters: dict[str, Any], token: str) -> dict[str, Any]:
+def _submit(
+    container: Container, robot_name: str, mission_name: str, parameters: dict[str, Any], token: str
+) -> dict[str, Any]:
     """The same exactly-once path as in the running app, for this one execution only, which an app that is gone may have begun."""
     if (hold := container.holds.active()) is not None and hold.is_copy:
         raise BadInput(f"{hold.reason}: with --move-here this machine starts its missions")
@@ -198,7 +217,7 @@ def _go_on(container: Container, readers: Mapping[int, _Reader], execution: Exec
     reader_of_it = readers.get(execution.robot_id or 0)
     if reader_of_it is None:
         return 1.0
-    reader_of_it.join()                      # two threads never use one connection
+    reader_of_it.join()  # two threads never use one connection
     return reader_of_it.worker.start_only(execution.id)
 
 
@@ -242,16 +261,25 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
             raise BadInput(str(error)) from None
         except KeyboardInterrupt:
             left = find_robot(container.db.read(), options.check_up).id in container.check_ups.left_behind()
-            raise Interrupted({"left": "the robot is not as it was before: the app's next start puts it back"} if left else {}) from None
+            raise Interrupted(
+                {"left": "the robot is not as it was before: the app's next start puts it back"} if left else {}
+            ) from None
 
     # A target that can't be written is found before the robot is asked. Raising leaves an old file as it was.
     is_file = bool(options.report) and options.report != "-"
     with export_target(options.report) if is_file else contextlib.nullcontext() as file:
         try:
-            answer = _here_or_by_the_running_app(directory, check_up_here, "check_up", CHECKED_UP_WITHIN, is_taken_over=False,
-                                                 put_back_within=PUT_BACK_WITHIN,
-                                                 robot=options.check_up, is_tried=trial is not None,
-                                                 mission=trial.mission if trial else None)
+            answer = _here_or_by_the_running_app(
+                directory,
+                check_up_here,
+                "check_up",
+                CHECKED_UP_WITHIN,
+                is_taken_over=False,
+                put_back_within=PUT_BACK_WITHIN,
+                robot=options.check_up,
+                is_tried=trial is not None,
+                mission=trial.mission if trial else None,
+            )
         except NoAnswer as error:
             raise Failure(f"{error}; give the command again") from None
         except Interrupted as end:
@@ -293,7 +321,11 @@ def _remove_pin(directory: DataDirectory) -> int:
 # ------------------------------------------------------------------ a copied data directory
 def _move_here(directory: DataDirectory) -> int:
     answer = _change(directory, lambda container: {"was_copy": container.tablet.move_here()}, "move_here")
-    say("this machine starts the missions from now on" if answer["was_copy"] else "this machine starts the missions already")
+    say(
+        "this machine starts the missions from now on"
+        if answer["was_copy"]
+        else "this machine starts the missions already"
+    )
     return 0
 
 
@@ -317,8 +349,15 @@ def _restore(directory: DataDirectory, backup: Path) -> int:
 
 
 # ------------------------------------------------------------------ talking to the running app, and to files
-def _here_or_by_the_running_app(directory: DataDirectory, here: Callable[[Container], dict[str, Any]], kind: str, timeout: float, *,
-                                is_taken_over: bool = True, **request: Any) -> dict[str, Any]:
+def _here_or_by_the_running_app(
+    directory: DataDirectory,
+    here: Callable[[Container], dict[str, Any]],
+    kind: str,
+    timeout: float,
+    *,
+    is_taken_over: bool = True,
+    **request: Any,
+) -> dict[str, Any]:
     """Do it in this process when no other one holds the data directory, else ask the one that does.
 
     A command that holds it answers nobody and is waited for. When an app ends without an answer, this process tries again: what is asked
@@ -354,12 +393,16 @@ def _is_free(directory: DataDirectory) -> bool:
     return free
 
 
-def _change(directory: DataDirectory, here: Callable[[Container], dict[str, Any]], kind: str, **request: Any) -> dict[str, Any]:
+def _change(
+    directory: DataDirectory, here: Callable[[Container], dict[str, Any]], kind: str, **request: Any
+) -> dict[str, Any]:
     """For changes of the configuration. Raises Failure or BadInput."""
     try:
         answer = _here_or_by_the_running_app(directory, here, kind, CHANGED_WITHIN, **request)
     except NoAnswer as error:
-        raise Failure(f"{error}; it may have been done or not: give the command again, twice changes nothing more") from None
+        raise Failure(
+            f"{error}; it may have been done or not: give the command again, twice changes nothing more"
+        ) from None
     _raise_for(answer)
     return answer
 
@@ -383,7 +426,7 @@ def export_target(name: str) -> Iterator[TextIO]:
 
 def _opened(name: str) -> AbstractContextManager[TextIO]:
     if name == "-":
-        if sys.stdout is None:                            # closed; its number may be another file's by now
+        if sys.stdout is None:  # closed; its number may be another file's by now
             raise OSError(errno.EBADF, os.strerror(errno.EBADF))
         return open(sys.stdout.fileno(), "w", encoding="utf-8", newline="", closefd=False)
     try:

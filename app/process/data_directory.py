@@ -1,4 +1,5 @@
 """The directory where everything lives: database, backups, logs, lock, inbox; readable by its owner only."""
+
 from __future__ import annotations
 
 import contextlib
@@ -20,6 +21,7 @@ _DIRECTORIES = ("backups", "inbox", "logs", "maps")
 @dataclass(frozen=True)
 class DataDirectory:
     """``only_to_read``: it may lie where nothing can be written."""
+
     path: Path
     only_to_read: bool = False
 
@@ -65,9 +67,13 @@ def _refuse_shared(path: Path) -> None:
         return
     is_closed = not (found.st_mode & 0o022 and os.access(path, os.W_OK))
     if found.st_uid != os.geteuid() and not (found.st_uid == 0 and is_closed):
-        raise BadInput(f"{path} belongs to another user; give a directory of your own with --data-dir, or run this as that user")
+        raise BadInput(
+            f"{path} belongs to another user; give a directory of your own with --data-dir, or run this as that user"
+        )
     if found.st_mode & stat.S_ISVTX and found.st_mode & 0o022:
-        raise BadInput(f"{path} is shared by several users; give a directory of your own with --data-dir, such as one in it")
+        raise BadInput(
+            f"{path} is shared by several users; give a directory of your own with --data-dir, such as one in it"
+        )
 
 
 def _is_ours(path: Path) -> bool:

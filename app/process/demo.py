@@ -1,4 +1,5 @@
 """What ``--demo`` shows: three simulated robots, ready-made missions and schedules, and a history of some weeks."""
+
 from __future__ import annotations
 
 import random
@@ -15,16 +16,17 @@ from app.domain.activity import ActivitySpan
 from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State
 from app.failures import BadInput
 
-USER, PASSWORD = "distributor", "distributor"          # the simulator's
+USER, PASSWORD = "distributor", "distributor"  # the simulator's
 DAYS = 21
-LIVE = "Deliver kits to line 2"                         # every ten minutes, whatever day it is, so that there is always something to see,
-GROUP = "Hall 1"                                        # on whichever robot will be done first
+LIVE = "Deliver kits to line 2"  # every ten minutes, whatever day it is, so that there is always something to see,
+GROUP = "Hall 1"  # on whichever robot will be done first
 FAVOURITES = ("Deliver kits to line 2", "Collect empties", "Return to charger")
 
 
 @dataclass(frozen=True)
 class _Rule:
     """A schedule of the demo: mission, hour and minute, recurrence, and how many minutes the mission usually takes."""
+
     mission: str
     hour: int
     minute: int
@@ -33,14 +35,20 @@ class _Rule:
 
 
 PLAN: Sequence[Sequence[_Rule]] = (
-    (_Rule("Deliver kits to line 2", 6, 0, "FREQ=DAILY;BYHOUR=6,8,10,12,14,16;BYMINUTE=0", 6.5),
-     _Rule("Collect empties", 7, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 8.0),
-     _Rule("Return to charger", 21, 0, "FREQ=DAILY", 3.4)),
-    (_Rule("Collect empties", 6, 20, "FREQ=DAILY;BYHOUR=6,9,12,15;BYMINUTE=20", 8.2),
-     _Rule("Waste to compactor", 16, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 12.0),
-     _Rule("Move coils to press", 12, 20, "FREQ=DAILY", 10.5)),          # while it collects empties: there is something to suggest
-    (_Rule("Move coils to press", 6, 15, "FREQ=DAILY;BYHOUR=6,10,14;BYMINUTE=15", 10.5),
-     _Rule("Bring pallet to dock", 11, 45, "FREQ=WEEKLY;BYDAY=TU,TH", 22.0)),
+    (
+        _Rule("Deliver kits to line 2", 6, 0, "FREQ=DAILY;BYHOUR=6,8,10,12,14,16;BYMINUTE=0", 6.5),
+        _Rule("Collect empties", 7, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 8.0),
+        _Rule("Return to charger", 21, 0, "FREQ=DAILY", 3.4),
+    ),
+    (
+        _Rule("Collect empties", 6, 20, "FREQ=DAILY;BYHOUR=6,9,12,15;BYMINUTE=20", 8.2),
+        _Rule("Waste to compactor", 16, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 12.0),
+        _Rule("Move coils to press", 12, 20, "FREQ=DAILY", 10.5),
+    ),  # while it collects empties: there is something to suggest
+    (
+        _Rule("Move coils to press", 6, 15, "FREQ=DAILY;BYHOUR=6,10,14;BYMINUTE=15", 10.5),
+        _Rule("Bring pallet to dock", 11, 45, "FREQ=WEEKLY;BYDAY=TU,TH", 22.0),
+    ),
 )
 
 
@@ -53,15 +61,25 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
     known = sorted(container.repositories.robots.all(c), key=lambda robot: robot.id)
     if known:
         if any("//127.0.0.1:" not in robot.address for robot in known):
-            raise BadInput("this data directory is no demo's, its robots are real: leave --data-dir out, or give the demo one of its own")
+            raise BadInput(
+                "this data directory is no demo's, its robots are real: leave --data-dir out, or give the demo one of its own"
+            )
         addresses, names = dict(robots), {robot.name for robot in known}
         of_renamed = iter([url for name, url in robots if name not in names])
         found = [(robot, addresses.get(robot.name) or next(of_renamed, "")) for robot in known]
-        container.catalogue.edit(lambda edit: [
-            edit.save_robot(replace(robot, address=url), PASSWORD, is_one_of_many=True) for robot, url in found if url])
+        container.catalogue.edit(
+            lambda edit: [
+                edit.save_robot(replace(robot, address=url), PASSWORD, is_one_of_many=True)
+                for robot, url in found
+                if url
+            ]
+        )
         return
     saved = [container.catalogue.save_robot(Robot(name, url, USER), password=PASSWORD) for name, url in robots]
-    by_name = {name: container.catalogue.save_mission(Mission(name, guid, favourite=name in FAVOURITES)) for name, guid in missions.items()}
+    by_name = {
+        name: container.catalogue.save_mission(Mission(name, guid, favourite=name in FAVOURITES))
+        for name, guid in missions.items()
+    }
     settings, install_id = container.settings(), container.db.write(container.repositories.settings.install_id)
     now = container.clock.now()
     history: list[Execution] = []
@@ -71,7 +89,9 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
         for rule in its_rules:
             mission = by_name[rule.mission]
             schedule = container.catalogue.save_schedule(_schedule(rule, robot, mission, settings, now))
-            old = replace(schedule, changed_at=now - timedelta(days=DAYS + 1))          # else its past would be another schedule's
+            old = replace(
+                schedule, changed_at=now - timedelta(days=DAYS + 1)
+            )  # else its past would be another schedule's
             container.db.write(lambda w, old=old: container.repositories.schedules.update(w, old))  # type: ignore[misc]
             runs += _history(schedule, rule, robot, mission, settings, install_id, now, rng)
         history += _one_at_a_time(runs)
@@ -81,7 +101,9 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
     history.sort(key=lambda row: row.planned_at)
     container.db.write(lambda w: container.repositories.executions.add_many(w, history))
     for number, robot in enumerate(saved):
-        seen = _seen([row for row in history if row.robot_id == robot.id], settings, now, timedelta(minutes=75 + 5 * number))
+        seen = _seen(
+            [row for row in history if row.robot_id == robot.id], settings, now, timedelta(minutes=75 + 5 * number)
+        )
         container.db.write(lambda w, robot=robot, seen=seen: ActivityRepository().save(w, robot.id, seen))  # type: ignore[misc]
     # The demo is right in any zone, so it does not ask for one.
     container.catalogue.change_settings(history_limit=None, selected_robot_id=saved[0].id, timezone=settings.timezone)
@@ -89,14 +111,25 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
 
 def _schedule(rule: _Rule, robot: Robot, mission: Mission, settings: Settings, now: datetime) -> Schedule:
     first = (now.astimezone(ZoneInfo(settings.timezone)) - timedelta(days=DAYS)).replace(
-        hour=rule.hour, minute=rule.minute, second=0, microsecond=0, tzinfo=None)
+        hour=rule.hour, minute=rule.minute, second=0, microsecond=0, tzinfo=None
+    )
     return Schedule(f"{mission.name} on {robot.name}", robot.id, mission.id, first, settings.timezone, rule.recurrence)
 
 
 def _live_schedule(group: Group, mission: Mission, settings: Settings, now: datetime) -> Schedule:
-    first = (now.astimezone(ZoneInfo(settings.timezone)) + timedelta(seconds=90)).replace(second=0, microsecond=0, tzinfo=None)
-    return Schedule("", None, mission.id, first, settings.timezone, "FREQ=MINUTELY;INTERVAL=10", group_id=group.id,
-                    respect_working_days=False)
+    first = (now.astimezone(ZoneInfo(settings.timezone)) + timedelta(seconds=90)).replace(
+        second=0, microsecond=0, tzinfo=None
+    )
+    return Schedule(
+        "",
+        None,
+        mission.id,
+        first,
+        settings.timezone,
+        "FREQ=MINUTELY;INTERVAL=10",
+        group_id=group.id,
+        respect_working_days=False,
+    )
 
 
 def _instants(rule: _Rule, settings: Settings, now: datetime) -> Iterator[datetime]:
@@ -105,7 +138,9 @@ def _instants(rule: _Rule, settings: Settings, now: datetime) -> Iterator[dateti
     parts = dict(part.split("=") for part in rule.recurrence.split(";"))
     today = now.astimezone(zone).date()
     for day in (today - timedelta(days=back) for back in range(DAYS, -1, -1)):
-        if not settings.is_working_day(day) or day.strftime("%a")[:2].upper() not in parts.get("BYDAY", "MO,TU,WE,TH,FR,SA,SU"):
+        if not settings.is_working_day(day) or day.strftime("%a")[:2].upper() not in parts.get(
+            "BYDAY", "MO,TU,WE,TH,FR,SA,SU"
+        ):
             continue
         for hour in parts.get("BYHOUR", str(rule.hour)).split(","):
             instant = datetime(day.year, day.month, day.day, int(hour), rule.minute, tzinfo=zone).astimezone(UTC)
@@ -113,28 +148,52 @@ def _instants(rule: _Rule, settings: Settings, now: datetime) -> Iterator[dateti
                 yield instant
 
 
-def _history(schedule: Schedule, rule: _Rule, robot: Robot, mission: Mission, settings: Settings, install_id: str,
-             now: datetime, rng: random.Random) -> Iterator[Execution]:
+def _history(
+    schedule: Schedule,
+    rule: _Rule,
+    robot: Robot,
+    mission: Mission,
+    settings: Settings,
+    install_id: str,
+    now: datetime,
+    rng: random.Random,
+) -> Iterator[Execution]:
     for number, planned_at in enumerate(_instants(rule, settings, now)):
-        yield _ended(rules.scheduled(schedule, robot, mission, settings, install_id, planned_at, planned_at), rule, number, rng)
+        yield _ended(
+            rules.scheduled(schedule, robot, mission, settings, install_id, planned_at, planned_at), rule, number, rng
+        )
 
 
 def _ended(row: Execution, rule: _Rule, number: int, rng: random.Random) -> Execution:
     """One run as it may have gone: most well, some not."""
     luck = rng.random()
-    if luck < .03:
-        reason = Reason(ReasonCode.BATTERY_LOW, {"battery": rng.randint(8, 28), "minimum": 30, "until": row.closes_at.isoformat()})
+    if luck < 0.03:
+        reason = Reason(
+            ReasonCode.BATTERY_LOW, {"battery": rng.randint(8, 28), "minimum": 30, "until": row.closes_at.isoformat()}
+        )
         return rules.ended(row, reason, row.closes_at)
-    wait, took = rng.expovariate(1 / 20), max(30.0, rng.gauss(rule.minutes, rule.minutes * .12) * 60)
-    submitted = row.planned_at + timedelta(seconds=rng.uniform(.1, .6))
+    wait, took = rng.expovariate(1 / 20), max(30.0, rng.gauss(rule.minutes, rule.minutes * 0.12) * 60)
+    submitted = row.planned_at + timedelta(seconds=rng.uniform(0.1, 0.6))
     started = submitted + timedelta(seconds=wait)
-    ran = replace(row, attempts=1 if rng.random() < .95 else 2, submitted_at=submitted, started_at=started, robot_delay_s=wait,
-                  queue_id=12_000 + number, queue_floor=11_999 + number)
-    if luck < .06:
-        reason = Reason(ReasonCode.ROBOT_ABORTED, {"message": f"Failed to reach goal position 'Dock {rng.randint(1, 4)}'"})
+    ran = replace(
+        row,
+        attempts=1 if rng.random() < 0.95 else 2,
+        submitted_at=submitted,
+        started_at=started,
+        robot_delay_s=wait,
+        queue_id=12_000 + number,
+        queue_floor=11_999 + number,
+    )
+    if luck < 0.06:
+        reason = Reason(
+            ReasonCode.ROBOT_ABORTED, {"message": f"Failed to reach goal position 'Dock {rng.randint(1, 4)}'"}
+        )
         return replace(rules.ended(ran, reason, started + timedelta(seconds=took / 3)), duration_s=took / 3)
-    if luck < .075:
-        return replace(rules.ended(ran, Reason(ReasonCode.USER_CANCELLED), started + timedelta(seconds=took / 2)), duration_s=took / 2)
+    if luck < 0.075:
+        return replace(
+            rules.ended(ran, Reason(ReasonCode.USER_CANCELLED), started + timedelta(seconds=took / 2)),
+            duration_s=took / 2,
+        )
     return replace(ran, state=State.COMPLETED, duration_s=took, ended_at=started + timedelta(seconds=took))
 
 
@@ -144,8 +203,12 @@ def _one_at_a_time(runs: Sequence[Execution]) -> Iterator[Execution]:
     for row in sorted(runs, key=lambda row: row.planned_at):
         if row.started_at is not None and row.ended_at is not None:
             wait = max(timedelta(), free - row.started_at)
-            row = replace(row, started_at=row.started_at + wait, robot_delay_s=(row.robot_delay_s or 0.0) + wait.total_seconds(),
-                          ended_at=row.ended_at + wait)
+            row = replace(
+                row,
+                started_at=row.started_at + wait,
+                robot_delay_s=(row.robot_delay_s or 0.0) + wait.total_seconds(),
+                ended_at=row.ended_at + wait,
+            )
             free = row.ended_at or free
         yield row
 

@@ -1,4 +1,5 @@
 """Headless operation: schedule until SIGINT or SIGTERM."""
+
 from __future__ import annotations
 
 import contextlib
@@ -32,7 +33,10 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None) -> int:
             if damage := container.runner.damage:
                 raise BadInput(damage.text)
     except Exception:
-        for number in (signal.SIGINT, signal.SIGTERM):       # what ends it is said next, perhaps to a terminal that stands still
+        for number in (
+            signal.SIGINT,
+            signal.SIGTERM,
+        ):  # what ends it is said next, perhaps to a terminal that stands still
             signal.signal(number, signal.SIG_DFL)
         raise
     return 0

@@ -1,4 +1,5 @@
 """The process that schedules on a data directory: holds the lock, runs the loop, serves the inbox. Used with a window and headless."""
+
 from __future__ import annotations
 
 import logging
@@ -22,8 +23,12 @@ log = logging.getLogger(__name__)
 
 
 @contextmanager
-def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Mapping[str, str]] | None = None,
-         with_window: bool = False) -> Iterator[Container]:
+def host(
+    directory: DataDirectory,
+    *,
+    demo: tuple[Sequence[tuple[str, str]], Mapping[str, str]] | None = None,
+    with_window: bool = False,
+) -> Iterator[Container]:
     """Open the data and schedule until the block ends. Raises BadInput when another process does, or when the database is damaged."""
     began = time.time()
     lock = InstanceLock(directory.path)
@@ -37,7 +42,9 @@ def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Map
             if demo is not None:
                 furnish(container, *demo)
             container.engine.add_chore("Serving commands", Inbox(directory.path, handlers(container), began - 1.0).tick)
-            container.engine.add_chore("The daily backup", DailyBackup(container.db, container.clock, container.alarms).tick)
+            container.engine.add_chore(
+                "The daily backup", DailyBackup(container.db, container.clock, container.alarms).tick
+            )
             container.engine.add_chore("Asking what missions do", container.mission_actions.tick)
             container.engine.add_chore("Putting back what a check-up left", container.check_ups.tick)
             watch(container, lock)
@@ -49,4 +56,3 @@ def host(directory: DataDirectory, *, demo: tuple[Sequence[tuple[str, str]], Map
             log.info("stopped")
     finally:
         lock.release()
-

@@ -4,6 +4,7 @@ Only the process that holds the lock writes the database. A request is written b
 Bytes that belong to it lie in a file of their own, for their owner only, which is deleted as soon as it is read. What a command that was
 killed left without a request is deleted when it is a minute old: it may hold passwords.
 """
+
 from __future__ import annotations
 
 import json
@@ -20,10 +21,12 @@ from app.failures import BadInput
 
 log = logging.getLogger(__name__)
 
-Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]     # None: not yet answered, ask again at the next tick
+Handler = Callable[[Mapping[str, Any]], Mapping[str, Any] | None]  # None: not yet answered, ask again at the next tick
 
 
-LEFT_FOR = 60.0              # s that a file without a request may lie there: one that is being written, or an answer that is fetched
+LEFT_FOR = (
+    60.0  # s that a file without a request may lie there: one that is being written, or an answer that is fetched
+)
 _IN_THE_WAY = "{} is not a directory: remove it"
 _SUFFIXES = (".request", ".content", ".draft", ".answer", ".withdrawn")
 
@@ -54,7 +57,7 @@ class Inbox:
     def __init__(self, data_dir: Path, handlers: Mapping[str, Handler], since: float = 0.0) -> None:
         self._directory = _directory_in(data_dir)
         self._handlers = handlers
-        self._seen: dict[str, float] = {}        # files without a request, and when they were first seen (monotonic)
+        self._seen: dict[str, float] = {}  # files without a request, and when they were first seen (monotonic)
         for name in self._files():
             path = self._directory / name
             if path.suffix in _SUFFIXES and path.stat().st_mtime < since:
@@ -90,16 +93,24 @@ class Inbox:
         try:
             request = {**json.loads(path.read_text(encoding="utf-8")), "content": path.with_suffix(".content")}
             answer = self._handlers[request["kind"]](request)
-        except Exception as error:       # the answer reports it; the app goes on
+        except Exception as error:  # the answer reports it; the app goes on
             log.exception("The request %s could not be served", path.name)
             answer = {"exit": 1, "error": f"the running app could not do it: {type(error).__name__}"}
-        if answer is not None and path.exists():          # else nobody waits any more, who would take the answer away
+        if answer is not None and path.exists():  # else nobody waits any more, who would take the answer away
             _write(path.with_suffix(".answer"), json.dumps(answer).encode())
             path.unlink(missing_ok=True)
 
 
-def ask(data_dir: Path, kind: str, *, timeout: float, holder_is_gone: Callable[[], bool], content: bytes | None = None,
-        put_back_within: float = 0.0, **request: Any) -> dict[str, Any]:
+def ask(
+    data_dir: Path,
+    kind: str,
+    *,
+    timeout: float,
+    holder_is_gone: Callable[[], bool],
+    content: bytes | None = None,
+    put_back_within: float = 0.0,
+    **request: Any,
+) -> dict[str, Any]:
     """The command's side: hand a request over, with bytes that the handler finds in the file ``request["content"]``, and wait for the
     answer.
 
@@ -157,7 +168,9 @@ def _directory_in(data_dir: Path) -> Path:
     except FileExistsError:
         raise BadInput(_IN_THE_WAY.format(directory)) from None
     except OSError as error:
-        raise BadInput(f"{directory} can't be made: {error.strerror}; check the permissions of the data directory") from None
+        raise BadInput(
+            f"{directory} can't be made: {error.strerror}; check the permissions of the data directory"
+        ) from None
     return directory
 
 

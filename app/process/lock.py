@@ -1,4 +1,5 @@
 """One scheduler per data directory: an operating-system lock, which a killed process loses by itself."""
+
 from __future__ import annotations
 
 import os
@@ -9,7 +10,7 @@ from typing import IO
 from app.database.files import NO_LINK
 from app.failures import BadInput
 
-COMMAND = "a command in "         # a holder that answers nobody and ends soon
+COMMAND = "a command in "  # a holder that answers nobody and ends soon
 
 
 class AlreadyRunning(Exception):
@@ -33,7 +34,9 @@ class InstanceLock:
         try:
             descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o600)
         except OSError as error:
-            raise BadInput(f"{self.path} can't be opened: {error.strerror}; remove it, or choose another --data-dir") from None
+            raise BadInput(
+                f"{self.path} can't be opened: {error.strerror}; remove it, or choose another --data-dir"
+            ) from None
         file = os.fdopen(descriptor, "r+", encoding="utf-8")
         if not _lock(file):
             holder = file.read(200).strip() or "another process"
@@ -66,14 +69,14 @@ class InstanceLock:
         if self._file:
             self._file.seek(0)
             self._file.truncate()
-            self._file.close()             # closing gives the lock back
+            self._file.close()  # closing gives the lock back
             self._file = None
 
 
 if sys.platform == "win32":
     import msvcrt
 
-    _FAR = 1 << 30                         # a byte beyond the text, so that the holder's name stays readable
+    _FAR = 1 << 30  # a byte beyond the text, so that the holder's name stays readable
 
     def _lock(file: IO[str]) -> bool:
         file.seek(_FAR)

@@ -1,4 +1,5 @@
 """Where log lines go: one line per event, on stderr (headless) in brief and with tracebacks into a rotating file."""
+
 from __future__ import annotations
 
 import logging
@@ -13,11 +14,14 @@ from app.process.log_sink import RotatingFile, Sink, unbuffered
 
 FILE_NAME = "amr-scheduler.log"
 BYTES, FILES = 1_000_000, 5
-LONGEST, LONGEST_TRACE = 2000, 8000      # bytes of a message, and of one with a traceback
-OF_A_ROBOT = "worker-"       # begins the name of a thread that talks to one robot
-BURST, AN_HOUR = 64_000, 24_000          # bytes that such a thread may write at once, and on average: what a busy robot needs
-OF_ALL, OF_ALL_AN_HOUR = 800_000, 100_000            # the same for all of them together: in a day not much more than half of the files
-NEW_LINE = " ⏎ "             # where a line of a traceback or of a robot's text ended
+LONGEST, LONGEST_TRACE = 2000, 8000  # bytes of a message, and of one with a traceback
+OF_A_ROBOT = "worker-"  # begins the name of a thread that talks to one robot
+BURST, AN_HOUR = 64_000, 24_000  # bytes that such a thread may write at once, and on average: what a busy robot needs
+OF_ALL, OF_ALL_AN_HOUR = (
+    800_000,
+    100_000,
+)  # the same for all of them together: in a day not much more than half of the files
+NEW_LINE = " ⏎ "  # where a line of a traceback or of a robot's text ended
 
 log = logging.getLogger(__name__)
 
@@ -38,7 +42,10 @@ def one_line(text: str) -> str:
     if text.isprintable():
         return text
     line = NEW_LINE.join(part.rstrip() for part in text.splitlines() if part.strip())
-    return "".join(character if character.isprintable() else character.encode("unicode_escape").decode("ascii") for character in line)
+    return "".join(
+        character if character.isprintable() else character.encode("unicode_escape").decode("ascii")
+        for character in line
+    )
 
 
 class _OneLine(logging.Formatter):
@@ -63,7 +70,9 @@ class _FairShare:
     """Keeps a robot about which there is something to say at every poll from pushing everything else out of the file."""
 
     def __init__(self) -> None:
-        self._shares: dict[str, tuple[float, float, int]] = {}        # by thread: bytes left, when that was, lines left out since
+        self._shares: dict[
+            str, tuple[float, float, int]
+        ] = {}  # by thread: bytes left, when that was, lines left out since
 
     def __call__(self, record: logging.LogRecord, line: str) -> str | None:
         name = record.threadName or ""
@@ -93,12 +102,16 @@ def start(directory: Path, *, stderr: bool, only_to_read: bool = False) -> None:
         file = RotatingFile(path, BYTES, FILES)
     except OSError as error:
         if not only_to_read:
-            raise BadInput(f"{path} can't be written: {error.strerror}; check the permissions of the data directory") from None
+            raise BadInput(
+                f"{path} can't be written: {error.strerror}; check the permissions of the data directory"
+            ) from None
     else:
         sink = Sink("file", file.write, _FileLine(), _FairShare())
         root.addHandler(sink)
         _file = path, sink
-    logging.getLogger("urllib3").setLevel(logging.ERROR)         # debug lines carry headers, warnings a traceback for each broken one
+    logging.getLogger("urllib3").setLevel(
+        logging.ERROR
+    )  # debug lines carry headers, warnings a traceback for each broken one
     if stderr and sys.stderr is not None:
         root.addHandler(Sink("stderr", unbuffered(sys.stderr), _OneLine()))
     _log_what_python_prints()
@@ -108,9 +121,15 @@ def _log_what_python_prints() -> None:
     """On stderr it would hold up the thread that it comes from, where that stands still."""
     logging.captureWarnings(True)
     sys.excepthook = _crashed
-    threading.excepthook = lambda crash: _crashed(crash.exc_type, crash.exc_value or crash.exc_type(), crash.exc_traceback)
-    sys.unraisablehook = lambda found: log.error("%s %r", found.err_msg or "Exception ignored in", found.object, exc_info=(
-        found.exc_type, found.exc_value or found.exc_type(), found.exc_traceback))
+    threading.excepthook = lambda crash: _crashed(
+        crash.exc_type, crash.exc_value or crash.exc_type(), crash.exc_traceback
+    )
+    sys.unraisablehook = lambda found: log.error(
+        "%s %r",
+        found.err_msg or "Exception ignored in",
+        found.object,
+        exc_info=(found.exc_type, found.exc_value or found.exc_type(), found.exc_traceback),
+    )
 
 
 def _crashed(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
@@ -120,7 +139,9 @@ def _crashed(kind: type[BaseException], error: BaseException, trace: TracebackTy
 def note_crash(error: BaseException) -> str:
     """Write the traceback into the log file; returns the words that say where it is, or what went wrong where there is no file (any
     more: that of ``--demo`` goes with its directory)."""
-    record = log.makeRecord(log.name, logging.CRITICAL, __file__, 0, "Unexpected error", (), (type(error), error, error.__traceback__))
+    record = log.makeRecord(
+        log.name, logging.CRITICAL, __file__, 0, "Unexpected error", (), (type(error), error, error.__traceback__)
+    )
     if _file is not None:
         path, sink = _file
         sink.handle(record)

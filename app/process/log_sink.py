@@ -1,4 +1,5 @@
 """Where finished log lines are written: each place has a bounded queue and a thread of its own, so that one that hangs delays nothing."""
+
 from __future__ import annotations
 
 import contextlib
@@ -16,15 +17,16 @@ from typing import Any, TextIO
 
 from app.database.files import NO_LINK
 
-MOST_WAITING = 1000          # lines that wait to be written; what comes then is left out and counted
-WRITTEN_WITHIN = 0.5         # s that the end of the process waits for them
+MOST_WAITING = 1000  # lines that wait to be written; what comes then is left out and counted
+WRITTEN_WITHIN = 0.5  # s that the end of the process waits for them
 
-Write = Callable[[bytes], None]        # raises OSError
+Write = Callable[[bytes], None]  # raises OSError
 Edit = Callable[[logging.LogRecord, str], str | None]
 
 
 class _LeftOut:
     """Stands in the queue for lines that found no room in it."""
+
     lines = 0
 
 
@@ -35,12 +37,14 @@ class Sink(logging.Handler):
     it out: None. The thread holds no lock of ``logging``, whose end would wait for it.
     """
 
-    def __init__(self, name: str, write: Write, formatter: logging.Formatter, edit: Edit = lambda _record, line: line) -> None:
+    def __init__(
+        self, name: str, write: Write, formatter: logging.Formatter, edit: Edit = lambda _record, line: line
+    ) -> None:
         super().__init__()
         self.setFormatter(formatter)
         self._write, self._edit = write, edit
         self._waiting: queue.SimpleQueue[str | _LeftOut | Future[bool] | None] = queue.SimpleQueue()
-        self._left_out: _LeftOut | None = None       # the newest thing in the queue, if that is one
+        self._left_out: _LeftOut | None = None  # the newest thing in the queue, if that is one
         threading.Thread(target=self._run, name=f"log-{name}", daemon=True).start()
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -59,7 +63,9 @@ class Sink(logging.Handler):
     def _line(self, record: logging.LogRecord) -> str:
         try:
             return self.format(record)
-        except Exception as error:         # of a call whose arguments don't fit its text: never an error of the thread that logs
+        except (
+            Exception
+        ) as error:  # of a call whose arguments don't fit its text: never an error of the thread that logs
             return self.format(_record(record.levelno, f"{record.msg!r} could not be formatted: {error!r}"))
 
     def flush(self) -> None:
@@ -148,13 +154,13 @@ class RotatingFile:
     def _rotate(self) -> None:
         """The older ones move up only when the present one could be renamed: on Windows another process may have it open."""
         if self._file is not None:
-            self._file.close()                       # Windows renames no open file
+            self._file.close()  # Windows renames no open file
             self._file = None
         names = [self._path.with_name(f"{self._path.name}.{number}") for number in range(self._kept + 1)]
         try:
             os.replace(self._path, names[0])
         except OSError:
-            return                                   # and goes on in it
+            return  # and goes on in it
         for newer, older in reversed(list(pairwise(names))):
             with contextlib.suppress(FileNotFoundError):
                 os.replace(newer, older)

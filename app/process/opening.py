@@ -1,4 +1,5 @@
 """Opens the database; each error is one line."""
+
 from __future__ import annotations
 
 from app.container import Container

@@ -1,4 +1,5 @@
 """What one-shot commands may ask of the running app, and the answers (app.process.inbox carries them)."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -23,7 +24,7 @@ from app.services.catalogue import configuration
 from app.services.check_up import report as reports
 from app.services.dispatch.clock_guard import UNPROVEN
 
-MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0      # s: the longest start window and what an unknown outcome may take beyond
+MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0  # s: the longest start window and what an unknown outcome may take beyond
 
 
 def run_now(container: Container, target: str, mission: str, parameters: Mapping[str, Any], token: str) -> Execution:
@@ -37,9 +38,13 @@ def run_now(container: Container, target: str, mission: str, parameters: Mapping
 def import_configuration(container: Container, content: bytes, *, may_delete: bool) -> dict[str, Any]:
     """The answer to ``--import-config``: what was added or changed, one line each. Raises InvalidInput."""
     before = {robot.id: robot.token for robot in container.catalogue.robots()}
-    changes = [render(line) for line in configuration.import_configuration(container.catalogue, content, may_delete=may_delete)]
+    changes = [
+        render(line) for line in configuration.import_configuration(container.catalogue, content, may_delete=may_delete)
+    ]
     if any(before.get(robot.id) not in (None, robot.token) for robot in container.catalogue.robots()):
-        changes.append("backups made before still hold the former access tokens: the daily ones for a week, others until they are deleted")
+        changes.append(
+            "backups made before still hold the former access tokens: the daily ones for a week, others until they are deleted"
+        )
     return {"changes": changes}
 
 
@@ -61,8 +66,13 @@ def find_mission(container: Container, name: str, robot: Robot | Group) -> Missi
     named = [m for m in missions if m.name in (name, names.normal(name)) and m.robot_id in (None, own)]
     if not named:
         known = ", ".join(sorted({m.name for m in missions})) or "none yet"
-        raise InvalidInput("mission", "there is no mission {name} for {robot}; known: {known}",
-                           name=repr(name), robot=robot.name, known=known)
+        raise InvalidInput(
+            "mission",
+            "there is no mission {name} for {robot}; known: {known}",
+            name=repr(name),
+            robot=robot.name,
+            known=known,
+        )
     return max(named, key=lambda m: m.robot_id is not None)
 
 
@@ -72,17 +82,24 @@ def outcome(execution: Execution) -> dict[str, Any]:
         chosen = {"robot": execution.robot} if execution.group_id is not None else {}
         return {"queue_id": execution.queue_id, **chosen}
     reason = sentence(execution.reason, execution.timezone) if execution.reason else "it ended without a reason"
-    return {"exit": 1, "error": f"{execution.mission} on {execution.robot or execution.robot_group} was not started: {reason}"}
+    return {
+        "exit": 1,
+        "error": f"{execution.mission} on {execution.robot or execution.robot_group} was not started: {reason}",
+    }
 
 
-def check_up(container: Container, robot: str, trial: Trial | None, is_wanted: Callable[[], bool] = lambda: True) -> dict[str, Any]:
+def check_up(
+    container: Container, robot: str, trial: Trial | None, is_wanted: Callable[[], bool] = lambda: True
+) -> dict[str, Any]:
     """The answer to ``--check-up``: the report as text and as a file, and what keeps it from being complete. Raises InvalidInput."""
     report = container.check_ups.run(find_robot(container.db.read(), robot).id, trial, is_wanted=is_wanted)
     zone = container.settings().timezone
     answer = {"text": reports.text(report, zone), "document": reports.document(report, zone)}
     if report.is_complete:
         return answer
-    if left := [finding for finding in report.findings if finding.topic is Topic.LEFT and finding.level is not Level.GREEN]:
+    if left := [
+        finding for finding in report.findings if finding.topic is Topic.LEFT and finding.level is not Level.GREEN
+    ]:
         answer["left"] = render(left[0].says)
     problem = next((finding for finding in reversed(report.findings) if finding.level is not Level.GREEN), None)
     why = f": {render(problem.says)}" if problem and is_wanted() else ""
@@ -117,13 +134,16 @@ class _InBackground:
 
     def __init__(self, name: str, work: Callable[[Mapping[str, Any]], Mapping[str, Any]]) -> None:
         self._name, self._work = name, work
-        self._begun: dict[str, Future[Mapping[str, Any]]] = {}       # by request
+        self._begun: dict[str, Future[Mapping[str, Any]]] = {}  # by request
 
     def take(self, request: Mapping[str, Any]) -> Mapping[str, Any] | None:
         """None until it is done. Asked again by the same request, it goes on."""
         answer = self._begun.get(request["id"])
         if answer is None:
-            self._begun = {request["id"]: (answer := Future()), **{key: one for key, one in self._begun.items() if not one.done()}}
+            self._begun = {
+                request["id"]: (answer := Future()),
+                **{key: one for key, one in self._begun.items() if not one.done()},
+            }
             threading.Thread(target=self._run, args=(request, answer), name=self._name, daemon=True).start()
         return self._begun.pop(request["id"]).result() if answer.done() else None
 
@@ -142,7 +162,7 @@ def handlers(container: Container) -> Mapping[str, Handler]:
             return {"exit": 2, "error": str(error)}
         return {}
 
-    begun = _InBackground("run now", begin_run)              # a robot may have to be asked for the mission's parameters
+    begun = _InBackground("run now", begin_run)  # a robot may have to be asked for the mission's parameters
 
     def take_run_now(request: Mapping[str, Any]) -> Mapping[str, Any] | None:
         """Answered once the robot has accepted it or it has ended: until then the request stays in the inbox."""
@@ -178,13 +198,20 @@ def handlers(container: Container) -> Mapping[str, Handler]:
             return {"exit": 2, "error": f"{path}: {error}; nothing was changed"}
 
     def do_check_up(request: Mapping[str, Any]) -> Mapping[str, Any]:
-        asked = Path(request["content"]).with_suffix(".request")         # goes with a command that was killed
+        asked = Path(request["content"]).with_suffix(".request")  # goes with a command that was killed
         trial = Trial(request["mission"]) if request["is_tried"] else None
         try:
-            return check_up(container, request["robot"], trial, lambda: asked.exists() and not withdrawn(asked).exists())
+            return check_up(
+                container, request["robot"], trial, lambda: asked.exists() and not withdrawn(asked).exists()
+            )
         except InvalidInput as error:
             return {"exit": 2, "error": str(error)}
 
-    return {"import": _InBackground("import", do_import).take, "check_up": _InBackground("check-up", do_check_up).take,
-            "run_now": take_run_now, "remove_pin": take_remove_pin, "move_here": take_move_here,
-            "clock_is_right": take_clock_is_right}
+    return {
+        "import": _InBackground("import", do_import).take,
+        "check_up": _InBackground("check-up", do_check_up).take,
+        "run_now": take_run_now,
+        "remove_pin": take_remove_pin,
+        "move_here": take_move_here,
+        "clock_is_right": take_clock_is_right,
+    }

@@ -1,4 +1,5 @@
 """A backup is put in the place of the database while no app runs on it: at the rescue page, in Settings, by command."""
+
 from __future__ import annotations
 
 from pathlib import Path

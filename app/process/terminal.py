@@ -1,4 +1,5 @@
 """What a command prints; it asks before a robot moves, and ends cleanly when the terminal closes."""
+
 from __future__ import annotations
 
 import contextlib
@@ -16,7 +17,10 @@ from app.process.log_sink import Write, unbuffered
 
 log = logging.getLogger(__name__)
 
-ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else ())]        # the last one: its terminal was closed
+ENDING = [
+    signal.SIGTERM,
+    *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else ()),
+]  # the last one: its terminal was closed
 
 
 def use_utf8() -> None:
@@ -57,7 +61,9 @@ def _drop_rest_of(stream: TextIO | None) -> None:
 def say_in_passing(line: str) -> None:
     """On stdout, without waiting: it may be closed, or stand still."""
     if sys.stdout is not None:
-        threading.Thread(target=_write, args=(unbuffered(sys.stdout), f"{line}\n".encode()), name="stdout", daemon=True).start()
+        threading.Thread(
+            target=_write, args=(unbuffered(sys.stdout), f"{line}\n".encode()), name="stdout", daemon=True
+        ).start()
 
 
 def _write(write: Write, data: bytes) -> None:

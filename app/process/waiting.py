@@ -1,4 +1,5 @@
 """What ``--run-now`` says while it waits, whichever process carries it out: both write what holds the start up into the database."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -13,7 +14,7 @@ from app.process.data_directory import DataDirectory
 from app.process.opening import open_for_reading
 from app.process.terminal import complain
 
-SAID_EVERY = 10.0            # s
+SAID_EVERY = 10.0  # s
 
 
 @contextmanager

@@ -1,4 +1,5 @@
 """The page that is shown instead of the app while its database is damaged: what happened, and Restore."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -22,6 +23,7 @@ T = TypeVar("T")
 class Damage(Generic[T]):
     """``restore`` puts the newest good backup in place and returns the services opened on it, off the UI thread. It raises Failure with one
     sentence. ``language`` is the one that was last set."""
+
     found: DatabaseDamaged
     restore: Callable[[], T]
     language: str = SOURCE_LANGUAGE
@@ -33,11 +35,14 @@ class Damage(Generic[T]):
         if found.backup is None:
             return found.message
         kept = message(", kept as {path}", path=found.kept_as) if found.kept_as else ""
-        return message("The database {path} is damaged ({problem}){kept}", path=found.path, problem=found.problem, kept=kept)
+        return message(
+            "The database {path} is damaged ({problem}){kept}", path=found.path, problem=found.problem, kept=kept
+        )
 
 
 class RescuePage(BoxLayout, Generic[T]):
     """Nothing is scheduled while it is shown. ``done(services)`` when the restored ones run."""
+
     sentence = StringProperty()
     backup = StringProperty()
     problem = StringProperty()
@@ -68,5 +73,8 @@ class RescuePage(BoxLayout, Generic[T]):
     def hint(self) -> str:
         if not self.backup:
             return ""
-        return (_("Restore puts {backup} in its place; what happened after it is lost.").format(backup=self.backup) + " "
-                + _("The PIN of Settings and the robots' passwords will be those of that time."))
+        return (
+            _("Restore puts {backup} in its place; what happened after it is lost.").format(backup=self.backup)
+            + " "
+            + _("The PIN of Settings and the robots' passwords will be those of that time.")
+        )

@@ -5,12 +5,32 @@ translator: ``tr._("Save")``). A screen's kv is loaded by its module: ``load_kv(
 
 What there is and how to use it: docs/widgets.md.
 """
+
 import importlib
 from pathlib import Path
 
 KV_DIR = Path(__file__).resolve().parents[2] / "kv"
-MODULES = ("buttons", "chart", "charts", "dialogs", "display", "fields", "frame", "lists", "long_list", "pages", "pickers", "robot_map",
-           "rows", "slots", "snackbar", "surfaces", "swatch", "text", "timeline")       # that register classes in kivy's Factory
+MODULES = (
+    "buttons",
+    "chart",
+    "charts",
+    "dialogs",
+    "display",
+    "fields",
+    "frame",
+    "lists",
+    "long_list",
+    "pages",
+    "pickers",
+    "robot_map",
+    "rows",
+    "slots",
+    "snackbar",
+    "surfaces",
+    "swatch",
+    "text",
+    "timeline",
+)  # that register classes in kivy's Factory
 WIDGETS_KV = ("tokens", "components", "fields", "lists", "rows", "dialogs", "pickers", "snackbar", "frame", "slots")
 
 
@@ -34,7 +54,9 @@ def load() -> None:
     kivymd_cures.apply()
     fonts.apply()
     rest.watch()
-    Clock.max_iteration = 60                 # wrapped texts in columns that fit settle in up to 25 rounds; kivy stops, and logs it, at 20
+    Clock.max_iteration = (
+        60  # wrapped texts in columns that fit settle in up to 25 rounds; kivy stops, and logs it, at 20
+    )
     for name in MODULES:
         importlib.import_module(f"app.widgets.{name}")
     load_kv(*(f"widgets/{name}" for name in WIDGETS_KV))

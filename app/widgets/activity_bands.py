@@ -1,4 +1,5 @@
 """What robots did over time: a band per robot. Kinds of activity differ in height and pattern too, never in colour alone."""
+
 from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -7,7 +8,7 @@ from app.widgets.chart import Chart
 from app.widgets.display import LegendItems
 from app.widgets.tokens import tk
 
-MIN_ICON_WIDTH = 22          # dp that an icon in a span needs
+MIN_ICON_WIDTH = 22  # dp that an icon in a span needs
 
 
 class ActivityDrawing(Chart):
@@ -21,8 +22,8 @@ class ActivityDrawing(Chart):
             self.box(x, y, w, h, tk.accent_soft)
             self.box(x, y, w, h, tk.accent, ring=1)
         elif kind == "idle":
-            self.box(x, y, w, h * .4, tk.track)
-            self.box(x, y + h * .4 - 1, w, 1, tk.outline)
+            self.box(x, y, w, h * 0.4, tk.track)
+            self.box(x, y + h * 0.4 - 1, w, 1, tk.outline)
         elif kind == "paused":
             self.box(x, y, w, h, tk.attention_bg)
             self.hatch(x, y, w, h, tk.overlap, 6, 2)
@@ -48,6 +49,7 @@ class ActivityBands(ActivityDrawing):
 
     A tap fires ``on_moment(key, place)``.
     """
+
     lanes = ListProperty()
     ticks = ListProperty()
     mark = ObjectProperty(None, allownone=True)
@@ -56,11 +58,11 @@ class ActivityBands(ActivityDrawing):
     watch = ("lanes", "ticks", "mark")
 
     __events__ = ("on_moment",)
-    AXIS = 28                                # dp
+    AXIS = 28  # dp
 
     def __init__(self, **kwargs):
-        self._places: list[tuple[float, float, object]] = []     # bottom, top, key
-        self._left, self._room = 0., 1.
+        self._places: list[tuple[float, float, object]] = []  # bottom, top, key
+        self._left, self._room = 0.0, 1.0
         super().__init__(**kwargs)
 
     def on_moment(self, key, place):
@@ -79,7 +81,7 @@ class ActivityBands(ActivityDrawing):
         if touch.grab_current is None and began and max(abs(touch.x - began[0]), abs(touch.y - began[1])) < dp(12):
             for bottom, top, key in self._places:
                 if bottom <= touch.y <= top and touch.x >= self._left - dp(8):
-                    self.dispatch("on_moment", key, min(1., max(0., (touch.x - self._left) / self._room)))
+                    self.dispatch("on_moment", key, min(1.0, max(0.0, (touch.x - self._left) / self._room)))
                     return True
         return super().on_touch_up(touch)
 
@@ -88,7 +90,7 @@ class ActivityBands(ActivityDrawing):
         if not self.lanes:
             return
         names = max(max(self.width_of(lane.name, 16, "RobotoMedium"), self.width_of(lane.note)) for lane in self.lanes)
-        self._left = self.x + min(names + dp(16), self.width * .35)
+        self._left = self.x + min(names + dp(16), self.width * 0.35)
         self._room = self.right - self._left
         axis = dp(self.AXIS)
         height = (self.height - axis) / len(self.lanes)
@@ -124,6 +126,7 @@ class ActivityBands(ActivityDrawing):
 
 class ActivityKey(ActivityDrawing):
     """The legend's little box of one kind."""
+
     kind = StringProperty("idle")
     watch = ("kind",)
 
@@ -133,10 +136,12 @@ class ActivityKey(ActivityDrawing):
 
 class ActivityLegend(BoxLayout):
     """A key and its word."""
+
     kind = StringProperty("idle")
     text = StringProperty()
 
 
 class LegendFlow(LegendItems):
     """The same of bands."""
+
     entry = ActivityLegend

@@ -1,7 +1,16 @@
 """Buttons: command button, icon button, chips, segments, switch."""
+
 from kivy.clock import Clock
 from kivy.metrics import dp
-from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    BooleanProperty,
+    ColorProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.relativelayout import RelativeLayout
 from kivymd.icon_definitions import md_icons
@@ -14,10 +23,13 @@ from app.widgets.surfaces import CLEAR, OnlySeen, Passive, Tap, Toned
 from app.widgets.text import BodyStrong, Ico
 from app.widgets.tokens import late_color, tk
 
-PLAIN = ("text", "standard")             # KivyMD's names of the style without fill and border, of a button and of an icon button
+PLAIN = ("text", "standard")  # KivyMD's names of the style without fill and border, of a button and of an icon button
+
+
 class Styled(Toned):
     """Mixin that sets the colours back, front and edge from ``style``, ``tone`` (fault: what destroys) and ``disabled``. ``over_solid``: on
     a solid block of its tone."""
+
     over_solid = BooleanProperty(False)
     back = late_color(CLEAR)
     front = late_color((0, 0, 0, 1))
@@ -30,10 +42,12 @@ class Styled(Toned):
 
     def retone(self, *_):
         super().retone()
-        self.back, self.front, self.edge = self._off() if self.disabled else self._over_solid() if self.over_solid else self._on()
+        self.back, self.front, self.edge = (
+            self._off() if self.disabled else self._over_solid() if self.over_solid else self._on()
+        )
 
     def _off(self):
-        faint = (*tk.disabled[:3], .45) if tk.strong else tk.line      # a strong line would look as if it could be pressed
+        faint = (*tk.disabled[:3], 0.45) if tk.strong else tk.line  # a strong line would look as if it could be pressed
         solid = self.over_solid or self.style in ("filled", "tonal")
         return tk.neutral_bg if solid else CLEAR, tk.disabled, CLEAR if self.style in PLAIN and not solid else faint
 
@@ -57,11 +71,13 @@ class Styled(Toned):
 
 class ButtonIcon(Ico, MDButtonIcon):
     """The icon of a command button, which places it."""
+
     pos_hint = ObjectProperty({})
 
 
 class ButtonText(BodyStrong, MDButtonText):
     """The text of a command button, which places it."""
+
     pos_hint = ObjectProperty({})
 
 
@@ -72,6 +88,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
     wide as its text, at least ``least_width``, and without width while it is not ``visible``. ``natural_width`` and ``natural_height`` are
     what icon and text need.
     """
+
     style = OptionProperty("outlined", options=("filled", "tonal", "outlined", "text"))
     icon = StringProperty()
     text = StringProperty()
@@ -84,7 +101,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
     natural_height = NumericProperty(0)
 
     def __init__(self, **kwargs):
-        self._patience = Clock.create_trigger(self._show_work, .3)
+        self._patience = Clock.create_trigger(self._show_work, 0.3)
         self._arrange = Clock.create_trigger(self._place, -1)
         self._ring = None
         super().__init__(**kwargs)
@@ -94,13 +111,13 @@ class CommandButton(OnlySeen, Styled, MDButton):
         if self.icon and self._button_icon is None and self._button_text is not None:
             mark = ButtonIcon(icon=self.icon)
             self.add_widget(mark)
-            mark.color = self.front          # KivyMD has given it one of its own
+            mark.color = self.front  # KivyMD has given it one of its own
             mark.opacity = 0 if self._ring is not None else 1
             self.fbind("icon", mark.setter("icon"))
             self.fbind("front", mark.setter("color"))
 
     def on_kv_post(self, _base):
-        self.on_icon()                       # given when there was nothing to add it to
+        self.on_icon()  # given when there was nothing to add it to
         self._button_text.fbind("size", self._arrange)
         for name in ("pos", "size", "stacked", "icon", "text", "fit", "least_width", "visible"):
             self.fbind(name, self._arrange)
@@ -119,15 +136,26 @@ class CommandButton(OnlySeen, Styled, MDButton):
         gap = 0 if not self.icon or not self.text else dp(4) if self.stacked else dp(8)
         beside = 0 if self.stacked else side + gap
         edge = dp(4) if self.stacked else dp(8)
-        word.max_width = max(dp(24), self.width - 2 * edge - (dp(32) if side and not self.stacked else 0)) if not self.fit else 0
-        wide, high = (max(side, word.width), side + gap + word.height) if self.stacked else (beside + word.width, max(side, word.height))
+        word.max_width = (
+            max(dp(24), self.width - 2 * edge - (dp(32) if side and not self.stacked else 0)) if not self.fit else 0
+        )
+        wide, high = (
+            (max(side, word.width), side + gap + word.height)
+            if self.stacked
+            else (beside + word.width, max(side, word.height))
+        )
         self.natural_width, self.natural_height = wide + dp(32), high + dp(16)
         if self.fit:
             self.size_hint_x = None
             self.width = max(self.least_width, self.natural_width) if self.visible else 0
-        x, y = self.x - round(self.x) + self.width / 2, self.y - round(self.y) + self.height / 2      # drawing begins at a whole pixel
+        x, y = (
+            self.x - round(self.x) + self.width / 2,
+            self.y - round(self.y) + self.height / 2,
+        )  # drawing begins at a whole pixel
         if icon is not None:
-            icon.pos = (x - side / 2, y - high / 2 + word.height + gap) if self.stacked else (x - wide / 2, y - side / 2)
+            icon.pos = (
+                (x - side / 2, y - high / 2 + word.height + gap) if self.stacked else (x - wide / 2, y - side / 2)
+            )
         word.pos = (x - word.width / 2, y - high / 2) if self.stacked else (x - wide / 2 + beside, y - word.height / 2)
         if self._ring is not None:
             self._ring.center = icon.center if self.icon else word.center
@@ -165,6 +193,7 @@ class CommandButton(OnlySeen, Styled, MDButton):
 
 class IconButton(OnlySeen, Styled, MDIconButton):
     """A button with an icon only, where that needs no text (close, back, search, menu)."""
+
     icon = StringProperty()
     font_name = StringProperty("Icons")
     font_size = NumericProperty("24dp")
@@ -176,11 +205,12 @@ class IconButton(OnlySeen, Styled, MDIconButton):
 class ChoiceChip(OnlySeen, MDChip):
     """A text that can be chosen, with an ``icon`` before it; ``active`` says that it is. Beyond ``limit`` px (0: never) it wraps, and ends
     with "…" after ``most_lines`` (0: any number)."""
+
     text = StringProperty()
     icon = StringProperty()
     limit = NumericProperty(0)
     most_lines = NumericProperty(0)
-    after = NumericProperty(0)           # px, of what follows the text
+    after = NumericProperty(0)  # px, of what follows the text
 
     def add_widget(self, *args, **kwargs):
         """KivyMD adds parts a frame later, and its icons keep the touch from the chip."""
@@ -195,17 +225,19 @@ class ChoiceChip(OnlySeen, MDChip):
 
 class MenuChip(ChoiceChip):
     """A chip that opens something: ``trailing`` icon after its text."""
+
     trailing = StringProperty("chevron-down")
     after = NumericProperty("24dp")
 
 
 class Segment(Tap):
     """One choice of a few that are all visible (``Segments`` builds a row of them); also a day chip."""
+
     key = ObjectProperty(None, allownone=True)
     text = StringProperty()
     selected = BooleanProperty(False)
-    tight = BooleanProperty(False)       # smaller text, closer to the edge
-    word_width = NumericProperty(0)      # its width in full size
+    tight = BooleanProperty(False)  # smaller text, closer to the edge
+    word_width = NumericProperty(0)  # its width in full size
 
 
 class Toggle(Tap):
@@ -214,6 +246,7 @@ class Toggle(Tap):
     A tap changes ``active``, unless it is ``controlled``: then it shows ``active`` until that is set, where a service has to accept the
     change first.
     """
+
     active = BooleanProperty(False)
     controlled = BooleanProperty(False)
 
@@ -231,7 +264,8 @@ class Toggle(Tap):
 
 class SwitchFace(Passive, MDSwitch):
     """What a ``Toggle`` shows: it is smaller than a fingertip, so the toggle around it takes the touches."""
-    md_bg_color_disabled = ColorProperty(CLEAR)          # KivyMD's veil; the toggle fades as a whole
+
+    md_bg_color_disabled = ColorProperty(CLEAR)  # KivyMD's veil; the toggle fades as a whole
 
     def on_active(self, *_):
         """KivyMD moves the thumb for 0.2 s, and changes its icon afterwards; here the kv rule does both at once."""
@@ -244,6 +278,7 @@ class Segments(BoxLayout):
 
     Labels that don't fit beside each other get smaller.
     """
+
     options = ListProperty()
     selected = ObjectProperty(None, allownone=True)
 
@@ -271,7 +306,9 @@ class Segments(BoxLayout):
         self._fit()
 
     def _fit_words(self, _dt):
-        wanted = sum(max(tk.h_touch, segment.word_width) for segment in self.children) + self.spacing * (len(self.children) - 1)
+        wanted = sum(max(tk.h_touch, segment.word_width) for segment in self.children) + self.spacing * (
+            len(self.children) - 1
+        )
         for segment in self.children:
             segment.tight = wanted > self.width
 

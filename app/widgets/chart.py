@@ -2,6 +2,7 @@
 
 Values in, drawing out; redrawn only when data, size or theme change, once per frame.
 """
+
 from functools import lru_cache
 from math import ceil
 
@@ -27,7 +28,7 @@ def glyphs(text: str, size: float, font: str):
     return label.texture
 
 
-def box(x, y, w, h, colour, radius=0, alpha=1., ring=0):
+def box(x, y, w, h, colour, radius=0, alpha=1.0, ring=0):
     Color(*colour[:3], colour[3] * alpha)
     rounded(x, y, w, h, radius, ring)
 
@@ -35,11 +36,15 @@ def box(x, y, w, h, colour, radius=0, alpha=1., ring=0):
 def hatch(x, y, w, h, colour, period=8, width=1.4):
     x, y, w, h = round(x), round(y), round(w), round(h)
     Color(*colour)
-    Rectangle(pos=(x, y), size=(w, h), texture=hatch_texture(period, width),
-              tex_coords=(0, 0, w / period, 0, w / period, h / period, 0, h / period))
+    Rectangle(
+        pos=(x, y),
+        size=(w, h),
+        texture=hatch_texture(period, width),
+        tex_coords=(0, 0, w / period, 0, w / period, h / period, 0, h / period),
+    )
 
 
-def text(words, x, y, colour, size=14, ax=0., ay=.5, font="Roboto"):
+def text(words, x, y, colour, size=14, ax=0.0, ay=0.5, font="Roboto"):
     """Draw ``words`` with their anchor (``ax``, ``ay`` in 0..1) at x, y; returns their width."""
     if not words:
         return 0
@@ -56,6 +61,7 @@ def width_of(words, size=14, font="Roboto"):
 class KeySeat(ButtonBehavior, Widget):
     """Where keys find something on a chart, which gets the ``event`` when they press it. Fingers don't: the chart looks
     what is near them."""
+
     event: tuple[str, object] = ("", None)
     is_tab_stop = False
 
@@ -70,6 +76,7 @@ class KeySeat(ButtonBehavior, Widget):
 
 class Chart(Widget):
     """One redraw trigger for the properties in ``watch``; drawing helpers in window px, text sizes in sp."""
+
     watch: tuple[str, ...] = ()
     box, hatch, text, width_of = staticmethod(box), staticmethod(hatch), staticmethod(text), staticmethod(width_of)
 
@@ -98,11 +105,12 @@ class Chart(Widget):
         return []
 
     def icon(self, name, x, y, colour, size=18):
-        return self.text(md_icons[name], x, y, colour, size, .5, .5, "Icons")
+        return self.text(md_icons[name], x, y, colour, size, 0.5, 0.5, "Icons")
 
 
 class Meter(Chart, MDLinearProgressIndicator):
     """Horizontal bar, ``value`` 0..1; ``mark`` >= 0 draws a tick (the usual value, the minimum)."""
+
     mark = NumericProperty(-1)
     tone = StringProperty("accent")
     watch = ("value", "mark", "tone")
@@ -114,15 +122,25 @@ class Meter(Chart, MDLinearProgressIndicator):
         r = self.height / 2
         self.box(self.x, self.y, self.width, self.height, tk.track, r)
         if self.value > 0:
-            self.box(self.x, self.y, max(self.height, self.width * self.value_normalized), self.height, getattr(tk, self.tone), r)
+            self.box(
+                self.x,
+                self.y,
+                max(self.height, self.width * self.value_normalized),
+                self.height,
+                getattr(tk, self.tone),
+                r,
+            )
         if self.mark >= 0:
-            self.box(self.x + self.width * min(1., self.mark) - dp(1), self.y - dp(3), dp(2), self.height + dp(6), tk.ink2)
+            self.box(
+                self.x + self.width * min(1.0, self.mark) - dp(1), self.y - dp(3), dp(2), self.height + dp(6), tk.ink2
+            )
 
 
 class Sparkline(Chart):
     """The history of one figure: ``values`` oldest first, None where there was nothing to count; the last is today's, which has not ended:
     its line is dashed, its dot hollow, at an edge where it is beyond the days that have ended. It spans ``least_span`` at least; 0: it
     begins at zero, and only then what is below is filled."""
+
     values = ListProperty()
     least_span = NumericProperty(0)
     watch = ("values", "least_span")
@@ -136,8 +154,8 @@ class Sparkline(Chart):
             return 0, max(known) or 1
         ended = [value for value in self.values[:-1] if value is not None]
         low, high = min(ended), max(ended)
-        more = max(0., self.least_span - (high - low)) / 2
-        low = max(0., min(low - more, 1 - self.least_span))              # of shares: within 0 and 1
+        more = max(0.0, self.least_span - (high - low)) / 2
+        low = max(0.0, min(low - more, 1 - self.least_span))  # of shares: within 0 and 1
         return low, max(high, low + self.least_span)
 
     def runs(self):
@@ -150,7 +168,7 @@ class Sparkline(Chart):
             if value is None:
                 found.append([])
             else:
-                share = min(1., max(0., (value - low) / (high - low)))
+                share = min(1.0, max(0.0, (value - low) / (high - low)))
                 found[-1].append((self.x + pad + width * n / last, base + height * share))
         return found
 
@@ -162,9 +180,12 @@ class Sparkline(Chart):
         for points in (*earlier, latest[:-1]):
             if len(points) > 1:
                 if not self.least_span:
-                    Color(*tk.accent[:3], .10)
-                    Mesh(vertices=[c for x, y in points for c in (x, self.y + dp(5), 0, 0, x, y, 0, 0)],
-                         indices=list(range(2 * len(points))), mode="triangle_strip")
+                    Color(*tk.accent[:3], 0.10)
+                    Mesh(
+                        vertices=[c for x, y in points for c in (x, self.y + dp(5), 0, 0, x, y, 0, 0)],
+                        indices=list(range(2 * len(points))),
+                        mode="triangle_strip",
+                    )
                 Color(*tk.accent)
                 SmoothLine(points=[c for point in points for c in point], width=dp(1.25))
             elif points:
@@ -182,11 +203,15 @@ class Sparkline(Chart):
         """Three, with gaps between them."""
         Color(*tk.accent)
         for n in (0, 2, 4):
-            SmoothLine(points=[a + (b - a) * part / 5 for part in (n, n + 1) for a, b in zip(start, end, strict=True)], width=dp(1.25))
+            SmoothLine(
+                points=[a + (b - a) * part / 5 for part in (n, n + 1) for a, b in zip(start, end, strict=True)],
+                width=dp(1.25),
+            )
 
 
 class WorkingRing(MDCircularProgressIndicator):
     """Turns while it is in the window. KivyMD's begins before that and never ends, so nothing of its screen would be freed."""
+
     active = BooleanProperty(False)
 
     def on_parent(self, *_):
@@ -202,27 +227,36 @@ class WorkingRing(MDCircularProgressIndicator):
 
 class AmrGlyph(Chart):
     """A mobile robot from the side: deck, body with the scanner slot, two wheels. The icon font has none."""
+
     colour = ColorProperty((0, 0, 0, 1))
     back = ColorProperty((1, 1, 1, 1))
     watch = ("colour", "back")
 
     # x, y, width, height, radius in 24ths of the side; True: cut out
-    PARTS = ((5, 17.6, 14, 1.8, .9, False), (1.5, 7.4, 21, 9.2, 3, False), (4.2, 12.2, 15.6, 1.5, .7, True),
-             (4.6, 3.6, 6.4, 6.4, 3.2, True), (13, 3.6, 6.4, 6.4, 3.2, True),
-             (5.5, 4.5, 4.6, 4.6, 2.3, False), (13.9, 4.5, 4.6, 4.6, 2.3, False))
+    PARTS = (
+        (5, 17.6, 14, 1.8, 0.9, False),
+        (1.5, 7.4, 21, 9.2, 3, False),
+        (4.2, 12.2, 15.6, 1.5, 0.7, True),
+        (4.6, 3.6, 6.4, 6.4, 3.2, True),
+        (13, 3.6, 6.4, 6.4, 3.2, True),
+        (5.5, 4.5, 4.6, 4.6, 2.3, False),
+        (13.9, 4.5, 4.6, 4.6, 2.3, False),
+    )
 
     def draw(self):
         unit = min(self.width, self.height) / 24
         left, bottom = self.center_x - 12 * unit, self.center_y - 12 * unit
         for x, y, w, h, r, cut in self.PARTS:
-            self.box(left + x * unit, bottom + y * unit, w * unit, h * unit, self.back if cut else self.colour, r * unit)
+            self.box(
+                left + x * unit, bottom + y * unit, w * unit, h * unit, self.back if cut else self.colour, r * unit
+            )
 
 
 def nice_step(top: float, steps: int = 4) -> int:
     """Distance of grid lines (1, 2, 5, 10, 20, 25, 50 …) so that at most ``steps`` of them reach ``top``."""
     for power in range(10):
         for base in (1, 2, 2.5, 5):
-            step = base * 10 ** power
+            step = base * 10**power
             if step == int(step) and top / step < steps:
                 return int(step)
     return ceil(top)

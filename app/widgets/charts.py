@@ -1,16 +1,23 @@
 """Charts of runs: outcomes per day, utilisation of robots side by side."""
+
 from kivy.metrics import dp, sp
 from kivy.properties import ListProperty, NumericProperty
 
 from app.widgets.chart import Chart, nice_step
 from app.widgets.tokens import tk
 
-OUTCOMES = {"completed": "accent_mid", "not_run": "attention_solid", "failed": "fault_solid", "cancelled": "neutral_solid"}
+OUTCOMES = {
+    "completed": "accent_mid",
+    "not_run": "attention_solid",
+    "failed": "fault_solid",
+    "cancelled": "neutral_solid",
+}
 
 
 class StackedBars(Chart):
     """One column per day: ``days`` have a ``label``, a ``date`` and a number for each of ``OUTCOMES``; the last day is today. The first and
     the last one are written with their date, the others, as many as fit, with their label."""
+
     days = ListProperty()
     watch = ("days",)
 
@@ -43,12 +50,12 @@ class StackedBars(Chart):
         widest = max((self.width_of(day.label) for day in others), default=0) + gap
         every = max(1, -int(-widest // slot))
         for n, day in enumerate(others, 1):
-            left, middle = x0 + slot * (n + .5) - self.width_of(day.label) / 2, x0 + slot * (n + .5)
+            left, middle = x0 + slot * (n + 0.5) - self.width_of(day.label) / 2, x0 + slot * (n + 0.5)
             if (len(self.days) - 1 - n) % every == 0 and left >= room_left and 2 * middle - left <= room_right:
-                self.text(day.label, middle, y, tk.ink3, ax=.5)
+                self.text(day.label, middle, y, tk.ink3, ax=0.5)
 
     def _column(self, x, y, slot, unit, values):
-        width = min(dp(28), slot * .62)
+        width = min(dp(28), slot * 0.62)
         x += (slot - width) / 2
         parts = [(value, token) for value, token in zip(values, OUTCOMES.values(), strict=True) if value]
         for k, (value, token) in enumerate(parts):
@@ -56,16 +63,17 @@ class StackedBars(Chart):
             gap = 1 if k else 0
             corners = (dp(4), dp(4), 0, 0) if k == len(parts) - 1 else 0
             self.box(x, y + gap, width, height - gap, getattr(tk, token), corners)
-            if tk.strong:                # amber on white has no edge of its own
+            if tk.strong:  # amber on white has no edge of its own
                 self.box(x, y + gap, width, height - gap, tk.ink, corners, ring=dp(1))
             y += height
 
 
 class RobotBars(Chart):
     """``rows`` have ``robot``, ``share`` and ``time`` as text, and ``busy`` and ``charging`` as fractions 0..1 of the observed time."""
+
     rows = ListProperty()
     row_height = NumericProperty("40sp")
-    wanted_height = NumericProperty(0)       # of all rows; for lists that scroll
+    wanted_height = NumericProperty(0)  # of all rows; for lists that scroll
     watch = ("rows",)
 
     def on_rows(self, *_):
@@ -75,11 +83,13 @@ class RobotBars(Chart):
         if not self.rows:
             return
         slot = self.height / len(self.rows)
-        names = min(max(self.width_of(row.robot, 16) for row in self.rows) + dp(16), self.width * .4)
-        words = max(max(self.width_of(row.share, 20, "RobotoMedium"), self.width_of(row.time)) for row in self.rows) + dp(16)
+        names = min(max(self.width_of(row.robot, 16) for row in self.rows) + dp(16), self.width * 0.4)
+        words = max(
+            max(self.width_of(row.share, 20, "RobotoMedium"), self.width_of(row.time)) for row in self.rows
+        ) + dp(16)
         x, w, h = self.x + names, max(dp(8), self.width - names - words), dp(16)
         for n, row in enumerate(self.rows):
-            y = self.top - slot * (n + .5)
+            y = self.top - slot * (n + 0.5)
             self.text(row.robot, self.x, y, tk.ink, 16)
             self._track(x, y - h / 2, w, h, row.busy, row.charging)
             self.text(row.share, self.right, y + sp(7), tk.ink, 20, 1, font="RobotoMedium")
@@ -87,7 +97,7 @@ class RobotBars(Chart):
 
     def _track(self, x, y, w, h, busy, charging):
         self.box(x, y, w, h, tk.track, dp(4))
-        on_mission = w * min(1., busy)
+        on_mission = w * min(1.0, busy)
         on_charger = min(w * charging, w - on_mission - 1)
         if on_mission > 1:
             self.box(x, y, on_mission, h, tk.accent, (dp(4), 0, 0, dp(4)))

@@ -11,6 +11,7 @@ A dialog's kv adds its content and, as a ``DialogActions`` box, its buttons; the
                 text: tr._("Cancel")
                 on_release: root.dismiss()
 """
+
 from collections.abc import Hashable
 from dataclasses import dataclass
 
@@ -18,7 +19,14 @@ from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp
-from kivy.properties import AliasProperty, BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import (
+    AliasProperty,
+    BooleanProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    StringProperty,
+)
 from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 from kivymd.uix.behaviors import MotionDialogBehavior
@@ -33,13 +41,14 @@ from app.widgets.snackbar import SnackbarStack
 from app.widgets.surfaces import OnlySeen, TonedTap
 from app.widgets.text import Body, ScreenTitle
 
-ESCAPE = 27                              # also Android's back button
+ESCAPE = 27  # also Android's back button
 
 
 class Fade(MotionDialogBehavior):
     """In place of KivyMD's motion, that draws the window 24 times, with stretched letters. A duration of 0 s opens and closes at once."""
-    show_duration = NumericProperty(.1)      # s
-    hide_duration = NumericProperty(.1)
+
+    show_duration = NumericProperty(0.1)  # s
+    hide_duration = NumericProperty(0.1)
 
     def on_open(self, *_):
         self._fade(1, self.show_duration)
@@ -70,7 +79,7 @@ class Overlay(MDDialog, Fade):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        Window.unbind(on_resize=self.update_width)       # only bound while it is open
+        Window.unbind(on_resize=self.update_width)  # only bound while it is open
         self.fbind("size", self._place)
 
     def update_width(self, *_):
@@ -79,10 +88,10 @@ class Overlay(MDDialog, Fade):
     def open(self):
         self._scrim = MDDialogScrim(color=self.scrim_color, opacity=0)
         self.on_scrim_color()
-        Window.bind(on_keyboard=self._key, on_resize=self._place)        # the one bound last is asked first
+        Window.bind(on_keyboard=self._key, on_resize=self._place)  # the one bound last is asked first
         super().open()
         for stack in [top for top in Window.children if isinstance(top, SnackbarStack)]:
-            Window.remove_widget(stack)      # messages stay on top
+            Window.remove_widget(stack)  # messages stay on top
             Window.add_widget(stack)
         self._place()
         rest.let_go()
@@ -95,7 +104,7 @@ class Overlay(MDDialog, Fade):
             Window.unbind(on_keyboard=self._key, on_resize=self._place)
             super().dismiss()
             rest.let_go()
-            if _open_overlays() == open_before[1:]:      # what is behind it can be reached now
+            if _open_overlays() == open_before[1:]:  # what is behind it can be reached now
                 rest.after_closing()
 
     @property
@@ -157,7 +166,8 @@ class DialogText(Body, MDDialogSupportingText):
 
 class DialogActions(OnlySeen, MDDialogButtonContainer):
     """The buttons at the bottom of a dialog; they share the width, the main one is on the right."""
-    usual = NumericProperty(0)               # px, height
+
+    usual = NumericProperty(0)  # px, height
 
     def on_kv_post(self, _base_widget):
         for button in self.children:
@@ -171,16 +181,17 @@ class Dialog(Overlay):
     Where that is too little it is ``squeezed``: without its title, so that the field and the buttons are seen; only where not even that is
     enough, with gloves in the lowest windows, the buttons are ``tucked`` under the keyboard.
     """
+
     squeezed = BooleanProperty(False)
-    low = BooleanProperty(False)             # the window has no height to spare
-    head_height = NumericProperty(0)         # px, of the title
-    foot_height = NumericProperty(0)         # px, of the buttons
-    room = NumericProperty(0)                # px of the window above the keyboard
-    tucked = NumericProperty(0)              # px under it
+    low = BooleanProperty(False)  # the window has no height to spare
+    head_height = NumericProperty(0)  # px, of the title
+    foot_height = NumericProperty(0)  # px, of the buttons
+    room = NumericProperty(0)  # px of the window above the keyboard
+    tucked = NumericProperty(0)  # px under it
     title = StringProperty()
     panel_width = NumericProperty("560dp")
     body_height = NumericProperty(0)
-    closable = BooleanProperty(False)        # a cross beside the title, for dialogs without buttons
+    closable = BooleanProperty(False)  # a cross beside the title, for dialogs without buttons
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -207,6 +218,7 @@ class FormDialog(Dialog):
     """A dialog whose content is one column that scrolls when there isn't enough room.
 
     Where something was typed, the key that closes it calls ``ask_first(close)`` instead, if that is given."""
+
     ask_first = ObjectProperty(None, allownone=True)
 
     def open(self):
@@ -229,6 +241,7 @@ class FormDialog(Dialog):
 
 class ConfirmDialog(FormDialog):
     """A question about something that can't be undone: ``on_confirmed``, or ``on_declined`` however else it is closed."""
+
     text = StringProperty()
     confirm = StringProperty()
     decline = StringProperty()
@@ -257,6 +270,7 @@ class ConfirmDialog(FormDialog):
 @dataclass(frozen=True)
 class Choice:
     """Values of OptionRow."""
+
     key: Hashable
     text: str
     icon: str
@@ -274,21 +288,22 @@ class ChoiceDialog(Dialog):
     shows, or none of them. Where it ``needs_one``, nothing can be confirmed while none is ticked. ``text`` stands above the options.
     The ``last`` option is for somebody who does not find what they want: it is there whatever is searched for.
     """
+
     text = StringProperty()
     last = ObjectProperty(None, allownone=True)
     needs_one = BooleanProperty(False)
     all_word = StringProperty()
     none_word = StringProperty()
-    all_shown = BooleanProperty(False)   # all that are shown are ticked
+    all_shown = BooleanProperty(False)  # all that are shown are ticked
     options = ListProperty()
     selected = ListProperty()
     multiple = BooleanProperty(False)
     query = StringProperty()
-    hint = StringProperty()              # of the search field
-    nothing = StringProperty()           # shown when the search finds nothing
+    hint = StringProperty()  # of the search field
+    nothing = StringProperty()  # shown when the search finds nothing
     confirm = StringProperty()
     decline = StringProperty()
-    search_from = NumericProperty(8)     # options
+    search_from = NumericProperty(8)  # options
     shown = ListProperty()
 
     __events__ = ("on_choose", "on_choose_many")
@@ -313,8 +328,11 @@ class ChoiceDialog(Dialog):
 
     def _show(self, *_):
         words, selected = self.query.casefold().split(), set(self.selected)
-        self.shown = [self._choice(option, option.key in selected) for option in self.options
-                      if all(word in f"{option.text} {option.note}".casefold() for word in words)]
+        self.shown = [
+            self._choice(option, option.key in selected)
+            for option in self.options
+            if all(word in f"{option.text} {option.note}".casefold() for word in words)
+        ]
         self.all_shown = all(choice.selected for choice in self.shown)
 
     def _choice(self, option, is_selected) -> Choice:
@@ -350,6 +368,7 @@ class ChoiceDialog(Dialog):
 
 class MenuRow(Row, TonedTap):
     """One command of a menu."""
+
     icon = StringProperty()
     text = StringProperty()
 
@@ -361,6 +380,7 @@ class Menu(Overlay):
     """Commands under the widget ``anchor``, or above it where there is no room: ``items`` have ``key``, ``text``, ``icon``, ``tone``,
     ``disabled``; fires ``on_choose(key)``. With a ``title``, and ``text`` under it, it is a card about what it hangs on; of several
     ``cards`` (with ``title``, ``text``, ``items``) it shows the one ``at`` that place, and arrows that lead to the others."""
+
     cards = ListProperty()
     at = NumericProperty(0)
     title = StringProperty()

@@ -1,4 +1,5 @@
 """Widgets that only show something: cards, badges, tiles, facts, empty states. Their texts come from the view models."""
+
 from kivy.metrics import sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -12,11 +13,13 @@ from app.widgets.text import Ico, line_width
 
 class SectionCard(OnlySeen, Passive, MDCard):
     """A card; ``vm`` is its view model."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class CardHead(BoxLayout):
     """Title of a card and a note at its right; at least ``least`` high."""
+
     title = StringProperty()
     note = StringProperty()
     least = NumericProperty("40dp")
@@ -28,6 +31,7 @@ class Tile(Surface):
 
 class StatusBadge(TonedSurface):
     """Icon, text and colour of a state; ``loud`` only for a fault that needs a person now."""
+
     icon = StringProperty()
     text = StringProperty()
     loud = BooleanProperty(False)
@@ -35,6 +39,7 @@ class StatusBadge(TonedSurface):
 
 class Disc(TonedSurface):
     """A round icon, or a number where there is no icon."""
+
     icon = StringProperty()
     text = StringProperty()
     loud = BooleanProperty(False)
@@ -43,6 +48,7 @@ class Disc(TonedSurface):
 class ValueTile(Toned, Tile):
     """A live value with its age: a stale one is grey and its note says since when. ``level`` 0..1 draws a bar, ``mark`` 0..1 a limit on it
     (-1: none), which ``mark_words`` name."""
+
     icon = StringProperty()
     label = StringProperty()
     value = StringProperty("–")
@@ -58,6 +64,7 @@ class ValueTile(Toned, Tile):
 class KpiCard(Tap):
     """A KPI (with markup: the unit is smaller), a note of the number of runs it is calculated from, its history as a small chart, and how
     it has changed. One that is ``pending`` keeps the room of its texts."""
+
     label = StringProperty()
     value = StringProperty()
     note = StringProperty()
@@ -71,6 +78,7 @@ class KpiCard(Tap):
 class EmptyState(BoxLayout):
     """Says what is missing, with a button that leads on: ``on_release``. Without ``action`` there is no button. Where it finds no room it
     scrolls."""
+
     icon = StringProperty()
     title = StringProperty()
     text = StringProperty()
@@ -85,6 +93,7 @@ class EmptyState(BoxLayout):
 
 class Fact(Toned, BoxLayout):
     """Label above value, as in a robot's data sheet. A value of which a word (an address, say) would be broken is smaller."""
+
     label = StringProperty()
     value = StringProperty("–")
     icon = StringProperty()
@@ -96,11 +105,13 @@ class Fact(Toned, BoxLayout):
 
 class FactIcon(Ico):
     """Of the fact ``card`` that has one."""
+
     card = ObjectProperty(None, rebind=True)
 
 
 class Notice(TonedSurface):
     """A block of one tone with icon, sentence and details: the result of a test, a warning in a form."""
+
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()
@@ -108,12 +119,14 @@ class Notice(TonedSurface):
 
 class LegendItem(BoxLayout):
     """An entry of a chart's legend: a swatch and its label."""
+
     text = StringProperty()
     kind = StringProperty("planned")
 
 
 class LegendItems(StackLayout):
     """Entries of a legend side by side, on as many lines as they need: ``items`` have ``kind`` and ``text``."""
+
     items = ListProperty()
     entry: type[BoxLayout] = LegendItem
 

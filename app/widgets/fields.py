@@ -3,11 +3,19 @@
 The line that is typed into is KivyMD's text field. Its own hint and helper text are not used: 12 sp, outside its bounds and over other
 widgets, and on one line.
 """
+
 import re
 
 from kivy.base import EventLoop
 from kivy.clock import Clock
-from kivy.properties import AliasProperty, BooleanProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    AliasProperty,
+    BooleanProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.textinput import TextInput
 from kivymd.uix.textfield import MDTextField
@@ -17,10 +25,16 @@ from app.widgets.dock import dock
 from app.widgets.surfaces import SeenBox, Tap
 
 # kind -> (input_type, signs that the number pad offers besides digits). Nothing that is typed is left out: "1.5" would become 15.
-KINDS = {"text": ("text", ""), "count": ("number", ""), "int": ("number", "-"), "decimal": ("number", "-."), "url": ("url", "")}
+KINDS = {
+    "text": ("text", ""),
+    "count": ("number", ""),
+    "int": ("number", "-"),
+    "decimal": ("number", "-."),
+    "url": ("url", ""),
+}
 
 
-WHOLE = re.compile(r"[+-]?\d+")     # int() also takes 1_5, as 15
+WHOLE = re.compile(r"[+-]?\d+")  # int() also takes 1_5, as 15
 
 
 def whole_number(text: str) -> int:
@@ -37,23 +51,24 @@ def has_ended(touch) -> bool:
 
 class FieldInput(MDTextField):
     """The line of a field; ``max_length`` > 0 limits the characters, ``is_cut``: more were entered. ``error`` stays as it is set."""
+
     max_length = NumericProperty(0)
-    signs = StringProperty()                 # of a number: what the number pad offers besides digits, of "-."
+    signs = StringProperty()  # of a number: what the number pad offers besides digits, of "-."
     is_cut = BooleanProperty(False)
-    leading = NumericProperty(0)             # px for an icon before the text
-    trailing = NumericProperty(0)            # px for a button after it
+    leading = NumericProperty(0)  # px for an icon before the text
+    trailing = NumericProperty(0)  # px for a button after it
 
     def __init__(self, **kwargs):
         self._follow_cursor = Clock.create_trigger(self._show_cursor, -1)
-        self._entering = None                # uid of the touch by which a number is entered
+        self._entering = None  # uid of the touch by which a number is entered
         super().__init__(**kwargs)
-        self.theme_cls.unbind(primary_palette=self.update_colors, theme_style=self.update_colors)      # never let go
+        self.theme_cls.unbind(primary_palette=self.update_colors, theme_style=self.update_colors)  # never let go
 
     def _not_used(self, *_):
         """KivyMD's moves a hint and colours a helper text that this field has not, and takes ``error`` back."""
 
     set_text = update_colors = on_error = on_disabled = _not_used
-    _refresh_hint_text = TextInput._refresh_hint_text        # that KivyMD's has put out of use
+    _refresh_hint_text = TextInput._refresh_hint_text  # that KivyMD's has put out of use
 
     def _adjust_viewport(self, _column, _row):
         """TextInput shares one trigger among all fields: it keeps the last one alive, with the page or dialog around it."""
@@ -68,18 +83,24 @@ class FieldInput(MDTextField):
 
     def on_touch_down(self, touch):
         """A finger that rests may be about to scroll: it enters the field when it leaves."""
-        if self.focus or self.disabled or touch.is_mouse_scrolling or not self.collide_point(*touch.pos) or has_ended(touch):
+        if (
+            self.focus
+            or self.disabled
+            or touch.is_mouse_scrolling
+            or not self.collide_point(*touch.pos)
+            or has_ended(touch)
+        ):
             return self._enter(touch)
         touch.ud[self.uid] = "rests here"
         return True
 
     def on_touch_up(self, touch):
         if touch.grab_current is None and touch.ud.pop(self.uid, None) and self.collide_point(*touch.pos):
-            return self._enter(touch)                    # it gets the touch's end, too: it has grabbed it
+            return self._enter(touch)  # it gets the touch's end, too: it has grabbed it
         taken = super().on_touch_up(touch)
         if touch.grab_current is self and self._entering == touch.uid:
             self._entering = None
-            self.select_all()                            # after kivy has put the cursor where the finger was
+            self.select_all()  # after kivy has put the cursor where the finger was
         return taken
 
     def _enter(self, touch):
@@ -104,6 +125,7 @@ class FieldInput(MDTextField):
 
 class FieldBase(BoxLayout):
     """Label above, help or problem below."""
+
     label = StringProperty()
     help = StringProperty()
     problem = StringProperty()
@@ -115,6 +137,7 @@ class FormField(FieldBase):
     ``kind``: text, count (a whole number from 0), int, decimal, url. Of numbers, too, any text can be typed: who saves it checks it.
     ``password`` hides the text; the eye button shows it.
     """
+
     text = StringProperty()
     hint = StringProperty()
     kind = OptionProperty("text", options=list(KINDS))
@@ -163,6 +186,7 @@ class FormField(FieldBase):
 
 class SearchField(SeenBox):
     """A text field that filters a list while typing; bind ``text``. The cross clears it."""
+
     text = StringProperty()
     hint = StringProperty()
     focus = BooleanProperty(False)
@@ -170,6 +194,7 @@ class SearchField(SeenBox):
 
 class PickField(BoxLayout):
     """Label and value in a frame; a tap (``on_release``) opens a picker."""
+
     label = StringProperty()
     value = StringProperty("–")
     icon = StringProperty("chevron-down")
@@ -183,16 +208,18 @@ class PickField(BoxLayout):
 
 class PickBox(Tap):
     """The tappable frame of a pick field."""
+
     faulty = BooleanProperty(False)
 
 
 class RepeatButton(CommandButton):
     """Fires ``on_step`` when tapped and, while held, ten times a second."""
+
     __events__ = ("on_step",)
 
     def __init__(self, **kwargs):
-        self._first = Clock.create_trigger(self._start_repeating, .5)
-        self._again = Clock.create_trigger(self._step, .1, interval=True)
+        self._first = Clock.create_trigger(self._start_repeating, 0.5)
+        self._again = Clock.create_trigger(self._step, 0.1, interval=True)
         super().__init__(**kwargs)
 
     def on_step(self):
@@ -237,6 +264,7 @@ class StepField(FieldBase):
     number it says so.
     With ``optional`` an empty field means None. The buttons go to multiples of ``step``.
     """
+
     value = ObjectProperty(None, allownone=True)
     minimum = NumericProperty(0)
     maximum = NumericProperty(100)
@@ -244,8 +272,8 @@ class StepField(FieldBase):
     unit = StringProperty()
     hint = StringProperty("–")
     optional = BooleanProperty(False)
-    outside = BooleanProperty(False)     # the text is not a number of the range
-    is_number = BooleanProperty(True)    # the text is empty or a whole number
+    outside = BooleanProperty(False)  # the text is not a number of the range
+    is_number = BooleanProperty(True)  # the text is empty or a whole number
     text = StringProperty()
     focus = BooleanProperty(False)
 
@@ -254,7 +282,7 @@ class StepField(FieldBase):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.fbind("value", self._value_changed)
-        self.fbind("disabled", self.show)            # what can't be changed is no problem
+        self.fbind("disabled", self.show)  # what can't be changed is no problem
         self.fbind("focus", self._focus_changed)
         for name in ("text", "minimum", "maximum", "optional"):
             self.fbind(name, self._validate)
@@ -302,7 +330,7 @@ class StepField(FieldBase):
         if number != self.value:
             self.value = number
             self.dispatch("on_commit", number)
-        self.show()                          # "007" is taken as 7
+        self.show()  # "007" is taken as 7
 
     def nudge(self, direction: int):
         """One step up (1) or down (-1), within the range; from an empty field to the minimum or maximum."""

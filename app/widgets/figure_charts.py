@@ -1,4 +1,5 @@
 """Drawings of the page of figures: ranked bars, a duration day by day in its usual band, two parts of a whole."""
+
 from kivy.graphics import Color, SmoothLine
 from kivy.metrics import dp, sp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
@@ -12,6 +13,7 @@ from app.widgets.tokens import tk
 
 class RankBar(Chart):
     """One bar of a ranking, ``share`` 0..1."""
+
     share = NumericProperty(0)
     tone = StringProperty("accent_mid")
     watch = ("share", "tone")
@@ -20,11 +22,14 @@ class RankBar(Chart):
         bottom, height = self.center_y - dp(8), dp(16)
         self.box(self.x, bottom, self.width, height, tk.track, dp(4))
         if self.share > 0:
-            self.box(self.x, bottom, max(dp(4), self.width * min(1., self.share)), height, getattr(tk, self.tone), dp(4))
+            self.box(
+                self.x, bottom, max(dp(4), self.width * min(1.0, self.share)), height, getattr(tk, self.tone), dp(4)
+            )
 
 
 class RankRow(Row, BoxLayout):
     """A reason, its bar, how often; ``note`` under the number, ``detail`` under the reason."""
+
     label = StringProperty()
     value = StringProperty()
     note = StringProperty()
@@ -35,6 +40,7 @@ class RankRow(Row, BoxLayout):
 class TrendChart(Chart):
     """``points`` have ``place`` (0..1 from left to right), ``value`` and ``joined`` (to the one before); ``band`` has ``low``, ``middle``,
     ``high`` of what is usual. ``scale`` says the lowest and the highest value, ``days`` the first and the last day."""
+
     points = ListProperty()
     band = ObjectProperty(None, allownone=True)
     tone = StringProperty("neutral")
@@ -53,7 +59,7 @@ class TrendChart(Chart):
         width, bottom, height = self.right - left, self.y + line + pad, self.height - line - pad - sp(10)
 
         def at(value):
-            return bottom + height * ((value - low) / span if span else .5)
+            return bottom + height * ((value - low) / span if span else 0.5)
 
         for words, value in zip(self.scale, (low, low + span), strict=True) if span else [(self.scale[0], low)]:
             self.text(words, left - dp(8), at(value), tk.ink3, ax=1)
@@ -61,10 +67,12 @@ class TrendChart(Chart):
             self.text(words, left + width * n, self.y + line / 2, tk.ink3, ax=n)
         if band:
             self._band(left, width, *map(at, band))
-        points = [(left + pad + (width - 2 * pad) * min(1., max(0., point.place)), at(point.value)) for point in self.points]
+        points = [
+            (left + pad + (width - 2 * pad) * min(1.0, max(0.0, point.place)), at(point.value)) for point in self.points
+        ]
         Color(*tk.ink2)
         for before, after, point in zip(points, points[1:], self.points[1:], strict=False):
-            if point.joined:                                                 # gaps stay open
+            if point.joined:  # gaps stay open
                 SmoothLine(points=(*before, *after), width=dp(1))
         colour = tk.attention if self.tone == "attention" else tk.ink
         size = dp(7) if len(points) <= 31 else dp(4)
@@ -72,15 +80,16 @@ class TrendChart(Chart):
             self.box(x - size / 2, y - size / 2, size, size, colour, size / 2)
 
     def _band(self, left, width, bottom, middle, top):
-        self.box(left, bottom, width, max(dp(2), top - bottom), tk.accent_soft, dp(4), alpha=.45)
+        self.box(left, bottom, width, max(dp(2), top - bottom), tk.accent_soft, dp(4), alpha=0.45)
         for edge in (bottom, top):
             self.box(left, edge, width, 1, tk.accent)
-        for start in range(0, int(width), int(dp(10))):                      # dashed: from before the period
+        for start in range(0, int(width), int(dp(10))):  # dashed: from before the period
             self.box(left + start, middle - 1, min(dp(6), width - start), 2, tk.accent)
 
 
 class TrendRow(Row, Toned, BoxLayout):
     """A mission: its name, how long it takes now and usually, and a TrendChart."""
+
     mission = StringProperty()
     value = StringProperty()
     note = StringProperty()
@@ -94,12 +103,13 @@ class TrendRow(Row, Toned, BoxLayout):
 
 class PartsBar(Chart):
     """A whole of which ``share`` 0..1 is drawn hatched (waiting) and the rest filled (running)."""
+
     share = NumericProperty(0)
     watch = ("share",)
 
     def draw(self):
         self.box(*self.pos, *self.size, tk.accent_mid, dp(4))
-        wide = self.width * min(1., self.share)
+        wide = self.width * min(1.0, self.share)
         if wide > 1:
             self.box(*self.pos, wide, self.height, tk.attention_bg, dp(4) if wide > dp(8) else 0)
             self.hatch(*self.pos, wide, self.height, tk.overlap, 6, 2)
@@ -110,6 +120,6 @@ class LineKey(Chart):
     """Legend of the band of what is usual."""
 
     def draw(self):
-        self.box(*self.pos, *self.size, tk.accent_soft, dp(3), alpha=.45)
+        self.box(*self.pos, *self.size, tk.accent_soft, dp(3), alpha=0.45)
         self.box(*self.pos, *self.size, tk.accent, dp(3), ring=1)
         self.box(self.x, self.center_y - 1, self.width, 2, tk.accent)

@@ -1,4 +1,5 @@
 """Cards of figures that explain themselves when tapped."""
+
 from kivy.clock import Clock
 from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty, StringProperty
@@ -20,6 +21,7 @@ class FigureGrid(BoxLayout):
     """One FigureCard per row of ``data``, ``cols`` beside each other; a tap fires ``on_action(key, "explain")``. The cards of each line
     share its whole width, those of the last one too. All are as high as the highest, and not lower than they were: other figures don't
     move what is below."""
+
     data = ListProperty()
     cols = NumericProperty(1)
 
@@ -27,7 +29,7 @@ class FigureGrid(BoxLayout):
 
     def __init__(self, **kwargs):
         self._cards: list[FigureCard] = []
-        self._highest = self._kept = 0.0         # of the cards, now and before the last change of the data
+        self._highest = self._kept = 0.0  # of the cards, now and before the last change of the data
         self._level_soon = Clock.create_trigger(self._level, -1)
         super().__init__(orientation="vertical", **kwargs)
         self.fbind("data", self._fill)
@@ -46,9 +48,9 @@ class FigureGrid(BoxLayout):
     def _fill(self, *_):
         self._kept = self._highest
         if len(self._cards) != len(self.data):
-            kept = self._cards[:len(self.data)]
-            self._cards = kept + [FigureCard(host=self, pos_hint={"top": 1}) for _ in self.data[len(kept):]]
-            for card in self._cards[len(kept):]:
+            kept = self._cards[: len(self.data)]
+            self._cards = kept + [FigureCard(host=self, pos_hint={"top": 1}) for _ in self.data[len(kept) :]]
+            for card in self._cards[len(kept) :]:
                 card.fbind("minimum_height", self._level_soon)
             self._arrange()
         for card, data in zip(self._cards, self.data, strict=True):
@@ -63,7 +65,7 @@ class FigureGrid(BoxLayout):
             row = BoxLayout(size_hint_y=None, spacing=self.spacing)
             row.bind(minimum_height=row.setter("height"))
             self.add_widget(row)
-            for card in self._cards[first:first + self.cols]:
+            for card in self._cards[first : first + self.cols]:
                 row.add_widget(card)
 
     def _level(self, *_):
@@ -74,6 +76,7 @@ class FigureGrid(BoxLayout):
 
 class FactRow(Row, BoxLayout):
     """A label and, at its right, a value; ``note`` under the label."""
+
     label = StringProperty()
     value = StringProperty()
     note = StringProperty()
@@ -81,5 +84,6 @@ class FactRow(Row, BoxLayout):
 
 class FigureDialog(FormDialog):
     """What a figure means, and the numbers behind it: ``rows`` of FactRow."""
+
     text = StringProperty()
     rows = ListProperty()

@@ -1,9 +1,10 @@
 """Whether a finger is on the screen: what would move widgets under it waits until it has left, so that a tap ends where it began."""
+
 from kivy.base import EventLoop
 from kivy.clock import Clock
 
-LONGEST = 2.0                            # s: a hand that rests on the screen must not suppress an alarm
-ASKED = "first asked about"              # key of touch.ud; kivy's own times of a touch are wall clock times
+LONGEST = 2.0  # s: a hand that rests on the screen must not suppress an alarm
+ASKED = "first asked about"  # key of touch.ud; kivy's own times of a touch are wall clock times
 
 
 def is_down() -> bool:

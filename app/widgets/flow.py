@@ -1,4 +1,5 @@
 """Chips that flow from left to right and wrap, and the fields that a mission's parameters need."""
+
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -14,11 +15,12 @@ from app.widgets.fields import FormField, PickField, StepField
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
 from app.widgets.tr import tr
 
-FINE = 50                # of so many numbers a step goes to the next one, of more to every fifth
+FINE = 50  # of so many numbers a step goes to the next one, of more to every fifth
 
 
 class Chip(NamedTuple):
     """One choice."""
+
     key: object
     text: str
     icon: str = ""
@@ -27,6 +29,7 @@ class Chip(NamedTuple):
 
 class ChipFlow(StackLayout):
     """``data`` have ``key``, ``text``, ``icon`` and ``selected``; a tap fires ``on_choose(key)``. As high as its rows."""
+
     data = ListProperty()
 
     __events__ = ("on_choose",)
@@ -59,9 +62,10 @@ class ChipFlow(StackLayout):
 
 class ChoiceRow(BoxLayout):
     """A label above chips of which one is chosen: ``chosen`` is its key."""
+
     label = StringProperty()
     problem = StringProperty()
-    options = ListProperty()             # [(key, word), …]
+    options = ListProperty()  # [(key, word), …]
     chosen = ObjectProperty(None, allownone=True)
 
     def chips(self, options, chosen):
@@ -70,6 +74,7 @@ class ChoiceRow(BoxLayout):
 
 class Offer(NamedTuple):
     """One choice of a list."""
+
     key: object
     text: str
     icon: str = ""
@@ -79,24 +84,31 @@ class Offer(NamedTuple):
 
 class ListRow(PickField):
     """A choice of many, in a list that can be searched: ``chosen`` is its key."""
-    options = ListProperty()             # [(key, word), …]
+
+    options = ListProperty()  # [(key, word), …]
     chosen = ObjectProperty(None, allownone=True)
 
     def word_of(self, options, chosen):
         return next((word for key, word in options if key == chosen), "–")
 
     def on_release(self):
-        dialog = ChoiceDialog(title=self.label, options=[Offer(*option) for option in self.options], hint=tr._("Search"),
-                              selected=[] if self.chosen is None else [self.chosen], nothing=tr._("Nothing found"))
+        dialog = ChoiceDialog(
+            title=self.label,
+            options=[Offer(*option) for option in self.options],
+            hint=tr._("Search"),
+            selected=[] if self.chosen is None else [self.chosen],
+            nothing=tr._("Nothing found"),
+        )
         dialog.bind(on_choose=lambda _dialog, key: setattr(self, "chosen", key))
         dialog.open()
 
 
 class PositionRow(BoxLayout):
     """A position of the robot, chosen in the list or on its ``map``."""
+
     label = StringProperty()
     problem = StringProperty()
-    options = ListProperty()             # [(key, name), …]
+    options = ListProperty()  # [(key, name), …]
     chosen = ObjectProperty(None, allownone=True)
     map = ObjectProperty(None, allownone=True)
 
@@ -109,6 +121,7 @@ class ParameterFields(BoxLayout):
     ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to); ``problems`` is one sentence by name where
     something can't be used; ``map`` has positions. ``values()`` is what was entered, and so is what ``on_entered(values)`` tells each time
     one of them is changed; ``missing`` says what is to be entered first, in words that kv gives, and is empty once nothing is."""
+
     fields = ListProperty()
     map = ObjectProperty(None, allownone=True)
     problems = ObjectProperty({}, force_dispatch=True)
@@ -138,13 +151,25 @@ class ParameterFields(BoxLayout):
                 view = CHOICES[field.kind](label=field.label, options=field.choices, chosen=field.default)
             elif field.kind == "steps":
                 low, high = field.limits
-                view = StepField(label=field.label, help=field.help, minimum=low, maximum=high, step=1 if high - low <= FINE else 5,
-                                 optional=True)
-                view.text = "" if field.default is None else str(field.default)          # also one that can't be: it stays as typed
+                view = StepField(
+                    label=field.label,
+                    help=field.help,
+                    minimum=low,
+                    maximum=high,
+                    step=1 if high - low <= FINE else 5,
+                    optional=True,
+                )
+                view.text = (
+                    "" if field.default is None else str(field.default)
+                )  # also one that can't be: it stays as typed
                 view.commit()
             else:
-                view = FormField(label=field.label, kind=field.kind, help=field.help,
-                                 text="" if field.default is None else str(field.default))
+                view = FormField(
+                    label=field.label,
+                    kind=field.kind,
+                    help=field.help,
+                    text="" if field.default is None else str(field.default),
+                )
             view.fbind("chosen" if field.kind in CHOICES else "text", self._entered)
             self._views[field.name] = view
             self.add_widget(view)
@@ -162,14 +187,25 @@ class ParameterFields(BoxLayout):
         """One of them was changed."""
 
     def _entered(self, view, _value):
-        view.problem = ""                    # of what was there before
+        view.problem = ""  # of what was there before
         self._look_for_empty()
         self.dispatch("on_entered", self.values())
 
     def _look_for_empty(self, *_):
         values = self.values()
-        empty = next((field for field in self.fields if not str("" if values[field.name] is None else values[field.name]).strip()), None)
-        self.missing = "" if empty is None else (self.choose_first if empty.kind in CHOICES else self.enter_first).format(field=empty.label)
+        empty = next(
+            (
+                field
+                for field in self.fields
+                if not str("" if values[field.name] is None else values[field.name]).strip()
+            ),
+            None,
+        )
+        self.missing = (
+            ""
+            if empty is None
+            else (self.choose_first if empty.kind in CHOICES else self.enter_first).format(field=empty.label)
+        )
 
     def values(self) -> Mapping[str, Any]:
         """Name -> what was entered, as text where it was typed and as the choice's own value where it was chosen."""
@@ -185,7 +221,7 @@ class ParameterFields(BoxLayout):
 def _bring_in_sight(view):
     """Scroll the pages that it is on, the inner ones first."""
     page = view.parent
-    while page is not None and page.parent is not page:          # the window is its own parent
+    while page is not None and page.parent is not page:  # the window is its own parent
         if isinstance(page, ScrollView) and page.children and page.children[0].height > page.height:
             page.scroll_to(view, animate=False)
         page = page.parent

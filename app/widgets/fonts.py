@@ -4,6 +4,7 @@ Every text that kivy draws, in labels, fields and charts alike, is split where i
 nearly all, cost nothing; fonts are only looked for when a character is met that ours lack. Where no font of the machine has it either, the
 box stays.
 """
+
 import os
 import re
 import struct
@@ -19,19 +20,37 @@ from kivy import kivy_data_dir
 from kivy.core.text import Label as CoreLabel
 
 KINDS = (".ttf", ".otf", ".ttc")
-SPECIAL = ("bold", "italic", "oblique", "mono", "serif", "condensed", "light", "thin", "black", "medium")     # looked into last
-MOST_FONTS = 400                         # of the machine that are looked into
-DRAWN = (b"glyf", b"CFF ", b"CFF2")      # tables of outlines; colour pictures come in one size only
-RIGHT_TO_LEFT = {"ARABIC": "Arab", "HEBREW": "Hebr"}     # ISO 15924 codes, by the first word of their characters' names
-JOINING = ("Cc", "Cf", "Mn", "Zs", "Zl", "Zp")           # categories of characters that need no font of their own: spaces, accents
+SPECIAL = (
+    "bold",
+    "italic",
+    "oblique",
+    "mono",
+    "serif",
+    "condensed",
+    "light",
+    "thin",
+    "black",
+    "medium",
+)  # looked into last
+MOST_FONTS = 400  # of the machine that are looked into
+DRAWN = (b"glyf", b"CFF ", b"CFF2")  # tables of outlines; colour pictures come in one size only
+RIGHT_TO_LEFT = {"ARABIC": "Arab", "HEBREW": "Hebr"}  # ISO 15924 codes, by the first word of their characters' names
+JOINING = (
+    "Cc",
+    "Cf",
+    "Mn",
+    "Zs",
+    "Zl",
+    "Zp",
+)  # categories of characters that need no font of their own: spaces, accents
 
 IDEOGRAPHS = re.compile("[\u3400-\u4dbf\u4e00-\u9fff]+")
-HINTING = "light"                        # heights fit pixels, widths are as drawn by the font's makers
-LOOKS = ("font_size", "font_kerning", "bold", "italic", "outline_width")     # what a character's width depends on
+HINTING = "light"  # heights fit pixels, widths are as drawn by the font's makers
+LOOKS = ("font_size", "font_kerning", "bold", "italic", "outline_width")  # what a character's width depends on
 
 T = TypeVar("T")
 
-_ideographs: dict[tuple[object, ...], tuple[int, int, int]] = {}     # width of the first and of each further one, height
+_ideographs: dict[tuple[object, ...], tuple[int, int, int]] = {}  # width of the first and of each further one, height
 
 
 class Characters:
@@ -53,18 +72,25 @@ def _ranges(file) -> Iterator[tuple[int, int]]:
     """First and last code point of each range, from the best character map of the font, or of the first one in a collection."""
     start = struct.unpack(">12xI", file.read(16))[0] if file.read(4) == b"ttcf" and not file.seek(0) else 0
     file.seek(start)
-    count, = struct.unpack(">4xH6x", file.read(12))
+    (count,) = struct.unpack(">4xH6x", file.read(12))
     tables = {tag: (offset, length) for tag, offset, length in struct.iter_unpack(">4s4xII", file.read(16 * count))}
     if tables.keys().isdisjoint(DRAWN) or b"cmap" not in tables:
         return
     file.seek(tables[b"cmap"][0])
     data = file.read(tables[b"cmap"][1])
-    maps = {struct.unpack_from(">H", data, offset)[0]: offset
-            for platform, _encoding, offset in struct.iter_unpack(">HHI", data[4:4 + 8 * struct.unpack_from(">2xH", data)[0]])
-            if platform in (0, 3)}
+    maps = {
+        struct.unpack_from(">H", data, offset)[0]: offset
+        for platform, _encoding, offset in struct.iter_unpack(
+            ">HHI", data[4 : 4 + 8 * struct.unpack_from(">2xH", data)[0]]
+        )
+        if platform in (0, 3)
+    }
     if 12 in maps:
-        groups, = struct.unpack_from(">12xI", data, maps[12])
-        yield from ((first, last) for first, last, _glyph in struct.iter_unpack(">III", data[maps[12] + 16:maps[12] + 16 + 12 * groups]))
+        (groups,) = struct.unpack_from(">12xI", data, maps[12])
+        yield from (
+            (first, last)
+            for first, last, _glyph in struct.iter_unpack(">III", data[maps[12] + 16 : maps[12] + 16 + 12 * groups])
+        )
     elif 4 in maps:
         segments = struct.unpack_from(">6xH", data, maps[4])[0] // 2
         last = struct.unpack_from(f">14x{segments}H", data, maps[4])
@@ -72,14 +98,15 @@ def _ranges(file) -> Iterator[tuple[int, int]]:
         yield from zip(first, last, strict=True)
 
 
-characters_of = cache(Characters)        # by path
+characters_of = cache(Characters)  # by path
 
 
 @dataclass(frozen=True)
 class Run:
     """A part of a text in one font; ``script`` of one that is written from right to left."""
+
     text: str
-    font: str                                # path
+    font: str  # path
     script: str = ""
 
 
@@ -94,8 +121,10 @@ def runs_of(text: str, font: str) -> tuple[Run, ...]:
         if needed == before:
             parts.append((words + character, before))
         else:
-            kept = words if before == font else words.rstrip(" ")          # a space that ends what is written to the left comes after it
-            parts += [(kept, before), (words[len(kept):] + character, needed)]
+            kept = (
+                words if before == font else words.rstrip(" ")
+            )  # a space that ends what is written to the left comes after it
+            parts += [(kept, before), (words[len(kept) :] + character, needed)]
     return tuple(Run(part, found, _script_of(part) if found != font else "") for part, found in parts if part)
 
 
@@ -124,8 +153,13 @@ def _script_of(text: str) -> str:
 @cache
 def fonts_at_hand() -> tuple[str, ...]:
     """Files of fonts, kivy's own first, then the machine's, plain ones before bold and italic ones."""
-    found = [Path(folder, name) for place in CoreLabel.get_system_fonts_dir() for folder, _folders, names in os.walk(place)
-             for name in names if name.lower().endswith(KINDS) and os.path.isfile(os.path.join(folder, name))]
+    found = [
+        Path(folder, name)
+        for place in CoreLabel.get_system_fonts_dir()
+        for folder, _folders, names in os.walk(place)
+        for name in names
+        if name.lower().endswith(KINDS) and os.path.isfile(os.path.join(folder, name))
+    ]
     found.sort(key=lambda path: (sum(word in path.stem.lower() for word in SPECIAL), path.name))
     return str(Path(kivy_data_dir, "fonts", "DejaVuSans.ttf")), *map(str, found[:MOST_FONTS])
 

@@ -1,8 +1,17 @@
 """The frame around all screens: top bar, banner when needed, body, bottom navigation. Built once; the screens change in its ``body``."""
+
 import math
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ColorProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    BooleanProperty,
+    ColorProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.relativelayout import RelativeLayout
 from kivy.uix.screenmanager import NoTransition
@@ -17,7 +26,7 @@ from app.widgets.rest import from_next_frame, rest
 from app.widgets.surfaces import CLEAR, Surface, Toned, TonedSurface
 from app.widgets.tokens import TONES
 
-SETTLES = 0.5                            # s after the page has moved, in which a finger was on its way to where something else is now
+SETTLES = 0.5  # s after the page has moved, in which a finger was on its way to where something else is now
 
 
 class TopBar(Toned, MDTopAppBar):
@@ -26,6 +35,7 @@ class TopBar(Toned, MDTopAppBar):
 
     ``help_count`` says how many robots need a person. Without enough room (``narrow``) the date is left out; long names of robots wrap.
     """
+
     title = StringProperty()
     date = StringProperty()
     clock = StringProperty()
@@ -36,7 +46,7 @@ class TopBar(Toned, MDTopAppBar):
     bell_count = StringProperty()
     help_count = StringProperty()
     narrow = BooleanProperty(False)
-    free = NumericProperty(0)            # px at its left that nobody presses
+    free = NumericProperty(0)  # px at its left that nobody presses
 
     __events__ = ("on_pick_robot", "on_list_alarms")
 
@@ -60,6 +70,7 @@ class AlarmBanner(TonedSurface):
 
     Sentence and note have ``most_lines`` together, of which one is the note's, as that says what to do; a ``narrow`` one leaves out the
     number, which the bell shows too; an ``urgent`` one is larger. A ``calm`` one, which was acknowledged, is outlined instead of filled."""
+
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()
@@ -81,11 +92,13 @@ class AlarmBanner(TonedSurface):
 
 class NavIndicator(Surface):
     """What is behind icon and label of the present screen, and of the one that a finger is on."""
+
     state_layer_color = ColorProperty(CLEAR)
 
 
 class NavItem(StateLayerBehavior, MDNavigationItem):
     """One screen, icon and label beside each other as Material has them in wide windows; the present one is ``active``, its icon filled."""
+
     name = StringProperty()
     icon = StringProperty()
     icon_selected = StringProperty()
@@ -102,6 +115,7 @@ class NavItem(StateLayerBehavior, MDNavigationItem):
 class NavBar(MDNavigationBar):
     """``items`` = [(name, label, icon, icon when selected), …], of which ``current`` is marked; a tap fires ``on_switch_tabs(item, icon,
     label)``, even on the present one."""
+
     items = ListProperty()
     current = StringProperty()
 
@@ -151,9 +165,11 @@ class Screens(MDScreenManager):
 
     def clear_widgets(self, children=None, **kwargs):
         """Those that are not shown first, else each would be shown in turn."""
-        for screen in sorted(self.screens[:] if children is None else children, key=lambda screen: screen is self.current_screen):
+        for screen in sorted(
+            self.screens[:] if children is None else children, key=lambda screen: screen is self.current_screen
+        ):
             self.remove_widget(screen)
-        self.transition = Cut()              # the former one holds on to the screens that it has changed
+        self.transition = Cut()  # the former one holds on to the screens that it has changed
 
 
 class Frame(Surface):
@@ -162,6 +178,7 @@ class Frame(Surface):
     A banner that comes, goes or changes its height moves the page. A tap on either of them within the next moment was meant for what was
     there before, and presses nothing.
     """
+
     title = StringProperty()
     date = StringProperty()
     clock = StringProperty()
@@ -178,7 +195,9 @@ class Frame(Surface):
     alarm_action = StringProperty()
     alarm_urgent = BooleanProperty(False)
     alarm_calm = BooleanProperty(False)
-    alarm_about = ObjectProperty(None, allownone=True)       # differs where its button would do something else, or to something else
+    alarm_about = ObjectProperty(
+        None, allownone=True
+    )  # differs where its button would do something else, or to something else
     bell_icon = StringProperty("bell-outline")
     bell_count = StringProperty()
     items = ListProperty()
@@ -187,7 +206,7 @@ class Frame(Surface):
     __events__ = ("on_go", "on_pick_robot", "on_solve", "on_list_alarms")
 
     def __init__(self, **kwargs):
-        self._rests_until = self._banner_rests_until = 0.
+        self._rests_until = self._banner_rests_until = 0.0
         super().__init__(**kwargs)
         self.ids.banner_place.fbind("height", self._moved)
 
@@ -196,6 +215,7 @@ class Frame(Surface):
 
         def count(now):
             self._rests_until = now + SETTLES
+
         from_next_frame(count)
 
     def on_alarm_about(self, *_):
@@ -204,6 +224,7 @@ class Frame(Surface):
 
         def count(now):
             self._banner_rests_until = now + SETTLES
+
         from_next_frame(count)
 
     def on_current(self, *_):
@@ -218,7 +239,9 @@ class Frame(Surface):
     def on_touch_down(self, touch):
         now, banner = Clock.get_time(), self.ids.banner_place
         is_on_page = self.ids.nav.top <= touch.y <= self.ids.bar.y
-        is_for_before = (is_on_page and now < self._rests_until) or (banner.collide_point(*touch.pos) and now < self._banner_rests_until)
+        is_for_before = (is_on_page and now < self._rests_until) or (
+            banner.collide_point(*touch.pos) and now < self._banner_rests_until
+        )
         return is_for_before or super().on_touch_down(touch)
 
     def banner_pressed(self, event):

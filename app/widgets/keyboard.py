@@ -3,6 +3,7 @@
 Not kivy's VKeyboard: that one uses images of its own, ignores the theme, has neither large keys nor a number pad, and moves the whole
 window.
 """
+
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp
@@ -23,7 +24,7 @@ SHIFT, BACKSPACE, DONE, SIGNS, MORE, LETTERS, SPACE = "shift", "backspace", "don
 DECIMAL, GAP = "decimal", ""
 ICONS = {SHIFT: "apple-keyboard-shift", BACKSPACE: "backspace-outline", DONE: "check", SPACE: "keyboard-space"}
 WORDS = {SIGNS: "123", MORE: "#$~", LETTERS: "abc"}
-WIDE = {SPACE: 5., DONE: 2., LETTERS: 1.5}       # in widths of a letter's key
+WIDE = {SPACE: 5.0, DONE: 2.0, LETTERS: 1.5}  # in widths of a letter's key
 PAGES = {
     "letters": ([*"qwertyuiopå"], [*"asdfghjklöä"], [SHIFT, *"zxcvbnm.-", BACKSPACE], [SIGNS, "@", SPACE, "/", DONE]),
     "signs": ([*"1234567890+"], [*"-/:;()€&@\"'"], [MORE, *".,?!_=#%*", BACKSPACE], [LETTERS, "[", SPACE, "]", DONE]),
@@ -32,14 +33,15 @@ PAGES = {
     "integers": ([*"123", BACKSPACE], [*"456", "-"], [*"789", GAP], ["0", DONE]),
     "digits": ([*"123", BACKSPACE], [*"456", GAP], [*"789", GAP], ["0", DONE]),
 }
-NUMBERS = {"-.": "decimals", "-": "integers", "": "digits"}        # signs of a field -> its number pad
-PAD_WIDTH = 480                          # dp, of the number pad
-REPEATS = (.5, .1)                       # s before a held backspace repeats, and between repetitions
-CLEARANCE = 16                           # dp between the field and the keyboard
+NUMBERS = {"-.": "decimals", "-": "integers", "": "digits"}  # signs of a field -> its number pad
+PAD_WIDTH = 480  # dp, of the number pad
+REPEATS = (0.5, 0.1)  # s before a held backspace repeats, and between repetitions
+CLEARANCE = 16  # dp between the field and the keyboard
 
 
 class BoardKey(Tap):
     """One key; ``share`` is its part of the row's width."""
+
     key = StringProperty()
     text = StringProperty()
     icon = StringProperty()
@@ -62,6 +64,7 @@ class DockedKeyboard(Surface):
     """At the bottom of the window while a field has the focus and ``wanted()`` is true. The field stays visible: dialogs get by with the
     room above, pages scroll, and the screen moves up: not under a finger, which would come down in one field and press another. It goes
     when a real keyboard types, until a finger touches a field."""
+
     page = StringProperty()
 
     def __init__(self, wanted, decimal=lambda: ".", **kwargs):
@@ -70,13 +73,13 @@ class DockedKeyboard(Surface):
         self._wanted, self._decimal = wanted, decimal
         self._pages = {}
         self._is_upper = False
-        self._is_real = False                # a real keyboard types
-        self._entered = None                 # the field that it was last shown for
-        self._lifted = None                  # (widget, its y before it was moved up)
-        self._follow = Clock.create_trigger(self._place, .05)          # another field may get the focus
-        self._reveal = Clock.create_trigger(self._scroll_to_field, .05)      # when a dialog has got its new height
-        self._raise = Clock.create_trigger(self._lift, .02)
-        self._watch = Clock.create_trigger(self._check_field, .25, interval=True)
+        self._is_real = False  # a real keyboard types
+        self._entered = None  # the field that it was last shown for
+        self._lifted = None  # (widget, its y before it was moved up)
+        self._follow = Clock.create_trigger(self._place, 0.05)  # another field may get the focus
+        self._reveal = Clock.create_trigger(self._scroll_to_field, 0.05)  # when a dialog has got its new height
+        self._raise = Clock.create_trigger(self._lift, 0.02)
+        self._watch = Clock.create_trigger(self._check_field, 0.25, interval=True)
         self._repeat = Clock.create_trigger(self._repeat_backspace, REPEATS[0])
         super().__init__(**kwargs)
 
@@ -97,7 +100,11 @@ class DockedKeyboard(Surface):
 
     def _finger(self, _window, touch):
         self._is_real = False
-        if dock.field is not None and self.parent is None and dock.field.collide_point(*dock.field.to_widget(*touch.pos)):
+        if (
+            dock.field is not None
+            and self.parent is None
+            and dock.field.collide_point(*dock.field.to_widget(*touch.pos))
+        ):
             self._follow()
 
     def _place(self, *_):
@@ -107,23 +114,28 @@ class DockedKeyboard(Surface):
         field = dock.field
         if field is None or self._is_real or not self._wanted():
             if self.parent is not None:
-                rest.after_moving()          # what it has lifted comes down
+                rest.after_moving()  # what it has lifted comes down
             self._hide()
             if field is not None:
                 self._reveal()
             return
         if field is not self._entered and field.input_type == "number":
-            field.cursor = field.get_cursor_from_index(len(field.text))      # numbers are edited from the end
+            field.cursor = field.get_cursor_from_index(len(field.text))  # numbers are edited from the end
         self._entered = field
         is_letters = self.page in ("", *NUMBERS.values())
-        self._show_page(NUMBERS[field.signs] if field.input_type == "number" else "letters" if is_letters else self.page)
+        self._show_page(
+            NUMBERS[field.signs] if field.input_type == "number" else "letters" if is_letters else self.page
+        )
         if self.parent is not None:
-            Window.remove_widget(self)       # on top of what was opened since
+            Window.remove_widget(self)  # on top of what was opened since
         else:
             rest.after_moving()
         self.size_hint = None, None
         row = self._pages[self.page][0].height
-        self.pos, self.size = (0, 0), (Window.width, len(self._pages[self.page]) * (row + self.spacing) - self.spacing + 2 * dp(8))
+        self.pos, self.size = (
+            (0, 0),
+            (Window.width, len(self._pages[self.page]) * (row + self.spacing) - self.spacing + 2 * dp(8)),
+        )
         Window.add_widget(self)
         dock.height = self.height
         self._reveal()
@@ -152,7 +164,9 @@ class DockedKeyboard(Surface):
         if self.parent is not None:
             Window.remove_widget(self)
         self.clear_widgets()
-        self._pages = {name: rows for name, rows in self._pages.items() if name == "letters"}        # the others are seldom needed
+        self._pages = {
+            name: rows for name, rows in self._pages.items() if name == "letters"
+        }  # the others are seldom needed
 
     def _scroll_to_field(self, _dt) -> None:
         """With its label and help where these fit."""
@@ -184,7 +198,9 @@ class DockedKeyboard(Surface):
     def _around(field) -> list:
         """The widgets around it, from the innermost out."""
         found = []
-        while field is not None and field.parent is not Window and field.parent is not field and field.parent is not None:
+        while (
+            field is not None and field.parent is not Window and field.parent is not field and field.parent is not None
+        ):
             field = field.parent
             found.append(field)
         return found
@@ -213,8 +229,12 @@ class DockedKeyboard(Surface):
             if key == GAP:
                 row.add_widget(Widget())
                 continue
-            face = {"icon": ICONS[key]} if key in ICONS else {"text": self._decimal() if key == DECIMAL else WORDS.get(key, key)}
-            button = (IconKey if key in ICONS else WordKey)(key=key, share=WIDE.get(key, 1.), **face)
+            face = (
+                {"icon": ICONS[key]}
+                if key in ICONS
+                else {"text": self._decimal() if key == DECIMAL else WORDS.get(key, key)}
+            )
+            button = (IconKey if key in ICONS else WordKey)(key=key, share=WIDE.get(key, 1.0), **face)
             button.bind(on_press=self._pressed, on_release=self._released)
             row.add_widget(button)
         return row

@@ -4,6 +4,7 @@ longer needed.
 
 Figures: processor time and memory of one widget as it comes and cured, drawn in software.
 """
+
 import weakref
 from copy import copy
 from functools import partial
@@ -22,16 +23,48 @@ from app.widgets.tokens import TYPE_SCALE, font_of, set_roles, tk
 KIVYMD_VERSION = "2.0.0"
 CLEAR, WHITE = (0, 0, 0, 0), (1, 1, 1, 1)
 # of kivy's labels, which no text here ever changes
-LEFT_AT_DEFAULTS = frozenset({
-    "font_direction", "italic", "underline", "strikethrough", "font_family", "outline_width", "outline_color", "disabled_outline_color",
-    "mipmap", "strip", "ellipsis_options", "unicode_errors", "font_kerning", "font_blended", "font_context", "font_features",
-    "base_direction", "text_language", "limit_render_to_text_bbox"})
+LEFT_AT_DEFAULTS = frozenset(
+    {
+        "font_direction",
+        "italic",
+        "underline",
+        "strikethrough",
+        "font_family",
+        "outline_width",
+        "outline_color",
+        "disabled_outline_color",
+        "mipmap",
+        "strip",
+        "ellipsis_options",
+        "unicode_errors",
+        "font_kerning",
+        "font_blended",
+        "font_context",
+        "font_features",
+        "base_direction",
+        "text_language",
+        "limit_render_to_text_bbox",
+    }
+)
 
 
 def apply() -> None:
     """Install all of them; before the first KivyMD widget is made. A second time changes nothing."""
-    for cure in (ids_in_kv, declared_ids, touches, hover, ripple, shadow, background, state_layer, scheme, type_scale,
-                 text_properties, names_in_kv, values_in_kv):
+    for cure in (
+        ids_in_kv,
+        declared_ids,
+        touches,
+        hover,
+        ripple,
+        shadow,
+        background,
+        state_layer,
+        scheme,
+        type_scale,
+        text_properties,
+        names_in_kv,
+        values_in_kv,
+    ):
         cure()
 
 
@@ -64,7 +97,7 @@ def touches() -> None:
     from kivy.uix.behaviors import FocusBehavior
 
     class Touches(weakref.WeakSet):
-        append = weakref.WeakSet.add         # kivy's is a list
+        append = weakref.WeakSet.add  # kivy's is a list
 
     if isinstance(FocusBehavior.ignored_touch, list):
         FocusBehavior.ignored_touch = Touches()
@@ -109,8 +142,8 @@ def background() -> None:
 
     def __init__(self, **kwargs):
         super(Background, self).__init__(**kwargs)
-        self._draws_background = False       # what is set as an argument comes before there is a canvas
-        watch = self._watch_background       # one method for all: each access makes another
+        self._draws_background = False  # what is set as an argument comes before there is a canvas
+        watch = self._watch_background  # one method for all: each access makes another
         for name in ("_md_bg_color", "line_color", "state_layer_color"):
             self.fbind(name, watch)
         self._watch_background()
@@ -118,11 +151,15 @@ def background() -> None:
     def _watch_background(self, *_args):
         """Nothing is bound for a widget before it has something to draw."""
         layer = getattr(self, "state_layer_color", CLEAR)
-        if self._draws_background or not any(color and color[3] for color in (self._md_bg_color, self.line_color, layer)):
+        if self._draws_background or not any(
+            color and color[3] for color in (self._md_bg_color, self.line_color, layer)
+        ):
             return
         self._draws_background = True
         self._background = Canvas()
-        self.canvas.insert(1 if self.canvas.has_before else 0, self._background)     # outside a RelativeLayout's translation otherwise
+        self.canvas.insert(
+            1 if self.canvas.has_before else 0, self._background
+        )  # outside a RelativeLayout's translation otherwise
         self._paint_background = Clock.create_trigger(self._draw_background, -1)
         for name in ("pos", "size", "radius", "_md_bg_color", "line_color", "line_width", "state_layer_color"):
             self.fbind(name, self._paint_background)
@@ -151,7 +188,7 @@ def _draw_shape(widget, color, draw=rounded) -> None:
     if color and color[3]:
         Color(*color)
         shape = draw(*widget.pos, *widget.size, tuple(widget.radius))
-        if isinstance(widget, RelativeLayout):                   # moves its drawing to its place
+        if isinstance(widget, RelativeLayout):  # moves its drawing to its place
             shape.pos = shape.pos[0] - round(widget.x), shape.pos[1] - round(widget.y)
 
 
@@ -166,7 +203,7 @@ def state_layer() -> None:
 
     def on_state(self, *_args):
         pressed = self.state == "down" and not self.disabled
-        self.state_layer_color = (*tk.ink[:3], .22 if tk.strong else .12) if pressed else CLEAR
+        self.state_layer_color = (*tk.ink[:3], 0.22 if tk.strong else 0.12) if pressed else CLEAR
 
     def on_disabled(self, *_args):
         self.state_layer_color = CLEAR
@@ -181,7 +218,7 @@ def scheme() -> None:
     """KivyMD computes a scheme of colours from one, 45–70 ms, three times at the start and at each switch. Here roles are tokens."""
     from kivymd.theming import ThemeManager
 
-    def set_colors(self, *_args):            # kivy finds what is bound by its name
+    def set_colors(self, *_args):  # kivy finds what is bound by its name
         set_roles(self)
 
     ThemeManager.set_colors = set_colors
@@ -205,6 +242,7 @@ def text_properties() -> None:
 
 class Names(dict):
     """What the names in one expression of kv mean; those that mean the same in all of them are looked up in kivy's table."""
+
     __missing__ = staticmethod(global_idmap.__getitem__)
 
     def get(self, name, default=None):
@@ -221,6 +259,7 @@ class Names(dict):
 def names_in_kv() -> None:
     """Each expression has a copy of all names that kv knows, 0.8 KB, and there are five in a label. MDLabel 0.22 → 0.18 ms; MenuChip
     219 → 196 KB. An id counts before a common name that is spelt alike, where kivy has it the other way round: there is none."""
+
     def own_names(names):
         if names is global_idmap:
             return Names()
@@ -231,12 +270,13 @@ def names_in_kv() -> None:
 
 def values_in_kv() -> None:
     """For a trace that nobody reads, each value that an expression comes to is written out: 1 ms for a list of 200 robots."""
+
     def call_fn(args, _instance, _value):
         element, key, expression, rule, names = args
         rule.count += 1
         try:
-            setattr(element, key, eval(expression, names))   # noqa: S307  (as kivy does; kv is our own)
+            setattr(element, key, eval(expression, names))  # noqa: S307  (as kivy does; kv is our own)
         except ReferenceError:
-            return                                           # its root has gone, and nobody sees it any more
+            return  # its root has gone, and nobody sees it any more
 
     builder.call_fn = call_fn

@@ -4,23 +4,31 @@ Each row of ``data`` is a frozen dataclass whose fields are properties of the ro
 identifies the row. A row never becomes another one under a finger because the list has moved: each view belongs to a key, and a view that
 is reused for another row ignores an earlier press.
 """
+
 from collections.abc import Callable, Sequence
 
 from kivy.animation import Animation
 from kivy.clock import Clock
 from kivy.factory import Factory
 from kivy.metrics import dp
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    BooleanProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 from kivy.uix.floatlayout import FloatLayout
 from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.dock import dock
 
-STILL = 1.0              # s after rows have moved
-AT_WORK = 3.0            # s after a row was used, in which its list changes because of that
-KEPT = 10.0              # s after a list was touched, in which its rows don't change places
-SPARE = 4                # views that a list keeps for rows to come
-PRESSED_ROW = "row under the finger when it came down"      # key of touch.ud
+STILL = 1.0  # s after rows have moved
+AT_WORK = 3.0  # s after a row was used, in which its list changes because of that
+KEPT = 10.0  # s after a list was touched, in which its rows don't change places
+SPARE = 4  # views that a list keeps for rows to come
+PRESSED_ROW = "row under the finger when it came down"  # key of touch.ud
 
 
 class Standing:
@@ -31,7 +39,7 @@ class Standing:
     moment later; nor is, while somebody works in it, whatever changes. While somebody types, rows come and go because of that."""
 
     def __init__(self, sort_again: Callable[[], object]):
-        self._ends = self._at_work_until = 0.
+        self._ends = self._at_work_until = 0.0
         self._places = {}
         self._keep = Clock.create_trigger(lambda _dt: sort_again(), KEPT)
 
@@ -68,7 +76,7 @@ class Standing:
         is_at_work = now < self._at_work_until and before != after
         is_sorted = [key for key in before if key in both] != [key for key in after if key in both]
         if not both:
-            self._ends = 0.                  # another list, or nothing: there is none that could have slid
+            self._ends = 0.0  # another list, or nothing: there is none that could have slid
         elif dock.field is None and (is_at_work or is_sorted or (len(gone) == 1 and set(after) <= set(before))):
             self._places = {row.key: row.to_window(*row.pos) for row in rows}
             self._ends = now + STILL
@@ -78,7 +86,9 @@ class Standing:
         if Clock.get_time() >= self._ends:
             return False
         place = row.to_window(*row.pos)
-        return max(abs(now - then) for now, then in zip(place, self._places.get(row.key, (-1e6, -1e6)), strict=True)) > dp(8)
+        return max(
+            abs(now - then) for now, then in zip(place, self._places.get(row.key, (-1e6, -1e6)), strict=True)
+        ) > dp(8)
 
 
 class Row:
@@ -87,6 +97,7 @@ class Row:
     A scroll view forwards a short tap only after the finger has left. If the list has moved by then, another row is under the touch than
     the one that was tapped, and the tap is dropped; so is one on a row that has just taken the place of another (``standing``).
     """
+
     key = ObjectProperty(None, allownone=True)
     host = ObjectProperty(None, allownone=True)
     standing = None
@@ -116,6 +127,7 @@ class Rows(MDBoxLayout):
 
     ``sight`` (left, bottom, right, top) is the visible part; rows outside it exist, but are not drawn. None: all of it is visible.
     """
+
     viewclass = StringProperty()
     data = ListProperty()
     host = ObjectProperty(None, allownone=True)
@@ -126,8 +138,8 @@ class Rows(MDBoxLayout):
     def __init__(self, **kwargs):
         self._views = {}
         self._standing = Standing(self._build)
-        self._spare = []                     # views whose rows have gone
-        self._unseen = set()                 # views that are not drawn
+        self._spare = []  # views whose rows have gone
+        self._unseen = set()  # views that are not drawn
         self._redraw = Clock.create_trigger(self._draw_seen, -1)
         super().__init__(**kwargs)
         self.fbind("data", self._build)
@@ -152,7 +164,10 @@ class Rows(MDBoxLayout):
         if not self.viewclass:
             return
         kind = Factory.get(self.viewclass)
-        rows = {getattr(data, "key", n): data for n, data in enumerate(self._standing.in_order(self.data, list(self._views)))}
+        rows = {
+            getattr(data, "key", n): data
+            for n, data in enumerate(self._standing.in_order(self.data, list(self._views)))
+        }
         if len(rows) != len(self.data):
             raise ValueError("two rows with one key")
         self._standing.note(self._views, rows, self._views.values())
@@ -204,17 +219,20 @@ class ScrollRows(FloatLayout):
     ``on_action(key, action, *values)`` comes from the rows. ``direction`` "x" is a strip whose rows share the width; when not all fit, as
     many as do, and an arrow at each end scrolls by a page, which is easier with gloves.
     """
+
     viewclass = StringProperty()
     data = ListProperty()
     spacing = NumericProperty(0)
     direction = OptionProperty("y", options=("x", "y"))
-    bar_margin = NumericProperty(0)     # px between the bar and the right edge; < 0: outside, in the padding around the rows
-    paged = BooleanProperty(False)       # a strip that does not fit
+    bar_margin = NumericProperty(
+        0
+    )  # px between the bar and the right edge; < 0: outside, in the padding around the rows
+    paged = BooleanProperty(False)  # a strip that does not fit
 
     __events__ = ("on_action",)
 
     def __init__(self, **kwargs):
-        self._rest = Clock.create_trigger(self._snap, .15)
+        self._rest = Clock.create_trigger(self._snap, 0.15)
         self._held = False
         super().__init__(**kwargs)
 
@@ -249,7 +267,9 @@ class ScrollRows(FloatLayout):
         hidden = rows.width - scroll.width
         if hidden > 0:
             step = (scroll.width + self.spacing) / hidden
-            Animation(scroll_x=min(1., max(0., scroll.scroll_x + direction * step)), d=.2, t="out_quad").start(scroll)
+            Animation(scroll_x=min(1.0, max(0.0, scroll.scroll_x + direction * step)), d=0.2, t="out_quad").start(
+                scroll
+            )
 
     def _hold(self, *_):
         self._held = True
@@ -271,9 +291,12 @@ class ScrollRows(FloatLayout):
         above = (1 - scroll.scroll_y) * hidden
         edges = [rows.top - view.top for view in rows.children]
         way, scroll.wheel_way = scroll.wheel_way, 0
-        edge = min([edge for edge in (0, *edges, hidden) if (edge - above) * way > -1], key=lambda candidate: abs(candidate - above))
+        edge = min(
+            [edge for edge in (0, *edges, hidden) if (edge - above) * way > -1],
+            key=lambda candidate: abs(candidate - above),
+        )
         if abs(edge - above) > 1 and edge <= hidden:
-            Animation(scroll_y=1 - edge / hidden, d=.12, t="out_quad").start(scroll)
+            Animation(scroll_y=1 - edge / hidden, d=0.12, t="out_quad").start(scroll)
 
 
 class RecycledRow(Row):
@@ -290,7 +313,7 @@ class RecycledRow(Row):
         return super().on_touch_down(touch)
 
     def on_touch_up(self, touch):
-        self._forget()                       # after the release has reached whoever grabbed the touch
+        self._forget()  # after the release has reached whoever grabbed the touch
         return super().on_touch_up(touch)
 
     def act(self, action, *values):

@@ -7,6 +7,7 @@ and the visible rows stay in place when rows are added above.
 A frame of scrolling costs only the rows that become visible, whatever the length of the list: each view is inside a ``Seat`` that is moved
 without a new layout of its content, and positions are calculated only when the height of a row changes.
 """
+
 from bisect import bisect_left, bisect_right
 from itertools import accumulate
 
@@ -41,32 +42,33 @@ class LongList(LowPage):
 
     ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows become visible (load the next page).
     """
+
     viewclass = StringProperty()
     data = ListProperty()
-    order = ObjectProperty(None, allownone=True)     # another one where somebody has asked for another order
+    order = ObjectProperty(None, allownone=True)  # another one where somebody has asked for another order
     spacing = NumericProperty("8dp")
-    row_height = NumericProperty("64dp")     # assumed for rows that were never visible
+    row_height = NumericProperty("64dp")  # assumed for rows that were never visible
     empty_text = StringProperty()
-    content_height = NumericProperty(0)      # of all rows; ``row_height`` for those that were never visible
-    moves = BooleanProperty(False)           # whether it is being scrolled, or was a moment ago
+    content_height = NumericProperty(0)  # of all rows; ``row_height`` for those that were never visible
+    moves = BooleanProperty(False)  # whether it is being scrolled, or was a moment ago
 
     __events__ = ("on_action", "on_end")
 
     def __init__(self, **kwargs):
         self.standing = Standing(self._sort_again)
-        self._rows: list = []                # the data in the order in which they are shown
+        self._rows: list = []  # the data in the order in which they are shown
         self._keys: list = []
         self._known: list = []
-        self._places: dict = {}              # of keys in the list
-        self._tops: list[float] = [0.]       # of each row, from the top of the content; the last is the whole height
+        self._places: dict = {}  # of keys in the list
+        self._tops: list[float] = [0.0]  # of each row, from the top of the content; the last is the whole height
         self._heights: dict = {}
-        self._is_calculated = False               # whether the tops are calculated from the present heights
+        self._is_calculated = False  # whether the tops are calculated from the present heights
         self._live: dict[object, Seat] = {}
         self._spare: list[Seat] = []
-        self._anchor: tuple | None = None    # (key of the first visible row, px of it above the edge); None: at the top
+        self._anchor: tuple | None = None  # (key of the first visible row, px of it above the edge); None: at the top
         self._width = 0
         self._moving = False
-        self._rest = Clock.create_trigger(self._stand_still, .2)
+        self._rest = Clock.create_trigger(self._stand_still, 0.2)
         self._arrange = Clock.create_trigger(self._place_rows, -1)
         self._content = RelativeLayout(size_hint_y=None, height=0)
         self._content.bind(height=self.setter("content_height"))
@@ -97,7 +99,7 @@ class LongList(LowPage):
     def show(self, key) -> None:
         """Scroll until the row of ``key`` is at the top, as far as the list goes."""
         if key in self._places:
-            self._anchor = key, 0.
+            self._anchor = key, 0.0
             self._arrange()
 
     @property
@@ -111,7 +113,9 @@ class LongList(LowPage):
         return [view for view in self.views if self._is_whole(view)]
 
     def _is_whole(self, view) -> bool:
-        top = self._content.height - (1 - self.scroll_y) * max(0, self._content.height - self.height)      # what the upper edge shows
+        top = self._content.height - (1 - self.scroll_y) * max(
+            0, self._content.height - self.height
+        )  # what the upper edge shows
         return view.parent.top <= top + 1 and view.parent.y >= top - self.height - 1
 
     def reveal(self, key) -> None:
@@ -119,8 +123,8 @@ class LongList(LowPage):
         if key not in self._places:
             return
         self._calculate()
-        n, above = self._places[key], (1 - self.scroll_y) * max(0., self._content.height - self.height)
-        least = self._tops[n] + self._height_of(key) - self.height            # what the upper edge shows then
+        n, above = self._places[key], (1 - self.scroll_y) * max(0.0, self._content.height - self.height)
+        least = self._tops[n] + self._height_of(key) - self.height  # what the upper edge shows then
         if self._tops[n] < above - 1:
             self.show(key)
         elif least > above + 1:
@@ -165,9 +169,11 @@ class LongList(LowPage):
         self._places = {key: n for n, key in enumerate(self._keys)}
         if len(self._places) != len(self._keys):
             raise ValueError("two rows with one key")
-        if self._anchor is not None and self._anchor[0] in set(before) - set(self._keys):      # the first one in sight has gone
-            after = before[before.index(self._anchor[0]):]
-            self._anchor = next(((key, 0.) for key in after if key in self._places), None)
+        if self._anchor is not None and self._anchor[0] in set(before) - set(
+            self._keys
+        ):  # the first one in sight has gone
+            after = before[before.index(self._anchor[0]) :]
+            self._anchor = next(((key, 0.0) for key in after if key in self._places), None)
         for key, seat in self._live.items():
             if key in self._places:
                 seat.view.take(self._rows[self._places[key]])
@@ -186,7 +192,7 @@ class LongList(LowPage):
     def _scrolled(self, *_):
         if not self._moving:
             above = (1 - self.scroll_y) * max(0, self._content.height - self.height)
-            n = min(bisect_right(self._tops, above + .5), len(self._keys)) - 1
+            n = min(bisect_right(self._tops, above + 0.5), len(self._keys)) - 1
             self._anchor = (self._keys[n], above - self._tops[n]) if above > 1 and n >= 0 else None
             self.moves = True
             self._rest.cancel()
@@ -203,12 +209,12 @@ class LongList(LowPage):
         way, self.wheel_way = self.wheel_way, 0
         if self._anchor is not None:
             key, hidden = self._anchor
-            if key in self._places and hidden > .5 and not self._at_end():
+            if key in self._places and hidden > 0.5 and not self._at_end():
                 n = self._places[key]
                 if way > 0 or (not way and hidden > (self._tops[n + 1] - self._tops[n]) / 2):
                     key = self._keys[min(n + 1, len(self._keys) - 1)]
                 if self._height_of(key) < self.height:
-                    self._anchor = key, 0.
+                    self._anchor = key, 0.0
         self._arrange()
 
     def _at_end(self) -> bool:
@@ -220,7 +226,7 @@ class LongList(LowPage):
     def _place_rows(self, _dt):
         if self.width < 2 or not self.viewclass:
             return
-        if self.width != self._width:            # other line breaks, other heights
+        if self.width != self._width:  # other line breaks, other heights
             self._width = self.width
             self._heights.clear()
             self._is_calculated = False
@@ -236,19 +242,19 @@ class LongList(LowPage):
     def _calculate(self):
         if not self._is_calculated:
             known, guess, spacing = self._heights, self.row_height, self.spacing
-            self._tops = list(accumulate((known.get(key, guess) + spacing for key in self._keys), initial=0.))
-            self._moving = True              # kivy adjusts scroll_y to the new height: that is no scrolling by the user
+            self._tops = list(accumulate((known.get(key, guess) + spacing for key in self._keys), initial=0.0))
+            self._moving = True  # kivy adjusts scroll_y to the new height: that is no scrolling by the user
             self._content.height = max(0, self._tops[-1] - (spacing if self._keys else 0))
             self._moving = False
             self._is_calculated = True
 
     def _hold_place(self) -> float:
         """Keep the anchor row in place; returns the px of content above the upper edge."""
-        hidden = max(0., self._content.height - self.height)
-        above = 0.
+        hidden = max(0.0, self._content.height - self.height)
+        above = 0.0
         if self._anchor is not None and self._anchor[0] in self._places:
             above = min(hidden, self._tops[self._places[self._anchor[0]]] + self._anchor[1])
-        if hidden and abs((1 - self.scroll_y) * hidden - above) > .5:
+        if hidden and abs((1 - self.scroll_y) * hidden - above) > 0.5:
             self._moving = True
             self.scroll_y = 1 - above / hidden
             self._moving = False
@@ -285,11 +291,10 @@ class LongList(LowPage):
         return seat
 
     def _forget_spare(self):
-        """Keep as many as there is room for, as when a search hides rows: a larger window, or rows before they had their height, took more.
-        """
+        """Keep as many as there is room for: a larger window, or rows before they had their height, took more."""
         if self._spare and self._heights:
             usual = sum(self._heights.values()) / len(self._heights) + self.spacing
-            del self._spare[max(0, int(self.height / usual) + 2 - len(self._live)):]
+            del self._spare[max(0, int(self.height / usual) + 2 - len(self._live)) :]
 
     def _new_seat(self):
         view = Factory.get(self.viewclass)(size_hint=(None, None), width=self.width)
@@ -302,11 +307,11 @@ class LongList(LowPage):
         wanted = bool(self.empty_text) and not self._keys
         if wanted and not labels:
             labels = [Factory.Note(size_hint_x=None)]
-            labels[0].fbind("height", self._arrange)         # which follows its text later
+            labels[0].fbind("height", self._arrange)  # which follows its text later
             self._content.add_widget(labels[0])
         for label in labels:
             if wanted:
-                label.text, label.width = self.empty_text, self.width - dp(12)         # rows leave the bar that much, too
+                label.text, label.width = self.empty_text, self.width - dp(12)  # rows leave the bar that much, too
                 self._content.height = label.height + dp(16)
             else:
                 self._content.remove_widget(label)

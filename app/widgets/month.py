@@ -1,4 +1,5 @@
 """A month whose days show whether they are working days, days off, closed days or extra working days; a day can be tapped."""
+
 from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, OptionProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -14,6 +15,7 @@ STATUSES = ("work", "free", "closed", "extra")
 class DayFace(Chart):
     """What a day shows, in one drawing: a month has 42 of them. Hatched where no work is done, with a border where that is an exception to
     the week; its number, and an icon beside it."""
+
     number = StringProperty()
     status = OptionProperty("work", options=STATUSES)
     icon = StringProperty()
@@ -43,6 +45,7 @@ class DayFace(Chart):
 
 class MonthDay(Tap):
     """A day; one without ``day`` belongs to another month."""
+
     day = ObjectProperty(None, allownone=True)
     text = StringProperty()
     status = OptionProperty("work", options=STATUSES)
@@ -52,6 +55,7 @@ class MonthDay(Tap):
 
 class MonthGrid(BoxLayout):
     """``days`` are the values of MonthDay in weeks of seven, ``weekdays`` the seven short names. ``on_day(day)``, ``on_turn(months)``."""
+
     title = StringProperty()
     weekdays = ListProperty([""] * 7)
     days = ListProperty()

@@ -1,4 +1,5 @@
 """Digits for gloved fingers: a telephone's keypad with backspace and done."""
+
 from kivy.properties import BooleanProperty
 from kivy.uix.gridlayout import GridLayout
 from kivy.uix.widget import Widget
@@ -15,8 +16,9 @@ class PadKey(CommandButton):
 
 class NumberPad(GridLayout):
     """Fires ``on_digit(digit)``, ``on_backspace`` and ``on_done``."""
-    KEYS = (*"123456789", BACKSPACE, "0", DONE)      # "": none in that place
-    ready = BooleanProperty(True)        # whether enough was entered: enables and highlights the done key
+
+    KEYS = (*"123456789", BACKSPACE, "0", DONE)  # "": none in that place
+    ready = BooleanProperty(True)  # whether enough was entered: enables and highlights the done key
 
     __events__ = ("on_digit", "on_backspace", "on_done")
 

@@ -4,6 +4,7 @@ kivy's scroll views (2.3.1) can't be nested: the outer one consumes the end of a
 Here each touch belongs to one of them: to the list or page under the finger, else to the page around it, and from where a list has reached
 its end (``CalmScroll``).
 """
+
 from kivy.uix.scrollview import ScrollView
 
 from app.widgets.scrolling import CalmScroll, ScrollPage
@@ -26,7 +27,7 @@ class LowPage(CalmScroll):
             return self._pass(touch)
         if self._is_for_inner(touch):
             is_wheel = "button" in touch.profile and touch.button.startswith("scroll")
-            return self._pass(touch) or (is_wheel and super().on_touch_down(touch))     # the list has reached its end
+            return self._pass(touch) or (is_wheel and super().on_touch_down(touch))  # the list has reached its end
         return super().on_touch_down(touch)
 
     def _pass(self, touch) -> bool:
@@ -40,8 +41,13 @@ class LowPage(CalmScroll):
     def _is_for_inner(self, touch) -> bool:
         """Whether a list, or a page that scrolls, is under the finger."""
         place = self.to_window(*touch.pos)
-        return any(inner is not self and isinstance(inner, ScrollView) and not (isinstance(inner, LowPage) and inner.is_still)
-                   and inner.collide_point(*inner.parent.to_widget(*place)) for inner in self.walk(restrict=True))
+        return any(
+            inner is not self
+            and isinstance(inner, ScrollView)
+            and not (isinstance(inner, LowPage) and inner.is_still)
+            and inner.collide_point(*inner.parent.to_widget(*place))
+            for inner in self.walk(restrict=True)
+        )
 
     def dispatch_children(self, event_type, *args, **kwargs):
         """Don't forward scroll events: kivy would do so for every touch, with wrong coordinates below a RelativeLayout. Who gets a touch is
@@ -63,7 +69,7 @@ class LowColumn(LowPage, ScrollPage):
 def turn_to(widget) -> None:
     """Scroll the pages around ``widget`` that scroll until all of it is seen, the inner ones first."""
     page = widget.parent
-    while page is not None and page is not page.parent:          # the window is its own parent
+    while page is not None and page is not page.parent:  # the window is its own parent
         if isinstance(page, LowPage) and not page.is_still:
             page.scroll_to(widget, padding=0, animate=False)
         page = page.parent

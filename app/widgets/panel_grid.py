@@ -3,6 +3,7 @@
 What comes into sight next is made (with ``ahead``) and filled beforehand, a few panels a frame: a whole row at once is forty texts, 8 ms in
 the middle of a fling.
 """
+
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
@@ -16,13 +17,14 @@ from kivy.uix.widget import Widget
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 
-SPARE = 2                # shelves that are kept for what scrolls into sight
-AHEAD = 3                # panels of the next one that are filled in a frame
+SPARE = 2  # shelves that are kept for what scrolls into sight
+AHEAD = 3  # panels of the next one that are filled in a frame
 
 
 @dataclass(frozen=True)
 class Shelf:
     """Values of PanelShelf: ``panels`` with the names of their classes, and how many places there are side by side, px apart."""
+
     key: Hashable
     panels: Sequence[tuple[str, object]]
     columns: int
@@ -36,16 +38,17 @@ class PanelGrid(LongList):
 
     ``panel_width`` is the least width of a panel. ``on_action(key, action, *values)`` comes from the panels.
     """
+
     panels = ListProperty()
     panelclass = StringProperty()
     panel_width = NumericProperty("400dp")
-    ahead = BooleanProperty(False)           # make a shelf for what will be scrolled into sight, before it is
+    ahead = BooleanProperty(False)  # make a shelf for what will be scrolled into sight, before it is
 
     def __init__(self, **kwargs):
         self._shelve = Clock.create_trigger(self._fill_shelves, -1)
         self._prepare = Clock.create_trigger(self._prepare_some, 0)
-        self._first, self._goes_down = 0, True                # the first shelf in sight, and where the list was moved last
-        self._coming = 0                                      # the shelf that comes next
+        self._first, self._goes_down = 0, True  # the first shelf in sight, and where the list was moved last
+        self._coming = 0  # the shelf that comes next
         super().__init__(viewclass="PanelShelf", **kwargs)
         for name in ("panels", "panelclass", "panel_width", "width", "spacing"):
             self.fbind(name, self._shelve)
@@ -56,7 +59,7 @@ class PanelGrid(LongList):
 
     def _forget_spare(self):
         """None where all are in sight: a shelf is a whole row of panels, and other columns need other ones."""
-        del self._spare[SPARE if len(self._live) < len(self._keys) else 0:]
+        del self._spare[SPARE if len(self._live) < len(self._keys) else 0 :]
 
     def _populate(self, shown):
         super()._populate(shown)
@@ -96,20 +99,23 @@ class PanelGrid(LongList):
         if self.width < 2:
             return
         columns, usual, spacing = self.columns, self.panelclass, self.spacing
-        panels = [(getattr(panel, "panelclass", usual), panel) for panel in self.standing.in_order(self.panels, self._known)]
-        shelves = [panels[start:start + columns] for start in range(0, len(panels), columns)]
+        panels = [
+            (getattr(panel, "panelclass", usual), panel) for panel in self.standing.in_order(self.panels, self._known)
+        ]
+        shelves = [panels[start : start + columns] for start in range(0, len(panels), columns)]
         self.data = [Shelf(shelf[0][1].key, shelf, columns, spacing) for shelf in shelves]
 
 
 class PanelShelf(BoxLayout):
     """One row of panels; places without a panel stay free. Not a ``Row`` itself: a tap is on a panel, whose key counts."""
+
     key = ObjectProperty(None, allownone=True)
     host = ObjectProperty(None, allownone=True)
     panels = ListProperty()
     columns = NumericProperty(1)
 
     def __init__(self, **kwargs):
-        self._left = []                      # views, and what they have not taken yet
+        self._left = []  # views, and what they have not taken yet
         self._is_being_prepared = False
         super().__init__(**kwargs)
         self.size_hint_y = None

@@ -2,16 +2,24 @@
 
 Their words come from the caller; ``app.screens.common.overlays.Dialogs`` fills them in.
 """
+
 from calendar import Calendar
 from datetime import date, time
 
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    BooleanProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 
 from app.widgets.dialogs import Dialog, FormDialog
 from app.widgets.number_pad import BACKSPACE, NumberPad
 from app.widgets.surfaces import Tap
 
-ERASE = 8                                # keys of a keyboard
+ERASE = 8  # keys of a keyboard
 ENTER = (13, 271)
 
 
@@ -24,7 +32,7 @@ class TimeEntry:
     def __init__(self, hour: int = 0, minute: int = 0) -> None:
         self.hour, self.minute = hour, minute
         self.part = "hour"
-        self._half = False                   # one digit of the present part has been typed
+        self._half = False  # one digit of the present part has been typed
 
     def select(self, part: str) -> None:
         self.part, self._half = part, False
@@ -32,7 +40,7 @@ class TimeEntry:
     def digit(self, number: int) -> None:
         limit = 23 if self.part == "hour" else 59
         value = getattr(self, self.part) * 10 + number if self._half else number
-        if value > limit:                    # the second digit cannot belong to the first: it begins the next part
+        if value > limit:  # the second digit cannot belong to the first: it begins the next part
             self._advance()
             self.digit(number)
             return
@@ -65,17 +73,20 @@ class TimeEntry:
 
 class TimePart(Tap):
     """Hour or minute, large; tapped it is the one typed into."""
+
     text = StringProperty()
     selected = BooleanProperty(False)
 
 
 class TimePad(NumberPad):
     """The digits of a time, which is confirmed elsewhere."""
+
     KEYS = (*"123456789", "", "0", BACKSPACE)
 
 
 class TimeDialog(Dialog):
     """Steps, keypad or keyboard; fires ``on_pick(datetime.time)``."""
+
     hour = NumericProperty(0)
     minute = NumericProperty(0)
     part = OptionProperty("hour", options=("hour", "minute"))
@@ -132,6 +143,7 @@ class TimeDialog(Dialog):
 
 class DayCell(Tap):
     """A day of the month grid; empty text = a day of another month."""
+
     day = ObjectProperty(None, allownone=True)
     text = StringProperty()
     selected = BooleanProperty(False)
@@ -144,6 +156,7 @@ class DateDialog(FormDialog):
     ``months`` are the twelve names, ``weekdays`` the seven short ones from Monday; days before ``first`` or after ``last`` (None = no
     limit) cannot be chosen; ``today`` is ringed.
     """
+
     chosen = ObjectProperty(None, allownone=True)
     today = ObjectProperty(None, allownone=True)
     first = ObjectProperty(None, allownone=True)

@@ -1,4 +1,5 @@
 """Rows of long lists about the plan: a start in the next days, a schedule."""
+
 from kivy.properties import BooleanProperty, StringProperty
 
 from app.widgets.lists import RecycledRow
@@ -9,6 +10,7 @@ from app.widgets.surfaces import Tap
 class DayLine(RecycledRow, Tap):
     """A heading of a day (``heading``), or a start on it: time, mission, the name that a person gave its schedule, robot, how soon; where
     there is room for ``columns`` when it ends instead, and what it needs. A start tapped fires "open"."""
+
     columns = BooleanProperty(False)
     until = StringProperty()
     condition = StringProperty()

@@ -1,4 +1,5 @@
 """Positions chosen on the map that a robot is on."""
+
 from collections import Counter
 from math import hypot
 from typing import NamedTuple
@@ -16,6 +17,7 @@ from app.widgets.tokens import tk
 
 class Spot(NamedTuple):
     """A position on the map, in fractions of it."""
+
     key: object
     x: float
     y: float
@@ -25,6 +27,7 @@ class Spot(NamedTuple):
 class PositionsMap(WholeMap):
     """Of the ``places``, each a Spot, the one nearest to a finger is ``chosen``, wherever the finger goes. Keys press one of them:
     ``on_spot(key)``."""
+
     chosen = ObjectProperty(None, allownone=True)
     watch = (*WholeMap.watch, "chosen")
     keeps_drag = True
@@ -84,17 +87,17 @@ class PositionsMap(WholeMap):
         if self.metres > 0:
             self._scale()
         plates = self.plates()
-        for place in sorted(self.places, key=lambda place: place.key == self.chosen):       # the chosen one above all others
+        for place in sorted(self.places, key=lambda place: place.key == self.chosen):  # the chosen one above all others
             is_chosen = place.key == self.chosen
             if is_chosen:
-                self._spot(place, dp(22), tk.accent, alpha=.25)
+                self._spot(place, dp(22), tk.accent, alpha=0.25)
             self._spot(place, dp(11) if is_chosen else dp(6), tk.accent)
             if is_chosen:
                 self._spot(place, dp(4), tk.map_floor)
             if place.key in plates:
                 self._plate(plates[place.key], place.name, tk.ink, ring=is_chosen)
 
-    def _spot(self, place, reach, colour, alpha=1.):
+    def _spot(self, place, reach, colour, alpha=1.0):
         x, y = self._point(place.x, place.y)
         self.box(x - reach, y - reach, 2 * reach, 2 * reach, colour, reach, alpha=alpha)
 
@@ -105,13 +108,21 @@ class PositionsMap(WholeMap):
         taken = [self._around(*self._point(place.x, place.y), dp(6)) for place in self.places]
         taken += [self._scale_area()] if self.metres > 0 else []
         for place in self.places:
-            free = next((plate for plate in self._beside(place)
-                         if not any(touch_each_other(plate, other) for other in (*taken, *found.values()))), None)
+            free = next(
+                (
+                    plate
+                    for plate in self._beside(place)
+                    if not any(touch_each_other(plate, other) for other in (*taken, *found.values()))
+                ),
+                None,
+            )
             if free is not None:
                 found[place.key] = free
         for place in self.places:
             if place.key == self.chosen and place.key not in found and (plate := next(iter(self._beside(place)), None)):
-                found = {key: other for key, other in found.items() if not touch_each_other(other, plate)} | {place.key: plate}
+                found = {key: other for key, other in found.items() if not touch_each_other(other, plate)} | {
+                    place.key: plate
+                }
         return found
 
     def _beside(self, place):
@@ -119,7 +130,12 @@ class PositionsMap(WholeMap):
         x, y = self._point(place.x, place.y)
         wide, high, gap = self.width_of(place.name) + dp(8), sp(20), dp(13)
         left = max(self.x, min(x - wide / 2, self.right - wide))
-        for corner in ((left, y - gap - high), (left, y + gap), (x + gap, y - high / 2), (x - gap - wide, y - high / 2)):
+        for corner in (
+            (left, y - gap - high),
+            (left, y + gap),
+            (x + gap, y - high / 2),
+            (x - gap - wide, y - high / 2),
+        ):
             plate = *corner, corner[0] + wide, corner[1] + high
             if self.x <= plate[0] and plate[2] <= self.right and self.y <= plate[1] and plate[3] <= self.top:
                 yield plate
@@ -128,11 +144,12 @@ class PositionsMap(WholeMap):
 class PositionDialog(Dialog):
     """As large as the window: of the ``places`` of the map's ``picture`` one is ``chosen``, and fires ``on_choose(key)`` when that is
     confirmed."""
+
     picture = ObjectProperty(None)
     texture = ObjectProperty(None)
     places = ListProperty()
     chosen = ObjectProperty(None, allownone=True)
-    name = StringProperty()              # of the chosen one
+    name = StringProperty()  # of the chosen one
 
     __events__ = ("on_choose",)
 
@@ -161,8 +178,9 @@ class PositionDialog(Dialog):
 class OnMap(CommandButton):
     """Opens the ``map`` to choose one of the ``options`` [(key, name), …] there; seen where it has one of them. A name that several have
     says nothing."""
+
     label = StringProperty()
-    map = ObjectProperty(None, allownone=True)       # picture with name, aspect, extent and places
+    map = ObjectProperty(None, allownone=True)  # picture with name, aspect, extent and places
     options = ListProperty()
     chosen = ObjectProperty(None, allownone=True)
 

@@ -3,6 +3,7 @@
 ``rest`` is global, as the window is. What goes or comes says so once; touches that are ignored never make the moment longer. It is counted
 from the frame after: a frame may take long, and what a finger did while it was drawn was meant for what was seen before.
 """
+
 import math
 import weakref
 
@@ -13,27 +14,27 @@ from kivy.metrics import dp
 from kivy.uix.behaviors import ButtonBehavior, FocusBehavior
 from kivy.uix.scrollview import ScrollView
 
-DOUBLE_TAP = .6                          # s within which a second tap belongs to the first
-SETTLES = .4                             # s in which a finger was still on its way to what was there before
-INSTANT = .001                           # s: a frame that falls on the end comes after it
-SPOT = 48                                # dp: as far from the first tap as the second may be
-SHORT = 1.                               # s: a page that scrolls hands on a tap a little after the finger has left
+DOUBLE_TAP = 0.6  # s within which a second tap belongs to the first
+SETTLES = 0.4  # s in which a finger was still on its way to what was there before
+INSTANT = 0.001  # s: a frame that falls on the end comes after it
+SPOT = 48  # dp: as far from the first tap as the second may be
+SHORT = 1.0  # s: a page that scrolls hands on a tap a little after the finger has left
 EVERYWHERE = (float("-inf"), float("-inf"), float("inf"), float("inf"))
-PRESSES = (13, 271, 32)                  # keys: Enter, that of the keypad, space
-MOVES = (9, 273, 274, 275, 276)          # Tab and arrows, which only go from one to another
+PRESSES = (13, 271, 32)  # keys: Enter, that of the keypad, space
+MOVES = (9, 273, 274, 275, 276)  # Tab and arrows, which only go from one to another
 
 
 class Rest:
     """Where touches are ignored, and until when; which keys. Tab and the arrows never are."""
 
     def __init__(self):
-        self._areas = []                     # (until, left, bottom, right, top), s of kivy's clock and px of the window
-        self._finger = 0., 0.                # where the last touch came down that was not ignored
-        self._touches = []                   # (when it came down, weak reference to it)
-        self._keys_until = 0.
-        self._takes_letters = False          # what has come takes them at once
-        self._down: dict[int, int] = {}      # keys that are down: how often each was reported since it was pressed
-        self._ignored: set[int] = set()      # those of them that do nothing until they are released
+        self._areas = []  # (until, left, bottom, right, top), s of kivy's clock and px of the window
+        self._finger = 0.0, 0.0  # where the last touch came down that was not ignored
+        self._touches = []  # (when it came down, weak reference to it)
+        self._keys_until = 0.0
+        self._takes_letters = False  # what has come takes them at once
+        self._down: dict[int, int] = {}  # keys that are down: how often each was reported since it was pressed
+        self._ignored: set[int] = set()  # those of them that do nothing until they are released
 
     def watch(self) -> None:
         """From now on; before anything else asks for the window's touches."""
@@ -93,15 +94,20 @@ class Rest:
 
         def count(now):
             ignored[0] = now + seconds
+
         from_next_frame(count)
 
     def _touch_down(self, _window, touch) -> bool:
         now, (x, y) = Clock.get_time(), touch.pos
-        if any(now < until and left <= x <= right and bottom <= y <= top for until, left, bottom, right, top in self._areas):
-            FocusBehavior.ignored_touch.append(touch)        # else it would end the typing in a field
+        if any(
+            now < until and left <= x <= right and bottom <= y <= top for until, left, bottom, right, top in self._areas
+        ):
+            FocusBehavior.ignored_touch.append(touch)  # else it would end the typing in a field
             return True
         self._finger = x, y
-        self._touches = [(began, known) for began, known in self._touches if now - began < SHORT] + [(now, weakref.ref(touch))]
+        self._touches = [(began, known) for began, known in self._touches if now - began < SHORT] + [
+            (now, weakref.ref(touch))
+        ]
         return False
 
     # ------------------------------------------------------------------ keys
@@ -115,6 +121,7 @@ class Rest:
 
         def count(now):
             self._keys_until = now + seconds
+
         from_next_frame(count)
         self._ignored.update(key for key in self._down if key not in MOVES)
         self.ask_first()
@@ -150,7 +157,7 @@ def _let_go(touch) -> None:
             touch.ungrab(widget)
             widget.state = "normal"
         elif isinstance(widget, ScrollView) and (drag := touch.ud.get(widget._get_uid())):
-            drag["mode"] = "scroll"          # no tap
+            drag["mode"] = "scroll"  # no tap
         elif hasattr(widget, "let_go"):
             widget.let_go(touch)
 

@@ -1,8 +1,19 @@
 """The robot on its own map: map picture or drawn plan, planned path, robot with its heading."""
+
 from itertools import pairwise
 from math import cos, hypot, pi, radians, sin
 
-from kivy.graphics import Color, Mesh, Rectangle, RoundedRectangle, SmoothLine, StencilPop, StencilPush, StencilUnUse, StencilUse
+from kivy.graphics import (
+    Color,
+    Mesh,
+    Rectangle,
+    RoundedRectangle,
+    SmoothLine,
+    StencilPop,
+    StencilPush,
+    StencilUnUse,
+    StencilUse,
+)
 from kivy.graphics.texture import Texture
 from kivy.metrics import dp, sp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
@@ -16,12 +27,12 @@ def ground(picture):
     texture = Texture.create(size=picture.size, colorfmt="rgba")
 
     def fill(texture):
-        pixels = bytearray(b"\xff" * (4 * len(picture.shade)))           # 1.4 MB of a usual map, not kept
+        pixels = bytearray(b"\xff" * (4 * len(picture.shade)))  # 1.4 MB of a usual map, not kept
         pixels[3::4] = picture.shade
         texture.blit_buffer(bytes(pixels), colorfmt="rgba", bufferfmt="ubyte")
 
     fill(texture)
-    texture.add_reload_observer(fill)        # a tablet may lose its graphics while it sleeps
+    texture.add_reload_observer(fill)  # a tablet may lose its graphics while it sleeps
     return texture
 
 
@@ -33,12 +44,13 @@ class RobotMap(Chart):
     still to drive, the last one is the goal; ``at`` empty = position unknown; ``name`` of the map is in a corner. The map keeps its
     proportions (``aspect`` = height / width); without enough room it is cropped around the robot.
     """
+
     tone = StringProperty("accent")
     at = ListProperty()
     heading = NumericProperty(0)
     path = ListProperty()
     texture = ObjectProperty(None, allownone=True)
-    aspect = NumericProperty(.385)
+    aspect = NumericProperty(0.385)
     walls = ListProperty()
     racks = ListProperty()
     places = ListProperty()
@@ -66,7 +78,7 @@ class RobotMap(Chart):
         """Fill the widget, with the robot visible, and the goal as well if both fit."""
         self._wide = max(self.width, self.height / self.aspect)
         self._high = self._wide * self.aspect
-        x, y = self.at or (.5, .5)
+        x, y = self.at or (0.5, 0.5)
         goal_x, goal_y = self.path[-1] if self.path else (x, y)
         self._x0 = self.x + self._shift(self.width, self._wide, x, goal_x)
         self._y0 = self.y + self._shift(self.height, self._high, y, goal_y)
@@ -102,7 +114,9 @@ class RobotMap(Chart):
         for place in self.places:
             px, py = self._point(place.x, place.y)
             half, high = self.width_of(place.name) / 2, sp(9)
-            if not (self.x < px < self.right and self.y + high + dp(3) < py < self.top - high - dp(3)) or 2 * half > self.width - dp(12):
+            if not (
+                self.x < px < self.right and self.y + high + dp(3) < py < self.top - high - dp(3)
+            ) or 2 * half > self.width - dp(12):
                 continue
             px = min(max(px, self.x + half + dp(6)), self.right - half - dp(6))
             plate = px - half - dp(3), py - high, px + half + dp(3), py + high
@@ -122,10 +136,10 @@ class RobotMap(Chart):
 
     def _plate(self, area, name, colour, ring=False):
         left, bottom, right, top = area
-        self.box(left, bottom, right - left, top - bottom, tk.map_floor, dp(4), alpha=1. if ring else .82)
+        self.box(left, bottom, right - left, top - bottom, tk.map_floor, dp(4), alpha=1.0 if ring else 0.82)
         if ring:
             self.box(left, bottom, right - left, top - bottom, tk.map_wall, dp(4), ring=1)
-        self.text(name, (left + right) / 2, (bottom + top) / 2, colour, 14, .5)
+        self.text(name, (left + right) / 2, (bottom + top) / 2, colour, 14, 0.5)
 
     @staticmethod
     def _around(x, y, reach):
@@ -133,20 +147,22 @@ class RobotMap(Chart):
 
     def _robot(self, x, y, heading, tone):
         colour = getattr(tk, tone)
-        self.box(x - dp(20), y - dp(20), dp(40), dp(40), colour, dp(20), alpha=.18)
+        self.box(x - dp(20), y - dp(20), dp(40), dp(40), colour, dp(20), alpha=0.18)
         self.box(x - dp(14), y - dp(14), dp(28), dp(28), tk.map_floor, dp(14))
         self.box(x - dp(12), y - dp(12), dp(24), dp(24), colour, dp(12))
         turn = radians(heading)
-        arrow = [(x + cos(turn + angle) * dp(reach), y + sin(turn + angle) * dp(reach))
-                 for reach, angle in ((8, 0), (7.5, 2.4), (3, pi), (7.5, -2.4))]
+        arrow = [
+            (x + cos(turn + angle) * dp(reach), y + sin(turn + angle) * dp(reach))
+            for reach, angle in ((8, 0), (7.5, 2.4), (3, pi), (7.5, -2.4))
+        ]
         Color(*tk.map_floor)
         Mesh(vertices=[c for point in arrow for c in (*point, 0, 0)], indices=[0, 1, 2, 0, 2, 3], mode="triangles")
         for a, b in zip(arrow, [*arrow[1:], arrow[0]], strict=True):
-            SmoothLine(points=[*a, *b], width=dp(.5))
+            SmoothLine(points=[*a, *b], width=dp(0.5))
 
     def _goal(self, points):
         """Dots at equal distances along the whole path, and a pin at its end."""
-        step, next_dot, gone = dp(9), dp(22), 0.
+        step, next_dot, gone = dp(9), dp(22), 0.0
         for (x1, y1), (x2, y2) in pairwise(points):
             length = hypot(x2 - x1, y2 - y1)
             while length and next_dot <= gone + length:
@@ -156,7 +172,7 @@ class RobotMap(Chart):
             gone += length
         x, y = points[-1]
         if not (self.x < x < self.right and self.y < y < self.top - dp(26)):
-            return                                                # the pin would be cut off
+            return  # the pin would be cut off
         self.box(x - dp(3), y - dp(3), dp(6), dp(6), tk.accent, dp(3))
         self.icon("map-marker", x, y + dp(11), tk.accent, 26)
 
@@ -165,6 +181,7 @@ class WholeMap(RobotMap):
     """All of the map, never cropped, with every robot on it, and a scale; ``metres`` is the map's width. ``robots`` = (x, y, heading,
     tone, name): the first is uppermost. A name is shown where it has room above or below its robot and covers neither a name nor a robot
     before it."""
+
     robots = ListProperty()
     metres = NumericProperty(0)
     watch = (*RobotMap.watch, "robots", "metres")
@@ -182,13 +199,21 @@ class WholeMap(RobotMap):
         for robot in reversed(self.robots):
             self._robot(*self._point(robot.x, robot.y), robot.heading, robot.tone)
         taken = []
-        for robot in self.robots:                # above all robots
+        for robot in self.robots:  # above all robots
             x, y = self._point(robot.x, robot.y)
             half = self.width_of(robot.name) / 2 + dp(4)
             x = min(max(x, self.x + half + dp(4)), self.right - half - dp(4))
             areas = [(x - half, low, x + half, low + sp(20)) for low in (y - dp(22) - sp(20), y + dp(22))]
-            area = next((area for area in areas if self.y < area[1] and area[3] < self.top
-                         and not any(touch_each_other(area, other) for other in taken)), None)
+            area = next(
+                (
+                    area
+                    for area in areas
+                    if self.y < area[1]
+                    and area[3] < self.top
+                    and not any(touch_each_other(area, other) for other in taken)
+                ),
+                None,
+            )
             if area is not None:
                 self._plate(area, robot.name, tk.ink, ring=True)
                 taken.append(area)
@@ -202,10 +227,10 @@ class WholeMap(RobotMap):
         wide, (left, low, right, top) = self._wide * length / self.metres, self._scale_area()
         self.box(left, low, right - left, top - low, tk.map_floor, dp(4))
         self.box(right - dp(8) - wide, low + dp(8), wide, dp(4), tk.ink)
-        self.text(f"{length:g} m", (left + right) / 2, low + dp(16) + sp(9), tk.ink, 14, .5)
+        self.text(f"{length:g} m", (left + right) / 2, low + dp(16) + sp(9), tk.ink, 14, 0.5)
 
     def _scale_length(self):
-        return next(step for step in (.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, self.metres) if 12 * step >= self.metres)
+        return next(step for step in (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, self.metres) if 12 * step >= self.metres)
 
     def _scale_area(self):
         length, right, low = self._scale_length(), self.right - dp(8), self.y + dp(8)

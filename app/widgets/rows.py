@@ -4,6 +4,7 @@
 PlanRow and DoneRow none, ScheduleRow "switch" (with the wanted state), "edit", "menu" (with the button to hang the menu on), LogRow
 "open", SectionRow "choose", OptionRow "choose".
 """
+
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
@@ -14,6 +15,7 @@ from app.widgets.tokens import late_color, tk
 
 class RobotChip(Row, TonedTap):
     """One robot in the picker: state's icon and word, name, battery. A selected one is solid in high contrast."""
+
     name = StringProperty()
     word = StringProperty()
     icon = StringProperty()
@@ -23,8 +25,8 @@ class RobotChip(Row, TonedTap):
     battery_fg = late_color((0, 0, 0, 1))
     icon_fg = late_color((0, 0, 0, 1))
     selected = BooleanProperty(False)
-    small = BooleanProperty(False)       # where three have little room
-    least = ListProperty([0, 0, 0, 0])   # px: width, and what is beside the name, the word and the battery
+    small = BooleanProperty(False)  # where three have little room
+    least = ListProperty([0, 0, 0, 0])  # px: width, and what is beside the name, the word and the battery
 
     def retone(self, *_):
         super().retone()
@@ -47,6 +49,7 @@ class SmallRobotChip(RobotChip):
 
 class QueueRow(RecycledRow, BoxLayout):
     """An item of the robot's queue, in a LongList; without ``cancellable`` it has no cross."""
+
     icon = StringProperty()
     number = StringProperty()
     tone = StringProperty("neutral")
@@ -63,6 +66,7 @@ class QueueRow(RecycledRow, BoxLayout):
 
 class PlanRow(RecycledRow, BoxLayout):
     """A planned start: time, ``day`` unless it is today, mission, and in the note how soon; ``icon`` marks one that something keeps."""
+
     icon = StringProperty()
     time = StringProperty()
     day = StringProperty()
@@ -72,6 +76,7 @@ class PlanRow(RecycledRow, BoxLayout):
 
 class DoneRow(RecycledRow, Toned, BoxLayout):
     """A run that is over, with its reason; only an ``abnormal`` one is coloured."""
+
     icon = StringProperty()
     mission = StringProperty()
     when = StringProperty()
@@ -82,6 +87,7 @@ class DoneRow(RecycledRow, Toned, BoxLayout):
 class ScheduleRow(Row, Toned, BoxLayout):
     """A schedule: switch, name and mission, rule, next and last start; a tap on the texts opens it, one on the dots its menu. The switch
     shows ``on`` until the data change; one that is ``over`` has none."""
+
     on = BooleanProperty(True)
     over = BooleanProperty(False)
     name = StringProperty()
@@ -95,6 +101,7 @@ class ScheduleRow(Row, Toned, BoxLayout):
 
 class StoryStep(Row, Toned, BoxLayout):
     """One step of a run's history; ``last`` ends the line that connects the steps."""
+
     label = StringProperty()
     time = StringProperty()
     note = StringProperty()
@@ -104,6 +111,7 @@ class StoryStep(Row, Toned, BoxLayout):
 class LogRow(RecycledRow, TonedTap):
     """A run in the log. A tap ("open") shows its history: ``steps`` (values of StoryStep), the robot's ``message``, and a button
     ("again") with the words ``again``."""
+
     icon = StringProperty()
     outcome = StringProperty()
     mission = StringProperty()
@@ -116,7 +124,7 @@ class LogRow(RecycledRow, TonedTap):
     steps = ListProperty()
     message = StringProperty()
     again = StringProperty()
-    narrow = BooleanProperty(False)      # robot and trigger are below the reason
+    narrow = BooleanProperty(False)  # robot and trigger are below the reason
 
     def on_release(self):
         self.act("open")
@@ -124,6 +132,7 @@ class LogRow(RecycledRow, TonedTap):
 
 class SectionRow(Row, TonedTap):
     """A section of Settings with its present value. Without ``icon`` it shows the robot glyph."""
+
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()
@@ -135,6 +144,7 @@ class SectionRow(Row, TonedTap):
 
 class OptionRow(RecycledRow, TonedTap):
     """One option of a list to choose from; ``mark`` shows a box that can be ticked. The ``tone`` is the icon's."""
+
     icon = StringProperty()
     text = StringProperty()
     note = StringProperty()

@@ -1,4 +1,5 @@
 """What scrolls: a scroll view whose touches are what fingers mean, and a page of one column."""
+
 from functools import lru_cache
 
 from kivy.effects.scroll import ScrollEffect
@@ -9,8 +10,8 @@ from kivy.uix.scrollview import ScrollView
 
 from app.widgets.lists import PRESSED_ROW, Row
 
-WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}               # by kivy's names, which say where the page goes
-FAR = 1e6                # px, where nothing is
+WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which say where the page goes
+FAR = 1e6  # px, where nothing is
 
 
 @lru_cache(maxsize=1)
@@ -19,11 +20,14 @@ def shade() -> Texture:
     texture = Texture.create(size=(1, 16), colorfmt="rgba")
 
     def fill(texture: Texture) -> None:
-        texture.blit_buffer(bytes(part for row in range(16) for part in (0, 0, 0, 255 * (15 - row) // 15)), colorfmt="rgba",
-                            bufferfmt="ubyte")
+        texture.blit_buffer(
+            bytes(part for row in range(16) for part in (0, 0, 0, 255 * (15 - row) // 15)),
+            colorfmt="rgba",
+            bufferfmt="ubyte",
+        )
 
     fill(texture)
-    texture.add_reload_observer(fill)        # a tablet may lose its graphics while it sleeps
+    texture.add_reload_observer(fill)  # a tablet may lose its graphics while it sleeps
     return texture
 
 
@@ -36,6 +40,7 @@ class CalmScroll(ScrollView):
     ``wheel_way``: where a mouse's wheel is turning it, 1 down, -1 up; 0: a finger, or nothing, has moved it. A list that comes to rest on
     whole rows goes on that way: a notch is less than half a row, so the nearest one would take it back.
     """
+
     wheel_way = 0
     shade = staticmethod(shade)
 
@@ -46,17 +51,22 @@ class CalmScroll(ScrollView):
 
     def __init__(self, **kwargs):
         kwargs.setdefault("effect_cls", ScrollEffect)
-        kwargs.setdefault("always_overscroll", False)        # what has room lies at the upper edge, however far it was scrolled
+        kwargs.setdefault(
+            "always_overscroll", False
+        )  # what has room lies at the upper edge, however far it was scrolled
         super().__init__(**kwargs)
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
             self.wheel_way = WHEEL_WAYS.get(touch.button, 0) if "button" in touch.profile else 0
-        if PRESSED_ROW not in touch.ud and (row := self._under(touch, lambda widget: isinstance(widget, Row))) is not None:
+        if (
+            PRESSED_ROW not in touch.ud
+            and (row := self._under(touch, lambda widget: isinstance(widget, Row))) is not None
+        ):
             touch.ud[PRESSED_ROW] = row.key
         is_for_fingers = self._under(touch, lambda widget: getattr(widget, "takes_at_once", False)) is not None
         if is_for_fingers and self._touch and self._touch.ud.get(self._get_uid(), {}).get("mode") == "scroll":
-            return True                          # the other finger scrolls
+            return True  # the other finger scrolls
         taken = super().on_touch_down(touch)
         if is_for_fingers and self._touch is touch and self._get_uid() in touch.ud:
             self._touch = None
@@ -69,8 +79,14 @@ class CalmScroll(ScrollView):
         if not self.collide_point(*touch.pos):
             return None
         place = self.to_window(*touch.pos)
-        return next((widget for widget in self.walk(restrict=True)
-                     if is_wanted(widget) and widget.collide_point(*widget.parent.to_widget(*place))), None)
+        return next(
+            (
+                widget
+                for widget in self.walk(restrict=True)
+                if is_wanted(widget) and widget.collide_point(*widget.parent.to_widget(*place))
+            ),
+            None,
+        )
 
     def _change_touch_mode(self, *_):
         """kivy gives a touch that rests to what is under it, for good; here only until it is dragged."""
@@ -90,7 +106,7 @@ class CalmScroll(ScrollView):
     def on_touch_up(self, touch):
         if touch.grab_current is self and touch.ud.pop(self._get_uid("lent"), False):
             touch.ungrab(self)
-            del touch.ud[self._get_uid()]            # no tap: what is under it has been pressed
+            del touch.ud[self._get_uid()]  # no tap: what is under it has been pressed
             if self._touch is None:
                 self.dispatch("on_scroll_stop", touch)
             return True
@@ -101,8 +117,11 @@ class CalmScroll(ScrollView):
         dx, dy = touch.x - touch.ox, touch.y - touch.oy
         if max(abs(dx), abs(dy)) <= self.scroll_distance or self._touch is not None:
             return False
-        follows = self.can_follow(dy) or self._around(dy) is not None if abs(dy) > abs(dx) else \
-            self.do_scroll_x and self.viewport_size[0] > self.width + 1
+        follows = (
+            self.can_follow(dy) or self._around(dy) is not None
+            if abs(dy) > abs(dx)
+            else self.do_scroll_x and self.viewport_size[0] > self.width + 1
+        )
         return follows and not any(getattr(reference(), "keeps_drag", False) for reference in touch.grab_list)
 
     def _take_back(self, touch):
@@ -150,7 +169,7 @@ class CalmScroll(ScrollView):
             touch.ud[outer._get_uid()].update(mode="scroll", user_stopped=True)
         touch.pop()
         if is_taken:
-            drag["mode"] = "scroll"                  # no tap
+            drag["mode"] = "scroll"  # no tap
             self.dispatch("on_scroll_stop", touch)
             del touch.ud[self._get_uid()]
             outer._touch = touch
@@ -161,9 +180,10 @@ class CalmScroll(ScrollView):
 
 class ScrollPage(CalmScroll):
     """A page that scrolls: children go into one column as wide as the page, as high as they need."""
+
     padding = VariableListProperty([0, 0, 0, 0])
     spacing = NumericProperty("16dp")
-    content_height = NumericProperty(0)      # of the column, with its padding
+    content_height = NumericProperty(0)  # of the column, with its padding
 
     def add_widget(self, widget, *args, **kwargs):
         column = self.ids.get("column")

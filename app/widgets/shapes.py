@@ -2,33 +2,39 @@
 
 Kivy's RoundedRectangle is jagged without multisampling, which GL drivers of kiosks often lack.
 """
+
 from functools import lru_cache
 from math import hypot
 
 from kivy.graphics import BorderImage, Rectangle
 from kivy.graphics.texture import Texture
 
-Colour = tuple[float, float, float, float]              # red, green, blue, alpha in 0..1
+Colour = tuple[float, float, float, float]  # red, green, blue, alpha in 0..1
 
 
 def texture_of(width: int, height: int, data: bytes) -> Texture:
     """``data`` has red, green, blue and alpha of each pixel, a byte each."""
+
     def fill(texture) -> None:
         texture.blit_buffer(data, colorfmt="rgba", bufferfmt="ubyte")
 
     texture = Texture.create(size=(width, height), colorfmt="rgba")
     fill(texture)
-    texture.add_reload_observer(fill)        # a tablet may lose its graphics while it sleeps
+    texture.add_reload_observer(fill)  # a tablet may lose its graphics while it sleeps
     return texture
 
 
 def pixel(colour) -> bytes:
-    return bytes(int(255 * min(1., max(0., part)) + .5) for part in colour)
+    return bytes(int(255 * min(1.0, max(0.0, part)) + 0.5) for part in colour)
 
 
 def alpha_texture(width: int, height: int, coverage) -> Texture:
     """White texture whose alpha at pixel i, j is ``coverage(i + .5, j + .5)`` in 0..1."""
-    return texture_of(width, height, b"".join(pixel((1, 1, 1, coverage(i + .5, j + .5))) for j in range(height) for i in range(width)))
+    return texture_of(
+        width,
+        height,
+        b"".join(pixel((1, 1, 1, coverage(i + 0.5, j + 0.5))) for j in range(height) for i in range(width)),
+    )
 
 
 def over(top: Colour, below: Colour) -> Colour:
@@ -47,8 +53,12 @@ class Corners:
         self._radius = radius
         self.edge = max(*radius, ring) + 1
         self._side = 2 * self.edge + 2
-        places = [n + .5 for n in range(self._side)]
-        self._covers = [(whole := self._cover(x, y, 0), whole - (self._cover(x, y, ring) if ring else 0)) for y in places for x in places]
+        places = [n + 0.5 for n in range(self._side)]
+        self._covers = [
+            (whole := self._cover(x, y, 0), whole - (self._cover(x, y, ring) if ring else 0))
+            for y in places
+            for x in places
+        ]
 
     def _cover(self, x: float, y: float, inset: int) -> float:
         """How much of the pixel around x, y lies within the rectangle ``inset`` px smaller on each side."""
@@ -59,7 +69,7 @@ class Corners:
         dx = inset + r - x if left else x - (side - inset - r)
         dy = y - (side - inset - r) if top else inset + r - y
         if r and dx > 0 and dy > 0:
-            return min(1., max(0., r - hypot(dx, dy) + .5))
+            return min(1.0, max(0.0, r - hypot(dx, dy) + 0.5))
         return float(inset <= x <= side - inset and inset <= y <= side - inset)
 
     def texture(self, colour) -> Texture:
@@ -85,15 +95,18 @@ def patch(radius: tuple[int, int, int, int], ring: int = 0) -> tuple[Texture, in
 def bordered_patch(radius: tuple[int, int, int, int], ring: int, fill: Colour, line: Colour) -> tuple[Texture, int]:
     """Texture of a rounded rectangle in ``fill`` with a border in ``line``, and its ``Corners.edge``."""
     corners = corners_of(radius, ring)
-    return corners.texture(lambda whole, border: over((*line[:3], line[3] * border), (*fill[:3], fill[3] * whole))), corners.edge
+    return corners.texture(
+        lambda whole, border: over((*line[:3], line[3] * border), (*fill[:3], fill[3] * whole))
+    ), corners.edge
 
 
 @lru_cache(maxsize=8)
 def hatch_texture(period: int, width: float) -> Texture:
     """Diagonal lines ``width`` px thick, repeating every ``period`` px."""
+
     def cover(x: float, y: float) -> float:
         across = (x - y) % period
-        return width / 2 + .5 - min(across, period - across) * .7071
+        return width / 2 + 0.5 - min(across, period - across) * 0.7071
 
     texture = alpha_texture(period, period, cover)
     texture.wrap = "repeat"
@@ -122,7 +135,13 @@ def _on_pixels(x: float, y: float, w: float, h: float, radius) -> tuple[int, int
     x0, y0 = round(x), round(y)
     w, h = max(1, round(x + w) - x0), max(1, round(y + h) - y0)
     limit = min(w, h) // 2
-    return x0, y0, w, h, tuple(min(int(r), limit) for r in (radius if isinstance(radius, tuple | list) else (radius,) * 4))
+    return (
+        x0,
+        y0,
+        w,
+        h,
+        tuple(min(int(r), limit) for r in (radius if isinstance(radius, tuple | list) else (radius,) * 4)),
+    )
 
 
 def _stretched(x: int, y: int, w: int, h: int, texture: Texture, edge: int) -> BorderImage:

@@ -1,5 +1,6 @@
 """A place in a layout that holds one widget or none. One that isn't shown doesn't exist: a hidden one would still take touches, and each of
 its texts 40 KB of memory."""
+
 from kivy.factory import Factory
 from kivy.lang import Builder
 from kivy.properties import ObjectProperty, StringProperty
@@ -10,11 +11,13 @@ from app.widgets.rest import rest
 
 class SlotPart(BoxLayout):
     """What a slot holds; its kv may read from ``card``."""
+
     card = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class PartSlot(BoxLayout):
     """Holds a widget of the class named ``part``, built with ``card=card``; nothing if ``part`` is empty. As high as the widget."""
+
     part = StringProperty()
     card = ObjectProperty(None, allownone=True)
 
@@ -28,7 +31,7 @@ class PartSlot(BoxLayout):
         wanted = self.part if self.card is not None else ""
         if [type(child).__name__ for child in self.children] == ([wanted] if wanted else []):
             return
-        for child in self.children:          # it would follow its card until it is collected
+        for child in self.children:  # it would follow its card until it is collected
             for widget in child.walk(restrict=True):
                 Builder.unbind_widget(widget.uid)
             rest.after_pressing(child)

@@ -1,5 +1,6 @@
 """Snackbars: short messages about what was done, with at most one button (Undo). The newest is shown; those before it lie below it and come
 back, so that a new one takes neither an undo away nor the place of what is under the top bar."""
+
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 
@@ -15,15 +16,16 @@ from app.widgets.rest import rest
 from app.widgets.surfaces import OnlySeen, Passive
 from app.widgets.text import line_width
 
-SECONDS = 4.
-UNDO_SECONDS = 8.
-SETTLES = .5             # s after one has come in the place of another, or over what is pressed, in which a finger was on its way to that
+SECONDS = 4.0
+UNDO_SECONDS = 8.0
+SETTLES = 0.5  # s after one has come in the place of another, or over what is pressed, in which a finger was on its way to that
 
 
 @dataclass
 class Message:
     """A text that is shown for ``seconds``, or until it is closed by hand (None); ``on_action`` runs when the button is pressed, ``on_end``
     if it wasn't. What was said before ``about`` any of the same is over: it may not hold any more."""
+
     text: str
     icon: str = ""
     action: str = ""
@@ -46,12 +48,13 @@ def _only(about: Hashable | None) -> frozenset[Hashable]:
 
 class Snackbar(OnlySeen, Passive, MDSnackbar):
     """One message on screen; only its button and its cross take touches. When it is shown, and for how long, is up to ``Snackbars``."""
+
     text = StringProperty()
     icon = StringProperty()
     action_text = StringProperty()
     closable = BooleanProperty(False)
-    words = NumericProperty(0)           # px, of the text on one line
-    around = NumericProperty(0)          # px, beside it
+    words = NumericProperty(0)  # px, of the text on one line
+    around = NumericProperty(0)  # px, beside it
 
     __events__ = ("on_action", "on_close")
 
@@ -73,12 +76,13 @@ class SnackbarStack(BoxLayout):
     """Holds the snackbar, on top of everything: in the top bar over the screen's name and the time, where nobody presses anything, or
     ``inside`` a dialog that reaches up there, between its head and its buttons. A text with no room there is over the whole bar (``wide``)
     rather than over the page. Of those ``below`` it an edge is seen."""
+
     below = NumericProperty(0)
     bar = ObjectProperty(None, allownone=True, rebind=True)
     dialog = ObjectProperty(None, allownone=True, rebind=True)
     inside = BooleanProperty(False)
     wide = BooleanProperty(False)
-    settles_at = 0.
+    settles_at = 0.0
 
     @property
     def has_just_moved(self) -> bool:
@@ -95,8 +99,14 @@ class Said:
 
     def __init__(self, message: Message, over: Callable[["Said"], object]) -> None:
         self.message, self.left = message, message.seconds
-        self.bar = Snackbar(text=message.text, icon=message.icon, action_text=message.action, closable=message.seconds is None, opacity=0)
-        self._over, self._timer, self._since = over, None, 0.
+        self.bar = Snackbar(
+            text=message.text,
+            icon=message.icon,
+            action_text=message.action,
+            closable=message.seconds is None,
+            opacity=0,
+        )
+        self._over, self._timer, self._since = over, None, 0.0
 
     @property
     def is_read(self) -> bool:
@@ -111,13 +121,13 @@ class Said:
         if instead:
             self.bar.opacity = 1
         else:
-            Animation(opacity=1, d=.15).start(self.bar)
+            Animation(opacity=1, d=0.15).start(self.bar)
 
     def stop(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-            self._timer, self.left = None, max(0., self.left - (Clock.get_time() - self._since))
-        Animation.cancel_all(self.bar)          # one that never ends keeps it
+            self._timer, self.left = None, max(0.0, self.left - (Clock.get_time() - self._since))
+        Animation.cancel_all(self.bar)  # one that never ends keeps it
 
 
 class Snackbars:
@@ -132,12 +142,28 @@ class Snackbars:
         """Show a message, in the place of what was said before ``about`` the same."""
         self.post(Message(text, icon=icon, seconds=seconds, about=_only(about)))
 
-    def undo(self, text: str, word: str, undo: Callable[[], object], ended: Callable[[], object] | None = None, *,
-             stays: bool = False, about: Hashable | None = None) -> None:
+    def undo(
+        self,
+        text: str,
+        word: str,
+        undo: Callable[[], object],
+        ended: Callable[[], object] | None = None,
+        *,
+        stays: bool = False,
+        about: Hashable | None = None,
+    ) -> None:
         """Show that something was removed, for 8 s with a button ``word`` that calls ``undo``; ``ended`` runs if it wasn't pressed. It may
         stay until it is closed."""
-        self.post(Message(text, action=word, on_action=undo, on_end=ended, seconds=None if stays else UNDO_SECONDS,
-                          about=_only(about)))
+        self.post(
+            Message(
+                text,
+                action=word,
+                on_action=undo,
+                on_end=ended,
+                seconds=None if stays else UNDO_SECONDS,
+                about=_only(about),
+            )
+        )
 
     def post(self, message: Message) -> None:
         """The same words without a button are not said twice: they are the newest now, for as long as if they came first."""
@@ -171,13 +197,13 @@ class Snackbars:
         """``instead``: in the place of another one."""
         said, stack = self._pile[-1], self._place()
         stack.add_widget(said.bar)
-        stack.settles_at = Clock.get_time() + SETTLES if instead or stack.wide else 0.
+        stack.settles_at = Clock.get_time() + SETTLES if instead or stack.wide else 0.0
         said.begin(instead)
 
     def _place(self) -> SnackbarStack:
         if self.stack is None:
             self.stack = SnackbarStack()
-        Window.remove_widget(self.stack)        # on top of what was opened since
+        Window.remove_widget(self.stack)  # on top of what was opened since
         Window.add_widget(self.stack)
         return self.stack
 

@@ -1,4 +1,5 @@
 """Surfaces: a box with a background, one that can be pressed, and tones that colour both."""
+
 from kivy.properties import BooleanProperty, OptionProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
@@ -13,6 +14,7 @@ CLEAR = (0, 0, 0, 0)
 class Toned:
     """Mixin: sets the colours fg, tint, tint_ink, solid and solid_ink from ``tone`` and the theme. Classes with further colours override
     ``retone``."""
+
     tone = OptionProperty("neutral", options=TONES)
     fg = late_color((0, 0, 0, 1))
     tint = late_color(CLEAR)
@@ -38,6 +40,7 @@ class Toned:
 class OnlySeen:
     """Mixin that ignores touches while the widget is invisible, for its children as well. In kivy, layouts forward touches to invisible
     children, and disabled widgets consume those on them. What is not ``visible`` keeps its place, unless its size says otherwise."""
+
     visible = BooleanProperty(True)
 
     def on_visible(self, *_):

@@ -1,4 +1,5 @@
 """The squares of legends."""
+
 from kivy.metrics import dp
 from kivy.properties import OptionProperty
 
@@ -7,12 +8,25 @@ from app.widgets.timeline_bars import paint_look
 from app.widgets.timeline_painting import TOKENS, colours
 from app.widgets.tokens import tk
 
-SWATCHES = (*TOKENS, "typed", "charging", "overlap", "closed", "accent", "accent_mid", "track", "attention_solid", "fault_solid",
-            "neutral_solid", "done_solid")
+SWATCHES = (
+    *TOKENS,
+    "typed",
+    "charging",
+    "overlap",
+    "closed",
+    "accent",
+    "accent_mid",
+    "track",
+    "attention_solid",
+    "fault_solid",
+    "neutral_solid",
+    "done_solid",
+)
 
 
 class Swatch(Chart):
     """One legend square, drawn like the thing it explains."""
+
     kind = OptionProperty("planned", options=SWATCHES)
     watch = ("kind",)
 
@@ -22,7 +36,9 @@ class Swatch(Chart):
             look = "planned" if self.kind == "typed" else self.kind
             paint_look(look, colours()[look], *area)
             if self.kind == "typed":
-                self.box(self.x + dp(3), self.y + dp(3), self.width - dp(6), self.height - dp(6), tk.accent, dp(1), ring=1)
+                self.box(
+                    self.x + dp(3), self.y + dp(3), self.width - dp(6), self.height - dp(6), tk.accent, dp(1), ring=1
+                )
         elif self.kind == "charging":
             self.box(*area, tk.accent_soft, dp(3))
             self.box(*area, tk.accent, dp(3), ring=1)

@@ -1,4 +1,5 @@
 """Text and icons, and the classes of each size of text: Body, Note, Title …"""
+
 import re
 
 from kivy.core.text import Label as CoreLabel
@@ -10,10 +11,12 @@ from kivymd.uix.label import MDIcon, MDLabel
 
 from app.widgets.tokens import font_of
 
-SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")          # where an address, a path or a file name may go on in the next line
-JOINT = re.compile(r"(?<=\d) (?=(?:s|min|h|d|pv|%|m|km|m/s)(?![\w/]))| (?=…)")  # between a number and its unit, before dots: no line ends
+SEAM = re.compile(r"(?<=[/@._-])(?=.)|(?=:\d)")  # where an address, a path or a file name may go on in the next line
+JOINT = re.compile(
+    r"(?<=\d) (?=(?:s|min|h|d|pv|%|m|km|m/s)(?![\w/]))| (?=…)"
+)  # between a number and its unit, before dots: no line ends
 
-SEEN = 2.5               # characters in the width of an em: on average there are two
+SEEN = 2.5  # characters in the width of an em: on average there are two
 
 
 class Txt(MDLabel):
@@ -24,20 +27,21 @@ class Txt(MDLabel):
     before its port, after a slash and the like; only one without such a place breaks anywhere. No number is parted from its unit, and
     no "…" from the word before it.
     """
+
     fit = BooleanProperty(False)
     max_width = NumericProperty(0)
     least_width = NumericProperty(0)
     most_lines = NumericProperty(0)
-    lines = NumericProperty(0)               # that are shown
+    lines = NumericProperty(0)  # that are shown
     font_name = StringProperty("Roboto")
-    font_size = NumericProperty("16sp")      # a string, so that kivy follows the font scale live
-    pos_hint = ObjectProperty({"center_y": .5})      # where it stands in a row
+    font_size = NumericProperty("16sp")  # a string, so that kivy follows the font scale live
+    pos_hint = ObjectProperty({"center_y": 0.5})  # where it stands in a row
     halign = OptionProperty("left", options=["left", "center", "right", "justify", "auto"])
     valign = OptionProperty("middle", options=["bottom", "middle", "center", "top"])
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        mode = self._mode                    # one method for all: each access makes another
+        mode = self._mode  # one method for all: each access makes another
         for name in ("fit", "max_width", "least_width", "text", "font_size", "font_name", "markup"):
             self.fbind(name, mode)
         self.fbind("most_lines", self._trigger_texture)
@@ -86,11 +90,11 @@ class Txt(MDLabel):
         room = int(SEEN * (self.most_lines + 2) * width / self.font_size)
         text = self._seamed(self.text[:room], width)
         lines = self._lines_of(text)
-        if len(self.text) > room and len(lines) < self.most_lines + 2:       # very narrow characters: more of them are seen
+        if len(self.text) > room and len(lines) < self.most_lines + 2:  # very narrow characters: more of them are seen
             text = self._seamed(self.text, width)
             lines = self._lines_of(text)
         if len(lines) > self.most_lines:
-            lines = lines[:int(self.most_lines)]
+            lines = lines[: int(self.most_lines)]
             text = "\n".join([*lines[:-1], self._shortened(lines[-1], width)])
         return text
 
@@ -101,7 +105,9 @@ class Txt(MDLabel):
 
     def _seamed(self, text, width) -> str:
         text = JOINT.sub("\N{NO-BREAK SPACE}", text)
-        if max(map(len, text.split()), default=0) * self.font_size > width:          # else no word is too wide: don't measure them
+        if (
+            max(map(len, text.split()), default=0) * self.font_size > width
+        ):  # else no word is too wide: don't measure them
             self._label.resolve_font_name()
             text = re.sub(r"\S+", lambda word: self._break_word(word[0], width), text)
         return text
@@ -132,24 +138,32 @@ def line_width(text: str, font_name: str, font_size: float) -> float:
 def _role(font_style: str, role: str, name: str) -> type[Txt]:
     """The class ``name`` of texts in one role of KivyMD's type scale."""
     font_name, font_size = font_of(font_style, role)
-    return type(Txt)(name, (Txt,), {
-        "font_style": StringProperty(font_style), "role": OptionProperty(role, options=["large", "medium", "small"]),
-        "font_name": StringProperty(font_name), "font_size": NumericProperty(font_size)})
+    return type(Txt)(
+        name,
+        (Txt,),
+        {
+            "font_style": StringProperty(font_style),
+            "role": OptionProperty(role, options=["large", "medium", "small"]),
+            "font_name": StringProperty(font_name),
+            "font_size": NumericProperty(font_size),
+        },
+    )
 
 
-Body, BodyStrong = _role("Body", "large", "Body"), _role("Title", "medium", "BodyStrong")                      # 16 sp
-Note, NoteStrong = _role("Body", "medium", "Note"), _role("Label", "medium", "NoteStrong")                     # 14
-Title, Value = _role("Title", "large", "Title"), _role("Title", "large", "Value")                              # 20
-BigValue, ScreenTitle = _role("Headline", "small", "BigValue"), _role("Headline", "small", "ScreenTitle")      # 24
-StateWord, Kpi = _role("Headline", "medium", "StateWord"), _role("Display", "small", "Kpi")                    # 28, 36
+Body, BodyStrong = _role("Body", "large", "Body"), _role("Title", "medium", "BodyStrong")  # 16 sp
+Note, NoteStrong = _role("Body", "medium", "Note"), _role("Label", "medium", "NoteStrong")  # 14
+Title, Value = _role("Title", "large", "Title"), _role("Title", "large", "Value")  # 20
+BigValue, ScreenTitle = _role("Headline", "small", "BigValue"), _role("Headline", "small", "ScreenTitle")  # 24
+StateWord, Kpi = _role("Headline", "medium", "StateWord"), _role("Display", "small", "Kpi")  # 28, 36
 
 
 class Ico(MDIcon):
     """One Material Design icon by name; an unknown name raises ``KeyError`` instead of showing nothing."""
+
     icon = StringProperty("")
     font_name = StringProperty("Icons")
     font_size = NumericProperty("24dp")
-    pos_hint = ObjectProperty({"center_y": .5})
+    pos_hint = ObjectProperty({"center_y": 0.5})
     halign = OptionProperty("center", options=["left", "center", "right", "justify", "auto"])
     valign = OptionProperty("middle", options=["bottom", "middle", "center", "top"])
 

@@ -1,4 +1,5 @@
 """Hours as a timeline draws them: folded time takes little room, however long it is."""
+
 from bisect import bisect_right
 from collections.abc import Iterable
 
@@ -7,8 +8,8 @@ class TimeScale:
     """``folds`` [(from, to)] in hours, apart from each other; each takes ``width`` hours of room, or less if it is shorter. ``drawn(hour)``
     is where an hour is, in hours of room from hour 0 on; ``hour(drawn)`` what is there."""
 
-    def __init__(self, folds: Iterable[tuple[float, float]] = (), width: float = 0.) -> None:
-        self._folds: list[tuple[float, float, float, float]] = []        # from, to, and the same as drawn
+    def __init__(self, folds: Iterable[tuple[float, float]] = (), width: float = 0.0) -> None:
+        self._folds: list[tuple[float, float, float, float]] = []  # from, to, and the same as drawn
         self._starts: list[float] = []
         for start, end in sorted(folds):
             drawn = self.drawn(start)

@@ -3,6 +3,7 @@
 A finger drags it along, two fingers zoom. What is drawn (``Drawing``) reaches beyond what is seen and is only moved as long as it does; a
 new drawing of crowded lanes is made a few lanes a frame, and takes the place of the old one when it is complete.
 """
+
 import math
 from collections.abc import Iterator
 
@@ -16,13 +17,15 @@ from app.widgets.timeline_bars import paint_lifted
 from app.widgets.timeline_drawing import Box, Drawing
 from app.widgets.timeline_painting import AXIS, FOLD, Frame
 
-AT_ONCE = 2000           # bars that are drawn in one frame
-NEAR_END = .15           # of what is seen: so near to the end of a drawing a new one is begun
-SLOP = 12                # dp that a finger moves before it drags
-MOST_SEATS = 40          # of bars of a lane
-LONG = .5                # s until a press is a long one
-SECOND_TAP = .28         # s after a tap, in which another one is the same: what it has opened or moved is under the finger then
-STEP = 1 / 12            # hours between times that fingers choose
+AT_ONCE = 2000  # bars that are drawn in one frame
+NEAR_END = 0.15  # of what is seen: so near to the end of a drawing a new one is begun
+SLOP = 12  # dp that a finger moves before it drags
+MOST_SEATS = 40  # of bars of a lane
+LONG = 0.5  # s until a press is a long one
+SECOND_TAP = (
+    0.28  # s after a tap, in which another one is the same: what it has opened or moved is under the finger then
+)
+STEP = 1 / 12  # hours between times that fingers choose
 LEAST_HOURS, MOST_HOURS = 6, 168
 
 
@@ -42,6 +45,7 @@ class Timeline(Chart):
     ``day_text(first)`` stands above the names. In a page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say
     which lanes need drawing, and where the axis is.
     """
+
     lanes = ListProperty()
     bands = ListProperty()
     ticks = ListProperty()
@@ -49,30 +53,30 @@ class Timeline(Chart):
     first = NumericProperty(0)
     now = NumericProperty(-1)
     now_label = StringProperty()
-    lane_height = NumericProperty("44dp")    # least
-    wanted_height = NumericProperty(0)       # of all lanes at their least; for a timeline that scrolls
+    lane_height = NumericProperty("44dp")  # least
+    wanted_height = NumericProperty(0)  # of all lanes at their least; for a timeline that scrolls
     seen_from = NumericProperty(0)
     seen_height = NumericProperty(0)
-    time_text = ObjectProperty(str)          # words for an hour
-    day_text = ObjectProperty(lambda _hour: "")      # the day of one
+    time_text = ObjectProperty(str)  # words for an hour
+    day_text = ObjectProperty(lambda _hour: "")  # the day of one
     watch = ("lanes", "bands", "ticks", "hours")
 
-    touched = BooleanProperty(False)         # fingers move it just now
-    takes_at_once = True                     # of a page that scrolls: one of two fingers would come late
+    touched = BooleanProperty(False)  # fingers move it just now
+    takes_at_once = True  # of a page that scrolls: one of two fingers would come late
     __events__ = ("on_bar", "on_window", "on_fold", "on_free", "on_moved", "on_lane")
 
     def __init__(self, **kwargs):
-        self._fingers: dict[object, tuple[float, float]] = {}      # uid of a touch: where it is
+        self._fingers: dict[object, tuple[float, float]] = {}  # uid of a touch: where it is
         self._moved = False
-        self._may_tap = False                                      # the finger has stayed where it came down, alone
-        self._meant = self._free = None                            # what it came down on: an event, a lane's key and an hour
-        self._answered = -SECOND_TAP                               # when a tap was
+        self._may_tap = False  # the finger has stayed where it came down, alone
+        self._meant = self._free = None  # what it came down on: an event, a lane's key and an hour
+        self._answered = -SECOND_TAP  # when a tap was
         self._seats: dict[tuple[int, str, object], KeySeat] = {}
-        self._lifted = None                                        # a bar under a finger, where it was, and when it would begin now
+        self._lifted = None  # a bar under a finger, where it was, and when it would begin now
         self._is_long = Clock.create_trigger(self._press_long, LONG)
-        self._drawing: Drawing | None = None                       # that is seen
-        self._next: Drawing | None = None                          # that is being made
-        self._is_stale = False                                     # and is not what is wanted any more
+        self._drawing: Drawing | None = None  # that is seen
+        self._next: Drawing | None = None  # that is being made
+        self._is_stale = False  # and is not what is wanted any more
         self._make_soon = Clock.create_trigger(self._make, 0)
         self._place_soon = Clock.create_trigger(self._place, -1)
         super().__init__(**kwargs)
@@ -109,7 +113,11 @@ class Timeline(Chart):
         return self._moved or len(self._fingers) > 1
 
     def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos) and not touch.is_mouse_scrolling and len(self._fingers) < (1 if self._lifted else 2):
+        if (
+            self.collide_point(*touch.pos)
+            and not touch.is_mouse_scrolling
+            and len(self._fingers) < (1 if self._lifted else 2)
+        ):
             self._is_long.cancel()
             self._may_tap = not self._fingers and Clock.get_time() - self._answered >= SECOND_TAP
             if not self._fingers:
@@ -136,7 +144,9 @@ class Timeline(Chart):
         self._moved = self.touched = True
         self._fingers[touch.uid] = touch.pos
         if len(before) == 2:
-            self._pinch(*(position[0] for position in before.values()), *(position[0] for position in self._fingers.values()))
+            self._pinch(
+                *(position[0] for position in before.values()), *(position[0] for position in self._fingers.values())
+            )
         else:
             self._drag(touch.x - before[touch.uid][0])
         return True
@@ -174,7 +184,7 @@ class Timeline(Chart):
         if self.touched:
             self.dispatch("on_window", self.first, self.hours)
             self.touched = False
-            self._place_soon()                   # labels at the edges come whole again
+            self._place_soon()  # labels at the edges come whole again
 
     def _answer(self, *event):
         """A tap."""
@@ -185,14 +195,17 @@ class Timeline(Chart):
     def _press_long(self, _dt):
         """Lift the bar that it came down on, if that may be moved, or tell what free time it is on."""
         event, key = (self._meant or ("", None))[:2]
-        bar = next((bar for lane in self.lanes for bar in lane.bars if event == "on_bar" and bar.key == key and bar.movable), None)
+        bar = next(
+            (bar for lane in self.lanes for bar in lane.bars if event == "on_bar" and bar.key == key and bar.movable),
+            None,
+        )
         place = next((box for box in self.boxes() if bar is not None and box[4] == bar.key), None)
         if place is not None:
             self._moved = self.touched = True
             self._lifted = bar, place, bar.start
             self._lift(0)
         elif self._free is not None and bar is None:
-            self._moved = True                   # its end is no tap
+            self._moved = True  # its end is no tap
             self.dispatch("on_free", *self._free)
 
     def _time_at(self, x) -> float:
@@ -234,10 +247,17 @@ class Timeline(Chart):
         if drawing is None:
             return wanted
         frame, old, self._seats = drawing.frame, self._seats, {}
-        folds = [("on_fold", start, (self.left_of(start), self.left_of(end))) for start, end, _, kind in self.bands if kind == "folded"]
+        folds = [
+            ("on_fold", start, (self.left_of(start), self.left_of(end)))
+            for start, end, _, kind in self.bands
+            if kind == "folded"
+        ]
         for n in sorted(drawing.lanes):
             lane, bottom = frame.lanes[n], frame.middle(n) - frame.bar_height / 2
-            seen = sorted((box for box in drawing.boxes(n) if box[2] > frame.left and box[0] < frame.right), key=lambda box: box[0])
+            seen = sorted(
+                (box for box in drawing.boxes(n) if box[2] > frame.left and box[0] < frame.right),
+                key=lambda box: box[0],
+            )
             bars = [("on_bar", key, (left, right)) for left, _bottom, right, _top, key in seen[:MOST_SEATS]]
             found = [("on_lane", lane.key, (frame.x, frame.right))] if lane.line else bars + folds
             ahead = self.left_of(self.now)
@@ -281,25 +301,43 @@ class Timeline(Chart):
     def _free_at(self, x, y):
         """The lane's key and the hour of free time there, also a little beside a bar that stays where it is; or None."""
         lane = self._lane_at(y)
-        is_free = lane is not None and not lane.line and x >= self._drawing.frame.left and not self._bars_near(x, y, dp(8))
+        is_free = (
+            lane is not None and not lane.line and x >= self._drawing.frame.left and not self._bars_near(x, y, dp(8))
+        )
         return (lane.key, self._time_at(x)) if is_free else None
 
     def _lane_at(self, y):
         """None: on the axis, or there is nothing."""
         frame = self._drawing.frame if self._drawing is not None else None
-        return frame.lanes[frame.lane_at(y)] if frame is not None and y < frame.bottom_of_axis - self.seen_from else None
+        return (
+            frame.lanes[frame.lane_at(y)] if frame is not None and y < frame.bottom_of_axis - self.seen_from else None
+        )
 
     def _bars_near(self, x, y, reach=None):
         """Keys: the bar nearest to a finger, the uppermost of several, and those that share its place and are as near."""
         reach, slack = reach or dp(24), dp(8)
         lanes = {self._drawing.frame.lane_at(y + slack), self._drawing.frame.lane_at(y - slack)}
-        boxes = (box for lane in lanes for box in reversed([*self._drawing.boxes(lane)]) if box[1] - slack <= y <= box[3] + slack)
-        near = sorted(((max(box[0] - x, x - box[2], 0), max(box[1] - y, y - box[3], 0), box) for box in boxes), key=lambda hit: hit[:2])
+        boxes = (
+            box
+            for lane in lanes
+            for box in reversed([*self._drawing.boxes(lane)])
+            if box[1] - slack <= y <= box[3] + slack
+        )
+        near = sorted(
+            ((max(box[0] - x, x - box[2], 0), max(box[1] - y, y - box[3], 0), box) for box in boxes),
+            key=lambda hit: hit[:2],
+        )
         if not near or near[0][0] > reach:
             return []
         nearest, _above, (left, bottom, right, _top, first) = near[0]
-        return [first, *(key for distance, _above, (x1, y1, x2, _y2, key) in near[1:]
-                         if distance <= nearest + slack and y1 == bottom and x1 < right and left < x2)]
+        return [
+            first,
+            *(
+                key
+                for distance, _above, (x1, y1, x2, _y2, key) in near[1:]
+                if distance <= nearest + slack and y1 == bottom and x1 < right and left < x2
+            ),
+        ]
 
     def _drag(self, dx):
         """Move what is drawn; ``first`` follows at once."""
@@ -337,7 +375,9 @@ class Timeline(Chart):
     def draw(self):
         """Begin a new drawing; it is seen when it is complete."""
         self._is_stale = False
-        frame = Frame.of(self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size, self.day_text(self.first))
+        frame = Frame.of(
+            self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size, self.day_text(self.first)
+        )
         self._next = Drawing(frame, self.seen_height)
         self._make()
 

@@ -1,4 +1,5 @@
 """What stands on the axis of a timeline: days and times, the present one, until when everything is held."""
+
 from __future__ import annotations
 
 from kivy.metrics import dp
@@ -8,7 +9,7 @@ from app.widgets.chart import box, text, width_of
 from app.widgets.timeline_painting import AXIS, Frame, Span, kept_in
 from app.widgets.tokens import tk
 
-BESIDE = 8               # dp: so far beside its line a label may end
+BESIDE = 8  # dp: so far beside its line a label may end
 
 
 def paint_now(frame: Frame, now: float) -> None:
@@ -28,7 +29,7 @@ def paint_axis(frame: Frame, seen: Span, now: float, now_label: str) -> None:
     _paint_tick_labels(frame, seen, taken + _paint_hold(frame, seen, pill))
     if pill:
         box(left, frame.bottom_of_axis + dp(3), width, dp(24), tk.ink, dp(12))
-        text(now_label, left + width / 2, frame.top - dp(AXIS) / 2 + dp(1), tk.surface, ax=.5, font="RobotoMedium")
+        text(now_label, left + width / 2, frame.top - dp(AXIS) / 2 + dp(1), tk.surface, ax=0.5, font="RobotoMedium")
 
 
 def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
@@ -43,7 +44,7 @@ def _paint_hold(frame: Frame, seen: Span, now: Span | None) -> list[Span]:
                 x = max(seen[0], (now[0] - dp(6) if now and now[1] + dp(6) == x else seen[1]) - width)
             y = frame.top - dp(AXIS) / 2 + dp(1)
             box(x, y - dp(12), width, dp(24), tk.attention_solid, dp(12))
-            text(md_icons["hand-back-right-outline"], x + dp(18), y, tk.amber_ink, 16, .5, .5, "Icons")
+            text(md_icons["hand-back-right-outline"], x + dp(18), y, tk.amber_ink, 16, 0.5, 0.5, "Icons")
             text(words, x + dp(30), y, tk.amber_ink, font="RobotoMedium")
             return [(x, x + width)]
     return []
@@ -61,8 +62,10 @@ def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
         places = [kept_in(frame.at(hour), width, seen)]
         if strong and seen[0] <= frame.at(hour) <= seen[1]:
             beside = [place for begins, ends in taken for place in (ends + dp(6), begins - dp(6) - width)]
-            places += sorted((place for place in beside if frame.at(hour) - dp(BESIDE) - width < place < frame.at(hour) + width),
-                             key=lambda x: abs(x - places[0]))
+            places += sorted(
+                (place for place in beside if frame.at(hour) - dp(BESIDE) - width < place < frame.at(hour) + width),
+                key=lambda x: abs(x - places[0]),
+            )
         for left in places:
             is_cut = any(left < edge < left + width for edge in seen)
             if not is_cut and all(left + width + dp(6) <= begins or ends + dp(6) <= left for begins, ends in taken):

@@ -3,6 +3,7 @@
 It is made lane by lane, so that a crowded one can be spread over several frames, and lanes that come into sight are added. The axis and the
 now-line depend on the time and on the edges of what is seen, so they are a layer of their own.
 """
+
 from __future__ import annotations
 
 import math
@@ -10,7 +11,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from kivy.graphics import Canvas, PopMatrix, PushMatrix, Rectangle, StencilPop, StencilPush, StencilUnUse, StencilUse, Translate
+from kivy.graphics import (
+    Canvas,
+    PopMatrix,
+    PushMatrix,
+    Rectangle,
+    StencilPop,
+    StencilPush,
+    StencilUnUse,
+    StencilUse,
+    Translate,
+)
 from kivy.metrics import dp
 
 from app.widgets.chart import box, text
@@ -20,11 +31,11 @@ from app.widgets.timeline_painting import AXIS, Frame, paint_background, paint_n
 from app.widgets.timeline_words import Cluster, clusters, paint_words
 from app.widgets.tokens import tk
 
-DETAILED = 160           # bars in sight with border and whisker, shared by the lanes: of more, a lane's are drawn together, but no other's
-LEAST = 8                # of them that a lane may have, however many lanes there are
-NEARLY = 1e-9            # hours: sums of floats
+DETAILED = 160  # bars in sight with border and whisker, shared by the lanes: of more, a lane's are drawn together, but no other's
+LEAST = 8  # of them that a lane may have, however many lanes there are
+NEARLY = 1e-9  # hours: sums of floats
 
-Box = tuple[float, float, float, float, object]      # left, bottom, right, top in px, key of the bar
+Box = tuple[float, float, float, float, object]  # left, bottom, right, top in px, key of the bar
 
 
 @contextmanager
@@ -42,16 +53,18 @@ def _window(pos: tuple[float, float], size: tuple[float, float]) -> Iterator[Non
 class Drawing:
     """Of one frame. ``canvas`` holds it; ``show_lanes`` makes the lanes."""
 
-    def __init__(self, frame: Frame, seen_height: float = 0.) -> None:
+    def __init__(self, frame: Frame, seen_height: float = 0.0) -> None:
         self.frame = frame
-        self.moved = 0.                                          # px to the right, since it was made
+        self.moved = 0.0  # px to the right, since it was made
         self._bars_of: dict[int, list[Any]] = {}
         self._placed_of: dict[int, list[Placed]] = {}
         self._clusters_of: dict[int, list[Cluster]] = {}
-        self._made: dict[int, tuple[Canvas, Canvas, Canvas]] = {}        # name, bars and their words, of a lane
-        self._worded_at = 0.                                     # how far it was moved when the words were made
-        self._day = ""                                           # that is named
-        self._most = max(LEAST, int(DETAILED / min(len(frame.lanes), max(1., (seen_height or math.inf) / frame.lane_height))))
+        self._made: dict[int, tuple[Canvas, Canvas, Canvas]] = {}  # name, bars and their words, of a lane
+        self._worded_at = 0.0  # how far it was moved when the words were made
+        self._day = ""  # that is named
+        self._most = max(
+            LEAST, int(DETAILED / min(len(frame.lanes), max(1.0, (seen_height or math.inf) / frame.lane_height)))
+        )
         self.canvas = Canvas()
         with self.canvas:
             self._build_layers()
@@ -86,8 +99,10 @@ class Drawing:
         """Those of the time that is drawn, by their beginning."""
         if lane not in self._bars_of:
             low, high = self.frame.low, self.frame.high
-            self._bars_of[lane] = sorted((bar for bar in self.frame.lanes[lane].bars if bar.end > low and bar.start < high),
-                                         key=lambda bar: bar.start)
+            self._bars_of[lane] = sorted(
+                (bar for bar in self.frame.lanes[lane].bars if bar.end > low and bar.start < high),
+                key=lambda bar: bar.start,
+            )
         return self._bars_of[lane]
 
     def placed_of(self, lane: int) -> list[Placed]:
@@ -101,7 +116,7 @@ class Drawing:
         bars = self.placed_of(lane)
         return len(bars) > DETAILED or (len(bars) > self._most and sum(not one.is_narrow for one in bars) > self._most)
 
-    def reaches(self, first: float, margin: float = 0.) -> bool:
+    def reaches(self, first: float, margin: float = 0.0) -> bool:
         """Whether it shows everything that there is from hour ``first`` on, and so many hours around."""
         frame, begins = self.frame, self.frame.scale.drawn(first)
         low, high = frame.scale.drawn(frame.low), frame.scale.drawn(frame.high)
@@ -111,14 +126,15 @@ class Drawing:
     def _is_whole(self) -> bool:
         """Whether nothing lies beyond what is drawn."""
         frame = self.frame
-        return all(len(self.bars_of(lane)) == len(frame.lanes[lane].bars) for lane in self._made) and \
-            all(frame.low - 1 <= hour <= frame.high + 1 for hour, *_ in frame.ticks)
+        return all(len(self.bars_of(lane)) == len(frame.lanes[lane].bars) for lane in self._made) and all(
+            frame.low - 1 <= hour <= frame.high + 1 for hour, *_ in frame.ticks
+        )
 
     def boxes(self, lane: int) -> Iterator[Box]:
         """Where its bars are seen now."""
         y, height, together = self.frame.middle(lane), self.frame.bar_height, self.is_together(lane)
         for one in self.placed_of(lane):
-            right, inset = (max(one.x2, one.x + 2), 0.) if together else (one.right, one.inset)
+            right, inset = (max(one.x2, one.x + 2), 0.0) if together else (one.right, one.inset)
             yield one.x + self.moved, y - height / 2, right + self.moved, y + height / 2 - inset, one.bar.key
 
     # ------------------------------------------------------------------ moving

@@ -1,4 +1,5 @@
 """What a timeline looks like: ``Frame`` says what is drawn and where, each function paints a part of it on the open canvas."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,27 +14,31 @@ from app.widgets.chart import box, hatch, text, width_of
 from app.widgets.time_scale import TimeScale
 from app.widgets.tokens import tk
 
-AXIS = 28                # dp, above the lanes
-FOLD = 72                # dp of folded time
-BEYOND = .5              # of what is seen, drawn on either side of it
-SEEN = 4                 # lanes that are in sight at once
-UPPER = 8                # lanes, which are in sight before any are scrolled
+AXIS = 28  # dp, above the lanes
+FOLD = 72  # dp of folded time
+BEYOND = 0.5  # of what is seen, drawn on either side of it
+SEEN = 4  # lanes that are in sight at once
+UPPER = 8  # lanes, which are in sight before any are scrolled
 
-Span = tuple[float, float]               # left and right end in px
+Span = tuple[float, float]  # left and right end in px
 
 
 class Colours(NamedTuple):
     """Of a bar, its text and its border."""
+
     fill: Any
     ink: Any
     edge: Any
 
 
-TOKENS = {               # by the look of a bar: its state, or that its length is not known
-    "planned": Colours("accent_bg", "accent_on", "accent"), "assumed": Colours("surface", "ink2", "accent"),
+TOKENS = {  # by the look of a bar: its state, or that its length is not known
+    "planned": Colours("accent_bg", "accent_on", "accent"),
+    "assumed": Colours("surface", "ink2", "accent"),
     "about": Colours("accent_bg", "accent_on", "accent"),
-    "running": Colours("accent", "accent_ink", "accent"), "past": Colours("track", "ink2", "outline"),
-    "failed": Colours("fault_solid", "solid_ink", "fault_solid"), "skipped": Colours("surface", "attention", "attention"),
+    "running": Colours("accent", "accent_ink", "accent"),
+    "past": Colours("track", "ink2", "outline"),
+    "failed": Colours("fault_solid", "solid_ink", "fault_solid"),
+    "skipped": Colours("surface", "attention", "attention"),
     "held": Colours("surface", "ink2", "ink2"),
 }
 # in high contrast, where tints are solid
@@ -42,44 +47,72 @@ STRONG = {**TOKENS, **dict.fromkeys(("planned", "about"), Colours("accent_soft",
 
 def colours() -> Mapping[str, Colours]:
     """Of the present theme, by the look of a bar."""
-    return {look: Colours(*(getattr(tk, token) for token in tokens)) for look, tokens in (STRONG if tk.strong else TOKENS).items()}
+    return {
+        look: Colours(*(getattr(tk, token) for token in tokens))
+        for look, tokens in (STRONG if tk.strong else TOKENS).items()
+    }
 
 
 @dataclass(frozen=True)
 class Frame:
     """What is drawn and where: hours of the timeline, px of the window. ``lanes``, ``bands`` and ``ticks`` are those of ``Timeline``."""
+
     lanes: Sequence[Any]
     bands: Sequence[tuple[float, float, str, str]]
     ticks: Sequence[tuple[float, str, bool]]
-    first: float         # hour at the left edge
-    hours: float         # from the left edge to the right
-    low: float           # hours that are drawn: from, to
+    first: float  # hour at the left edge
+    hours: float  # from the left edge to the right
+    low: float  # hours that are drawn: from, to
     high: float
-    begins: float        # ``first`` on the scale
-    x: float             # names begin here
-    left: float          # the bars' left edge
+    begins: float  # ``first`` on the scale
+    x: float  # names begin here
+    left: float  # the bars' left edge
     right: float
     y: float
     top: float
-    unit: float          # px of an hour
+    unit: float  # px of an hour
     scale: TimeScale
     lane_height: float
     colours: Mapping[str, Colours]
 
     @classmethod
-    def of(cls, lanes: Sequence[Any], bands: Sequence[Any], ticks: Sequence[Any], first: float, hours: float,
-           pos: tuple[float, float], size: tuple[float, float], day: str = "") -> Frame:
+    def of(
+        cls,
+        lanes: Sequence[Any],
+        bands: Sequence[Any],
+        ticks: Sequence[Any],
+        first: float,
+        hours: float,
+        pos: tuple[float, float],
+        size: tuple[float, float],
+        day: str = "",
+    ) -> Frame:
         """The names take what they need of the width, up to a third, and the ``day`` above them what it needs."""
         (x, y), (width, height) = pos, size
         names = max(max(width_of(lane.name, 16, "RobotoMedium"), width_of(lane.note)) for lane in lanes)
-        left = x + max(dp(88), min(names + dp(16), width * .3), width_of(day, font="RobotoMedium") + dp(12))
+        left = x + max(dp(88), min(names + dp(16), width * 0.3), width_of(day, font="RobotoMedium") + dp(12))
         unit = (x + width - left) / hours
         scale = TimeScale([band[:2] for band in bands if band[3] == "folded"], dp(FOLD) / unit)
         begins = scale.drawn(first)
-        return cls(lanes, bands, ticks, first, hours,
-                   low=scale.hour(begins - hours * BEYOND), high=scale.hour(begins + hours * (1 + BEYOND)), begins=begins,
-                   x=x, left=left, right=x + width, y=y, top=y + height, unit=unit, scale=scale,
-                   lane_height=(height - dp(AXIS)) / len(lanes), colours=colours())
+        return cls(
+            lanes,
+            bands,
+            ticks,
+            first,
+            hours,
+            low=scale.hour(begins - hours * BEYOND),
+            high=scale.hour(begins + hours * (1 + BEYOND)),
+            begins=begins,
+            x=x,
+            left=left,
+            right=x + width,
+            y=y,
+            top=y + height,
+            unit=unit,
+            scale=scale,
+            lane_height=(height - dp(AXIS)) / len(lanes),
+            colours=colours(),
+        )
 
     @property
     def bottom_of_axis(self) -> float:
@@ -102,7 +135,7 @@ class Frame:
         return self.scale.hour(self.begins + (x - self.left) / self.unit)
 
     def middle(self, lane: int) -> float:
-        return self.bottom_of_axis - self.lane_height * (lane + .5)
+        return self.bottom_of_axis - self.lane_height * (lane + 0.5)
 
     def lane_at(self, y: float) -> int:
         """Nearest lane to a height in px."""
@@ -124,10 +157,14 @@ class Frame:
 def paint_background(frame: Frame) -> None:
     """Closed time with its words, held time, and the lines of the ticks."""
     height = frame.bottom_of_axis - frame.y
-    bands = [(frame.at(start), frame.at(end), words, kind) for start, end, words, kind in frame.bands if frame.is_drawn(start, end)]
+    bands = [
+        (frame.at(start), frame.at(end), words, kind)
+        for start, end, words, kind in frame.bands
+        if frame.is_drawn(start, end)
+    ]
     for x, x2, words, kind in bands:
         if kind == "held":
-            box(x, frame.y, x2 - x, height, tk.attention_bg, alpha=.3 if tk.strong else .6)
+            box(x, frame.y, x2 - x, height, tk.attention_bg, alpha=0.3 if tk.strong else 0.6)
             box(x2 - dp(2), frame.y, dp(2), height, tk.attention)
         else:
             box(x, frame.y, x2 - x, height, tk.closed)
@@ -141,18 +178,28 @@ def paint_background(frame: Frame) -> None:
         left, right = max(frame.left, x), min(frame.right, x2)
         width = width_of(words) + dp(24)
         middle = (left + right) / 2
-        lane = _free_lane(frame, middle - width / 2, middle + width / 2) if kind == "closed" and width <= right - left else None
+        lane = (
+            _free_lane(frame, middle - width / 2, middle + width / 2)
+            if kind == "closed" and width <= right - left
+            else None
+        )
         if lane is not None:
             y = frame.middle(lane)
             box(middle - width / 2, y - dp(13), width, dp(26), tk.surface, dp(13))
-            text(words, middle, y, tk.ink2, ax=.5)
+            text(words, middle, y, tk.ink2, ax=0.5)
 
 
 def _free_lane(frame: Frame, left: float, right: float) -> int | None:
     """The first of the upper ones in which no bar would cover what is written there."""
     start, end = frame.hour_at(left), frame.hour_at(right)
-    return next((n for n, lane in enumerate(frame.lanes[:UPPER])
-                 if not lane.line and not any(bar.start < end and bar.end > start for bar in lane.bars)), None)
+    return next(
+        (
+            n
+            for n, lane in enumerate(frame.lanes[:UPPER])
+            if not lane.line and not any(bar.start < end and bar.end > start for bar in lane.bars)
+        ),
+        None,
+    )
 
 
 def _paint_fold(frame: Frame, x: float, x2: float, words: str) -> None:
@@ -172,7 +219,7 @@ def _paint_fold(frame: Frame, x: float, x2: float, words: str) -> None:
             for n, line in enumerate(lines):
                 y = middle + line_height * ((len(lines) - 1) / 2 - n)
                 box(x + dp(4), y - line_height / 2, room, line_height, tk.surface)
-                text(line, (x + x2) / 2, y, tk.ink2, ax=.5)
+                text(line, (x + x2) / 2, y, tk.ink2, ax=0.5)
 
 
 def stretches(lanes: Sequence[Any]) -> Iterator[tuple[int, int]]:
@@ -187,9 +234,21 @@ def paint_name(frame: Frame, lane: int) -> None:
     """Of a robot, or across the lane what it stands for."""
     shown, y = frame.lanes[lane], frame.middle(lane)
     if shown.line:
-        for height, colour in ((frame.lane_height, tk.surface2), (1, tk.line)):      # nothing of the lines of time below it is seen
+        for height, colour in (
+            (frame.lane_height, tk.surface2),
+            (1, tk.line),
+        ):  # nothing of the lines of time below it is seen
             box(frame.x, y - frame.lane_height / 2, frame.right - frame.x, height, colour)
-        text(md_icons["chevron-up" if shown.is_open else "chevron-down"], frame.x + dp(12), y, tk.ink2, 20, .5, .5, "Icons")
+        text(
+            md_icons["chevron-up" if shown.is_open else "chevron-down"],
+            frame.x + dp(12),
+            y,
+            tk.ink2,
+            20,
+            0.5,
+            0.5,
+            "Icons",
+        )
         text(shown.line, frame.x + dp(28), y, tk.ink2, 16)
     text(shown.name, frame.x, y + (dp(9) if shown.note else 0), tk.ink, 16, font="RobotoMedium")
     text(shown.note, frame.x, y - dp(10), tk.ink3)

@@ -1,4 +1,5 @@
 """The names of the bars of a timeline's lane: in what is seen of a bar, or beside it."""
+
 from __future__ import annotations
 
 import math
@@ -14,12 +15,13 @@ from app.widgets.timeline_bars import Placed
 from app.widgets.timeline_painting import Frame, Span
 from app.widgets.tokens import tk
 
-LEGIBLE = 20             # dp of the height of a bar, for each line of words in it
-LEAST = 24               # dp of room, below which no name is tried
+LEGIBLE = 20  # dp of the height of a bar, for each line of words in it
+LEAST = 24  # dp of room, below which no name is tried
 
 
 class Cluster(NamedTuple):
     """Bars that lie on each other, in the order in which they are drawn, and from where to where their names have room beside them."""
+
     bars: Sequence[Placed]
     begins: float
     ends: float
@@ -41,7 +43,7 @@ def clusters(frame: Frame, bars: Sequence[Placed]) -> list[Cluster]:
         members = [bars[n] for n in sorted(group)]
         n = bisect_left(edges, bars[group[0]].x)
         following = bars[groups[place + 1][0]].x if place + 1 < len(groups) else math.inf
-        begins, ends = max(max(one.right, one.late) for one in members), min([following, *edges[n:n + 1]])
+        begins, ends = max(max(one.right, one.late) for one in members), min([following, *edges[n : n + 1]])
         if ends - begins > dp(LEAST) or any(one.x2 - one.x > dp(LEAST) for one in members):
             found.append(Cluster(members, begins, ends))
     return found
@@ -50,16 +52,22 @@ def clusters(frame: Frame, bars: Sequence[Placed]) -> list[Cluster]:
 def paint_words(frame: Frame, groups: Iterable[Cluster], y: float, seen: Span) -> None:
     """Whole names only: in what is seen of the bar, or beside it where nothing follows too soon, there also of several bars on each other;
     else a number, where there is one. ``seen``: left and right end of what is seen."""
-    lines = [frame.at(hour) for hour, _label, strong in frame.ticks if strong] + [frame.at(end) for _start, end, *_ in frame.bands]
+    lines = [frame.at(hour) for hour, _label, strong in frame.ticks if strong] + [
+        frame.at(end) for _start, end, *_ in frame.bands
+    ]
     for group in groups:
-        unnamed = [one for n, one in enumerate(group.bars) if not _named_inside(frame, one, group.bars[n + 1:], y, seen) and one.bar.label]
+        unnamed = [
+            one
+            for n, one in enumerate(group.bars)
+            if not _named_inside(frame, one, group.bars[n + 1 :], y, seen) and one.bar.label
+        ]
         last = max(one.bar.end for one in group.bars)
         if not any(one.framed or one.bar.end >= last for one in unnamed):
-            continue                             # it would seem to be the name of another one
+            continue  # it would seem to be the name of another one
         for words in _beside(unnamed):
             left, right = group.begins, group.begins + width_of(words) + dp(16)
             if right <= group.ends and not any(left < edge < right for edge in seen):
-                if any(left < line < right for line in lines):           # it must not go through them
+                if any(left < line < right for line in lines):  # it must not go through them
                     box(left + dp(3), y - sp(10), right - left - dp(10), sp(20), tk.surface)
                 text(words, left + dp(6), y, tk.ink2)
                 break
@@ -68,7 +76,9 @@ def paint_words(frame: Frame, groups: Iterable[Cluster], y: float, seen: Span) -
 def _beside(bars: Sequence[Placed]) -> Iterator[str]:
     """What may stand beside them, the best first."""
     if bars:
-        yield " · ".join(name if n == 1 else f"{n} × {name}" for name, n in Counter(one.bar.label for one in bars).items())
+        yield " · ".join(
+            name if n == 1 else f"{n} × {name}" for name, n in Counter(one.bar.label for one in bars).items()
+        )
         if all(one.bar.shorter for one in bars):
             yield " · ".join(one.bar.shorter[-1] for one in bars)
         if len(bars) > 1:
@@ -79,7 +89,11 @@ def _named_inside(frame: Frame, one: Placed, above: Sequence[Placed], y: float, 
     """Paint its name into what is seen of it, if there is room."""
     if one.framed or one.x2 - one.x <= dp(LEAST) or frame.bar_height - one.inset < dp(LEGIBLE):
         return False
-    left, right = (max(one.x, seen[0]), min(one.right, seen[1])) if one.x < seen[1] and one.right > seen[0] else (one.x, one.right)
+    left, right = (
+        (max(one.x, seen[0]), min(one.right, seen[1]))
+        if one.x < seen[1] and one.right > seen[0]
+        else (one.x, one.right)
+    )
     left, right = _not_covered(left, right, above)
     hand = dp(14) if one.bar.state == "held" else 0
     room, ink = right - left - dp(16) - hand, frame.colours[one.look].ink

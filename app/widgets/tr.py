@@ -1,4 +1,5 @@
 """``tr``: the translator for kv. ``text: tr._("Save")`` follows a change of the language and is unbound with its widget."""
+
 from kivy.lang import Observable
 
 from app.i18n import Translator, translator

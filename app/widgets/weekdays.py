@@ -1,4 +1,5 @@
 """Seven chips for the days of the week, of which any number is chosen."""
+
 from kivy.properties import ListProperty
 from kivy.uix.gridlayout import GridLayout
 
@@ -9,6 +10,7 @@ from app.widgets.tokens import tk
 class WeekdayChips(GridLayout):
     """``data`` have ``key``, ``text`` and ``selected``; in two rows where one is too narrow for fingers. A tap fires ``on_choose(key)`` and
     changes nothing by itself."""
+
     data = ListProperty()
 
     __events__ = ("on_choose",)

@@ -2,6 +2,7 @@
 
 What services publish reaches the screens as ``Changed`` on the UI thread.
 """
+
 from __future__ import annotations
 
 import importlib
@@ -40,7 +41,7 @@ from app.widgets.tokens import apply_theme
 from app.window.key_focus import KeyFocus
 
 log = logging.getLogger(__name__)
-RESULT_SHOWN_FOR = 8.0       # s for the outcome of restoring a backup
+RESULT_SHOWN_FOR = 8.0  # s for the outcome of restoring a backup
 INPUT_DEVICES = Path("/proc/bus/input/devices")
 
 
@@ -51,16 +52,29 @@ class SchedulerApp(MDApp):
     ``restore`` closes the services, puts a backup in place and opens them again, off the UI thread; it returns what could not be done with
     the services it has opened all the same, and raises Failure where it could open none.
     """
+
     title = NAME
 
-    def __init__(self, container: Container | None, damage: Damage | None = None, animate: bool = True,
-                 restore: Callable[[Path], tuple[Container, Failure | None]] | None = None, first: str = "home",
-                 loudspeaker: Loudspeaker | None = None) -> None:
-        app.widgets.load()               # before KivyMD's part of the start, which is cured there
+    def __init__(
+        self,
+        container: Container | None,
+        damage: Damage | None = None,
+        animate: bool = True,
+        restore: Callable[[Path], tuple[Container, Failure | None]] | None = None,
+        first: str = "home",
+        loudspeaker: Loudspeaker | None = None,
+    ) -> None:
+        app.widgets.load()  # before KivyMD's part of the start, which is cured there
         super().__init__()
         self.container: Container | None = None
         self.shell: Shell | None = None
-        self._given, self._damage, self._animate, self._restorer, self._first = container, damage, animate, restore, first
+        self._given, self._damage, self._animate, self._restorer, self._first = (
+            container,
+            damage,
+            animate,
+            restore,
+            first,
+        )
         self._loudspeaker = loudspeaker
         self._frame: FrameController | None = None
         self._gate: Gate | None = None
@@ -68,12 +82,12 @@ class SchedulerApp(MDApp):
         self._keys = KeyFocus()
         self._poll: ClockEvent | None = None
         self._bus: UiBus | None = None
-        self._unsubscribe: Callable[[], object] = lambda: None       # from the services
-        self._forget: Callable[[], object] = lambda: None            # unsubscribes from their changes
-        self._shown: Settings | None = None      # as they look now
-        self._font_scale = Metrics.fontscale     # the system's own, that the setting multiplies
+        self._unsubscribe: Callable[[], object] = lambda: None  # from the services
+        self._forget: Callable[[], object] = lambda: None  # unsubscribes from their changes
+        self._shown: Settings | None = None  # as they look now
+        self._font_scale = Metrics.fontscale  # the system's own, that the setting multiplies
         self._exception_handler = UiExceptionHandler(self._show_unexpected)
-        self.much_has_gone: Callable[[], object] = lambda: None      # to be called when all screens were thrown away
+        self.much_has_gone: Callable[[], object] = lambda: None  # to be called when all screens were thrown away
 
     # ------------------------------------------------------------------ life
     def build(self) -> Widget:
@@ -98,14 +112,21 @@ class SchedulerApp(MDApp):
         frame = Factory.Frame()
         background = Background(self._bus, unexpected=self._show_unexpected)
         builders = {name: partial(self._build_screen, name) for name in SCREENS}
-        self.shell = Shell(Navigator(frame.ids.body.__self__, builders), Dialogs(self._animate), Snackbars(), self._bus, background,
-                           self._restore if self._restorer is not None else None, self._loudspeaker)
+        self.shell = Shell(
+            Navigator(frame.ids.body.__self__, builders),
+            Dialogs(self._animate),
+            Snackbars(),
+            self._bus,
+            background,
+            self._restore if self._restorer is not None else None,
+            self._loudspeaker,
+        )
         self._frame = FrameController(pick(FrameController.Services, container), self.shell, frame)
         self.root_box.clear_widgets()
         self.root_box.add_widget(frame)
         self._unsubscribe = forward(container.changes, self._bus)
         self._frame.start()
-        self._keys.start()                   # before the gate, which wants to know of every key
+        self._keys.start()  # before the gate, which wants to know of every key
         self._gate = Gate(pick(Gate.Services, container), self.shell)
         self._gate.start()
         self._keyboard = DockedKeyboard(self._wants_keyboard, lambda: formats.current().decimal)
@@ -142,7 +163,7 @@ class SchedulerApp(MDApp):
         self._keys.stop()
         if self.shell is not None:
             self.shell.dialogs.close_all()
-            self.shell.navigator.close()     # a screen may say something when it is left
+            self.shell.navigator.close()  # a screen may say something when it is left
             self.shell.snackbars.clear()
             self.shell.background.close()
         self.container = self.shell = self._frame = self._gate = self._keyboard = self._poll = None
@@ -159,8 +180,11 @@ class SchedulerApp(MDApp):
         assert self._restorer is not None
         restorer = self._restorer
         self._release()
-        page = Factory.EmptyState(icon="backup-restore", title=_("Restoring {name} …").format(name=path.name),
-                                  text=_("Nothing is scheduled meanwhile."))
+        page = Factory.EmptyState(
+            icon="backup-restore",
+            title=_("Restoring {name} …").format(name=path.name),
+            text=_("Nothing is scheduled meanwhile."),
+        )
         self.root_box.clear_widgets()
         self.root_box.add_widget(page)
         background = Background(self._bus, workers=1)
@@ -171,7 +195,9 @@ class SchedulerApp(MDApp):
             self.begin(container)
             assert self.shell is not None
             text = _("{name} was restored").format(name=path.name) if problem is None else sentence_of(problem)
-            self.shell.snackbars.show(text, icon="backup-restore" if problem is None else "alert-circle-outline", seconds=RESULT_SHOWN_FOR)
+            self.shell.snackbars.show(
+                text, icon="backup-restore" if problem is None else "alert-circle-outline", seconds=RESULT_SHOWN_FOR
+            )
 
         def failed(problem: BaseException) -> None:
             background.close()
@@ -242,7 +268,7 @@ class SchedulerApp(MDApp):
         if before is None or before.theme != settings.theme or before.gloves != settings.gloves:
             apply_theme(self.theme_cls, settings.theme, gloves=settings.gloves)
         scale = self._font_scale * settings.font_scale_percent / 100
-        if Metrics.fontscale != scale:                        # kivy announces it to every widget, changed or not
+        if Metrics.fontscale != scale:  # kivy announces it to every widget, changed or not
             Metrics.fontscale = scale
         if translator.language != settings.language:
             translator.use(settings.language)
@@ -279,7 +305,7 @@ class UiExceptionHandler(ExceptionHandler):
         self._told_at = float("-inf")
 
     def handle_exception(self, inst: BaseException) -> int:
-        if not isinstance(inst, Exception):              # KeyboardInterrupt and SystemExit end the app
+        if not isinstance(inst, Exception):  # KeyboardInterrupt and SystemExit end the app
             return ExceptionManager.RAISE
         log.error("A handler of the window failed", exc_info=inst)
         now = Clock.get_time()

@@ -1,4 +1,5 @@
 """The size of the display, before kivy makes a window on it."""
+
 from __future__ import annotations
 
 import ctypes
@@ -6,7 +7,7 @@ import ctypes.util
 import importlib.util
 from pathlib import Path
 
-_VIDEO = 0x20                # SDL_INIT_VIDEO
+_VIDEO = 0x20  # SDL_INIT_VIDEO
 
 
 def display_size(usable: bool = False) -> tuple[int, int] | None:
@@ -24,7 +25,7 @@ def display_size(usable: bool = False) -> tuple[int, int] | None:
         if sdl.SDL_InitSubSystem(_VIDEO) != 0:
             return None
         try:
-            bounds = (ctypes.c_int * 4)()                    # x, y, width, height
+            bounds = (ctypes.c_int * 4)()  # x, y, width, height
             ask = sdl.SDL_GetDisplayUsableBounds if usable else sdl.SDL_GetDisplayBounds
             return (bounds[2], bounds[3]) if ask(0, bounds) == 0 else None
         finally:

@@ -13,6 +13,7 @@ goes by itself, a form, a dialog and two sections of Settings: at 100,000 object
 What room the heap once needed it keeps, as something that lives on lies everywhere in it. So before it grows beyond what it has had,
 everything is scanned too: what there is room for is what once was alive, and not what was dead beside it.
 """
+
 from __future__ import annotations
 
 import ctypes
@@ -20,20 +21,22 @@ import gc
 import sys
 from collections.abc import Callable
 
-NEW = 25_000                 # objects that have come since the last collection: if all are garbage it takes 30 ms
-SOME = 5_000                 # also, where there may be no room for what comes
-AT_REST = 100_000            # alive since everything was scanned, after which it is again, and they are frozen, at the next rest: 0.3 s
-ALIVE = 150_000              # also while the screen is in use: until then a collection takes up to 20 ms
-AT_THE_LATEST = 250_000      # also while a dialog is open, which would be frozen too: 30 ms
-MUCH = 50_000                # garbage, in objects, of which a sixth is only found by another scan
-USUAL = 1_000_000            # blocks of a window that has shown its screens: until then there is nothing to save
-MORE = 40_000                # blocks of Python's heap that may come to the most that were ever alive, 3 MB
-BURST = 120_000              # that come in one frame where a section is built: garbage leaves room for them
-EVERY = 300.0                # s between collections at rest, however little there is
-LET_GO = 2.0                 # s after which nothing holds the screens any more that were thrown away
-REST = 5.0                   # s without a touch, after which a pause goes unnoticed
-M_ARENA_MAX = -8             # of glibc's mallopt
-FALLBACK = (400_000, 5, 5)   # Python's own thresholds, for when no frames are drawn (behind other apps on Android)
+NEW = 25_000  # objects that have come since the last collection: if all are garbage it takes 30 ms
+SOME = 5_000  # also, where there may be no room for what comes
+AT_REST = (
+    100_000  # alive since everything was scanned, after which it is again, and they are frozen, at the next rest: 0.3 s
+)
+ALIVE = 150_000  # also while the screen is in use: until then a collection takes up to 20 ms
+AT_THE_LATEST = 250_000  # also while a dialog is open, which would be frozen too: 30 ms
+MUCH = 50_000  # garbage, in objects, of which a sixth is only found by another scan
+USUAL = 1_000_000  # blocks of a window that has shown its screens: until then there is nothing to save
+MORE = 40_000  # blocks of Python's heap that may come to the most that were ever alive, 3 MB
+BURST = 120_000  # that come in one frame where a section is built: garbage leaves room for them
+EVERY = 300.0  # s between collections at rest, however little there is
+LET_GO = 2.0  # s after which nothing holds the screens any more that were thrown away
+REST = 5.0  # s without a touch, after which a pause goes unnoticed
+M_ARENA_MAX = -8  # of glibc's mallopt
+FALLBACK = (400_000, 5, 5)  # Python's own thresholds, for when no frames are drawn (behind other apps on Android)
 
 
 class Garbage:
@@ -43,8 +46,8 @@ class Garbage:
     def __init__(self, now: Callable[[], float], is_calm: Callable[[], bool] = lambda: True, room: int = USUAL) -> None:
         self._now, self._is_calm = now, is_calm
         self._touched_at = self._collected_at = now()
-        self._alive = 0                      # objects that are not frozen, at the last collection
-        self._room = room                    # blocks that the heap may have before everything is scanned
+        self._alive = 0  # objects that are not frozen, at the last collection
+        self._room = room  # blocks that the heap may have before everything is scanned
         self._gone_at: float | None = None
         self._before: tuple[int, int, int] | None = None
 
@@ -78,7 +81,7 @@ class Garbage:
             gc.collect()
             self._collected_at = now
             self._alive = len(gc.get_objects(generation=2))
-            if self._is_full(MORE // 4):     # else it would be again in a moment
+            if self._is_full(MORE // 4):  # else it would be again in a moment
                 self._scan_all()
         elif self._is_scan_due(rests) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
             self._scan_all()
@@ -94,7 +97,7 @@ class Garbage:
     def _scan_all(self) -> None:
         gc.unfreeze()
         if gc.collect() >= MUCH:
-            gc.collect()                     # what was left of it: kivy's callbacks for a change of the screen's density hold themselves
+            gc.collect()  # what was left of it: kivy's callbacks for a change of the screen's density hold themselves
         gc.freeze()
         self._alive = 0
         self._room = max(self._room, sys.getallocatedblocks() + MORE)

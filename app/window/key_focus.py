@@ -1,4 +1,5 @@
 """The window by keys alone: Tab and the arrows go from target to target, Enter or the space bar presses the one in the ring."""
+
 import math
 
 from kivy.clock import Clock
@@ -22,8 +23,8 @@ from app.widgets.tokens import tk
 
 TAB, ENTER, KEYPAD_ENTER, ESCAPE, SPACE = 9, 13, 271, 27, 32
 PRESSES = (ENTER, KEYPAD_ENTER, SPACE)
-LAST_OF_LATIN = 256                      # from there on keys have numbers that are no characters
-ARROWS = {273: (0, 1), 274: (0, -1), 275: (1, 0), 276: (-1, 0)}          # key: direction
+LAST_OF_LATIN = 256  # from there on keys have numbers that are no characters
+ARROWS = {273: (0, 1), 274: (0, -1), 275: (1, 0), 276: (-1, 0)}  # key: direction
 DOWN = 274
 
 
@@ -62,7 +63,10 @@ def _around(target) -> tuple[float, float, float, float]:
     """x, y, width, height of the ring: around the target, but in the window, and on no border of a card that it is in."""
     x, y = target.to_window(*target.pos)
     left, bottom = max(x - dp(3), dp(2)), max(y - dp(3), dp(2))
-    right, top = min(x + target.width + dp(3), Window.width - dp(2)), min(y + target.height + dp(3), Window.height - dp(2))
+    right, top = (
+        min(x + target.width + dp(3), Window.width - dp(2)),
+        min(y + target.height + dp(3), Window.height - dp(2)),
+    )
     for card in [around for around in parents(target)[1:] if isinstance(around, SectionCard)]:
         (low, base), edge = card.to_window(*card.pos), dp(6)
         left, bottom = max(left, low + edge), max(bottom, base + edge)
@@ -75,16 +79,21 @@ def _reveal(target) -> None:
     for view in parents(target)[1:]:
         if isinstance(view, LongList):
             view.reveal(_row_of(target).key)
-        elif isinstance(view, ScrollView) and any(inside.height > view.height or inside.width > view.width for inside in view.children):
+        elif isinstance(view, ScrollView) and any(
+            inside.height > view.height or inside.width > view.width for inside in view.children
+        ):
             view.scroll_to(target, padding=dp(24), animate=False)
-            view.update_from_scroll()        # now: where it is in the next frame would be another move, which scrolls again
+            view.update_from_scroll()  # now: where it is in the next frame would be another move, which scrolls again
 
 
 def _far(target, other, right, up) -> float:
     """How far the other one is in that direction, from edge to edge: twice as far for what it is to the side. Of those that are equally far
     the one whose middle is best in line; infinite: it is not in that direction."""
     (x, y), (left, bottom) = target.to_window(*target.pos), other.to_window(*other.pos)
-    spans = [((x, x + target.width), (left, left + other.width)), ((y, y + target.height), (bottom, bottom + other.height))]
+    spans = [
+        ((x, x + target.width), (left, left + other.width)),
+        ((y, y + target.height), (bottom, bottom + other.height)),
+    ]
     (own, its), (own_side, its_side) = spans if right else spans[::-1]
     middles = (sum(its) - sum(own)) / 2 * (right + up)
     if middles <= 1:
@@ -102,20 +111,24 @@ class KeyFocus:
     """
 
     def __init__(self) -> None:
-        self.target = None                   # what has the ring
-        self._left: list = []                # what had it on the page before
-        self._openers: list = []             # (dialog, what had the ring when it was opened or None, where that or the finger was)
-        self._finger = 0., 0.                # where it was last
-        self._begin = None                   # where the round begins, when nothing has the ring
+        self.target = None  # what has the ring
+        self._left: list = []  # what had it on the page before
+        self._openers: list = []  # (dialog, what had the ring when it was opened or None, where that or the finger was)
+        self._finger = 0.0, 0.0  # where it was last
+        self._begin = None  # where the round begins, when nothing has the ring
         self._shown = None
         self._follow = Clock.create_trigger(self._draw, 0, interval=True)
 
     def start(self) -> None:
-        Window.bind(on_key_down=self._key_down, on_keyboard=self._key, on_touch_down=self._touched, children=self._tops_changed)
-        rest.ask_first()                     # it knows which keys are held
+        Window.bind(
+            on_key_down=self._key_down, on_keyboard=self._key, on_touch_down=self._touched, children=self._tops_changed
+        )
+        rest.ask_first()  # it knows which keys are held
 
     def stop(self) -> None:
-        Window.unbind(on_key_down=self._key_down, on_keyboard=self._key, on_touch_down=self._touched, children=self._tops_changed)
+        Window.unbind(
+            on_key_down=self._key_down, on_keyboard=self._key, on_touch_down=self._touched, children=self._tops_changed
+        )
         self.forget()
         self._openers.clear()
 
@@ -134,7 +147,7 @@ class KeyFocus:
         tops = [top for top in Window.children if not isinstance(top, DockedKeyboard) and getattr(top, "is_open", True)]
         dialog = next((n for n, top in enumerate(tops) if isinstance(top, Overlay)), len(tops) - 1)
         found = []
-        waiting = tops[dialog::-1]           # messages above it come last
+        waiting = tops[dialog::-1]  # messages above it come last
         while waiting:
             widget = waiting.pop(0)
             if not widget.opacity or widget.width < 1 or widget.height < 1:
@@ -142,14 +155,19 @@ class KeyFocus:
             presses = isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive | Overlay)
             if presses or isinstance(widget, FieldInput):
                 found.append(widget)
-            waiting[:0] = (widget.views if isinstance(widget, LongList) else widget.seats() if isinstance(widget, Chart)
-                           else widget.children[::-1])
+            waiting[:0] = (
+                widget.views
+                if isinstance(widget, LongList)
+                else widget.seats()
+                if isinstance(widget, Chart)
+                else widget.children[::-1]
+            )
         return found
 
     # ------------------------------------------------------------------ keys
     def _key_down(self, _window, key, _scancode=None, _text=None, modifiers=()):
         """Before fields and dialogs see the key."""
-        if dock.field is not None:           # kivy's Tab goes to fields only, past the buttons; Enter in one is no press
+        if dock.field is not None:  # kivy's Tab goes to fields only, past the buttons; Enter in one is no press
             if key == TAB:
                 self.target = dock.field
                 self._step(-1 if "shift" in modifiers else 1)
@@ -157,7 +175,7 @@ class KeyFocus:
         if key not in PRESSES or isinstance(self.target, FieldInput) or self.target not in self.targets():
             return False
         if not rest.is_held(key) and self.target.state == "normal" and not getattr(self.target, "busy", False):
-            self.target.trigger_action(.1)
+            self.target.trigger_action(0.1)
         return True
 
     def _key_in_search(self, key) -> bool:
@@ -185,20 +203,32 @@ class KeyFocus:
             self.forget()
             self._begin = place
         else:
-            return key < LAST_OF_LATIN and not {"ctrl", "alt", "meta"}.intersection(modifiers) and self._type(
-                chr(key), ("shift" in modifiers) != ("capslock" in modifiers))
+            return (
+                key < LAST_OF_LATIN
+                and not {"ctrl", "alt", "meta"}.intersection(modifiers)
+                and self._type(chr(key), ("shift" in modifiers) != ("capslock" in modifiers))
+            )
         return True
 
     def _type(self, text, is_upper) -> bool:
         """What is typed in a dialog goes into its first field, also where no field has the focus. The text itself comes after the key, but
         only where kivy had been asked for texts before."""
         targets = self.targets() if text.isprintable() and text != " " else []
-        field = next((target for target in targets if isinstance(target, FieldInput) and isinstance(parents(target)[-1], Overlay)), None)
+        field = next(
+            (
+                target
+                for target in targets
+                if isinstance(target, FieldInput) and isinstance(parents(target)[-1], Overlay)
+            ),
+            None,
+        )
         if field is None:
             return False
         before, field.focus = field.text, True
-        if not is_upper or text.isalpha():   # of the others it is not known what is above them
-            Clock.schedule_once(lambda _dt: field.insert_text(text.upper() if is_upper else text) if field.text == before else None, 0)
+        if not is_upper or text.isalpha():  # of the others it is not known what is above them
+            Clock.schedule_once(
+                lambda _dt: field.insert_text(text.upper() if is_upper else text) if field.text == before else None, 0
+            )
         return True
 
     def _touched(self, _window, touch):
@@ -222,7 +252,7 @@ class KeyFocus:
         at = reached.index(self.target) if self.target in reached else -1 if by > 0 else len(reached)
         following = reached[at + by] if 0 <= at + by < len(reached) else None
         if self.target in reached and self._turn_list(by, following, 0 if by > 0 else Window.width):
-            return                           # of a row below a dialog nothing follows
+            return  # of a row below a dialog nothing follows
         for n in range(1, len(reached) + 1):
             target = reached[(at + n * by) % len(reached)]
             if not target.disabled and getattr(target, "is_tab_stop", True):
@@ -240,7 +270,10 @@ class KeyFocus:
         far = {target: away for target in targets if (away := _far(self.target, target, right, up)) < math.inf}
         beside = [target for target in far if isinstance(target, KeySeat) and target.parent is self.target.parent]
         found = min(beside or far, key=far.__getitem__, default=None)
-        if not (up and self._turn_list(-up, found, self.target.to_window(*self.target.center)[0])) and found is not None:
+        if (
+            not (up and self._turn_list(-up, found, self.target.to_window(*self.target.center)[0]))
+            and found is not None
+        ):
             self._go(found)
 
     def _go_to_chosen(self, targets) -> bool:
@@ -307,7 +340,7 @@ class KeyFocus:
         self.target = target
         _reveal(target)
         if isinstance(target, FieldInput):
-            target.focus = True              # which shows it in its own way
+            target.focus = True  # which shows it in its own way
             target.select_all()
         self._follow()
 
@@ -320,19 +353,23 @@ class KeyFocus:
         if target is None or not parents(target):
             self.forget()
             return
-        seen = target in self.targets() and dock.field is None           # else keys go to the field
+        seen = target in self.targets() and dock.field is None  # else keys go to the field
         place = (*_around(target), *tk.ink) if seen else None
         if place != self._shown:
             if seen and self._shown is not None:
-                _reveal(target)              # it has moved: what it did may have pushed it out of sight
+                _reveal(target)  # it has moved: what it did may have pushed it out of sight
                 place = (*_around(target), *tk.ink)
             self._clear()
             self._shown = place
             if place is not None:
                 width, outline = dp(3 if tk.strong else 1.5), {"rounded_rectangle": (*place[:4], dp(12))}
-                with Window.canvas.after:    # light and dark: one of them is seen, on a card as on a red banner
-                    self._ring = (Color(rgba=tk.surface), SmoothLine(width=width + dp(1.5), **outline),
-                                  Color(rgba=tk.ink), SmoothLine(width=width, **outline))
+                with Window.canvas.after:  # light and dark: one of them is seen, on a card as on a red banner
+                    self._ring = (
+                        Color(rgba=tk.surface),
+                        SmoothLine(width=width + dp(1.5), **outline),
+                        Color(rgba=tk.ink),
+                        SmoothLine(width=width, **outline),
+                    )
 
     def _clear(self) -> None:
         if self._shown is not None:

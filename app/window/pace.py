@@ -1,20 +1,31 @@
 """How often the window's loop turns. A turn costs the processor 0.3 ms even when there is nothing to draw; of a window at rest that was
 nearly all. So the loop looks around less often while nobody uses the window and nothing in it moves."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-IN_USE = 50                  # turns a second, asked for: kivy makes a third more, 67
-AT_REST = 15                 # makes 20: the first touch waits 50 ms at most
-REST = 0.5                   # s without a frame or a sign of use; an animation draws each
-SIGNS = ("on_draw", "on_mouse_down", "on_mouse_move", "on_touch_down", "on_touch_move", "on_touch_up", "on_key_down", "on_textinput",
-         "on_cursor_enter")
+IN_USE = 50  # turns a second, asked for: kivy makes a third more, 67
+AT_REST = 15  # makes 20: the first touch waits 50 ms at most
+REST = 0.5  # s without a frame or a sign of use; an animation draws each
+SIGNS = (
+    "on_draw",
+    "on_mouse_down",
+    "on_mouse_move",
+    "on_touch_down",
+    "on_touch_move",
+    "on_touch_up",
+    "on_key_down",
+    "on_textinput",
+    "on_cursor_enter",
+)
 
 
 def kivy_turns(per_second: int) -> None:
     """Kivy reads this number before it sleeps; there is no other way to change it once there is a clock (kivy 2.3.1, clock.py)."""
     from kivy.clock import Clock
+
     Clock._max_fps = per_second
 
 

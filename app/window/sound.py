@@ -1,4 +1,5 @@
 """The sound of an alarm, made here: two falling tones, twice."""
+
 from __future__ import annotations
 
 import atexit
@@ -12,10 +13,10 @@ from functools import cached_property
 from typing import Any
 
 log = logging.getLogger(__name__)
-RATE = 22050                             # samples per second
-TONES = ((880., .18), (660., .24), (0., .12), (880., .18), (660., .24))          # Hz (0: silence), s
-FADE = .01                               # s at both ends of a tone, which would click without
-LOUDNESS = .6                            # of what is possible; the tablet's own volume does the rest
+RATE = 22050  # samples per second
+TONES = ((880.0, 0.18), (660.0, 0.24), (0.0, 0.12), (880.0, 0.18), (660.0, 0.24))  # Hz (0: silence), s
+FADE = 0.01  # s at both ends of a tone, which would click without
+LOUDNESS = 0.6  # of what is possible; the tablet's own volume does the rest
 
 
 def samples() -> array[int]:
@@ -23,8 +24,15 @@ def samples() -> array[int]:
     found = array("h")
     for pitch, seconds in TONES:
         count = int(RATE * seconds)
-        found.extend(int(32767 * LOUDNESS * math.sin(2 * math.pi * pitch * n / RATE) * min(1., n / RATE / FADE, (count - n) / RATE / FADE))
-                     for n in range(count))
+        found.extend(
+            int(
+                32767
+                * LOUDNESS
+                * math.sin(2 * math.pi * pitch * n / RATE)
+                * min(1.0, n / RATE / FADE, (count - n) / RATE / FADE)
+            )
+            for n in range(count)
+        )
     return found
 
 
@@ -41,12 +49,13 @@ class Loudspeaker:
         try:
             if self._sound is not None:
                 self._sound.play()
-        except Exception as problem:         # as below
+        except Exception as problem:  # as below
             log.warning("There is no sound: %s", problem)
 
     @cached_property
     def _sound(self) -> Any:
         from kivy.core.audio import SoundLoader
+
         try:
             file, path = tempfile.mkstemp(".wav", "amr-alarm-")
             atexit.register(os.unlink, path)
@@ -54,7 +63,7 @@ class Loudspeaker:
                 wav.setparams((1, 2, RATE, 0, "NONE", ""))
                 wav.writeframes(samples().tobytes())
             found = SoundLoader.load(path)
-            return found if found is not None and found.length > 0 else None          # 0: no device to play it on
-        except Exception as problem:         # whatever the sound system of the tablet raises: alarms are seen all the same
+            return found if found is not None and found.length > 0 else None  # 0: no device to play it on
+        except Exception as problem:  # whatever the sound system of the tablet raises: alarms are seen all the same
             log.warning("There is no sound: %s", problem)
             return None

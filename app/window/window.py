@@ -1,4 +1,5 @@
 """Operation with a window: kivy is configured before it is imported; closing the window ends the scheduling too."""
+
 from __future__ import annotations
 
 import contextlib
@@ -29,7 +30,7 @@ from app.window.sound import Loudspeaker
 
 DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]
 
-WIDTH, HEIGHT = 1280, 800    # of the window where it does not fill the screen
+WIDTH, HEIGHT = 1280, 800  # of the window where it does not fill the screen
 LEAST_WIDTH, LEAST_HEIGHT = 600, 480
 
 
@@ -43,6 +44,7 @@ def run(directory: DataDirectory, demo_robots: DemoFleet | None = None, kiosk: b
     configure(kiosk)
     has_begun = False
     with contextlib.ExitStack() as stack:
+
         def begin() -> Container:
             nonlocal has_begun
             container = stack.enter_context(host(directory, demo=demo_robots, with_window=True))
@@ -81,16 +83,30 @@ def configure(kiosk: bool) -> None:
     home = platformdirs.user_cache_path("amr-scheduler", appauthor=False) / "kivy"
     with contextlib.suppress(OSError):
         home.mkdir(mode=0o700, parents=True, exist_ok=True)
-    for name, value in {"KIVY_NO_ARGS": "1", "KIVY_NO_CONFIG": "1", "KIVY_NO_FILELOG": "1", "KIVY_LOG_MODE": "PYTHON",
-                        "KIVY_HOME": str(home)}.items():
+    for name, value in {
+        "KIVY_NO_ARGS": "1",
+        "KIVY_NO_CONFIG": "1",
+        "KIVY_NO_FILELOG": "1",
+        "KIVY_LOG_MODE": "PYTHON",
+        "KIVY_HOME": str(home),
+    }.items():
         os.environ.setdefault(name, value)
     logging.getLogger("kivy").addFilter(_is_no_optional_part)
     from kivy.config import Config
+
     settings = {
         "kivy": {"exit_on_escape": "0", "window_icon": ""},
-        "graphics": {"width": str(WIDTH), "height": str(HEIGHT), "minimum_width": str(LEAST_WIDTH), "minimum_height": str(LEAST_HEIGHT),
-                     "multisamples": "0", "maxfps": str(IN_USE), "allow_screensaver": "0", "resizable": "1"},
-        "input": {"mouse": "mouse,disable_multitouch"},      # no red dots under the right button
+        "graphics": {
+            "width": str(WIDTH),
+            "height": str(HEIGHT),
+            "minimum_width": str(LEAST_WIDTH),
+            "minimum_height": str(LEAST_HEIGHT),
+            "multisamples": "0",
+            "maxfps": str(IN_USE),
+            "allow_screensaver": "0",
+            "resizable": "1",
+        },
+        "input": {"mouse": "mouse,disable_multitouch"},  # no red dots under the right button
         "widgets": {"scroll_distance": "12", "scroll_timeout": "120"},
     }
     if kiosk:
@@ -102,7 +118,7 @@ def configure(kiosk: bool) -> None:
         for name, value in values.items():
             Config.set(section, name, value)
     if sys.platform == "linux":
-        Config.remove_option("input", "%(name)s")            # probesysfs: with SDL's own touch every tap would count twice
+        Config.remove_option("input", "%(name)s")  # probesysfs: with SDL's own touch every tap would count twice
 
 
 def _is_no_optional_part(record: logging.LogRecord) -> bool:
@@ -115,7 +131,11 @@ def size_within(usable: tuple[int, int] | None) -> dict[str, str]:
     maximised: only the desktop knows how much of it its frame takes."""
     width, height = usable or (WIDTH, HEIGHT)
     fits = width >= WIDTH and height >= HEIGHT
-    return {"width": str(min(width, WIDTH)), "height": str(min(height, HEIGHT)), "window_state": "visible" if fits else "maximized"}
+    return {
+        "width": str(min(width, WIDTH)),
+        "height": str(min(height, HEIGHT)),
+        "window_state": "visible" if fits else "maximized",
+    }
 
 
 def _open_window() -> None:
@@ -128,16 +148,22 @@ def _open_window() -> None:
     except ImportError as error:
         raise Failure(f"the window can't be opened: {error}; --headless works without") from error
     if Window is None:
-        raise Failure("the window can't be opened: no OpenGL, or the display can't be reached; --headless works without")
+        raise Failure(
+            "the window can't be opened: no OpenGL, or the display can't be reached; --headless works without"
+        )
     if sys.platform == "linux" and not chosen and Window.get_window_info() is None:
-        raise Failure(f"the display {os.environ.get('DISPLAY', '')} can't be reached; --headless works without a window")
+        raise Failure(
+            f"the display {os.environ.get('DISPLAY', '')} can't be reached; --headless works without a window"
+        )
     Window.set_title(NAME)
 
 
 def _run(app) -> None:  # type: ignore[no-untyped-def]
     """Until the window is closed, or somebody asks the process to stop."""
+
     def stop(_number: int, _frame: FrameType | None) -> None:
         from kivy.clock import Clock
+
         Clock.schedule_once(lambda _dt: app.stop(), 0)
 
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -153,6 +179,7 @@ def quiet_garbage(app=None) -> Iterator[None]:  # type: ignore[no-untyped-def]
     from kivy.core.window import Window
 
     from app.widgets.dialogs import Overlay
+
     garbage = Garbage(Clock.get_time, lambda: not any(isinstance(top, Overlay) for top in Window.children))
     garbage.begin()
     if app is not None:

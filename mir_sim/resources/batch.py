@@ -1,4 +1,5 @@
 """/batch: several requests in one body, answered in order."""
+
 from __future__ import annotations
 
 import json
@@ -16,8 +17,12 @@ def batch(call: Call) -> list[dict[str, Any]]:
         raise argument_error("requests")
     answers = []
     for one in requests:
-        if not isinstance(one, dict) or not isinstance(one.get("url"), str) or not isinstance(one.get("method"), str) \
-                or one["url"].startswith("/batch"):
+        if (
+            not isinstance(one, dict)
+            or not isinstance(one.get("url"), str)
+            or not isinstance(one.get("method"), str)
+            or one["url"].startswith("/batch")
+        ):
             raise argument_error("requests")
         content = json.dumps(one["body"]).encode() if "body" in one else b""
         response = call.ask(one["method"], one["url"], content)

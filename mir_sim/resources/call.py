@@ -1,4 +1,5 @@
 """One call of the API, as its handler gets it."""
+
 from __future__ import annotations
 
 import json
@@ -59,4 +60,4 @@ class Call:
 
 
 Handler = Callable[[Call], Any]
-Handlers = dict[tuple[str, str], Handler]     # by verb and path template
+Handlers = dict[tuple[str, str], Handler]  # by verb and path template

@@ -1,4 +1,5 @@
 """/log/error_reports: errors, reported by the robot itself or by a user."""
+
 from __future__ import annotations
 
 from typing import Any

@@ -1,4 +1,5 @@
 """/mission_queue: queue missions, read and cancel them."""
+
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
@@ -44,9 +45,15 @@ class Shown:
     def _in_own_words(self, fields: dict[str, Any]) -> dict[str, Any]:
         profile, item = self.robot.profile, self.item
         mission = self.robot.site.table("/missions").get(item.mission_id)
-        own = {"state": profile.state_of(item), "message": profile.text(item.message),
-               "description": profile.description_of(item, mission["name"] if mission else "")}
-        return {profile.description_field if name == "description" else name: own.get(name, value) for name, value in fields.items()}
+        own = {
+            "state": profile.state_of(item),
+            "message": profile.text(item.message),
+            "description": profile.description_of(item, mission["name"] if mission else ""),
+        }
+        return {
+            profile.description_field if name == "description" else name: own.get(name, value)
+            for name, value in fields.items()
+        }
 
 
 def list_items(call: Call) -> Any:
@@ -66,8 +73,14 @@ def order(call: Call) -> Response:
     # As MiR's definition says, without a description of its own an item gets that of its mission.
     description: str = fields["description"] if "description" in fields else mission["description"]
     item = robot.order(
-        mission["guid"], call.asker, message=fields.get("message", ""), description=description,
-        parameters=parameters, priority=fields.get("priority", 0), fleet_schedule_guid=fields.get("fleet_schedule_guid", ""))
+        mission["guid"],
+        call.asker,
+        message=fields.get("message", ""),
+        description=description,
+        parameters=parameters,
+        priority=fields.get("priority", 0),
+        fleet_schedule_guid=fields.get("fleet_schedule_guid", ""),
+    )
     usual = item.full() | item.summary() if robot.software.startswith("2.") else item.summary()
     return Response.json_of(robot.profile.order_status, Shown(robot, item, "order").only(usual))
 
@@ -86,12 +99,20 @@ def _check_parameters(call: Call, mission_id: str, parameters: list[Row]) -> Non
     for name, asked in wanted.items():
         value = given.get(name, asked["value"])
         is_place = asked["id"] in ("position", "marker")
-        if value is None or isinstance(value, dict | list) or (is_place and value not in call.robot.site.table("/positions")):
+        if (
+            value is None
+            or isinstance(value, dict | list)
+            or (is_place and value not in call.robot.site.table("/positions"))
+        ):
             raise argument_error(name)
 
 
 def _item(call: Call, name: str = "id") -> QueueItem:
-    item = call.robot.queue.get(int(call.params[name])) if call.params[name].isdecimal() and len(call.params[name]) < 16 else None
+    item = (
+        call.robot.queue.get(int(call.params[name]))
+        if call.params[name].isdecimal() and len(call.params[name]) < 16
+        else None
+    )
     if item is None:
         raise ApiError(404)
     return item
@@ -135,8 +156,13 @@ def get_action(call: Call) -> dict[str, Any]:
     item = _item(call, "mission_queue_id")
     for action in item.actions:
         if str(action.id) == call.params["id"]:
-            return {**asdict(action), "message": call.robot.profile.text(action.message), "mission_queue_id": item.id,
-                    "url": _action_url(item, action), "allowed_methods": ["GET"]}
+            return {
+                **asdict(action),
+                "message": call.robot.profile.text(action.message),
+                "mission_queue_id": item.id,
+                "url": _action_url(item, action),
+                "allowed_methods": ["GET"],
+            }
     raise ApiError(404)
 
 

@@ -1,4 +1,5 @@
 """The definitions of missions and of the actions that they are made of."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -14,12 +15,24 @@ def mission_definition(call: Call) -> list[dict[str, Any]]:
     mission = call.robot.site.table("/missions").get(guid)
     if mission is None:
         raise ApiError(404)
-    kinds = {parameter["guid"]: catalogue.parameter_type(row["action_type"], parameter["id"])
-             for row in call.robot.site.mission_actions(guid) for parameter in row["parameters"]}
-    asked = [catalogue.parameter(name, name, kinds[parameter["guid"]], parameter["value"])
-             for name, parameter in call.robot.site.user_parameters(guid).items()]
-    return [{"url": f"/v2.0.0/missions/{guid}/definition", "action_type": f"mission_{guid}", "name": mission["name"],
-             "description": mission["description"], "parameters": asked}]
+    kinds = {
+        parameter["guid"]: catalogue.parameter_type(row["action_type"], parameter["id"])
+        for row in call.robot.site.mission_actions(guid)
+        for parameter in row["parameters"]
+    }
+    asked = [
+        catalogue.parameter(name, name, kinds[parameter["guid"]], parameter["value"])
+        for name, parameter in call.robot.site.user_parameters(guid).items()
+    ]
+    return [
+        {
+            "url": f"/v2.0.0/missions/{guid}/definition",
+            "action_type": f"mission_{guid}",
+            "name": mission["name"],
+            "description": mission["description"],
+            "parameters": asked,
+        }
+    ]
 
 
 def list_definitions(call: Call) -> list[dict[str, Any]]:

@@ -1,4 +1,5 @@
 """How the API shows a stored row: its own fields, links to other resources, and empty values for fields that aren't stored."""
+
 from __future__ import annotations
 
 from collections.abc import Container, Mapping
@@ -12,25 +13,49 @@ from mir_sim.site import MISSION_ACTIONS, Row
 
 # A field that links to a row of another table. The row holds the key in the field with the suffix "_id" or "_guid".
 LINKS = {
-    "cart_calibration": "/cart_calibrations", "cart_type": "/cart_types", "created_by": "/users", "dashboard": "/dashboards",
-    "elevator_entry_pos": "/positions", "elevator_pos": "/positions", "entry_mission": "/missions", "exit_mission": "/missions",
-    "goal_pos": "/positions", "map": "/maps", "mission": "/missions", "owner_group": "/user_groups", "parent": "/positions",
-    "position": "/positions", "settings_group": "/setting_groups", "start_pos": "/positions", "type": "/position_types",
-    "user_group": "/user_groups"}
+    "cart_calibration": "/cart_calibrations",
+    "cart_type": "/cart_types",
+    "created_by": "/users",
+    "dashboard": "/dashboards",
+    "elevator_entry_pos": "/positions",
+    "elevator_pos": "/positions",
+    "entry_mission": "/missions",
+    "exit_mission": "/missions",
+    "goal_pos": "/positions",
+    "map": "/maps",
+    "mission": "/missions",
+    "owner_group": "/user_groups",
+    "parent": "/positions",
+    "position": "/positions",
+    "settings_group": "/setting_groups",
+    "start_pos": "/positions",
+    "type": "/position_types",
+    "user_group": "/user_groups",
+}
 IRREGULAR_KEYS = {"position": "pos_id"}
 IRREGULAR_CHILDREN = {"help_positions": "helper_positions"}
 
 
 def url_of(table: str, key: object, row: Row | None = None) -> str:
     """The link to a row; those of mission actions have a form of their own (recorded)."""
-    return f"/v2.0.0/mission_actions/{key}" if table == MISSION_ACTIONS else f"/v2.0.0{table.format_map(row or {})}/{key}"
+    return (
+        f"/v2.0.0/mission_actions/{key}" if table == MISSION_ACTIONS else f"/v2.0.0{table.format_map(row or {})}/{key}"
+    )
 
 
 @lru_cache(maxsize=1024)
 def item_template(software: str, table: str) -> str | None:
     """The path template of one row of a table, or None when the definition has none."""
-    return next((template for template in definition.load(software).templates()
-                 if template.startswith(f"{table}/{{") and template.endswith("}") and template.count("/") == table.count("/") + 1), None)
+    return next(
+        (
+            template
+            for template in definition.load(software).templates()
+            if template.startswith(f"{table}/{{")
+            and template.endswith("}")
+            and template.count("/") == table.count("/") + 1
+        ),
+        None,
+    )
 
 
 @lru_cache(maxsize=1024)
@@ -46,7 +71,9 @@ def _child(software: str, table: str, name: str) -> str | None:
     """The path segment of the collection inside a row that a field links to, if it does: "positions" of a map."""
     segment = IRREGULAR_CHILDREN.get(name, name)
     templates = definition.load(software).templates()
-    return segment if any(one.startswith(f"{table}/{{") and one.endswith(f"}}/{segment}") for one in templates) else None
+    return (
+        segment if any(one.startswith(f"{table}/{{") and one.endswith(f"}}/{segment}") for one in templates) else None
+    )
 
 
 def _link_key(name: str, fields: Container[str]) -> str:
@@ -81,8 +108,11 @@ def full(robot: SimulatedRobot, table: str, row: Row) -> dict[str, Any]:
     fields_shown = shown(robot, table, row, properties(robot.software, table))
     template = item_template(robot.software, table) or table
     built_in = row.get("guid") in missions.BUILT_IN
-    fields_shown["allowed_methods"] = ["GET"] if built_in else [
-        verb.upper() for verb in ("put", "get", "delete") if robot.definition.operation(verb, template)]
+    fields_shown["allowed_methods"] = (
+        ["GET"]
+        if built_in
+        else [verb.upper() for verb in ("put", "get", "delete") if robot.definition.operation(verb, template)]
+    )
     if "created_by" in fields_shown:
         author = robot.site.table("/users").get(row.get("created_by_id"))
         fields_shown["created_by_name"] = author["name"] if author else ""
@@ -92,8 +122,13 @@ def full(robot: SimulatedRobot, table: str, row: Row) -> dict[str, Any]:
 def blank(robot: SimulatedRobot, table: str) -> Row:
     """A new row whose stored fields have empty values. Links and nested collections are not stored."""
     fields = properties(robot.software, table)
-    made = {name: robot.definition.blank(schema) for name, schema in fields.items()
-            if name not in ("url", "created_by_id") and _child(robot.software, table, name) is None and not _link_key(name, fields)}
+    made = {
+        name: robot.definition.blank(schema)
+        for name, schema in fields.items()
+        if name not in ("url", "created_by_id")
+        and _child(robot.software, table, name) is None
+        and not _link_key(name, fields)
+    }
     if "valid" in made:
         made["valid"] = True
     return made

@@ -1,4 +1,5 @@
 """/status: the robot's state, and the few things that a client can set."""
+
 from __future__ import annotations
 
 from datetime import datetime
@@ -17,36 +18,45 @@ def get_status(call: Call) -> dict[str, Any]:
     robot = call.robot
     state, motion, run = robot.state, robot.motion, robot.run
     stopped, say = robot.emergency_stop, robot.profile.text
-    return robot.profile.only("status", {
-        "allowed_methods": None,
-        "battery_percentage": -1.0 if stopped else round(robot.battery.at(robot.now), 2),
-        "battery_time_remaining": -1 if stopped else robot.battery.seconds_left(robot.now),
-        "distance_to_next_target": round(robot.controller.distance_to_target, 3),
-        "errors": [] if stopped else [{**error.full(), "description": say(error.description)} for error in robot.errors],
-        "footprint": footprint_of(robot.model),
-        "joystick_low_speed_mode_enabled": False,
-        "joystick_web_session_id": robot.joystick_session,
-        "map_id": robot.map_id,
-        "mission_queue_id": run.item.id if run is not None else None,
-        "mission_queue_url": f"/v2.0.0/mission_queue/{run.item.id}" if run is not None else None,
-        "mission_text": say(robot.mission_text),
-        "mode_id": int(robot.mode),
-        "mode_key_state": "idle" if robot.model in ("MiR100", "MiR200") else "manual" if robot.manual else "auto",
-        "mode_text": say(robot.mode.text),
-        "moved": round(robot.controller.odometer, 3),
-        "position": {"x": round(motion.pose.x, 3), "y": round(motion.pose.y, 3), "orientation": round(motion.pose.orientation, 3)},
-        "robot_model": robot.model,
-        "robot_name": robot.name,
-        "safety_system_muted": False,
-        "serial_number": robot.serial_number,
-        "session_id": robot.session_id,
-        "state_id": int(state),
-        "state_text": say(state.text),
-        "unloaded_map_changes": False,
-        "uptime": int(robot.now - robot.switched_on),
-        "user_prompt": robot.prompt.full() if robot.prompt is not None else None,
-        "velocity": {"linear": round(motion.linear, 3), "angular": round(motion.angular, 3)},
-    })
+    return robot.profile.only(
+        "status",
+        {
+            "allowed_methods": None,
+            "battery_percentage": -1.0 if stopped else round(robot.battery.at(robot.now), 2),
+            "battery_time_remaining": -1 if stopped else robot.battery.seconds_left(robot.now),
+            "distance_to_next_target": round(robot.controller.distance_to_target, 3),
+            "errors": []
+            if stopped
+            else [{**error.full(), "description": say(error.description)} for error in robot.errors],
+            "footprint": footprint_of(robot.model),
+            "joystick_low_speed_mode_enabled": False,
+            "joystick_web_session_id": robot.joystick_session,
+            "map_id": robot.map_id,
+            "mission_queue_id": run.item.id if run is not None else None,
+            "mission_queue_url": f"/v2.0.0/mission_queue/{run.item.id}" if run is not None else None,
+            "mission_text": say(robot.mission_text),
+            "mode_id": int(robot.mode),
+            "mode_key_state": "idle" if robot.model in ("MiR100", "MiR200") else "manual" if robot.manual else "auto",
+            "mode_text": say(robot.mode.text),
+            "moved": round(robot.controller.odometer, 3),
+            "position": {
+                "x": round(motion.pose.x, 3),
+                "y": round(motion.pose.y, 3),
+                "orientation": round(motion.pose.orientation, 3),
+            },
+            "robot_model": robot.model,
+            "robot_name": robot.name,
+            "safety_system_muted": False,
+            "serial_number": robot.serial_number,
+            "session_id": robot.session_id,
+            "state_id": int(state),
+            "state_text": say(state.text),
+            "unloaded_map_changes": False,
+            "uptime": int(robot.now - robot.switched_on),
+            "user_prompt": robot.prompt.full() if robot.prompt is not None else None,
+            "velocity": {"linear": round(motion.linear, 3), "angular": round(motion.angular, 3)},
+        },
+    )
 
 
 def put_status(call: Call) -> dict[str, Any]:
@@ -77,7 +87,9 @@ def put_status(call: Call) -> dict[str, Any]:
     if "clear_error" in fields:
         robot.clear_errors()
     if "state_id" in fields:
-        {StateId.READY: robot.resume, StateId.PAUSE: robot.pause, StateId.MANUAL_CONTROL: robot.take_over}[StateId(fields["state_id"])]()
+        {StateId.READY: robot.resume, StateId.PAUSE: robot.pause, StateId.MANUAL_CONTROL: robot.take_over}[
+            StateId(fields["state_id"])
+        ]()
     return get_status(call)
 
 

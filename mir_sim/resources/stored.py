@@ -1,4 +1,5 @@
 """Operations that only read and write stored data: on collections, and on single objects, which are empty until written."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -64,7 +65,7 @@ def _item(call: Call, table: str, field: str | None, key: str) -> dict[str, Any]
     rows_of, verb = call.robot.site.table(table), call.operation.verb
     row = rows_of.get(key)
     if row is None and rows_of.has_had(key) and verb == "get" and not call.robot.software.startswith("2."):
-        raise ApiError(410)     # MiR's definition 3.5.4 lists this code; that it means "deleted" is a guess
+        raise ApiError(410)  # MiR's definition 3.5.4 lists this code; that it means "deleted" is a guess
     if row is None or (field is not None and row.get(field) != _parent_key(call)):
         raise ApiError(404)
     if verb != "get" and row.get("guid") in missions.BUILT_IN:
@@ -88,7 +89,11 @@ def _collection(call: Call, table: str, field: str | None) -> Any:
         rows_of.clear()
         return None
     brief = call.robot.definition.properties(call.operation.schema)
-    return [rows.Entry(call.robot, table, row, brief) for row in rows_of if field is None or row.get(field) == _parent_key(call)]
+    return [
+        rows.Entry(call.robot, table, row, brief)
+        for row in rows_of
+        if field is None or row.get(field) == _parent_key(call)
+    ]
 
 
 def _single(call: Call) -> Any:
@@ -100,7 +105,11 @@ def _single(call: Call) -> Any:
     if call.operation.body_schema is not None:
         written.update(call.changes() if verb == "put" else call.fields())
     value = call.robot.definition.blank(call.operation.schema or {})
-    return {**value, **{name: inner for name, inner in written.items() if name in value}} if isinstance(value, dict) else value
+    return (
+        {**value, **{name: inner for name, inner in written.items() if name in value}}
+        if isinstance(value, dict)
+        else value
+    )
 
 
 def _create(call: Call, table_name: str, table: Table, field: str | None) -> dict[str, Any]:
@@ -122,9 +131,15 @@ def _with_parameters(call: Call, action: Row) -> Row:
         return action
     for one in action["parameters"]:
         name = one.get("input_name") if isinstance(one, dict) else 0
-        if not isinstance(one, dict) or not isinstance(one.get("id"), str) or not (name is None or isinstance(name, str)):
+        if (
+            not isinstance(one, dict)
+            or not isinstance(one.get("id"), str)
+            or not (name is None or isinstance(name, str))
+        ):
             raise argument_error("parameters")
-    complete = [{"guid": call.robot.site.new_guid(), "value": None, "input_name": None, **one} for one in action["parameters"]]
+    complete = [
+        {"guid": call.robot.site.new_guid(), "value": None, "input_name": None, **one} for one in action["parameters"]
+    ]
     return {**action, "parameters": complete}
 
 

@@ -1,4 +1,5 @@
 """The machine: registers, software, distances, time zone, diagnostics, guided moves."""
+
 from __future__ import annotations
 
 from datetime import timedelta
@@ -50,9 +51,16 @@ def swagger(call: Call) -> dict[str, Any]:
 
 def system_status(call: Call) -> dict[str, Any]:
     """One object of texts (recorded); the definition has a list."""
-    return {"url": "/v2.0.0/software/system_status", "platform_version": "3.2.1", "application_version": call.robot.software,
-            "last_sw_update_type": "application", "last_sw_update_status": "success", "last_sw_update_date": "2026-03-02T08:15:00",
-            "free_disk_space": "18.4 GB", "used_disk_space": "9.1 GB"}
+    return {
+        "url": "/v2.0.0/software/system_status",
+        "platform_version": "3.2.1",
+        "application_version": call.robot.software,
+        "last_sw_update_type": "application",
+        "last_sw_update_status": "success",
+        "last_sw_update_date": "2026-03-02T08:15:00",
+        "free_disk_space": "18.4 GB",
+        "used_disk_space": "9.1 GB",
+    }
 
 
 def distances(call: Call) -> list[dict[str, Any]]:
@@ -61,8 +69,14 @@ def distances(call: Call) -> list[dict[str, Any]]:
     today = robot.clock.local(robot.now).replace(microsecond=0)
     began = robot.clock.local(0.0).replace(hour=0, minute=0, second=0, microsecond=0)
     per_day = round(robot.controller.first_odometer / 200, 3)
-    days = [{"allowed_methods": None, "date": (began - timedelta(days=back)).isoformat(),
-             "distance": round(robot.controller.first_odometer - back * per_day, 3)} for back in range(DAYS_OF_STATISTICS - 1, -1, -1)]
+    days = [
+        {
+            "allowed_methods": None,
+            "date": (began - timedelta(days=back)).isoformat(),
+            "distance": round(robot.controller.first_odometer - back * per_day, 3),
+        }
+        for back in range(DAYS_OF_STATISTICS - 1, -1, -1)
+    ]
     return [*days, {"allowed_methods": None, "date": today.isoformat(), "distance": round(metres, 3)}]
 
 
@@ -88,16 +102,24 @@ def guide(call: Call) -> dict[str, Any]:
     fields, moves = call.changes(), call.robot.site.table("/guided_move")
     if "guided_move_id" not in fields:
         raise argument_error("guided_move_id")
-    move = moves.get(fields["guided_move_id"]) or moves.add({
-        **fields, "url": "/v2.0.0/guided_move", "current_waypoint_index": 0, "assigned_waypoint_index": 0,
-        "node_resource_handling_enabled": "false"})
+    move = moves.get(fields["guided_move_id"]) or moves.add(
+        {
+            **fields,
+            "url": "/v2.0.0/guided_move",
+            "current_waypoint_index": 0,
+            "assigned_waypoint_index": 0,
+            "node_resource_handling_enabled": "false",
+        }
+    )
     move.update(fields)
     return move
 
 
 def waypoints(call: Call) -> list[dict[str, Any]]:
-    return [{"url": "/v2.0.0/guided_move/waypoints", "guided_move_id": move["guided_move_id"], "waypoints": "[]"}
-            for move in call.robot.site.table("/guided_move")]
+    return [
+        {"url": "/v2.0.0/guided_move/waypoints", "guided_move_id": move["guided_move_id"], "waypoints": "[]"}
+        for move in call.robot.site.table("/guided_move")
+    ]
 
 
 def diagnostics(call: Call) -> dict[str, Any]:
@@ -105,13 +127,23 @@ def diagnostics(call: Call) -> dict[str, Any]:
     robot = call.robot
     level = robot.battery.at(robot.now)
     return {
-        "/Computer/PC/CPU Load": {"level": 0, "message": "CPU load is normal", "values": {"Average CPU load": "23.5 %", "Cores": "4"}},
-        "/Power System/Battery": {"level": 0 if level > 10 else 1, "message": "OK" if level > 10 else "Low battery",
-                                  "values": {"Remaining battery capacity [%]": f"{level:.1f}"}},
+        "/Computer/PC/CPU Load": {
+            "level": 0,
+            "message": "CPU load is normal",
+            "values": {"Average CPU load": "23.5 %", "Cores": "4"},
+        },
+        "/Power System/Battery": {
+            "level": 0 if level > 10 else 1,
+            "message": "OK" if level > 10 else "Low battery",
+            "values": {"Remaining battery capacity [%]": f"{level:.1f}"},
+        },
         "/Motors/Left": {"level": 0, "message": "OK", "values": {"Temperature [C]": "31.0"}},
         "/Motors/Right": {"level": 0, "message": "OK", "values": {"Temperature [C]": "31.0"}},
-        "/Safety System/Emergency Stop": {"level": 2 if robot.emergency_stop else 0,
-                                          "message": "Emergency stop pressed" if robot.emergency_stop else "OK", "values": {}},
+        "/Safety System/Emergency Stop": {
+            "level": 2 if robot.emergency_stop else 0,
+            "message": "Emergency stop pressed" if robot.emergency_stop else "OK",
+            "values": {},
+        },
     }
 
 
@@ -120,24 +152,43 @@ def metrics(call: Call) -> Response:
     robot = call.robot
     pose = robot.pose
     gauges = [
-        ("localization_score", 0.93), ("position_x_meters", pose.x), ("position_y_meters", pose.y),
-        ("orientation_degrees", pose.orientation), ("errors", len(robot.errors)), ("state_id", int(robot.state)),
+        ("localization_score", 0.93),
+        ("position_x_meters", pose.x),
+        ("position_y_meters", pose.y),
+        ("orientation_degrees", pose.orientation),
+        ("errors", len(robot.errors)),
+        ("state_id", int(robot.state)),
         ("uptime_seconds", int(robot.now - robot.switched_on)),
         ("battery_percent", -1 if robot.emergency_stop else robot.battery.at(robot.now)),
         ("battery_time_remaining_seconds", -1 if robot.emergency_stop else robot.battery.seconds_left(robot.now)),
-        ("wifi_access_point_rssi_dbm", -58), ("wifi_access_point_frequency_hertz", 5_180_000_000),
+        ("wifi_access_point_rssi_dbm", -58),
+        ("wifi_access_point_frequency_hertz", 5_180_000_000),
     ]
-    lines = [text for name, value in gauges
-             for text in (f"# TYPE mir_robot_{name} gauge", f"mir_robot_{name} {round(value, 3)}")]
-    labels = {"map_guid": robot.map_id, "model": robot.model, "name": robot.name, "serial_number": robot.serial_number,
-              "software_version": robot.software}
+    lines = [
+        text
+        for name, value in gauges
+        for text in (f"# TYPE mir_robot_{name} gauge", f"mir_robot_{name} {round(value, 3)}")
+    ]
+    labels = {
+        "map_guid": robot.map_id,
+        "model": robot.model,
+        "name": robot.name,
+        "serial_number": robot.serial_number,
+        "software_version": robot.software,
+    }
     lines += [
         "# TYPE mir_robot_distance_moved_meters counter",
         f"mir_robot_distance_moved_meters_total {round(robot.controller.odometer, 3)}",
-        "# TYPE mir_robot info", "mir_robot_info{" + ",".join(f'{name}="{_escaped(value)}"' for name, value in labels.items()) + "} 1",
+        "# TYPE mir_robot info",
+        "mir_robot_info{" + ",".join(f'{name}="{_escaped(value)}"' for name, value in labels.items()) + "} 1",
         "# TYPE mir_robot_wifi_access_point info",
-        'mir_robot_wifi_access_point_info{bssid="00:1a:1e:4c:2b:90",ssid="Production"} 1', "# EOF", ""]
-    return Response(200, {"Content-Type": "application/openmetrics-text; version=1.0.0; charset=utf-8"}, "\n".join(lines).encode())
+        'mir_robot_wifi_access_point_info{bssid="00:1a:1e:4c:2b:90",ssid="Production"} 1',
+        "# EOF",
+        "",
+    ]
+    return Response(
+        200, {"Content-Type": "application/openmetrics-text; version=1.0.0; charset=utf-8"}, "\n".join(lines).encode()
+    )
 
 
 def protective_scan(call: Call) -> Response:

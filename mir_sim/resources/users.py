@@ -1,4 +1,5 @@
 """/users/me and /users/auth: the user who asks."""
+
 from __future__ import annotations
 
 from datetime import timedelta
@@ -12,8 +13,14 @@ from mir_sim.site import with_hashed_password
 def get_me(call: Call) -> dict[str, Any]:
     """One object (recorded); the definition has a list of them."""
     me = call.asker
-    return {"url": f"/v2.0.0/users/{me['guid']}", "guid": me["guid"], "name": me["name"], "user_group_id": me["user_group_id"],
-            "user_group": f"/v2.0.0/user_groups/{me['user_group_id']}", "allowed_methods": ["GET", "PUT"]}
+    return {
+        "url": f"/v2.0.0/users/{me['guid']}",
+        "guid": me["guid"],
+        "name": me["name"],
+        "user_group_id": me["user_group_id"],
+        "user_group": f"/v2.0.0/user_groups/{me['user_group_id']}",
+        "allowed_methods": ["GET", "PUT"],
+    }
 
 
 def put_me(call: Call) -> dict[str, Any]:
@@ -30,9 +37,14 @@ def my_group(call: Call) -> list[dict[str, Any]]:
 def log_in(call: Call) -> dict[str, Any]:
     """Open a session of the web interface. Clients with Basic credentials don't need one."""
     now = call.robot.clock.local(call.robot.now)
-    return {"user_id": call.asker["guid"], "ip": "127.0.0.1", "login_time": now.isoformat(timespec="seconds"),
-            "expiration_time": (now + timedelta(minutes=15)).isoformat(timespec="seconds"), "token": call.robot.site.new_guid(),
-            "allowed_methods": None}
+    return {
+        "user_id": call.asker["guid"],
+        "ip": "127.0.0.1",
+        "login_time": now.isoformat(timespec="seconds"),
+        "expiration_time": (now + timedelta(minutes=15)).isoformat(timespec="seconds"),
+        "token": call.robot.site.new_guid(),
+        "allowed_methods": None,
+    }
 
 
 HANDLERS: Handlers = {

@@ -9,6 +9,7 @@ their start window, %; ``weighted``: lateness x weight per start, s; ``spread`` 
 place. The hall, its robots and their troubles are invented (``tests/benchmarks/hall``). ``--optimum``: short, crowded days without chance,
 beside every order on every robot. ``--decision``: processor time of one.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -25,10 +26,13 @@ from tests.benchmarks.hall.day import CALM, ROUGH, Day, Trouble, figures
 from tests.benchmarks.hall.policies import NO_METRES, POLICIES, NearestIdle, ThisApp
 from tests.benchmarks.hall.site import HOUR, Learned, Run, Site, run_time
 
-LOADS = (.3, .6, .85)
-WORLDS: dict[str, tuple[Trouble, float]] = {"as estimated": (Trouble(), 0.0), "estimates 30 % off": (Trouble(), .3),
-                                            "robots fall silent": (ROUGH, 0.0)}
-STARTS, ROBOTS = 8, 3        # of the short days
+LOADS = (0.3, 0.6, 0.85)
+WORLDS: dict[str, tuple[Trouble, float]] = {
+    "as estimated": (Trouble(), 0.0),
+    "estimates 30 % off": (Trouble(), 0.3),
+    "robots fall silent": (ROUGH, 0.0),
+}
+STARTS, ROBOTS = 8, 3  # of the short days
 MOST_NODES = 400_000
 
 
@@ -49,8 +53,12 @@ def table(days: int, robots: int, fixed: float) -> None:
 # ---------------------------------------------------------------------- the best that could be known afterwards
 def least(site: Site, runs: list[Run], day: Day, known: float) -> tuple[float, bool]:
     """Weighted s of lateness in all, and whether every order was looked at. ``known`` is reached by some rule."""
-    lasts = {(r, i, j): run_time(None, run.mission, machine, day.robots[r].place if i < 0 else runs[i].mission.last)
-             for r, machine in enumerate(site.machines) for j, run in enumerate(runs) for i in range(-1, len(runs))}
+    lasts = {
+        (r, i, j): run_time(None, run.mission, machine, day.robots[r].place if i < 0 else runs[i].mission.last)
+        for r, machine in enumerate(site.machines)
+        for j, run in enumerate(runs)
+        for i in range(-1, len(runs))
+    }
     weights, planned = [weight(run.priority) for run in runs], [run.planned for run in runs]
     best, nodes = known, 0
     met: dict[tuple[frozenset[int], tuple[int, ...]], list[tuple[float, ...]]] = {}
@@ -68,11 +76,20 @@ def least(site: Site, runs: list[Run], day: Day, known: float) -> tuple[float, b
         if any(all(a <= b for a, b in zip(other, state, strict=True)) for other in others):
             return
         others.append(state)
-        options = sorted((weights[j] * (begins - planned[j]) + .01 * begins, begins, j, r)
-                         for j in left for r in range(len(free)) if (begins := max(free[r], planned[j])) >= since)
+        options = sorted(
+            (weights[j] * (begins - planned[j]) + 0.01 * begins, begins, j, r)
+            for j in left
+            for r in range(len(free))
+            if (begins := max(free[r], planned[j])) >= since
+        )
         for _, begins, j, r in options:
-            branch(left - {j}, (*free[:r], begins + lasts[r, last[r], j], *free[r + 1:]), (*last[:r], j, *last[r + 1:]),
-                   cost + weights[j] * (begins - planned[j]), begins)
+            branch(
+                left - {j},
+                (*free[:r], begins + lasts[r, last[r], j], *free[r + 1 :]),
+                (*last[:r], j, *last[r + 1 :]),
+                cost + weights[j] * (begins - planned[j]),
+                begins,
+            )
 
     robots = len(site.machines)
     branch(frozenset(range(len(runs))), (0.0,) * robots, (-1,) * robots, 0.0, 0.0)
@@ -107,14 +124,18 @@ def decision() -> None:
     for robots, due in ((5, 20), (50, 200)):
         for title, prepare in (("as in the middle of a day", lambda day: None), ("all robots free", _all_free)):
             took = [_decision(seed, robots, due, prepare) for seed in range(20)]
-            print(f"{robots} robots, {due} due, {title}: p50 {statistics.median(took):.2f}, p95 {sorted(took)[18]:.2f} ms")
+            print(
+                f"{robots} robots, {due} due, {title}: p50 {statistics.median(took):.2f}, p95 {sorted(took)[18]:.2f} ms"
+            )
 
 
 def _decision(seed: int, robots: int, due: int, prepare: Callable[[Day], Any]) -> float:
-    site = Site(seed, robots, .85, 1.0)
-    day = copy.deepcopy(Day(site, Learned(site, seed), NearestIdle(), seed).run(-.5 * HOUR))
+    site = Site(seed, robots, 0.85, 1.0)
+    day = copy.deepcopy(Day(site, Learned(site, seed), NearestIdle(), seed).run(-0.5 * HOUR))
     prepare(day)
-    runs = [Run(10_000 + n, site.missions[n % len(site.missions)], day.now, n % 3 - 1, window_s=900.0) for n in range(due)]
+    runs = [
+        Run(10_000 + n, site.missions[n % len(site.missions)], day.now, n % 3 - 1, window_s=900.0) for n in range(due)
+    ]
     situation = ThisApp().situation(day, runs)
     begun = time.process_time()
     decide(situation)
@@ -123,14 +144,23 @@ def _decision(seed: int, robots: int, due: int, prepare: Callable[[Day], Any]) -
 
 def _all_free(day: Day) -> None:
     for robot in day.robots:
-        robot.running, robot.drives_to_charger, robot.error, robot.known_silent, robot.known_error = None, False, False, False, False
+        robot.running, robot.drives_to_charger, robot.error, robot.known_silent, robot.known_error = (
+            None,
+            False,
+            False,
+            False,
+            False,
+        )
         robot.seen_idle = True
         robot.queue.clear()
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.bench_allocation", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.benchmarks.bench_allocation",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--days", type=int, default=None)
     parser.add_argument("--robots", type=int, default=5)
     parser.add_argument("--fixed", type=float, default=0.0, help="share of the schedules that name one robot")

@@ -5,6 +5,7 @@
 Columns as in bench_frames. The snapshots are written by another thread, as the robots' workers do: each robot's is new every 2 s, spread
 over that time or all 200 within 50 ms, with another battery, another time left or another state.
 """
+
 from __future__ import annotations
 
 import random
@@ -21,7 +22,7 @@ from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
 
 ROBOTS = 200
-POLL = 2.0                               # s
+POLL = 2.0  # s
 
 
 class Polls(threading.Thread):
@@ -47,12 +48,19 @@ class Polls(threading.Thread):
     def _poll(self, robot: Any) -> None:
         from app.domain.models import Connection
         from tests.support import home_facts as sample
-        kind = self._random.choice([sample.READY, sample.READY, sample.EXECUTING, sample.EXECUTING, sample.CHARGING, sample.STOPPED])
-        if self._random.random() < .8:       # most go on as they were
+
+        kind = self._random.choice(
+            [sample.READY, sample.READY, sample.EXECUTING, sample.EXECUTING, sample.CHARGING, sample.STOPPED]
+        )
+        if self._random.random() < 0.8:  # most go on as they were
             kind = self._container.snapshots.get(robot.id).status or kind
-        status = replace(kind, battery_percentage=None if kind.battery_percentage is None else 20.0 + self._random.randrange(80))
+        status = replace(
+            kind, battery_percentage=None if kind.battery_percentage is None else 20.0 + self._random.randrange(80)
+        )
         now = self._container.clock.now()
-        self._container.snapshots.update(robot.id, connection=Connection.CONNECTED, status=status, read_at=now, queue_read_at=now)
+        self._container.snapshots.update(
+            robot.id, connection=Connection.CONNECTED, status=status, read_at=now, queue_read_at=now
+        )
 
 
 def main() -> None:
@@ -68,8 +76,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as directory, ExitStack() as stack:
         container = Container.open(Path(directory, "data"), with_window=True)
         month.furnish(container, container.clock.now())
-        container.db.write(lambda c: [container.repositories.robots.add(c, Robot(f"Robot {n}", f"http://127.0.1.{n}", "distributor", "x"))
-                                      for n in range(ROBOTS - len(month.ROBOTS))])
+        container.db.write(
+            lambda c: [
+                container.repositories.robots.add(c, Robot(f"Robot {n}", f"http://127.0.1.{n}", "distributor", "x"))
+                for n in range(ROBOTS - len(month.ROBOTS))
+            ]
+        )
         robots = list(container.catalogue.robots())
         app = SchedulerApp(container, animate=False)
         app._run_prepare()
@@ -82,7 +94,7 @@ def main() -> None:
         headline()
         report(f"All robots, {ROBOTS} of them, nothing changes", frames.run(seconds))
         report("… scrolling", frames.run(seconds, swing(grid)))
-        for words, burst in (("each polled every 2 s", POLL), ("all polled within 50 ms", .05)):
+        for words, burst in (("each polled every 2 s", POLL), ("all polled within 50 ms", 0.05)):
             polls = Polls(container, robots, burst)
             polls.start()
             frames.run(POLL)

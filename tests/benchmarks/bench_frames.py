@@ -8,6 +8,7 @@ that went into drawing before it, the same is told by itself; with KIVY_GL_BACKE
 tablet draws 60 frames a second while nothing takes longer than 16 ms.
 Before the first and after the last line stands what a turn of an empty loop takes, by which machines and hours can be compared.
 """
+
 from __future__ import annotations
 
 import sys
@@ -26,16 +27,17 @@ from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
 
 FRAME = 1 / 60
-FLING = 25.0                             # px a frame: 1,500 px/s
+FLING = 25.0  # px a frame: 1,500 px/s
 ROBOTS = Scenario(50, 50, 0.0, 0.0, 0)
 
 
 @dataclass(frozen=True)
 class Frame:
     """ms."""
+
     cpu: float
     wall: float
-    drawing: float                       # of the CPU time
+    drawing: float  # of the CPU time
 
 
 class Frames:
@@ -44,7 +46,8 @@ class Frames:
     def __init__(self) -> None:
         from kivy.clock import Clock
         from kivy.core.window import Window
-        Clock._max_fps = 0                   # this loop paces itself
+
+        Clock._max_fps = 0  # this loop paces itself
         self._drawing = 0.0
         self._flipped: tuple[float, float] | None = None
         draw, flip = Window.on_draw, Window.on_flip
@@ -63,6 +66,7 @@ class Frames:
     def run(self, seconds: float, each: Callable[[int], object] = lambda _frame: None) -> list[Frame]:
         """``each(number)`` is called at the beginning of a frame and counts too."""
         from kivy.base import EventLoop
+
         frames: list[Frame] = []
         due = time.perf_counter()
         end = due + seconds
@@ -80,6 +84,7 @@ class Frames:
 
 def turn_ns() -> float:
     """CPU time of one turn of an empty loop, ns."""
+
     def once() -> float:
         start = time.thread_time()
         for _n in range(300_000):
@@ -92,18 +97,24 @@ def turn_ns() -> float:
 def headline() -> None:
     print(f"a turn of an empty loop: {turn_ns():.1f} ns")
     print(f"{'':<44} {'':>6} {'CPU ms':>22} {'':>5} {'drawing':>7} {'wall ms':>22}")
-    print(f"{'the main thread, per frame':<44} {'frames':>6} {'p50':>7} {'p95':>7} {'max':>7} {'> 16':>5} {'p95':>7}"
-          f" {'p50':>7} {'p95':>7} {'max':>7}", flush=True)
+    print(
+        f"{'the main thread, per frame':<44} {'frames':>6} {'p50':>7} {'p95':>7} {'max':>7} {'> 16':>5} {'p95':>7}"
+        f" {'p50':>7} {'p95':>7} {'max':>7}",
+        flush=True,
+    )
 
 
 def report(name: str, frames: list[Frame]) -> None:
     def figures(values: list[float]) -> str:
         values = sorted(values)
-        return f"{values[len(values) // 2]:>7.1f} {values[int(.95 * len(values))]:>7.1f} {values[-1]:>7.1f}"
+        return f"{values[len(values) // 2]:>7.1f} {values[int(0.95 * len(values))]:>7.1f} {values[-1]:>7.1f}"
 
     drawing = sorted(frame.drawing for frame in frames)
-    print(f"{name:<44} {len(frames):>6} {figures([frame.cpu for frame in frames])} {sum(frame.cpu > 16 for frame in frames):>5}"
-          f" {drawing[int(.95 * len(drawing))]:>7.1f} {figures([frame.wall for frame in frames])}", flush=True)
+    print(
+        f"{name:<44} {len(frames):>6} {figures([frame.cpu for frame in frames])} {sum(frame.cpu > 16 for frame in frames):>5}"
+        f" {drawing[int(0.95 * len(drawing))]:>7.1f} {figures([frame.wall for frame in frames])}",
+        flush=True,
+    )
 
 
 def swing(view: Any, horizontal: bool = False) -> Callable[[int], None]:
@@ -134,16 +145,26 @@ def main() -> None:
     from app.window.window import quiet_garbage
     from tests.support import month
 
-    with tempfile.TemporaryDirectory() as directory, stub(ROBOTS, Path(directory, "posts.csv")) as port, ExitStack() as stack:
+    with (
+        tempfile.TemporaryDirectory() as directory,
+        stub(ROBOTS, Path(directory, "posts.csv")) as port,
+        ExitStack() as stack,
+    ):
         container = Container.open(Path(directory, "data"), with_window=True)
         month.furnish(container, container.clock.now())
         token = Token.derive("distributor", "distributor").header
         robots, r = container.repositories.robots.all(container.db.read()), container.repositories
-        container.db.write(lambda c: [r.robots.add(c, Robot(f"R{n}", f"http://{address(n)}:{port}", "distributor", token))
-                                      for n in range(ROBOTS.robots)])
-        for robot in robots:                 # of the month: nothing answers at their addresses
+        container.db.write(
+            lambda c: [
+                r.robots.add(c, Robot(f"R{n}", f"http://{address(n)}:{port}", "distributor", token))
+                for n in range(ROBOTS.robots)
+            ]
+        )
+        for robot in robots:  # of the month: nothing answers at their addresses
             container.catalogue.set_robot_enabled(robot.id, False)
-        container.catalogue.change_settings(poll_interval_seconds=2, selected_robot_id=r.robots.all(container.db.read())[-1].id)
+        container.catalogue.change_settings(
+            poll_interval_seconds=2, selected_robot_id=r.robots.all(container.db.read())[-1].id
+        )
         container.runner.start()
         app = SchedulerApp(container, animate=False)
         app._run_prepare()
@@ -153,17 +174,17 @@ def main() -> None:
 
         def show(screen: str, **intent: Any) -> Any:
             app.shell.go(screen, **intent)
-            for _n in range(3):              # what is read makes more to be read
+            for _n in range(3):  # what is read makes more to be read
                 frames.run(1)
                 while not app.shell.background.idle:
-                    frames.run(.1)
+                    frames.run(0.1)
             return app.shell.navigator.screen(screen)
 
         def lists(screen: Any, kind: type) -> list[Any]:
             return [widget for widget in screen.walk() if isinstance(widget, kind)]
 
         headline()
-        home = show("home", robot_id=container.settings().selected_robot_id)               # not all of them: bench_fleet
+        home = show("home", robot_id=container.settings().selected_robot_id)  # not all of them: bench_fleet
         report("Home at rest, 50 robots polled every 2 s", frames.run(seconds))
         moves = [swing(rows.ids.scroll, rows.direction == "x") for rows in lists(home, ScrollRows)]
         report("Home, all its lists scrolling", frames.run(seconds, lambda frame: [move(frame) for move in moves]))

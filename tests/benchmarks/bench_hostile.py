@@ -8,6 +8,7 @@ commands are.
 Printed, first while all of it is shown for the first time, then once more, and then with the hostile ones: how late missions came, what
 frames took, how much memory grew; and at the end whether what was in the log and in the alarm list before is still there.
 """
+
 from __future__ import annotations
 
 import gc
@@ -34,13 +35,15 @@ from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
 
 HEALTHY = Scenario(10, 0, 0.0, 0.0, 0)
-A_SECOND = 10                            # missions
+A_SECOND = 10  # missions
 EVIDENCE = "what happened before the attack"
 
 
 def hostile() -> tuple[subprocess.Popen[str], dict[str, str]]:
     """The process, and its addresses by fate."""
-    process = subprocess.Popen([sys.executable, "-m", "tests.benchmarks.hostile_robots"], stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tests.benchmarks.hostile_robots"], stdout=subprocess.PIPE, text=True
+    )
     assert process.stdout is not None
     addresses = {}
     while (line := process.stdout.readline()) not in ("ready\n", ""):
@@ -58,7 +61,8 @@ def files(directory: Path) -> list[Path]:
         "bomb.ics": f"BEGIN:VCALENDAR\r\n{rule * 60}END:VCALENDAR\r\n",
         "long.json": json.dumps({"format": "amr-scheduler/1", "schedules": [schedule] * 2_000}),
         "deep.json": "[" * 1_000_000,
-        "keys.json": "{" + ",".join('"robots": []' for _ in range(100_000)) + "}"}
+        "keys.json": "{" + ",".join('"robots": []' for _ in range(100_000)) + "}",
+    }
     for name, content in contents.items():
         (directory / name).write_text(content, encoding="utf-8")
     return [directory / name for name in contents]
@@ -100,8 +104,12 @@ def main() -> None:
             r, now = container.repositories, container.clock.now()
             token = Token.derive("distributor", "distributor").header
             far = now.replace(year=now.year + 1, second=0, microsecond=0)
-            container.db.write(lambda c: [r.robots.add(c, Robot(f"R{n}", f"http://{address(n)}:{port}", "distributor", token))
-                                          for n in range(HEALTHY.robots)])
+            container.db.write(
+                lambda c: [
+                    r.robots.add(c, Robot(f"R{n}", f"http://{address(n)}:{port}", "distributor", token))
+                    for n in range(HEALTHY.robots)
+                ]
+            )
             mission = container.db.write(lambda c: r.missions.add(c, Mission("Deliver", MISSION_GUID)))
             robots = r.robots.all(container.db.read())
             container.catalogue.change_settings(poll_interval_seconds=2, selected_robot_id=robots[0].id)
@@ -114,9 +122,25 @@ def main() -> None:
             def phase(name: str, title: str, screens: list[str], shown: list[Robot]) -> None:
                 begin, count, turn = time.time() + 5.0, int((seconds - 8.0) * A_SECOND), cycle(robots)
                 due = planned[name] = {f"{name}{n}": begin + n / A_SECOND for n in range(count)}
-                container.db.write(lambda c: [r.schedules.add(c, Schedule(
-                    each, next(turn).id, mission.id, far.replace(tzinfo=None), "UTC", "FREQ=YEARLY", respect_working_days=False,
-                    changed_at=now, next_at=datetime.fromtimestamp(at, UTC))) for each, at in due.items()])
+                container.db.write(
+                    lambda c: [
+                        r.schedules.add(
+                            c,
+                            Schedule(
+                                each,
+                                next(turn).id,
+                                mission.id,
+                                far.replace(tzinfo=None),
+                                "UTC",
+                                "FREQ=YEARLY",
+                                respect_working_days=False,
+                                changed_at=now,
+                                next_at=datetime.fromtimestamp(at, UTC),
+                            ),
+                        )
+                        for each, at in due.items()
+                    ]
+                )
                 container.runner.wake()
                 before, drawn, worst = megabytes(), [], dict[str, float]()
                 for screen in screens:
@@ -130,16 +154,27 @@ def main() -> None:
                         drawn += found
                         worst[f"{screen}, {selected.name}"] = max(frame.wall for frame in found)
                 wall = sorted(frame.wall for frame in drawn)
-                print(f"{title:<24} frames p50 {wall[len(wall) // 2]:.1f} p99 {wall[int(.99 * len(wall))]:.1f} max {wall[-1]:.1f} ms; "
-                      f"memory {megabytes() - before:+.0f} MiB", flush=True)
+                print(
+                    f"{title:<24} frames p50 {wall[len(wall) // 2]:.1f} p99 {wall[int(0.99 * len(wall))]:.1f} max {wall[-1]:.1f} ms; "
+                    f"memory {megabytes() - before:+.0f} MiB",
+                    flush=True,
+                )
                 longest = sorted(worst.items(), key=lambda entry: -entry[1])[:3]
                 print("  longest on " + "; ".join(f"{name}: {ms:.0f} ms" for name, ms in longest), flush=True)
 
             phase("first ", "screens, rows are built", ["home", "logs"], robots[:1])
             phase("", "ten healthy robots", ["home", "logs"], robots[:1])
-            ill = container.db.write(lambda c: [
-                r.robots.add(c, Robot(fate, at, "distributor", token, certificate_sha256=pin if at.startswith("https:") else None))
-                for fate, at in addresses.items()])
+            ill = container.db.write(
+                lambda c: [
+                    r.robots.add(
+                        c,
+                        Robot(
+                            fate, at, "distributor", token, certificate_sha256=pin if at.startswith("https:") else None
+                        ),
+                    )
+                    for fate, at in addresses.items()
+                ]
+            )
             stopped = threading.Event()
 
             def import_all() -> None:
@@ -163,11 +198,15 @@ def main() -> None:
         attackers.kill()
         for name, due in planned.items():
             late = lateness(base / "posts.csv", due)
-            print(f"{name or 'before ':<8} {len(late)} of {len(due)} missions, late p50 {late[len(late) // 2]:.1f} "
-                  f"p99 {late[int(.99 * len(late))]:.1f} max {late[-1]:.1f} ms")
+            print(
+                f"{name or 'before ':<8} {len(late)} of {len(due)} missions, late p50 {late[len(late) // 2]:.1f} "
+                f"p99 {late[int(0.99 * len(late))]:.1f} max {late[-1]:.1f} ms"
+            )
         log = "".join(path.read_text(encoding="utf-8") for path in (base / "logs").iterdir())
-        print(f"evidence in the log: {EVIDENCE in log} ({len(log) >> 10} KiB); in the alarm list: {'executions_missed' in alarms}; "
-              f"most memory ever: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10} MiB")
+        print(
+            f"evidence in the log: {EVIDENCE in log} ({len(log) >> 10} KiB); in the alarm list: {'executions_missed' in alarms}; "
+            f"most memory ever: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10} MiB"
+        )
 
 
 if __name__ == "__main__":

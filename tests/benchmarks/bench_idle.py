@@ -6,6 +6,7 @@ The processor time of the real process comes from /proc (Linux); the month is si
 hour, history limit 100. Memory is all that Python holds, by tracemalloc; the simulated robots forget their old queue items each day, so
 that only the app could grow.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -30,8 +31,12 @@ TICK = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 
 def robots(count: int) -> subprocess.Popen[str]:
     """In a process of their own, so that they are not measured."""
-    return subprocess.Popen([sys.executable, "-m", "mir_sim", "--robots", str(count), "--port", "0"], stdout=subprocess.PIPE, text=True,
-                            env=environment())
+    return subprocess.Popen(
+        [sys.executable, "-m", "mir_sim", "--robots", str(count), "--port", "0"],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment(),
+    )
 
 
 def cpu_seconds(pid: int) -> float:
@@ -48,8 +53,12 @@ def status_of(pid: int, name: str) -> int:
 
 def wakeups(pid: int) -> int:
     """Voluntary context switches of all threads."""
-    return sum(int(line.split()[1]) for task in Path(f"/proc/{pid}/task").iterdir()
-               for line in (task / "status").read_text(encoding="ascii").splitlines() if line.startswith("voluntary_ctxt"))
+    return sum(
+        int(line.split()[1])
+        for task in Path(f"/proc/{pid}/task").iterdir()
+        for line in (task / "status").read_text(encoding="ascii").splitlines()
+        if line.startswith("voluntary_ctxt")
+    )
 
 
 def idle(seconds: float) -> None:
@@ -57,19 +66,22 @@ def idle(seconds: float) -> None:
         assert fleet.stdout is not None
         places = [fleet.stdout.readline().split()[1:] for _ in range(3)]
         configuration = configuration_of(poll_interval_seconds=30)
-        configuration["robots"] = [{"name": name, "address": url, "username": "distributor", "password": "distributor"}
-                                   for name, url in places]
+        configuration["robots"] = [
+            {"name": name, "address": url, "username": "distributor", "password": "distributor"} for name, url in places
+        ]
         data = Path(directory, "data")
         import_configuration(data, configuration)
         with running(data) as app:
             pid = app.process.pid
-            time.sleep(10.0)                 # what a start costs is over
+            time.sleep(10.0)  # what a start costs is over
             cpu, woken, began = cpu_seconds(pid), wakeups(pid), time.monotonic()
             time.sleep(seconds)
             spent = time.monotonic() - began
             share = (cpu_seconds(pid) - cpu) / spent
-            print(f"idle, 3 robots every 30 s, over {spent:.0f} s: {100 * share:.3f} % of a core, {(wakeups(pid) - woken) / spent:.1f} "
-                  f"wake-ups/s, {status_of(pid, 'VmRSS') / 1024:.0f} MB resident, {status_of(pid, 'Threads')} threads")
+            print(
+                f"idle, 3 robots every 30 s, over {spent:.0f} s: {100 * share:.3f} % of a core, {(wakeups(pid) - woken) / spent:.1f} "
+                f"wake-ups/s, {status_of(pid, 'VmRSS') / 1024:.0f} MB resident, {status_of(pid, 'Threads')} threads"
+            )
         fleet.terminate()
 
 

@@ -2,6 +2,7 @@
 
 Two years of ten robots; every figure is the best of several runs, in milliseconds. A plain scan by the same SQLite stands beside it.
 """
+
 from __future__ import annotations
 
 import random
@@ -38,17 +39,41 @@ class _Clock:
 def rows(number: int) -> Iterator[Execution]:
     rng = random.Random(1)
     for i in range(number):
-        planned, took, luck = START + timedelta(days=DAYS * i / number), rng.lognormvariate(5, .6), rng.random()
-        submitted, robot = planned + timedelta(seconds=rng.uniform(.1, 2)), rng.randrange(ROBOTS) + 1
-        row = Execution(Trigger.SCHEDULED, robot, f"R{robot}", "Deliver", f"guid-{i % 40}", planned, planned + timedelta(minutes=15),
-                        planned, f"{rng.getrandbits(128):032x}", "Europe/Helsinki", schedule_id=i % 500, schedule=f"Schedule {i % 500}")
-        if luck < .04:
-            yield _ended(row, State.SKIPPED, row.closes_at, reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30}))
+        planned, took, luck = START + timedelta(days=DAYS * i / number), rng.lognormvariate(5, 0.6), rng.random()
+        submitted, robot = planned + timedelta(seconds=rng.uniform(0.1, 2)), rng.randrange(ROBOTS) + 1
+        row = Execution(
+            Trigger.SCHEDULED,
+            robot,
+            f"R{robot}",
+            "Deliver",
+            f"guid-{i % 40}",
+            planned,
+            planned + timedelta(minutes=15),
+            planned,
+            f"{rng.getrandbits(128):032x}",
+            "Europe/Helsinki",
+            schedule_id=i % 500,
+            schedule=f"Schedule {i % 500}",
+        )
+        if luck < 0.04:
+            yield _ended(
+                row, State.SKIPPED, row.closes_at, reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30})
+            )
         else:
-            state = State.FAILED if luck < .08 else State.CANCELLED if luck < .1 else State.COMPLETED
+            state = State.FAILED if luck < 0.08 else State.CANCELLED if luck < 0.1 else State.COMPLETED
             code = {State.FAILED: ReasonCode.ROBOT_ABORTED, State.CANCELLED: ReasonCode.USER_CANCELLED}.get(state)
-            yield _ended(row, state, submitted + timedelta(seconds=took), reason=Reason(code) if code else None, submitted_at=submitted,
-                         started_at=submitted, duration_s=took, robot_delay_s=rng.uniform(0, 30), queue_id=i, attempts=1)
+            yield _ended(
+                row,
+                state,
+                submitted + timedelta(seconds=took),
+                reason=Reason(code) if code else None,
+                submitted_at=submitted,
+                started_at=submitted,
+                duration_s=took,
+                robot_delay_s=rng.uniform(0, 30),
+                queue_id=i,
+                attempts=1,
+            )
 
 
 def _ended(row: Execution, state: State, at: datetime, **values: Any) -> Execution:
@@ -73,14 +98,24 @@ def measure(number: int, directory: Path) -> None:
     kpis, end = Kpis(db, _Clock()), START + timedelta(days=DAYS)
     month, one_robot = KpiFilter(end - timedelta(days=30), end), KpiFilter(end - timedelta(days=30), end, [1])
     executions, c = ExecutionRepository(), db.read()
-    for name, work in {"thesis's five": kpis.thesis, "outcomes per day": kpis.per_day, "adherence": kpis.adherence,
-                       "start delays": kpis.delays, "causes of failure": kpis.failures, "durations": kpis.trends}.items():
-        print(f"  {name:18} all {best_ms(work, 3):8.1f}   30 days {best_ms(lambda work=work: work(month), 10):7.1f}"
-              f"   30 days of one robot {best_ms(lambda work=work: work(one_robot), 10):6.1f}")
+    for name, work in {
+        "thesis's five": kpis.thesis,
+        "outcomes per day": kpis.per_day,
+        "adherence": kpis.adherence,
+        "start delays": kpis.delays,
+        "causes of failure": kpis.failures,
+        "durations": kpis.trends,
+    }.items():
+        print(
+            f"  {name:18} all {best_ms(work, 3):8.1f}   30 days {best_ms(lambda work=work: work(month), 10):7.1f}"
+            f"   30 days of one robot {best_ms(lambda work=work: work(one_robot), 10):6.1f}"
+        )
     print(f"  plain scan         all {best_ms(lambda: c.execute(SCAN, ('', '~')).fetchall(), 2):8.1f}")
-    print(f"  page of 100        {best_ms(lambda: executions.page(c, ExecutionFilter(), None, 100), 5):.1f},"
-          f" usual duration {best_ms(lambda: DurationRepository().usual(c, 1, 'guid-0'), 5):.2f},"
-          f" prune at the limit {best_ms(lambda: db.write(lambda w: executions.drop_oldest(w, executions.surplus(w, number))), 3):.1f}")
+    print(
+        f"  page of 100        {best_ms(lambda: executions.page(c, ExecutionFilter(), None, 100), 5):.1f},"
+        f" usual duration {best_ms(lambda: DurationRepository().usual(c, 1, 'guid-0'), 5):.2f},"
+        f" prune at the limit {best_ms(lambda: db.write(lambda w: executions.drop_oldest(w, executions.surplus(w, number))), 3):.1f}"
+    )
     db.close()
 
 

@@ -7,6 +7,7 @@ Printed for each: memory that the process has resident, after a collection of ga
 follows theme and language). With ``--kinds`` also the classes of objects that became more; with ``--memory``, which takes several times
 as long, where the memory was taken. What grows with the count leaks.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -20,11 +21,11 @@ from pathlib import Path
 
 from tests.ui import headless
 
-WARM = 72                                # rounds: every screen, section and dialog has been built, every cache filled
+WARM = 72  # rounds: every screen, section and dialog has been built, every cache filled
 FIRST = 100
 SIZES = 300
-LOOK = 20                                # between two looks at the memory
-PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2 ** 20
+LOOK = 20  # between two looks at the memory
+PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 def main() -> None:
@@ -33,7 +34,7 @@ def main() -> None:
     options.add_argument("--kinds", action="store_true")
     options.add_argument("--memory", action="store_true")
     given = options.parse_args()
-    logging.getLogger("kivy").addHandler(logging.NullHandler())      # which clipboards this machine lacks is no news here
+    logging.getLogger("kivy").addHandler(logging.NullHandler())  # which clipboards this machine lacks is no news here
     logging.getLogger("kivy").propagate = False
     headless.install()
     from app.window.window import quiet_garbage
@@ -53,8 +54,11 @@ def main() -> None:
                 tracemalloc.start()
                 memory = tracemalloc.take_snapshot()
             print(f"{'resident, MiB':<36} {'after 100':>9} {'at end':>9} {'growth':>8} {'most':>8}")
-            for name, count, step in (("screens", given.count, wear.switch), ("dialogs", given.count, wear.dialog),
-                                      ("sizes", min(given.count, SIZES), wear.resize)):
+            for name, count, step in (
+                ("screens", given.count, wear.switch),
+                ("dialogs", given.count, wear.dialog),
+                ("sizes", min(given.count, SIZES), wear.resize),
+            ):
                 wear_out(f"{count} {name}", count, step, wear.settle)
             print(f"\n{'alive':<36} {'before':>9} {'after':>9} {'growth':>8}")
             for name, now in wear.counts().items():

@@ -3,6 +3,7 @@ directory of a database made earlier).
 
 Milliseconds, best of several, of what the screen asks for when it opens (the first page, then the figures) and of its other pages.
 """
+
 from __future__ import annotations
 
 import sys
@@ -43,20 +44,27 @@ def measure(directory: Path) -> None:
     for number in range(1, ROBOTS + 1):
         if f"R{number}" not in known:
             container.catalogue.save_robot(Robot(f"R{number}", f"10.0.0.{number}", "user"), "secret")
-    print(f"{container.history.count(execution_filter(Filters(Period.ALL), clock.now(), ZONE)):,} rows since {START:%Y-%m-%d}, "
-          f"{DAYS} days")
+    print(
+        f"{container.history.count(execution_filter(Filters(Period.ALL), clock.now(), ZONE)):,} rows since {START:%Y-%m-%d}, "
+        f"{DAYS} days"
+    )
     for period in (Period.WEEK, Period.TODAY, Period.MONTH, Period.ALL):
         filters = Filters(period)
         facts = read_facts(services, filters)
-        steps = {"first page": lambda filters=filters: read_facts(services, filters),
-                 "figures": lambda filters=filters, facts=facts: read_figures(services, filters, clock.now(), ZONE),
-                 "page of figures": lambda filters=filters: read_more_figures(services, filters, clock.now(), ZONE),
-                 "page of robots": lambda filters=filters: read_states(services, filters, clock.now(), ZONE)}
+        steps = {
+            "first page": lambda filters=filters: read_facts(services, filters),
+            "figures": lambda filters=filters, facts=facts: read_figures(services, filters, clock.now(), ZONE),
+            "page of figures": lambda filters=filters: read_more_figures(services, filters, clock.now(), ZONE),
+            "page of robots": lambda filters=filters: read_states(services, filters, clock.now(), ZONE),
+        }
         spent = {name: best_ms(work, 2 if period is Period.ALL else 5) for name, work in steps.items()}
         opens = spent["first page"] + spent["figures"]
         print(f"  {period:6} opens in {opens:7.1f}   " + "   ".join(f"{name} {ms:.1f}" for name, ms in spent.items()))
     report = ShiftReports(container.db, clock)
-    print("  report of " + ", ".join(f"{period} {best_ms(lambda period=period: report.make(period), 3):.1f}" for period in ReportPeriod))
+    print(
+        "  report of "
+        + ", ".join(f"{period} {best_ms(lambda period=period: report.make(period), 3):.1f}" for period in ReportPeriod)
+    )
     container.close()
 
 

@@ -7,6 +7,7 @@ Dragging, scrolling, and new bars in the place of the old as they come after a d
 bench_frames). At 24 hours and more bars are too thin to be told apart and become blocks. Preview: wall time of one answer, off the main
 thread. Reading: the whole screen's facts and bars.
 """
+
 from __future__ import annotations
 
 import random
@@ -32,7 +33,7 @@ from tests.screenshots.registry import LANDSCAPE
 from tests.screenshots.studio import open_window
 
 ROBOTS, BARS, SCHEDULES = 50, 2_000, 10_000
-DRAG = 24                                # px a frame
+DRAG = 24  # px a frame
 GUID = "3d7c7c40-ce85-11ef-904a-000e8e9884eb"
 
 
@@ -45,8 +46,10 @@ def crowded(now: datetime) -> SchedulerFacts:
     planned = []
     for robot in robots:
         schedule = Schedule(robot.name, robot.id, 1, begins.replace(tzinfo=None), "UTC", id=robot.id)
-        planned += [PlannedRun(begins + length * chance.random(), schedule, robot, mission, chance.choice((40.0, 300.0)), 420.0)
-                    for _ in range(BARS)]
+        planned += [
+            PlannedRun(begins + length * chance.random(), schedule, robot, mission, chance.choice((40.0, 300.0)), 420.0)
+            for _ in range(BARS)
+        ]
     return SchedulerFacts(robots=robots, missions=(mission,), planned=tuple(sorted(planned, key=lambda run: run.at)))
 
 
@@ -56,13 +59,24 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
 
     from app.widgets.scrolling import CalmScroll
     from app.widgets.timeline import Timeline
-    chart = Timeline(lanes=lanes.lanes, ticks=lanes.ticks, bands=lanes.bands, hours=lanes.hours, first=lanes.first, now=lanes.now,
-                     now_label=lanes.now_label, size_hint=(None, None), width=window.width, seen_height=window.height)
+
+    chart = Timeline(
+        lanes=lanes.lanes,
+        ticks=lanes.ticks,
+        bands=lanes.bands,
+        hours=lanes.hours,
+        first=lanes.first,
+        now=lanes.now,
+        now_label=lanes.now_label,
+        size_hint=(None, None),
+        width=window.width,
+        seen_height=window.height,
+    )
     chart.height = chart.wanted_height
     chart.top = window.height
     window.add_widget(chart)
     frames.run(1)
-    x = window.width * .9
+    x = window.width * 0.9
     touch = UnitTestTouch(x, window.height / 2)
     touch.touch_down()
 
@@ -87,7 +101,7 @@ def drag(frames: Frames, lanes: Any, name: str) -> None:
     hidden = chart.height - page.height
 
     def scroll(frame: int) -> None:
-        chart.seen_from = min(hidden, max(0., chart.seen_from + (-FLING if frame // 30 % 2 else FLING)))
+        chart.seen_from = min(hidden, max(0.0, chart.seen_from + (-FLING if frame // 30 % 2 else FLING)))
         page.scroll_y = 1 - chart.seen_from / hidden
 
     report(f"lanes scrolled, {name}", frames.run(6.0, scroll))
@@ -101,13 +115,25 @@ def preview() -> None:
         start = now.replace(tzinfo=None, second=0, microsecond=0)
 
         def furnish(c: sqlite3.Connection) -> tuple[int, int]:
-            robots = [r.robots.add(c, Robot(f"R{n}", f"http://10.0.0.{n}", "distributor", "token")) for n in range(ROBOTS)]
+            robots = [
+                r.robots.add(c, Robot(f"R{n}", f"http://10.0.0.{n}", "distributor", "token")) for n in range(ROBOTS)
+            ]
             mission = r.missions.add(c, Mission("Deliver", GUID))
             for n in range(SCHEDULES):
                 first = start + timedelta(minutes=chance.randrange(1, 10_000))
-                r.schedules.add(c, Schedule(f"S{n}", robots[n % ROBOTS].id, mission.id, first, "UTC",
-                                            chance.choice(("FREQ=DAILY", "FREQ=WEEKLY;BYDAY=MO,WE,FR", "FREQ=HOURLY;INTERVAL=6")),
-                                            changed_at=now, next_at=first.replace(tzinfo=UTC)))
+                r.schedules.add(
+                    c,
+                    Schedule(
+                        f"S{n}",
+                        robots[n % ROBOTS].id,
+                        mission.id,
+                        first,
+                        "UTC",
+                        chance.choice(("FREQ=DAILY", "FREQ=WEEKLY;BYDAY=MO,WE,FR", "FREQ=HOURLY;INTERVAL=6")),
+                        changed_at=now,
+                        next_at=first.replace(tzinfo=UTC),
+                    ),
+                )
             return robots[0].id, mission.id
 
         robot_id, mission_id = container.db.write(furnish)
@@ -120,7 +146,9 @@ def preview() -> None:
             return (time.perf_counter() - began) * 1000
 
         answers = sorted(took(lambda: forecasts.of(draft)) for _ in range(20))
-        reading = took(lambda: timeline(read(pick(SchedulerServices, container), Window()), container.clock.now(), Window()))
+        reading = took(
+            lambda: timeline(read(pick(SchedulerServices, container), Window()), container.clock.now(), Window())
+        )
         print(f"\nms, {SCHEDULES:,} schedules on {ROBOTS} robots")
         print(f"form's preview{'':<30} {median(answers):>8.1f} (max {answers[-1]:.1f})")
         print(f"the plan of 24 hours read and made bars{'':>6} {reading:>8.1f}", flush=True)
@@ -136,16 +164,38 @@ def week(of_groups: int) -> None:
         start = now.replace(tzinfo=None, second=0, microsecond=0)
 
         def furnish(c: sqlite3.Connection) -> None:
-            robots = [r.robots.add(c, Robot(f"R{n}", f"http://10.0.0.{n}", "distributor", "token")).id for n in range(10)]
-            missions = [r.missions.add(c, Mission(f"M{n}", f"{GUID}{n}", usual_minutes=chance.randrange(3, 12))).id for n in range(12)]
-            halls = [GroupRepository().add(c, Group(name, tuple(members))).id for name, members in (("A", robots[:5]), ("B", robots[5:]))] \
-                if of_groups else []
+            robots = [
+                r.robots.add(c, Robot(f"R{n}", f"http://10.0.0.{n}", "distributor", "token")).id for n in range(10)
+            ]
+            missions = [
+                r.missions.add(c, Mission(f"M{n}", f"{GUID}{n}", usual_minutes=chance.randrange(3, 12))).id
+                for n in range(12)
+            ]
+            halls = (
+                [
+                    GroupRepository().add(c, Group(name, tuple(members))).id
+                    for name, members in (("A", robots[:5]), ("B", robots[5:]))
+                ]
+                if of_groups
+                else []
+            )
             for n in range(200):
                 first, is_of_group = start + timedelta(minutes=chance.randrange(1, 1440)), n % 100 < of_groups
-                r.schedules.add(c, Schedule(
-                    f"S{n}", None if is_of_group else robots[n % 10], missions[n % 12], first, "UTC", "FREQ=DAILY",
-                    respect_working_days=False, changed_at=now,
-                    next_at=first.replace(tzinfo=UTC), group_id=halls[n % 2] if is_of_group else None))
+                r.schedules.add(
+                    c,
+                    Schedule(
+                        f"S{n}",
+                        None if is_of_group else robots[n % 10],
+                        missions[n % 12],
+                        first,
+                        "UTC",
+                        "FREQ=DAILY",
+                        respect_working_days=False,
+                        changed_at=now,
+                        next_at=first.replace(tzinfo=UTC),
+                        group_id=halls[n % 2] if is_of_group else None,
+                    ),
+                )
 
         container.db.write(furnish)
         took = []
@@ -154,8 +204,11 @@ def week(of_groups: int) -> None:
             planned = container.plan.between(now, now + timedelta(days=7))
             took.append((time.process_time() - began) * 1000)
         foreseen = sum(run.is_approximate for run in planned.runs)
-        print(f"{of_groups:>3} % of 200 schedules for groups: {len(planned.runs):,} starts of a week, {foreseen:,} with a robot by forecast"
-              f"{min(took):>10.1f} ms of the processor", flush=True)
+        print(
+            f"{of_groups:>3} % of 200 schedules for groups: {len(planned.runs):,} starts of a week, {foreseen:,} with a robot by forecast"
+            f"{min(took):>10.1f} ms of the processor",
+            flush=True,
+        )
         container.close()
 
 
@@ -169,6 +222,7 @@ def main() -> None:
 
     from app import widgets
     from app.window.window import quiet_garbage
+
     widgets.load()
     app = type("Bench", (MDApp,), {})()
     app._run_prepare()

@@ -5,6 +5,7 @@
 For each screen a fresh process, drawn in software without a display (with DISPLAY and SDL_VIDEODRIVER=x11 in a window there). Processor
 time is that of the app's process, all its threads; the robots are in another one.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -16,13 +17,14 @@ import time
 from contextlib import ExitStack, closing
 from pathlib import Path
 
-SETTLED = 10.0                           # s after which all that a start costs is over
+SETTLED = 10.0  # s after which all that a start costs is over
 SCREENS = ("home", "scheduler", "logs", "settings")
 
 
 def measure(screen: str, seconds: float) -> str:
     """Percent of a core, and how many frames a second were made and drawn."""
     from app.window import pace, window
+
     window.configure(kiosk=False)
     os.environ.setdefault("SDL_VIDEODRIVER", "offscreen")
     from kivy.clock import Clock
@@ -33,6 +35,7 @@ def measure(screen: str, seconds: float) -> str:
     from app.process.demo import furnish
     from app.window.application import SchedulerApp
     from tests.support.fleet_process import serve_apart
+
     drawn: list[float] = []
     figures: list[tuple[float, float, int, int]] = []
 
@@ -48,7 +51,7 @@ def measure(screen: str, seconds: float) -> str:
         missions = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
         furnish(container, [(robot.name, robot.url) for robot in fleet.robots], missions)
         for schedule in container.catalogue.schedules():
-            container.catalogue.set_schedule_enabled(schedule.id, False)          # nothing is to happen
+            container.catalogue.set_schedule_enabled(schedule.id, False)  # nothing is to happen
         container.runner.start()
         app = SchedulerApp(container, first=screen)
         Window.bind(on_draw=count)
@@ -60,8 +63,10 @@ def measure(screen: str, seconds: float) -> str:
         app.run()
     (began, cpu, frames, draws), (ended, spent, made, painted) = figures
     passed = ended - began
-    return f"{screen:<10} {100 * (spent - cpu) / passed:5.2f} % of a core; {(made - frames) / passed:5.1f} frames/s, " \
-           f"{(painted - draws) / passed:4.2f} drawn/s"
+    return (
+        f"{screen:<10} {100 * (spent - cpu) / passed:5.2f} % of a core; {(made - frames) / passed:5.1f} frames/s, "
+        f"{(painted - draws) / passed:4.2f} drawn/s"
+    )
 
 
 def main() -> None:
@@ -73,8 +78,13 @@ def main() -> None:
         print(measure(given.one, given.seconds), flush=True)
         return
     for screen in SCREENS:
-        told = subprocess.run([sys.executable, "-m", "tests.benchmarks.bench_rest", "--seconds", str(given.seconds), "--one", screen],
-                              check=True, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
+        told = subprocess.run(
+            [sys.executable, "-m", "tests.benchmarks.bench_rest", "--seconds", str(given.seconds), "--one", screen],
+            check=True,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        ).stdout
         print(told.splitlines()[-1], flush=True)
 
 

@@ -7,6 +7,7 @@ Run by hand, nothing else on the machine:
 Times are from writing the request to having read the whole answer, on kept connections, in milliseconds. The client runs in a process of
 its own and spreads its polls over the second, as that many apps would.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -29,17 +30,32 @@ AUTHORIZATION = b64encode(b"distributor:" + sha256(b"distributor").hexdigest().e
 def start(robots: int, time_scale: float, history: int) -> tuple[subprocess.Popen[str], list[str]]:
     """The simulator as an integrator starts it, and the addresses of its robots."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "mir_sim", "--port", "0", "--robots", str(robots), "--time-scale", str(time_scale),
-         "--history", str(history)],
-        stdout=subprocess.PIPE, text=True)
+        [
+            sys.executable,
+            "-m",
+            "mir_sim",
+            "--port",
+            "0",
+            "--robots",
+            str(robots),
+            "--time-scale",
+            str(time_scale),
+            "--history",
+            str(history),
+        ],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     assert process.stdout is not None
     return process, [process.stdout.readline().split()[2] for _ in range(robots)]
 
 
 def request(method: str, path: str, host: str, body: object = None) -> bytes:
     content = b"" if body is None else json.dumps(body).encode()
-    head = (f"{method} /api/v2.0.0{path} HTTP/1.1\r\nHost: {host}\r\nAuthorization: Basic {AUTHORIZATION}\r\n"
-            f"Content-Type: application/json\r\nContent-Length: {len(content)}\r\n\r\n")
+    head = (
+        f"{method} /api/v2.0.0{path} HTTP/1.1\r\nHost: {host}\r\nAuthorization: Basic {AUTHORIZATION}\r\n"
+        f"Content-Type: application/json\r\nContent-Length: {len(content)}\r\n\r\n"
+    )
     return head.encode() + content
 
 
@@ -48,7 +64,9 @@ async def ask(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, messag
     began = time.perf_counter()
     writer.write(message)
     head = await reader.readuntil(b"\r\n\r\n")
-    length = next(int(line.split(b":")[1]) for line in head.lower().split(b"\r\n") if line.startswith(b"content-length"))
+    length = next(
+        int(line.split(b":")[1]) for line in head.lower().split(b"\r\n") if line.startswith(b"content-length")
+    )
     await reader.readexactly(length)
     return int(head.split(b" ", 2)[1]), time.perf_counter() - began
 
@@ -63,7 +81,9 @@ async def poll(url: str, first: float, seconds: int, taken: list[float], late: l
         await asyncio.sleep(max(0.0, due - time.perf_counter()))
         late.append(time.perf_counter() - due)
         if turn % 10 == 0:
-            status, _ = await ask(reader, writer, request("POST", "/mission_queue", host, {"mission_id": MISSIONS[0].guid}))
+            status, _ = await ask(
+                reader, writer, request("POST", "/mission_queue", host, {"mission_id": MISSIONS[0].guid})
+            )
             assert status == 201
         status, duration = await ask(reader, writer, request("GET", "/status", host))
         assert status == 200
@@ -75,7 +95,9 @@ async def measure(urls: list[str], seconds: int) -> tuple[list[float], list[floa
     taken: list[float] = []
     late: list[float] = []
     begin = time.perf_counter() + 1.0
-    await asyncio.gather(*(poll(url, begin + number / len(urls), seconds, taken, late) for number, url in enumerate(urls)))
+    await asyncio.gather(
+        *(poll(url, begin + number / len(urls), seconds, taken, late) for number, url in enumerate(urls))
+    )
     return sorted(taken), sorted(late)
 
 
@@ -99,10 +121,14 @@ def main() -> None:
     finally:
         process.terminate()
         process.wait()
-    print(f"{given.robots} robots, {len(taken)} status polls in {given.seconds} s, time scale {given.time_scale:g}, {threads} threads, "
-          f"{cpu:.0%} of a core, load {os.getloadavg()[0]:.1f}")
-    print(f"answer ms  p50 {percentile(taken, 0.5):.2f}  p99 {percentile(taken, 0.99):.2f}  max {percentile(taken, 1.0):.2f}   "
-          f"(client late by p99 {percentile(late, 0.99):.2f})")
+    print(
+        f"{given.robots} robots, {len(taken)} status polls in {given.seconds} s, time scale {given.time_scale:g}, {threads} threads, "
+        f"{cpu:.0%} of a core, load {os.getloadavg()[0]:.1f}"
+    )
+    print(
+        f"answer ms  p50 {percentile(taken, 0.5):.2f}  p99 {percentile(taken, 0.99):.2f}  max {percentile(taken, 1.0):.2f}   "
+        f"(client late by p99 {percentile(late, 0.99):.2f})"
+    )
 
 
 def cpu_seconds(pid: int) -> float:

@@ -6,6 +6,7 @@
 Backtest: invented sites of four robots (``tests/benchmarks/hall``), half of them with robots chosen by chance. Each option of some findings
 is accepted alone; ``helped``: at least 10 points and 40 % fewer late starts in the next month, ``useless``: less than 5 points fewer.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -37,9 +38,9 @@ from tests.benchmarks.hall.site import CRITICAL, HOUR, Learned, Rule, Run, Site
 from tests.support.clock import VirtualClock
 
 DAYS, ROBOTS, SCHEDULES = 28, 10, 579
-MONTH = 20                               # working days
-TRIED = 6                                # findings of each site whose options are tried out
-BY_HAND, URGENT = .10, .02               # shares of the runs
+MONTH = 20  # working days
+TRIED = 6  # findings of each site whose options are tried out
+BY_HAND, URGENT = 0.10, 0.02  # shares of the runs
 
 
 # ---------------------------------------------------------------------- good
@@ -55,13 +56,13 @@ class Watched(Day):
 
 
 def a_site(seed: int, is_careful: bool) -> Site:
-    site = Site(seed, 4, .52 if is_careful else .42, by_hand=BY_HAND, urgent=URGENT)
+    site = Site(seed, 4, 0.52 if is_careful else 0.42, by_hand=BY_HAND, urgent=URGENT)
     rng = random.Random(f"careless/{seed}")
     for rule in site.rules:
         rule.is_fixed = True
         if not is_careful:
             rule.home = rng.randrange(4)
-    tired = rng.randrange(4)                                       # one is never charged over night
+    tired = rng.randrange(4)  # one is never charged over night
     site.machines[tired] = replace(site.machines[tired], battery=45.0)
     return site
 
@@ -69,12 +70,21 @@ def a_site(seed: int, is_careful: bool) -> Site:
 def runs_of(site: Site, rng: random.Random) -> tuple[list[Run], dict[int, int]]:
     """A day's runs, and the number of the rule of each by its id; what people do by hand is new every day."""
     end = site.hours * HOUR
-    made = [(Run(0, rule.mission, at, rule.priority, rule.home, rule.is_fixed), number) for number, rule in enumerate(site.rules)
-            for n in range(int(end / rule.period_s) + 1) if (at := rule.offset_s + n * rule.period_s) < end]
+    made = [
+        (Run(0, rule.mission, at, rule.priority, rule.home, rule.is_fixed), number)
+        for number, rule in enumerate(site.rules)
+        for n in range(int(end / rule.period_s) + 1)
+        if (at := rule.offset_s + n * rule.period_s) < end
+    ]
     each = len(made) / (1 - BY_HAND - URGENT)
-    made += [(Run(0, rng.choice(site.missions), rng.uniform(0, end), CRITICAL, is_urgent=True), -1) for _ in range(round(each * URGENT))]
-    site.by_hand = [(rng.uniform(0, end), rng.choice(site.missions), rng.randrange(len(site.machines)))
-                    for _ in range(round(each * BY_HAND))]
+    made += [
+        (Run(0, rng.choice(site.missions), rng.uniform(0, end), CRITICAL, is_urgent=True), -1)
+        for _ in range(round(each * URGENT))
+    ]
+    site.by_hand = [
+        (rng.uniform(0, end), rng.choice(site.missions), rng.randrange(len(site.machines)))
+        for _ in range(round(each * BY_HAND))
+    ]
     made.sort(key=lambda one: one[0].planned)
     for number, (run, _) in enumerate(made):
         run.id = number
@@ -101,20 +111,43 @@ def past_of(site: Site, days: Sequence[tuple[Watched, dict[int, int]]]) -> Past:
             if (rule := rules[run.id]) >= 0:
                 ids[run.id] = len(starts) + 1
                 robot = (run.robot if run.robot is not None else run.home or 0) + 1
-                starts.append(Start(len(starts) + 1, rule + 1, robot, base + run.planned,
-                                    None if run.started is None else base + run.started, None if run.ended is None else base + run.ended,
-                                    run.robot is None and run.state == "skipped"))
+                starts.append(
+                    Start(
+                        len(starts) + 1,
+                        rule + 1,
+                        robot,
+                        base + run.planned,
+                        None if run.started is None else base + run.started,
+                        None if run.ended is None else base + run.ended,
+                        run.robot is None and run.state == "skipped",
+                    )
+                )
         for robot, begun, ended, run in day.spans:
             own = ids.get(run.id, 0) if run is not None else 0
-            busy[robot + 1].append(Busy(base + begun, base + ended, own, base + run.planned if run is not None else None,
-                                        mission=str(run.mission.number) if run is not None else ""))
+            busy[robot + 1].append(
+                Busy(
+                    base + begun,
+                    base + ended,
+                    own,
+                    base + run.planned if run is not None else None,
+                    mission=str(run.mission.number) if run is not None else "",
+                )
+            )
     return Past(starts, busy)
 
 
 def rules_of(site: Site) -> list[Known]:
     everyone = tuple(range(1, len(site.machines) + 1))
-    return [Known(number, (rule.home + 1,), [s for s in shifts() if 0 <= rule.offset_s + s < rule.period_s],
-                  [robot for robot in everyone if robot != rule.home + 1], [(1, everyone)]) for number, rule in enumerate(site.rules, 1)]
+    return [
+        Known(
+            number,
+            (rule.home + 1,),
+            [s for s in shifts() if 0 <= rule.offset_s + s < rule.period_s],
+            [robot for robot in everyone if robot != rule.home + 1],
+            [(1, everyone)],
+        )
+        for number, rule in enumerate(site.rules, 1)
+    ]
 
 
 def accepted(site: Site, finding: Finding, option: Option) -> Site:
@@ -151,14 +184,19 @@ def backtest(sites: int) -> None:
                 for option in finding.options:
                     now = late_share(month(accepted(site, finding, option), learned, 501 + seed), finding.schedule - 1)
                     results[option.kind].append((was, now, option.late / finding.starts))
-        print(f"\n{'careful' if is_careful else 'careless'} planner, {sites} sites: {schedules} schedules, {found_in_all} findings")
+        print(
+            f"\n{'careful' if is_careful else 'careless'} planner, {sites} sites: {schedules} schedules, {found_in_all} findings"
+        )
         for kind, each in results.items():
-            helped = sum(was - now >= .10 and now <= .6 * was for was, now, _ in each)
-            useless = sum(was - now < .05 for was, now, _ in each)
-            of_all += [was - now < .05 for was, now, _ in each]
+            helped = sum(was - now >= 0.10 and now <= 0.6 * was for was, now, _ in each)
+            useless = sum(was - now < 0.05 for was, now, _ in each)
+            of_all += [was - now < 0.05 for was, now, _ in each]
             means = [100 * statistics.fmean(column) for column in zip(*each, strict=True)]
-            print(f"{kind:6s} {len(each):3d} tried: late {means[0]:.0f} -> {means[1]:.0f} % (replay: {means[2]:.0f} %), helped {helped}, "
-                  f"useless {useless} ({100 * useless / len(each):.0f} %)", flush=True)
+            print(
+                f"{kind:6s} {len(each):3d} tried: late {means[0]:.0f} -> {means[1]:.0f} % (replay: {means[2]:.0f} %), helped {helped}, "
+                f"useless {useless} ({100 * useless / len(each):.0f} %)",
+                flush=True,
+            )
     print(f"useless of all {len(of_all)}: {100 * sum(of_all) / len(of_all):.1f} %")
 
 
@@ -172,27 +210,62 @@ def furnish(container: Container) -> None:
         robots = [r.robots.add(c, Robot(f"R{n}", f"http://10.0.0.{n}", "d", "t")) for n in range(ROBOTS)]
         missions = [r.missions.add(c, Mission(f"M{n}", f"g{n}")) for n in range(30)]
         GroupRepository().add(c, Group("Hall", tuple(robot.id for robot in robots)))
-        return robots, [r.schedules.add(c, Schedule(
-            f"S{n}", robots[chance.randrange(ROBOTS)].id, missions[n % 30].id, datetime(2026, 1, 1, 6, 5 * chance.randrange(12)), "UTC",
-            chance.choice(("FREQ=DAILY", "FREQ=DAILY;BYHOUR=7,9,11,13")), changed_at=long_ago, next_at=now + timedelta(days=1)))
-            for n in range(SCHEDULES)]
+        return robots, [
+            r.schedules.add(
+                c,
+                Schedule(
+                    f"S{n}",
+                    robots[chance.randrange(ROBOTS)].id,
+                    missions[n % 30].id,
+                    datetime(2026, 1, 1, 6, 5 * chance.randrange(12)),
+                    "UTC",
+                    chance.choice(("FREQ=DAILY", "FREQ=DAILY;BYHOUR=7,9,11,13")),
+                    changed_at=long_ago,
+                    next_at=now + timedelta(days=1),
+                ),
+            )
+            for n in range(SCHEDULES)
+        ]
 
     robots, schedules = container.db.write(configured)
     rows, spans = [], defaultdict[int, list[ActivitySpan]](list)
     for day in range(DAYS):
         midnight = (first + timedelta(days=day)).replace(hour=0, minute=0, second=0, microsecond=0)
-        due = [(midnight + timedelta(minutes=60 * hour + each.start.minute), each) for each in schedules
-               for hour in ((7, 9, 11, 13) if "BYHOUR" in (each.recurrence or "") else (6 + each.id % 9,))]
+        due = [
+            (midnight + timedelta(minutes=60 * hour + each.start.minute), each)
+            for each in schedules
+            for hour in ((7, 9, 11, 13) if "BYHOUR" in (each.recurrence or "") else (6 + each.id % 9,))
+        ]
         free = dict.fromkeys((robot.id for robot in robots), midnight)
         for at, each in sorted(due, key=lambda one: (one[0], one[1].id)):
             assert each.robot_id is not None
             begins = max(at, free[each.robot_id])
             ends = free[each.robot_id] = begins + timedelta(seconds=chance.uniform(60, 300))
-            rows.append(Execution(
-                Trigger.SCHEDULED, each.robot_id, "R", f"M{each.id % 30}", "g", at, at + timedelta(hours=1), at, f"{each.id} {at}", "UTC",
-                State.COMPLETED, schedule_id=each.id, schedule=each.name, submitted_at=at, started_at=begins, ended_at=ends,
-                robot_delay_s=(begins - at).total_seconds(), duration_s=(ends - begins).total_seconds()))
-            spans[each.robot_id].append(ActivitySpan("executing", begins, ends + timedelta(seconds=chance.uniform(0, 90))))
+            rows.append(
+                Execution(
+                    Trigger.SCHEDULED,
+                    each.robot_id,
+                    "R",
+                    f"M{each.id % 30}",
+                    "g",
+                    at,
+                    at + timedelta(hours=1),
+                    at,
+                    f"{each.id} {at}",
+                    "UTC",
+                    State.COMPLETED,
+                    schedule_id=each.id,
+                    schedule=each.name,
+                    submitted_at=at,
+                    started_at=begins,
+                    ended_at=ends,
+                    robot_delay_s=(begins - at).total_seconds(),
+                    duration_s=(ends - begins).total_seconds(),
+                )
+            )
+            spans[each.robot_id].append(
+                ActivitySpan("executing", begins, ends + timedelta(seconds=chance.uniform(0, 90)))
+            )
     container.db.write(lambda c: r.executions.add_many(c, rows))
     for robot_id, seen in spans.items():
         container.db.write(lambda c, robot_id=robot_id, seen=seen: ActivityRepository().save(c, robot_id, seen))
@@ -208,9 +281,11 @@ def speed() -> None:
             began, used = time.perf_counter(), time.process_time()
             advice = container.suggestions.compute()
             took.append((time.perf_counter() - began, time.process_time() - used))
-        print(f"{SCHEDULES} schedules x {DAYS} days, {rows:,} starts, {ROBOTS} robots: "
-              f"{statistics.median(wall for wall, _ in took):.2f} s, of the processor {min(used for _, used in took):.2f} s; "
-              f"{len(advice.suggestions)} suggestions")
+        print(
+            f"{SCHEDULES} schedules x {DAYS} days, {rows:,} starts, {ROBOTS} robots: "
+            f"{statistics.median(wall for wall, _ in took):.2f} s, of the processor {min(used for _, used in took):.2f} s; "
+            f"{len(advice.suggestions)} suggestions"
+        )
         container.close()
 
 

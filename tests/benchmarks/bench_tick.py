@@ -4,6 +4,7 @@
 
 Beside it the thesis's way (read every schedule, compare in Python), on the same database.
 """
+
 from __future__ import annotations
 
 import sqlite3
@@ -33,8 +34,20 @@ def furnish(container: Container, count: int) -> None:
         mission = r.missions.add(c, Mission("Deliver", MISSION_GUID))
         for n in range(count):
             due = begin + timedelta(minutes=n % 1440)
-            r.schedules.add(c, Schedule(f"S{n}", robots[n % ROBOTS].id, mission.id, due.replace(tzinfo=None), "UTC", "FREQ=DAILY",
-                                        changed_at=now, next_at=due))
+            r.schedules.add(
+                c,
+                Schedule(
+                    f"S{n}",
+                    robots[n % ROBOTS].id,
+                    mission.id,
+                    due.replace(tzinfo=None),
+                    "UTC",
+                    "FREQ=DAILY",
+                    changed_at=now,
+                    next_at=due,
+                ),
+            )
+
     container.db.write(work)
 
 
@@ -50,8 +63,11 @@ def milliseconds(call: Callable[[], object], times: int) -> tuple[float, float, 
 
 def by_reading_all(container: Container) -> list[Schedule]:
     now = datetime.now(UTC)
-    return [schedule for schedule in container.repositories.schedules.all(container.db.read())
-            if schedule.enabled and schedule.next_at is not None and schedule.next_at <= now]
+    return [
+        schedule
+        for schedule in container.repositories.schedules.all(container.db.read())
+        if schedule.enabled and schedule.next_at is not None and schedule.next_at <= now
+    ]
 
 
 def main() -> None:
@@ -64,9 +80,14 @@ def main() -> None:
             engine = container.engine
             engine.start()
             begun = time.monotonic()
-            while time.monotonic() - begun < 2 * CYCLE_TAKES:    # the robots are switched off: after it their workers' threads rest
+            while (
+                time.monotonic() - begun < 2 * CYCLE_TAKES
+            ):  # the robots are switched off: after it their workers' threads rest
                 time.sleep(engine.advance())
-            ways = {"round": (engine.advance, ROUNDS), "reading all (thesis)": (lambda container=container: by_reading_all(container), 3)}
+            ways = {
+                "round": (engine.advance, ROUNDS),
+                "reading all (thesis)": (lambda container=container: by_reading_all(container), 3),
+            }
             for name, (way, times) in ways.items():
                 p50, p99, longest = milliseconds(way, times)
                 print(f"{count:>9} {name:<22} {p50:>8.3f} {p99:>8.3f} {longest:>8.3f}", flush=True)

@@ -5,6 +5,7 @@
 A thread wants to draw 60 times a second and does nothing else, as a resting window; how late it is each time is noted while the real
 services poll 200 robots (10 of them dead), and while 160 missions fall due at one instant. Without Kivy, whose own drawing comes on top.
 """
+
 from __future__ import annotations
 
 import sqlite3
@@ -43,8 +44,11 @@ def report(what: str, seconds: float, meanwhile: Callable[[], None]) -> None:
     thread.start()
     late = frames(seconds)
     thread.join()
-    print(f"{what:<44} {late[len(late) // 2]:>7.2f} {late[int(0.99 * len(late))]:>7.2f} {late[-1]:>7.2f} "
-          f"{sum(ms > 16 for ms in late):>5} of {len(late)}", flush=True)
+    print(
+        f"{what:<44} {late[len(late) // 2]:>7.2f} {late[int(0.99 * len(late))]:>7.2f} {late[-1]:>7.2f} "
+        f"{sum(ms > 16 for ms in late):>5} of {len(late)}",
+        flush=True,
+    )
 
 
 def main() -> None:
@@ -55,21 +59,41 @@ def main() -> None:
         begin = (now + timedelta(days=1)).replace(second=0, microsecond=0)
 
         def furnish(c: sqlite3.Connection) -> list[int]:
-            robots = [r.robots.add(c, Robot(f"R{n}", f"http://{address(n)}:{port}", "distributor", token)) for n in range(ROBOTS.robots)]
+            robots = [
+                r.robots.add(c, Robot(f"R{n}", f"http://{address(n)}:{port}", "distributor", token))
+                for n in range(ROBOTS.robots)
+            ]
             mission = r.missions.add(c, Mission("Deliver", MISSION_GUID))
-            return [r.schedules.add(c, Schedule(f"S{robot.name}", robot.id, mission.id, begin.replace(tzinfo=None), "UTC", "FREQ=DAILY",
-                                                respect_working_days=False, changed_at=now, next_at=begin)).id for robot in robots]
+            return [
+                r.schedules.add(
+                    c,
+                    Schedule(
+                        f"S{robot.name}",
+                        robot.id,
+                        mission.id,
+                        begin.replace(tzinfo=None),
+                        "UTC",
+                        "FREQ=DAILY",
+                        respect_working_days=False,
+                        changed_at=now,
+                        next_at=begin,
+                    ),
+                ).id
+                for robot in robots
+            ]
 
         schedules = container.db.write(furnish)
 
         def all_due() -> None:
-            container.db.write(lambda c: [r.schedules.advance(c, key, datetime.now(UTC) + timedelta(seconds=1.5)) for key in schedules])
+            container.db.write(
+                lambda c: [r.schedules.advance(c, key, datetime.now(UTC) + timedelta(seconds=1.5)) for key in schedules]
+            )
             container.runner.wake()
 
         print(f"{'lateness of frames, ms':<44} {'p50':>7} {'p99':>7} {'max':>7} {'> 16 ms':>14}")
         report("nothing else runs", 5.0, lambda: None)
         container.runner.start()
-        time.sleep(12.0)                     # the first polls are over
+        time.sleep(12.0)  # the first polls are over
         report("200 robots, between two polls", 5.0, lambda: None)
         report("200 robots are polled", 5.0, container.engine.request_cycle)
         report("a mission for each of 200 robots falls due", 5.0, all_due)

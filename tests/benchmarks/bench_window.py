@@ -7,6 +7,7 @@ whole process; for Home that of the main thread, from the sample facts of its pi
 process. Memory is what the process has resident after the first one. A turn of an empty loop tells by which machines and hours can be
 compared.
 """
+
 from __future__ import annotations
 
 import gc
@@ -19,19 +20,21 @@ import time
 from pathlib import Path
 from statistics import median
 
-BUILDS = 9                               # of Home per process
-PAGE_MB = os.sysconf("SC_PAGE_SIZE") / 2 ** 20
+BUILDS = 9  # of Home per process
+PAGE_MB = os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 def first_frame() -> dict[str, float]:
     """The app on an invented plant's month, from the start of Python to its first frame."""
     from tests.screenshots.registry import LANDSCAPE
     from tests.screenshots.studio import open_window
+
     open_window(LANDSCAPE)
     from kivy.base import EventLoop
 
     from app.window.application import SchedulerApp
     from tests.support import month
+
     with tempfile.TemporaryDirectory() as directory:
         filled = time.process_time()
         container = month.plant(Path(directory))
@@ -48,13 +51,15 @@ def first_frame() -> dict[str, float]:
 def home() -> dict[str, float]:
     from tests.screenshots.registry import LANDSCAPE
     from tests.screenshots.studio import Studio, open_window
+
     open_window(LANDSCAPE)
     from app.window.garbage import Garbage
     from tests.benchmarks.bench_frames import turn_ns
     from tests.screenshots import home as pictures
+
     studio = Studio(LANDSCAPE)
     studio.use("light")
-    Garbage(time.monotonic).begin()          # as app/window/window.py does
+    Garbage(time.monotonic).begin()  # as app/window/window.py does
 
     def build() -> float:
         studio.clear()
@@ -66,8 +71,13 @@ def home() -> dict[str, float]:
 
     first = build()
     memory = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * PAGE_MB
-    return {"Home built for the first time, ms": first, "Home built again, ms": median(builds := [build() for _n in range(BUILDS)]),
-            "at best, ms": min(builds), "memory after Home, MB": memory, "a turn of an empty loop, ns": turn_ns()}
+    return {
+        "Home built for the first time, ms": first,
+        "Home built again, ms": median(builds := [build() for _n in range(BUILDS)]),
+        "at best, ms": min(builds),
+        "memory after Home, MB": memory,
+        "a turn of an empty loop, ns": turn_ns(),
+    }
 
 
 def main() -> None:
@@ -78,8 +88,12 @@ def main() -> None:
     figures: dict[str, list[float]] = {}
     for _run in range(runs):
         for what in ("app", "home"):
-            told = subprocess.run([sys.executable, "-m", "tests.benchmarks.bench_window", "--one", what], check=True, text=True,
-                                  stdout=subprocess.PIPE).stdout
+            told = subprocess.run(
+                [sys.executable, "-m", "tests.benchmarks.bench_window", "--one", what],
+                check=True,
+                text=True,
+                stdout=subprocess.PIPE,
+            ).stdout
             for name, figure in json.loads(told.splitlines()[-1]).items():
                 figures.setdefault(name, []).append(figure)
     for name, values in figures.items():

@@ -3,6 +3,7 @@
 Started by ``bench_hostile``: ``python -m tests.benchmarks.hostile_robots`` prints a line ``address fate`` for each, then ``ready``, and
 runs until it is terminated. Those at https are robots that are known by ``CERTIFICATE``.
 """
+
 from __future__ import annotations
 
 import asyncio
@@ -23,19 +24,31 @@ from tests.hostile.capture import API, CERTIFICATES
 from tests.hostile.test_pictures import GREY, RGBA, header, png, rows
 
 STATUS: dict[str, Any] = {
-    "state_id": 3, "state_text": "Ready", "battery_percentage": 80.0, "robot_name": "Hostile", "robot_model": "MiR100", "errors": [],
-    "serial_number": "H1", "mission_queue_id": None, "mission_text": "", "uptime": 1000}
+    "state_id": 3,
+    "state_text": "Ready",
+    "battery_percentage": 80.0,
+    "robot_name": "Hostile",
+    "robot_model": "MiR100",
+    "errors": [],
+    "serial_number": "H1",
+    "mission_queue_id": None,
+    "mission_text": "",
+    "uptime": 1000,
+}
 CERTIFICATE, OTHER_CERTIFICATE = "field_robot.pem", "plant_robot.pem"
-CHANGING = "certificates that change"            # over https
+CHANGING = "certificates that change"  # over https
 _number = itertools.count(1)
 
 Body = Callable[[], bytes]
-Answer = Callable[[str], bytes | int]            # to a path below the API with its query: a body, or an HTTP status of failure
+Answer = Callable[[str], bytes | int]  # to a path below the API with its query: a body, or an HTTP status of failure
 Fate = Callable[[asyncio.StreamWriter, str], Awaitable[None]]
 
 
 def response(body: bytes, more: str = "", code: int = 200) -> bytes:
-    return f"HTTP/1.1 {code} -\r\nContent-Type: application/json\r\nContent-Length: {len(body)}\r\n{more}\r\n".encode() + body
+    return (
+        f"HTTP/1.1 {code} -\r\nContent-Type: application/json\r\nContent-Length: {len(body)}\r\n{more}\r\n".encode()
+        + body
+    )
 
 
 # ---------------------------------------------------------------------- bodies
@@ -45,10 +58,14 @@ def status(**changes: Any) -> Body:
 
 def errors(count: int, length: int) -> Body:
     """Others at each read."""
+
     def body() -> bytes:
         begin = next(_number) * count
-        found = [{"code": begin + n, "description": f"{begin + n} " + "x" * length, "module": "Wheels"} for n in range(count)]
+        found = [
+            {"code": begin + n, "description": f"{begin + n} " + "x" * length, "module": "Wheels"} for n in range(count)
+        ]
         return json.dumps(STATUS | {"state_id": 12, "errors": found}).encode()
+
     return body
 
 
@@ -77,12 +94,24 @@ def other_serial() -> bytes:
 
 @cache
 def endless_queue() -> bytes:
-    return json.dumps([{"id": n, "state": "Pending", "url": f"/v2.0.0/mission_queue/{n}"} for n in range(50_000)]).encode()
+    return json.dumps(
+        [{"id": n, "state": "Pending", "url": f"/v2.0.0/mission_queue/{n}"} for n in range(50_000)]
+    ).encode()
 
 
 def item(number: int) -> dict[str, Any]:
-    return {"id": number, "state": "Pending", "mission_id": f"mission-{number}", "description": "", "message": "", "priority": 0,
-            "created_by_name": "Nobody", "ordered": "2026-11-20T14:37:00", "started": None, "finished": None}
+    return {
+        "id": number,
+        "state": "Pending",
+        "mission_id": f"mission-{number}",
+        "description": "",
+        "message": "",
+        "priority": 0,
+        "created_by_name": "Nobody",
+        "ordered": "2026-11-20T14:37:00",
+        "started": None,
+        "finished": None,
+    }
 
 
 def any_item(path: str) -> bytes:
@@ -98,7 +127,9 @@ def long_queue(path: str) -> bytes:
 
 
 def map_with(picture: bytes) -> bytes:
-    return json.dumps({"guid": "m", "name": "Hall", "map": base64.b64encode(picture).decode(), "resolution": 0.05}).encode()
+    return json.dumps(
+        {"guid": "m", "name": "Hall", "map": base64.b64encode(picture).decode(), "resolution": 0.05}
+    ).encode()
 
 
 # ---------------------------------------------------------------------- fates
@@ -106,6 +137,7 @@ def answering(answer: Answer) -> Fate:
     async def fate(writer: asyncio.StreamWriter, path: str) -> None:
         found = answer(path)
         writer.write(response(b"{}", code=found) if isinstance(found, int) else response(found))
+
     return fate
 
 
@@ -115,6 +147,7 @@ def everywhere(body: Body) -> Fate:
 
 def behind(status_: Body, answers: Mapping[str, Answer] = MappingProxyType({})) -> Fate:
     """Paths that begin as a key does get that answer, all others a good one."""
+
     def by_path(path: str) -> bytes | int:
         for begin, answer in answers.items():
             if path.startswith(begin):
@@ -127,6 +160,7 @@ def behind(status_: Body, answers: Mapping[str, Answer] = MappingProxyType({})) 
             case ["missions"] | ["mission_queue"] | ["mission_queue", "search"] | ["maps", _, "positions"]:
                 return b"[]"
         return 404
+
     return answering(by_path)
 
 
@@ -158,6 +192,7 @@ async def endless_head(writer: asyncio.StreamWriter, _path: str) -> None:
 def bomb(packed: bytes) -> Fate:
     async def fate(writer: asyncio.StreamWriter, _path: str) -> None:
         writer.write(response(packed, "Content-Encoding: gzip\r\n"))
+
     return fate
 
 
@@ -174,7 +209,10 @@ def fates() -> dict[str, Fate]:
     packed = gzip.compress(b" " * (512 << 20), 9)
     question = {"guid": "g", "question": "Which? " * 1000, "options": [f"Door {n}" for n in range(1000)]}
     return {
-        "drip": drip, "endless head": endless_head, "hang": hang, "a bomb": bomb(packed),
+        "drip": drip,
+        "endless head": endless_head,
+        "hang": hang,
+        "a bomb": bomb(packed),
         "a thousand errors": everywhere(errors(1000, 500)),
         "three hundred errors": everywhere(errors(300, 400)),
         "flapping": everywhere(flapping),
@@ -192,7 +230,8 @@ def fates() -> dict[str, Fate]:
         "large pictures": behind(other_map, {"/maps": lambda _path: large}),
         "other questions": behind(other_question),
         "a wrong serial number": behind(other_serial),
-        CHANGING: behind(status())}
+        CHANGING: behind(status()),
+    }
 
 
 async def talk(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, fate: Fate) -> None:
@@ -220,18 +259,26 @@ def changing_certificates() -> ssl.SSLContext:
     def chosen(connection: ssl.SSLObject, _name: str | None, _context: ssl.SSLContext) -> None:
         connection.context = next(turn)
 
-    contexts[0].sni_callback = chosen        # type: ignore[assignment]
+    contexts[0].sni_callback = chosen  # type: ignore[assignment]
     return contexts[0]
 
 
 async def main() -> None:
-    asyncio.get_running_loop().set_exception_handler(lambda _loop, _context: None)       # broken handshakes are what is wanted
+    asyncio.get_running_loop().set_exception_handler(
+        lambda _loop, _context: None
+    )  # broken handshakes are what is wanted
     servers = []
     for name, fate in fates().items():
-        server = await asyncio.start_server(lambda reader, writer, fate=fate: talk(reader, writer, fate),  # type: ignore[misc]
-                                            "127.0.0.1", 0, ssl=changing_certificates() if name == CHANGING else None)
+        server = await asyncio.start_server(
+            lambda reader, writer, fate=fate: talk(reader, writer, fate),  # type: ignore[misc]
+            "127.0.0.1",
+            0,
+            ssl=changing_certificates() if name == CHANGING else None,
+        )
         servers.append(server)
-        print(f"http{'s' if name == CHANGING else ''}://127.0.0.1:{server.sockets[0].getsockname()[1]} {name}", flush=True)
+        print(
+            f"http{'s' if name == CHANGING else ''}://127.0.0.1:{server.sockets[0].getsockname()[1]} {name}", flush=True
+        )
     print("ready", flush=True)
     await asyncio.Event().wait()
 

@@ -8,6 +8,7 @@ POSTs are written to FILE as ``time,robot,message`` lines.
 
 Plain asyncio protocols and prepared bytes: on two cores the stub must not be what is measured.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -45,9 +46,17 @@ class StubRobot:
         number = len(self.items) + 1
         stamp = datetime.fromtimestamp(now, UTC).strftime("%Y-%m-%dT%H:%M:%S")
         self.items[number] = {
-            "id": number, "state": "Pending", "mission_id": wish.get("mission_id"), "message": wish.get("message", ""),
-            "description": wish.get("description", ""), "priority": wish.get("priority", 0), "parameters": wish.get("parameters", []),
-            "ordered": stamp, "started": None, "finished": None}
+            "id": number,
+            "state": "Pending",
+            "mission_id": wish.get("mission_id"),
+            "message": wish.get("message", ""),
+            "description": wish.get("description", ""),
+            "priority": wish.get("priority", 0),
+            "parameters": wish.get("parameters", []),
+            "ordered": stamp,
+            "started": None,
+            "finished": None,
+        }
         self.ordered[number] = now
         return self.items[number]
 
@@ -65,23 +74,34 @@ class Site:
     def __init__(self) -> None:
         self.posts: list[tuple[float, int, str]] = []
         self.received: set[str] = set()
-        self.drop = lambda: None                       # has some robots refuse from now on
+        self.drop = lambda: None  # has some robots refuse from now on
 
     def answer(self, robot: StubRobot, method: str, target: str, body: bytes) -> tuple[int, Any]:
         now = time.time()
         path = target.partition("?")[0].removeprefix(API)
         match method, path:
             case "GET", "/status":
-                return 200, {"state_id": 3, "state_text": "Ready", "battery_percentage": 80.0, "robot_name": f"R{robot.number}",
-                             "robot_model": "MiR100", "serial_number": f"S{robot.number:05}", "errors": [], "mission_queue_id": None,
-                             "mission_text": "", "uptime": 1000}
+                return 200, {
+                    "state_id": 3,
+                    "state_text": "Ready",
+                    "battery_percentage": 80.0,
+                    "robot_name": f"R{robot.number}",
+                    "robot_model": "MiR100",
+                    "serial_number": f"S{robot.number:05}",
+                    "errors": [],
+                    "mission_queue_id": None,
+                    "mission_text": "",
+                    "uptime": 1000,
+                }
             case "GET", "/users/me":
                 return 200, {"name": "Distributor"}
             case "GET", "/software/system_status":
                 return 200, {"application_version": "3.5.4"}
             case "GET", "/mission_queue":
                 newest = list(robot.items)[:-3:-1]
-                return 200, [{"id": number, "state": "Done", "url": f"/v2.0.0/mission_queue/{number}"} for number in newest]
+                return 200, [
+                    {"id": number, "state": "Done", "url": f"/v2.0.0/mission_queue/{number}"} for number in newest
+                ]
             case "POST", "/mission_queue":
                 item = robot.enqueue(json.loads(body), now)
                 self.received.add(item["message"])
@@ -126,7 +146,7 @@ class Conversation(asyncio.Protocol):
             length = int(found.group(1)) if found else 0
             if len(self._buffer) < end + 4 + length:
                 return
-            body, self._buffer = self._buffer[end + 4:end + 4 + length], self._buffer[end + 4 + length:]
+            body, self._buffer = self._buffer[end + 4 : end + 4 + length], self._buffer[end + 4 + length :]
             self._take(head, body)
 
     def _take(self, head: bytes, body: bytes) -> None:
@@ -137,8 +157,10 @@ class Conversation(asyncio.Protocol):
             return
         status, answer = self._site.answer(self._robot, method, target, body)
         content = json.dumps(answer).encode()
-        self._transport.write(b"HTTP/1.1 %d X\r\nContent-Type: application/json\r\nDate: %s\r\nContent-Length: %d\r\n\r\n%s"
-                              % (status, formatdate(usegmt=True).encode(), len(content), content))
+        self._transport.write(
+            b"HTTP/1.1 %d X\r\nContent-Type: application/json\r\nDate: %s\r\nContent-Length: %d\r\n\r\n%s"
+            % (status, formatdate(usegmt=True).encode(), len(content), content)
+        )
         if b"connection: close" in head.lower():
             self._transport.close()
 
@@ -148,17 +170,20 @@ async def serve(robots: int, refusing: int, hanging: int, dropping: int, out: st
     port, servers, all_robots = 0, [], []
     for number in range(refusing, robots):
         robot = StubRobot(number, answers=number >= refusing + hanging)
-        server = await loop.create_server(lambda robot=robot: Conversation(site, robot), address(number), port, backlog=1024)  # type: ignore[misc]
+        server = await loop.create_server(
+            lambda robot=robot: Conversation(site, robot), address(number), port, backlog=1024
+        )  # type: ignore[misc]
         port = server.sockets[0].getsockname()[1]
         servers.append(server)
         all_robots.append(robot)
 
     def drop() -> None:
-        pairs = list(zip(servers, all_robots, strict=True))[:-1]         # the last one is asked for counts
+        pairs = list(zip(servers, all_robots, strict=True))[:-1]  # the last one is asked for counts
         for server, robot in pairs[-dropping:]:
             server.close()
             for connection in robot.connections:
                 connection.abort()
+
     if dropping:
         site.drop = drop
     stop = asyncio.Event()

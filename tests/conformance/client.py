@@ -1,4 +1,5 @@
 """A client of one simulated robot that supplies what an operation needs: credentials, bodies, keys of existing rows."""
+
 from __future__ import annotations
 
 import json
@@ -18,9 +19,18 @@ JSON = {"Authorization": CREDENTIALS, "Content-Type": "application/json", "Accep
 
 # Fields of bodies that must refer to something that exists.
 REFERENCES: dict[str, Any] = {
-    "mission_id": MISSIONS[0].guid, "group_id": DEFAULT_GROUP, "map_id": MAP_GUID, "map_guid": MAP_GUID, "session_id": SESSION_GUID,
-    "session_guid": SESSION_GUID, "pos_id": BY_NAME["Dock"].guid, "pos_guid": BY_NAME["Dock"].guid,
-    "user_group_id": USER_GROUPS["Distributors"], "user_group_guid": USER_GROUPS["Distributors"], "type_id": 0, "parent_id": "",
+    "mission_id": MISSIONS[0].guid,
+    "group_id": DEFAULT_GROUP,
+    "map_id": MAP_GUID,
+    "map_guid": MAP_GUID,
+    "session_id": SESSION_GUID,
+    "session_guid": SESSION_GUID,
+    "pos_id": BY_NAME["Dock"].guid,
+    "pos_guid": BY_NAME["Dock"].guid,
+    "user_group_id": USER_GROUPS["Distributors"],
+    "user_group_guid": USER_GROUPS["Distributors"],
+    "type_id": 0,
+    "parent_id": "",
 }
 # Bodies that the definition alone doesn't describe well enough.
 BODIES: dict[tuple[str, str], Any] = {
@@ -42,7 +52,9 @@ class Client:
 
     def send(self, verb: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
         content = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
-        return mir_sim.handle(self.robot, Request.of(verb, f"/api/v2.0.0{path}", JSON if headers is None else headers, content))
+        return mir_sim.handle(
+            self.robot, Request.of(verb, f"/api/v2.0.0{path}", JSON if headers is None else headers, content)
+        )
 
     def body(self, verb: str, template: str, params: dict[str, str] | None = None) -> Any:
         """A body with every field of the definition, or None when the operation takes none."""
@@ -65,8 +77,11 @@ class Client:
         match schema.get("type"):
             case "object":
                 left_out = {"guid", "created_by_id"} - set(schema.get("required", ()))
-                return {field: self._value(field, inner, params) for field, inner in schema.get("properties", {}).items()
-                        if field not in left_out}
+                return {
+                    field: self._value(field, inner, params)
+                    for field, inner in schema.get("properties", {}).items()
+                    if field not in left_out
+                }
             case "array":
                 return []
             case "integer":
@@ -97,7 +112,7 @@ class Client:
         verbs = self.document["paths"].get(template, {})
         if template == "/mission_queue":
             self.send("POST", path, {"mission_id": MISSIONS[0].guid})
-            self.robot.advance_to(self.robot.now + 30)     # some actions have started
+            self.robot.advance_to(self.robot.now + 30)  # some actions have started
         if "get" in verbs:
             found = self.send("GET", path).json()
             if isinstance(found, list) and found:

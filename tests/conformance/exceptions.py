@@ -1,4 +1,5 @@
 """Known differences of robots from MiR's definition, each with its reason. The tests fail on one that isn't needed."""
+
 from __future__ import annotations
 
 import json
@@ -30,9 +31,16 @@ class Deviation:
             return False
         if self.instead == "absent" or missing:
             return self.instead == "absent" and missing
-        return {"null": lambda: value is None, "array": lambda: isinstance(value, list), "object": lambda: isinstance(value, dict),
-                "string": lambda: isinstance(value, str)}[self.instead]()
+        return {
+            "null": lambda: value is None,
+            "array": lambda: isinstance(value, list),
+            "object": lambda: isinstance(value, dict),
+            "string": lambda: isinstance(value, str),
+        }[self.instead]()
 
 
 def load() -> list[Deviation]:
-    return [Deviation(**entry) for entry in json.loads((Path(__file__).parent / "exceptions.json").read_text(encoding="utf-8"))]
+    return [
+        Deviation(**entry)
+        for entry in json.loads((Path(__file__).parent / "exceptions.json").read_text(encoding="utf-8"))
+    ]

@@ -1,4 +1,5 @@
 """Where an answer differs from its schema."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -19,7 +20,10 @@ class Difference:
 def differences(document: dict[str, Any], schema: dict[str, Any], answer: Any) -> list[Difference]:
     """Values of the wrong type, as jsonschema finds them, and properties that the schema has and the answer has not."""
     validator = Draft4Validator({"allOf": [schema], "definitions": document["definitions"]})
-    wrong = [Difference(_name(error.absolute_path), error.instance, error.message[:200]) for error in validator.iter_errors(answer)]
+    wrong = [
+        Difference(_name(error.absolute_path), error.instance, error.message[:200])
+        for error in validator.iter_errors(answer)
+    ]
     return wrong + list(_missing(document, schema, answer, ""))
 
 

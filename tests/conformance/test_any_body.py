@@ -1,4 +1,5 @@
 """Any body gets a documented answer: hypothesis generates bodies for every operation that takes one."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -12,9 +13,12 @@ from tests.conformance.client import REFERENCES, Client
 from tests.conformance.test_operations import WITH_BODY, path_of
 from tests.support.examples import examples
 
-ANYTHING = st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.sampled_from([10 ** 400, "\ud800"]),
-                        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3), max_leaves=5)
-REPORTED = {500}      # unknown parameter names when a mission is queued
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.sampled_from([10**400, "\ud800"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=5,
+)
+REPORTED = {500}  # unknown parameter names when a mission is queued
 
 
 def ready(software: str, verb: str, template: str) -> tuple[Client, str, dict[str, Any]]:
@@ -35,7 +39,7 @@ def test_any_body_gets_a_documented_answer(operation: tuple[str, str, str], data
     assert response.status in documented | (REPORTED if template == "/mission_queue" else set())
     if response.status >= 400:
         assert set(response.json()) == {"error_code", "error_human"}
-    client.robot.advance_to(client.robot.now + 30)      # and the robot keeps working
+    client.robot.advance_to(client.robot.now + 30)  # and the robot keeps working
     assert client.send("GET", "/status", headers={}).status in (200, 503)
 
 
@@ -46,8 +50,11 @@ def test_any_parameters_of_an_action_leave_the_robot_alive(software: str, parame
     client = Client(software)
     mission = REFERENCES["mission_id"]
     for action_type in ("move", "move_to_position", "wait", "charging", "docking", "set_plc_register", "prompt_user"):
-        client.send("POST", f"/missions/{mission}/actions",
-                    {"mission_id": mission, "action_type": action_type, "priority": 0, "parameters": parameters})
+        client.send(
+            "POST",
+            f"/missions/{mission}/actions",
+            {"mission_id": mission, "action_type": action_type, "priority": 0, "parameters": parameters},
+        )
     client.send("POST", "/mission_queue", {"mission_id": mission})
     client.robot.advance_to(3600)
     assert client.send("GET", "/mission_queue/1").status == 200

@@ -1,4 +1,5 @@
 """Every operation of MiR's definitions, of every software version: codes, bodies, schemas, refusals."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -11,8 +12,12 @@ from tests.conformance.client import CREDENTIALS, JSON, Client
 from tests.conformance.schema import differences
 
 DEVIATIONS = exceptions.load()
-OPERATIONS = [(software, verb, template) for software in SOFTWARE
-              for template, verbs in load(software).document["paths"].items() for verb in verbs]
+OPERATIONS = [
+    (software, verb, template)
+    for software in SOFTWARE
+    for template, verbs in load(software).document["paths"].items()
+    for verb in verbs
+]
 ERROR = {"$ref": "#/definitions/Error"}
 
 
@@ -20,12 +25,20 @@ def name_of(verb: str, template: str) -> str:
     return f"{verb.upper()} {template}"
 
 
-def unexplained(client: Client, software: str, operation: str, schema: dict[str, Any], answer: Any) -> tuple[list[str], set[int]]:
+def unexplained(
+    client: Client, software: str, operation: str, schema: dict[str, Any], answer: Any
+) -> tuple[list[str], set[int]]:
     """Differences from the schema that no exception allows, and the exceptions that were needed."""
     left, used = [], set()
     for difference in differences(client.document, schema, answer):
-        number = next((number for number, one in enumerate(DEVIATIONS)
-                       if one.allows(operation, software, difference.field, difference.value, difference.missing)), None)
+        number = next(
+            (
+                number
+                for number, one in enumerate(DEVIATIONS)
+                if one.allows(operation, software, difference.field, difference.value, difference.missing)
+            ),
+            None,
+        )
         if number is None:
             left.append(f"{difference.field or 'the answer'}: {difference.what}")
         else:
@@ -59,7 +72,7 @@ def succeed(software: str, verb: str, template: str) -> tuple[list[str], set[int
         assert response.body.decode().endswith("# EOF\n")
         return [], set()
     if "protective_scan" in template:
-        assert response.body.startswith(b"\x89PNG")                     # whatever a schema without fields means
+        assert response.body.startswith(b"\x89PNG")  # whatever a schema without fields means
         return [], set()
     return unexplained(client, software, name_of(verb, template), schema, response.json())
 
@@ -67,10 +80,13 @@ def succeed(software: str, verb: str, template: str) -> tuple[list[str], set[int
 def nothing_there(client: Client, verb: str, template: str) -> tuple[list[str], set[int]]:
     """The robot has no such row: the answer is 404, or 400 where 404 is none of the operation's."""
     placeholders = [part[1:-1] for part in template.split("/") if part.startswith("{")]
-    response = client.send(verb, path_of(template, dict.fromkeys(placeholders, "no-such-thing")), client.body(verb, template))
+    response = client.send(
+        verb, path_of(template, dict.fromkeys(placeholders, "no-such-thing")), client.body(verb, template)
+    )
     is_documented = "404" in client.document["paths"][template][verb]["responses"]
     assert (response.status, response.json()["error_human"]) == (
-        (404, "Not found") if is_documented else (400, f"Argument error: {placeholders[-1]}"))
+        (404, "Not found") if is_documented else (400, f"Argument error: {placeholders[-1]}")
+    )
     assert not differences(client.document, ERROR, response.json())
     return [], set()
 
@@ -112,7 +128,7 @@ def test_what_does_not_exist_is_refused_as_documented(software: str, verb: str, 
 @pytest.mark.parametrize("software", SOFTWARE)
 def test_a_robot_has_the_footprint_of_its_model(software: str) -> None:
     client = Client(software)
-    listed, = client.send("GET", "/footprints").json()
+    (listed,) = client.send("GET", "/footprints").json()
     found, status = client.send("GET", f"/footprints/{listed['guid']}").json(), client.send("GET", "/status").json()
     assert (found["config_id"], found["footprint_points"]) == (status["robot_model"], status["footprint"])
 
@@ -120,13 +136,21 @@ def test_a_robot_has_the_footprint_of_its_model(software: str) -> None:
 @pytest.mark.parametrize("software", SOFTWARE)
 def test_the_built_in_missions_ask_for_what_clients_send(software: str) -> None:
     client = Client(software)
-    guid = {mission["name"]: mission["guid"] for mission in client.send("GET", "/missions").json()}["GoToPositionPrototype"]
-    action, = client.send("GET", f"/missions/{guid}/actions").json()
+    guid = {mission["name"]: mission["guid"] for mission in client.send("GET", "/missions").json()}[
+        "GoToPositionPrototype"
+    ]
+    (action,) = client.send("GET", f"/missions/{guid}/actions").json()
     asked = {one["input_name"]: (one["id"], one["guid"]) for one in action["parameters"] if one["input_name"]}
-    assert asked == {"X": ("x", "mirconst-guid-0000-0004-actlistparam"), "Y": ("y", "mirconst-guid-0000-0005-actlistparam"),
-                     "Orientation": ("orientation", "mirconst-guid-0000-0006-actlistparam")}
+    assert asked == {
+        "X": ("x", "mirconst-guid-0000-0004-actlistparam"),
+        "Y": ("y", "mirconst-guid-0000-0005-actlistparam"),
+        "Orientation": ("orientation", "mirconst-guid-0000-0006-actlistparam"),
+    }
     values = {"X": 10.0, "Y": 12.0, "Orientation": 90.0}
-    sent = [{"guid": asked[name][1], "id": asked[name][0], "input_name": name, "value": value} for name, value in values.items()]
+    sent = [
+        {"guid": asked[name][1], "id": asked[name][0], "input_name": name, "value": value}
+        for name, value in values.items()
+    ]
     assert client.send("POST", "/mission_queue", {"mission_id": guid, "parameters": sent}).status == 201
     client.robot.advance_to(300)
     position = client.send("GET", "/status").json()["position"]
@@ -135,8 +159,11 @@ def test_the_built_in_missions_ask_for_what_clients_send(software: str) -> None:
     assert (refused.status, refused.json()["error_human"]) == (400, "Argument error: X")
 
 
-WITH_BODY = [(software, verb, template) for software, verb, template in OPERATIONS
-             if any(parameter["in"] == "body" for parameter in load(software).document["paths"][template][verb]["parameters"])]
+WITH_BODY = [
+    (software, verb, template)
+    for software, verb, template in OPERATIONS
+    if any(parameter["in"] == "body" for parameter in load(software).document["paths"][template][verb]["parameters"])
+]
 
 
 @pytest.mark.parametrize(("software", "verb", "template"), WITH_BODY)
@@ -147,11 +174,14 @@ def test_bodies_are_checked(software: str, verb: str, template: str) -> None:
         nothing_there(client, verb, template)
         return
     path = path_of(template, params)
-    schema = next(one["schema"] for one in client.document["paths"][template][verb]["parameters"] if one["in"] == "body")
+    schema = next(
+        one["schema"] for one in client.document["paths"][template][verb]["parameters"] if one["in"] == "body"
+    )
     required = client.document["definitions"][schema["$ref"].rsplit("/", 1)[-1]].get("required", [])
     refusals = {
-        "Missing content type application/json on the header": client.send(verb, path, b"a=1", {
-            "Authorization": CREDENTIALS, "Content-Type": "application/x-www-form-urlencoded"}),
+        "Missing content type application/json on the header": client.send(
+            verb, path, b"a=1", {"Authorization": CREDENTIALS, "Content-Type": "application/x-www-form-urlencoded"}
+        ),
         "Invalid JSON": client.send(verb, path, b"{", JSON),
         "Argument error": client.send(verb, path, []),
     }
@@ -175,7 +205,9 @@ def test_paths_outside_the_definition_are_not_found(software: str, path: str) ->
     assert not differences(client.document, ERROR, response.json())
 
 
-@pytest.mark.parametrize("path", ["/swagger", "/platform/timezone", "/experimental/diagnostics", "/software/system_status", "/zones"])
+@pytest.mark.parametrize(
+    "path", ["/swagger", "/platform/timezone", "/experimental/diagnostics", "/software/system_status", "/zones"]
+)
 def test_paths_of_the_newer_software_are_not_in_the_older(path: str) -> None:
     assert Client("3.5.4").send("GET", path).status == 200
     assert Client("2.14.7").send("GET", path).status == 404
@@ -185,20 +217,31 @@ def test_3_8_1_is_3_5_4_with_guided_moves_and_three_fields() -> None:
     older, newer = load("3.5.4").document, load("3.8.1").document
     assert set(newer["paths"]) - set(older["paths"]) == {"/guided_move", "/guided_move/waypoints"}
     assert {path: newer["paths"][path] for path in older["paths"]} == older["paths"]
-    assert {name: set(schema["properties"]) - set(older["definitions"][name].get("properties", ()))
-            for name, schema in newer["definitions"].items() if name in older["definitions"] and schema != older["definitions"][name]} == {
-        "GetSetting": {"disclaimer_text"}, "GetSetting_advanced": {"disclaimer_text"}, "PostRobots": {"time"},
-        "PutStatus": {"prompt_user_group_from_fleet"}}
+    assert {
+        name: set(schema["properties"]) - set(older["definitions"][name].get("properties", ()))
+        for name, schema in newer["definitions"].items()
+        if name in older["definitions"] and schema != older["definitions"][name]
+    } == {
+        "GetSetting": {"disclaimer_text"},
+        "GetSetting_advanced": {"disclaimer_text"},
+        "PostRobots": {"time"},
+        "PutStatus": {"prompt_user_group_from_fleet"},
+    }
     properties = sum(len(schema.get("properties", ())) for schema in newer["definitions"].values())
     operations = sum(map(len, newer["paths"].values()))
-    assert (len(newer["paths"]), operations, len(newer["definitions"]), properties) == (159, 289, 249, 1307)      # as reported of it
+    assert (len(newer["paths"]), operations, len(newer["definitions"]), properties) == (
+        159,
+        289,
+        249,
+        1307,
+    )  # as reported of it
 
 
 def test_a_guided_move_is_there_once_it_was_named() -> None:
     client = Client("3.8.1")
     assert client.send("GET", "/guided_move").json() == []
     client.send("PUT", "/guided_move", {"guided_move_id": "a", "assigned_waypoint_index": 2})
-    moved, = client.send("GET", "/guided_move").json()
+    (moved,) = client.send("GET", "/guided_move").json()
     assert (moved["guided_move_id"], moved["assigned_waypoint_index"], moved["current_waypoint_index"]) == ("a", 2, 0)
     assert client.send("GET", "/guided_move/waypoints").json()[0]["guided_move_id"] == "a"
     assert client.send("PUT", "/guided_move", {"assigned_waypoint_index": 3}).status == 400
@@ -213,7 +256,9 @@ def test_the_fields_that_3_8_1_added() -> None:
         assert one.send("POST", "/robots", {"robots": [], "time": 1.5}).status == with_time
         assert one.send("POST", "/robots", {"robots": []}).status == without
     assert client.send("PUT", "/status", {"prompt_user_group_from_fleet": "Operators"}).status == 200
-    assert older.send("PUT", "/status", {"prompt_user_group_from_fleet": "Operators"}).json()["error_human"] == "No fields"
+    assert (
+        older.send("PUT", "/status", {"prompt_user_group_from_fleet": "Operators"}).json()["error_human"] == "No fields"
+    )
 
 
 @pytest.mark.parametrize("software", SOFTWARE)

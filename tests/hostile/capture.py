@@ -1,4 +1,5 @@
 """A machine on loopback that answers like a robot, as whoever it pretends to be, and notes every request with all of its headers."""
+
 from __future__ import annotations
 
 import hashlib
@@ -23,8 +24,9 @@ API = "/api/v2.0.0"
 @dataclass(frozen=True)
 class Seen:
     """One request."""
+
     method: str
-    path: str                # below the API, without the query
+    path: str  # below the API, without the query
     headers: Message
 
     @property
@@ -36,11 +38,12 @@ class Seen:
 class Capture:
     """``status_is_open``: whether ``/status`` is answered without credentials; everything else never is. Requests for ``breaks_at`` get
     no answer: the connection ends. ``says_close``: every answer announces its end."""
+
     url: str
     serial: str | None = "A-1"
     status_is_open: bool = True
     breaks_at: str = ""
-    status: Mapping[str, Any] = field(default_factory=dict)      # what it says besides, or otherwise
+    status: Mapping[str, Any] = field(default_factory=dict)  # what it says besides, or otherwise
     says_close: bool = False
     seen: list[Seen] = field(default_factory=list)
     sockets: list[socket.socket] = field(default_factory=list)
@@ -81,6 +84,7 @@ class Capture:
 @contextmanager
 def capture(certificate: str = "", **given: Any) -> Iterator[Capture]:
     """Listens until the block ends; with a certificate (a file's name) over https."""
+
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
 
@@ -131,4 +135,4 @@ def capture(certificate: str = "", **given: Any) -> Iterator[Capture]:
 def pin_of(certificate: str) -> str:
     """Its SHA-256 fingerprint."""
     text = (CERTIFICATES / certificate).read_text()
-    return hashlib.sha256(ssl.PEM_cert_to_DER_cert(text[text.index("-----BEGIN CERT"):])).hexdigest()
+    return hashlib.sha256(ssl.PEM_cert_to_DER_cert(text[text.index("-----BEGIN CERT") :])).hexdigest()

@@ -1,4 +1,5 @@
 """Robots that only write down what they are sent, and a tablet."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator

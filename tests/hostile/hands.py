@@ -1,4 +1,5 @@
 """What tests of credentials share: robots that write down what they are sent, a tablet, and what people do at it."""
+
 from __future__ import annotations
 
 import json
@@ -30,7 +31,7 @@ def add(tablet: Container, address: str, **values: Any) -> Robot:
 
 
 def stored(tablet: Container) -> Robot:
-    robot, = tablet.catalogue.robots()
+    (robot,) = tablet.catalogue.robots()
     return robot
 
 
@@ -59,11 +60,17 @@ def assert_needs_password(tablet: Container) -> None:
 
 def everything_an_operator_asks_for(tablet: Container, robot: Robot) -> None:
     operator = tablet.operator
-    for ask in (lambda: operator.pause(robot.id), lambda: operator.resume(robot.id), lambda: operator.reset_errors(robot.id),
-                lambda: operator.answer_prompt(robot.id, "guid", "Yes"), lambda: operator.clear_queue(robot.id),
-                lambda: operator.cancel_item(robot.id, 7), lambda: operator.fetch_missions(robot.id),
-                lambda: operator.test_connection(robot),
-                lambda: tablet.robot_missions.parameters(robot.id, MISSION)):
+    for ask in (
+        lambda: operator.pause(robot.id),
+        lambda: operator.resume(robot.id),
+        lambda: operator.reset_errors(robot.id),
+        lambda: operator.answer_prompt(robot.id, "guid", "Yes"),
+        lambda: operator.clear_queue(robot.id),
+        lambda: operator.cancel_item(robot.id, 7),
+        lambda: operator.fetch_missions(robot.id),
+        lambda: operator.test_connection(robot),
+        lambda: tablet.robot_missions.parameters(robot.id, MISSION),
+    ):
         with pytest.raises(RobotError):
             ask()
     tablet.robot_missions.learn_names(robot.id)

@@ -1,4 +1,5 @@
 """A robot that reports more than anybody can read: what it says is counted, and pushes nothing else out of the log or the alarm list."""
+
 from __future__ import annotations
 
 import logging
@@ -41,12 +42,12 @@ def only_alarm(site: Site) -> Alarm:
 
 
 def test_hundreds_of_errors_make_one_short_alarm(site):
-    for number in range(400):                          # in 200 KiB: a longer status is not read
+    for number in range(400):  # in 200 KiB: a longer status is not read
         site.machines["R1"].raise_error(_error(number), lasting=True)
     site.run(10.0)
     sentence = alarm_sentence(only_alarm(site))
     assert len(sentence) <= LONGEST_ALARM + len("R1: ")
-    assert sentence.endswith("… and 399 more")         # one long description fills it
+    assert sentence.endswith("… and 399 more")  # one long description fills it
 
 
 def test_three_short_errors_and_the_number_of_the_others():
@@ -60,7 +61,9 @@ def test_three_short_errors_and_the_number_of_the_others():
 
 def test_no_detail_of_an_alarm_is_long(site):
     site.container.alarms.raise_("robot_error", "robot:1", robot="R1", problem="x" * 100_000)
-    site.container.alarms.raise_("unreachable", "robot:1", robot="R1", problem={"msgid": "{reason}", "params": {"reason": "y" * 100_000}})
+    site.container.alarms.raise_(
+        "unreachable", "robot:1", robot="R1", problem={"msgid": "{reason}", "params": {"reason": "y" * 100_000}}
+    )
     parts = {"parts": ["z" * 100_000] * 2}
     site.container.alarms.raise_("not_a_robot", "robot:1", robot="R1", problem={"msgid": "{parts}", "params": parts})
     assert all(len(alarm_sentence(alarm)) < 3 * LONGEST_ALARM for alarm in site.container.alarms.open())
@@ -91,7 +94,12 @@ def test_neither_do_those_of_a_robot_s_runs(site):
 
     def fill(c):
         for number in range(KEPT + 500):
-            at, code, key, about = start + timedelta(seconds=number), "unknown_outcome", f"execution:{number}", {"robot_id": 1}
+            at, code, key, about = (
+                start + timedelta(seconds=number),
+                "unknown_outcome",
+                f"execution:{number}",
+                {"robot_id": 1},
+            )
             if number == 0:
                 code, key, about = "executions_missed", "plan", {}
             repository.raise_once(c, Alarm(code, key, "medium", at, about, last_at=at, cleared_at=at))
@@ -110,7 +118,7 @@ def test_what_nobody_acknowledges_is_counted_and_stays_short(site):
     found = [alarm for alarm in alarms.open() if alarm.details["robot_id"] == 1]
     assert len(found) == OPEN_OF_A_KIND
     assert sum(alarm.count for alarm in found) == 500
-    assert found[0].key == "execution:500"               # the newest leads to its own run
+    assert found[0].key == "execution:500"  # the newest leads to its own run
     assert "execution:1" in [alarm.key for alarm in found]
     assert "execution:0" in [alarm.key for alarm in alarms.open()]
     hidden = found[0]
@@ -172,17 +180,28 @@ def test_what_was_left_out_of_the_log_is_counted(log_directory, monkeypatch):
 
 def _error(number: int):
     from mir_sim.state import RobotError
+
     return RobotError(10_000 + number, f"{number} " + "x" * 490, "Wheels")
 
 
-@pytest.mark.parametrize("text", ["w" * 1900, "車輪" * 300, "\u202e\n" * 150], ids=["ASCII", "three bytes each", "escaped"])
+@pytest.mark.parametrize(
+    "text", ["w" * 1900, "車輪" * 300, "\u202e\n" * 150], ids=["ASCII", "three bytes each", "escaped"]
+)
 def test_a_day_of_twelve_raving_robots_leaves_what_was_said_of_the_others(log_directory, monkeypatch, text):
     seconds = 0
     monkeypatch.setattr(logs, "monotonic", lambda: float(seconds))
 
     def say(thread: str, message: str, exc_info: object = None) -> None:
-        record = logging.makeLogRecord({"name": "app", "levelno": logging.WARNING, "levelname": "WARNING", "msg": message,
-                                        "threadName": thread, "exc_info": exc_info})
+        record = logging.makeLogRecord(
+            {
+                "name": "app",
+                "levelno": logging.WARNING,
+                "levelname": "WARNING",
+                "msg": message,
+                "threadName": thread,
+                "exc_info": exc_info,
+            }
+        )
         logging.getLogger().handle(record)
 
     for seconds in range(0, 24 * 3600, 240):
@@ -190,7 +209,7 @@ def test_a_day_of_twelve_raving_robots_leaves_what_was_said_of_the_others(log_di
             say(f"worker-R{robot}", text)
         say("worker-calm", f"evidence of a robot {seconds}")
         say("scheduler", f"evidence of the app {seconds}")
-        written()                                      # a day takes longer than this: the queue never fills
+        written()  # a day takes longer than this: the queue never fills
     files = list(log_directory.iterdir())
     kept = "".join(file.read_text(encoding="utf-8") for file in files)
     assert sum(file.stat().st_size for file in files) <= logs.BYTES * (logs.FILES + 1)

@@ -1,4 +1,5 @@
 """Backups that hold more than data: triggers, views, tables and indexes that nobody made here."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -54,6 +55,7 @@ def test_another_schema_is_not_restored(backup, tmp_path, script):
 
 def test_what_was_checked_is_what_is_installed(backup, tmp_path, monkeypatch):
     """A medium that gives something else when it is read again, or somebody who changes the file meanwhile."""
+
     def copied_late(source: Path, target: Path) -> None:
         spoil(source, HOSTILE["a trigger that changes addresses"])
         copy(source, target)
@@ -69,20 +71,37 @@ def test_what_was_checked_is_what_is_installed(backup, tmp_path, monkeypatch):
 
 
 def test_a_definition_that_was_rewritten_is_another_schema(backup):
-    spoil(backup, """PRAGMA writable_schema = ON;
-                     UPDATE sqlite_schema SET sql = replace(sql, 'DEFAULT 1', 'DEFAULT 0') WHERE name = 'robots'""")
+    spoil(
+        backup,
+        """PRAGMA writable_schema = ON;
+                     UPDATE sqlite_schema SET sql = replace(sql, 'DEFAULT 1', 'DEFAULT 0') WHERE name = 'robots'""",
+    )
     assert backups.problem_of(backup) is not None
 
 
-@pytest.mark.parametrize(("kind", "name", "sql"), [
-    ("trigger", "sqlite_t", "CREATE TRIGGER sqlite_t AFTER INSERT ON alarms BEGIN UPDATE robots SET address = 'http://evil.example'; END"),
-    ("trigger", "sqlite_sequence", "CREATE TRIGGER sqlite_sequence BEFORE DELETE ON alarms BEGIN SELECT raise(ABORT, 'no'); END"),
-    ("view", "sqlite_v", "CREATE VIEW sqlite_v AS SELECT 1")])
+@pytest.mark.parametrize(
+    ("kind", "name", "sql"),
+    [
+        (
+            "trigger",
+            "sqlite_t",
+            "CREATE TRIGGER sqlite_t AFTER INSERT ON alarms BEGIN UPDATE robots SET address = 'http://evil.example'; END",
+        ),
+        (
+            "trigger",
+            "sqlite_sequence",
+            "CREATE TRIGGER sqlite_sequence BEFORE DELETE ON alarms BEGIN SELECT raise(ABORT, 'no'); END",
+        ),
+        ("view", "sqlite_v", "CREATE VIEW sqlite_v AS SELECT 1"),
+    ],
+)
 def test_nor_is_it_hidden_behind_a_name_of_sqlite_itself(backup, kind, name, sql):
     with closing(sqlite3.connect(backup)) as connection, connection:
         connection.execute("PRAGMA writable_schema = ON")
-        connection.execute("INSERT INTO sqlite_schema (type, name, tbl_name, rootpage, sql) VALUES (?, ?, 'alarms', 0, ?)",
-                           (kind, name, sql))
+        connection.execute(
+            "INSERT INTO sqlite_schema (type, name, tbl_name, rootpage, sql) VALUES (?, ?, 'alarms', 0, ?)",
+            (kind, name, sql),
+        )
     assert backups.problem_of(backup) is not None
 
 
@@ -104,7 +123,10 @@ def test_a_hostile_backup_is_never_the_one_to_restore(backup, tmp_path):
 @pytest.mark.parametrize("version", range(1, len(MIGRATIONS) + 1))
 def test_every_version_of_this_app_is_restored(tmp_path, version):
     old, target = tmp_path / "old.db", tmp_path / "data" / "amr-scheduler.db"
-    spoil(old, "".join(MIGRATIONS[:version]) + f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {version};")
+    spoil(
+        old,
+        "".join(MIGRATIONS[:version]) + f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {version};",
+    )
     assert backups.problem_of(old) is None
     backups.restore(old, target, NOW)
     Database.open(target, durable=False).close()
@@ -112,10 +134,16 @@ def test_every_version_of_this_app_is_restored(tmp_path, version):
 
 def test_connections_trust_no_schema_and_leave_nothing_that_was_deleted(tmp_path):
     db = Database.open(tmp_path / "amr-scheduler.db", durable=False)
-    asked = [lambda c, name=name: c.execute(f"PRAGMA {name}").fetchone()[0] for name in ("trusted_schema", "secure_delete")]
+    asked = [
+        lambda c, name=name: c.execute(f"PRAGMA {name}").fetchone()[0] for name in ("trusted_schema", "secure_delete")
+    ]
     assert [db.write(ask) for ask in asked] == [0, 1]
     assert asked[0](db.read()) == 0
-    db.write(lambda c: c.execute("INSERT INTO robots (name, address, token) VALUES ('R', 'http://h', 'Basic c2VjcmV0LXRva2Vu')"))
+    db.write(
+        lambda c: c.execute(
+            "INSERT INTO robots (name, address, token) VALUES ('R', 'http://h', 'Basic c2VjcmV0LXRva2Vu')"
+        )
+    )
     db.write(lambda c: c.execute("DELETE FROM robots"))
     db.close()
     assert b"c2VjcmV0LXRva2Vu" not in db.path.read_bytes()

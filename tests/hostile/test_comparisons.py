@@ -1,4 +1,5 @@
 """For how long a compared serial number lets credentials go out, and over which connection."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -28,6 +29,7 @@ from tests.unit.mir.answers import MISSION
 @dataclass
 class TimedClient:
     """A client on a clock that a test moves."""
+
     client: RobotClient
     now: float = 0.0
 
@@ -36,8 +38,15 @@ class TimedClient:
 def known(listen: Listen) -> Iterator[tuple[Capture, TimedClient]]:
     """A machine that has just shown the known serial number."""
     machine = listen()
-    timed = TimedClient(RobotClient(Address.parse(machine.url), Token.from_header(TOKEN), serial_number="A-1",
-                            identified_by=IdentifiedBy.SERIAL_NUMBER, clock=lambda: timed.now))
+    timed = TimedClient(
+        RobotClient(
+            Address.parse(machine.url),
+            Token.from_header(TOKEN),
+            serial_number="A-1",
+            identified_by=IdentifiedBy.SERIAL_NUMBER,
+            clock=lambda: timed.now,
+        )
+    )
     timed.client.status()
     yield machine, timed
     timed.client.close()
@@ -58,9 +67,14 @@ def test_after_ten_seconds_the_serial_number_is_compared_again(known: tuple[Capt
     assert machine.credentials == []
 
 
-@pytest.mark.parametrize("pretends", [{"serial": "B-2"}, {"serial": None}, {"status_is_open": False}],
-                         ids=["another serial number", "no serial number", "no status without credentials"])
-def test_a_comparison_that_fails_ends_the_one_before(known: tuple[Capture, TimedClient], pretends: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    "pretends",
+    [{"serial": "B-2"}, {"serial": None}, {"status_is_open": False}],
+    ids=["another serial number", "no serial number", "no status without credentials"],
+)
+def test_a_comparison_that_fails_ends_the_one_before(
+    known: tuple[Capture, TimedClient], pretends: dict[str, Any]
+) -> None:
     machine, timed = known
     machine.pretend(pretends)
     for ask in (timed.client.status, timed.client.missions, lambda: timed.client.enqueue(MISSION)):
@@ -81,13 +95,19 @@ def test_a_connection_that_breaks_ends_the_comparison(known: tuple[Capture, Time
     assert machine.credentials == []
 
 
-EVERY_METHOD = {"GET": lambda client: client.missions(), "POST": lambda client: client.enqueue(MISSION),
-                "PUT": lambda client: client.set_state(RobotState.READY), "DELETE": lambda client: client.cancel(7)}
+EVERY_METHOD = {
+    "GET": lambda client: client.missions(),
+    "POST": lambda client: client.enqueue(MISSION),
+    "PUT": lambda client: client.set_state(RobotState.READY),
+    "DELETE": lambda client: client.cancel(7),
+}
 by_every_method = pytest.mark.parametrize("ask", EVERY_METHOD.values(), ids=EVERY_METHOD.keys())
 
 
 @by_every_method
-def test_a_robot_that_hung_up_is_compared_again_before_anything_else(known: tuple[Capture, TimedClient], ask: Any) -> None:
+def test_a_robot_that_hung_up_is_compared_again_before_anything_else(
+    known: tuple[Capture, TimedClient], ask: Any
+) -> None:
     machine, timed = known
     machine.hang_up()
     machine.serial = "B-2"
@@ -100,8 +120,15 @@ def test_a_robot_that_hung_up_is_compared_again_before_anything_else(known: tupl
 @by_every_method
 def test_one_that_ends_the_connection_with_each_answer_is_trusted_for_two_seconds(listen: Listen, ask: Any) -> None:
     machine = listen(says_close=True)
-    timed = TimedClient(RobotClient(Address.parse(machine.url), Token.from_header(TOKEN), serial_number="A-1",
-                        identified_by=IdentifiedBy.SERIAL_NUMBER, clock=lambda: timed.now))
+    timed = TimedClient(
+        RobotClient(
+            Address.parse(machine.url),
+            Token.from_header(TOKEN),
+            serial_number="A-1",
+            identified_by=IdentifiedBy.SERIAL_NUMBER,
+            clock=lambda: timed.now,
+        )
+    )
     timed.client.status()
     timed.now = 1.9
     ask(timed.client)
@@ -113,10 +140,12 @@ def test_one_that_ends_the_connection_with_each_answer_is_trusted_for_two_second
     assert machine.credentials == []
 
 
-def test_a_connection_that_was_opened_later_proves_nothing_after_two_seconds(known: tuple[Capture, TimedClient]) -> None:
+def test_a_connection_that_was_opened_later_proves_nothing_after_two_seconds(
+    known: tuple[Capture, TimedClient],
+) -> None:
     machine, timed = known
     with pytest.raises(Rejected):
-        timed.client.mission("unknown")              # the client ends a connection after an answer of failure
+        timed.client.mission("unknown")  # the client ends a connection after an answer of failure
     timed.client.missions()
     timed.now, machine.serial = 2.1, "B-2"
     machine.seen.clear()
@@ -125,7 +154,9 @@ def test_a_connection_that_was_opened_later_proves_nothing_after_two_seconds(kno
     assert machine.credentials == []
 
 
-def test_a_read_with_credentials_is_repeated_on_a_new_connection_after_a_comparison_only(known: tuple[Capture, TimedClient]) -> None:
+def test_a_read_with_credentials_is_repeated_on_a_new_connection_after_a_comparison_only(
+    known: tuple[Capture, TimedClient],
+) -> None:
     machine, timed = known
     machine.breaks_at = "/missions"
     with pytest.raises(ConnectionLost):
@@ -144,10 +175,11 @@ def test_a_robot_that_says_nothing_when_it_closes_can_still_be_read(known: tuple
     answer = machine.answer
 
     def hang_up_in_between(one: Seen) -> tuple[int, Any]:
-        machine.answer = answer                      # type: ignore[method-assign]
+        machine.answer = answer  # type: ignore[method-assign]
         machine.hang_up()
         return answer(one)
-    machine.answer = hang_up_in_between              # type: ignore[method-assign]
+
+    machine.answer = hang_up_in_between  # type: ignore[method-assign]
     with pytest.raises(Unreadable):
         timed.client.mission("of another shape")
     assert [one.path for one in machine.seen] == ["/status", "/missions/of%20another%20shape"] * 2

@@ -1,4 +1,5 @@
 """A credential belongs to one user on one robot at one address: no byte of it goes anywhere else."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -47,7 +48,9 @@ changed_anyhow = pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES
 
 
 @changed_anyhow
-def test_testing_a_changed_connection_asks_for_the_password_and_sends_nothing(tablet: Container, listen: Listen, change: Any) -> None:
+def test_testing_a_changed_connection_asks_for_the_password_and_sends_nothing(
+    tablet: Container, listen: Listen, change: Any
+) -> None:
     machine, thief = listen(), listen()
     robot = add(tablet, machine.url, serial_number="A-1")
     with pytest.raises(InvalidInput, match="enter the password") as refused:
@@ -57,7 +60,9 @@ def test_testing_a_changed_connection_asks_for_the_password_and_sends_nothing(ta
 
 
 @changed_anyhow
-def test_a_changed_robot_needs_its_password_before_anything_is_sent(tablet: Container, listen: Listen, change: Any) -> None:
+def test_a_changed_robot_needs_its_password_before_anything_is_sent(
+    tablet: Container, listen: Listen, change: Any
+) -> None:
     machine, thief = listen(), listen()
     robot = add(tablet, machine.url, serial_number="A-1")
     tablet.catalogue.save_robot(change(robot, thief))
@@ -67,7 +72,7 @@ def test_a_changed_robot_needs_its_password_before_anything_is_sent(tablet: Cont
         tablet.operator.fetch_missions(robot.id)
     assert machine.credentials == thief.credentials == []
     tablet.catalogue.save_robot(replace(stored(tablet), address=robot.address, username=USER, certificate_sha256=None))
-    assert_needs_password(tablet)                    # the token is gone, not kept for later
+    assert_needs_password(tablet)  # the token is gone, not kept for later
 
 
 @pytest.mark.parametrize("key", ["host", "port", "scheme", "user", "pin"])
@@ -110,6 +115,7 @@ def test_an_import_with_a_password_says_that_encryption_ends(tablet: Container) 
     assert "no longer encrypted" in str(lines)
     assert stored(tablet).token == TOKEN
 
+
 # ---------------------------------------------------------------------- who answers, before it gets the credentials
 def test_the_status_is_asked_for_without_credentials_and_all_else_after_it(tablet: Container, listen: Listen) -> None:
     machine = listen()
@@ -138,11 +144,18 @@ def test_a_poll_of_a_known_robot_costs_one_status(tablet: Container, listen: Lis
     assert len(machine.seen) > 1
 
 
-@pytest.mark.parametrize(("pretends", "code"), [
-    ({"serial": "B-2"}, "wrong_robot"), ({"serial": None}, "serial_hidden"), ({"status_is_open": False}, "serial_hidden")],
-    ids=["another serial number", "no serial number", "no status without credentials"])
-def test_a_machine_that_does_not_show_the_known_serial_number_gets_nothing(tablet: Container, listen: Listen,
-                                                                           pretends: dict[str, Any], code: str) -> None:
+@pytest.mark.parametrize(
+    ("pretends", "code"),
+    [
+        ({"serial": "B-2"}, "wrong_robot"),
+        ({"serial": None}, "serial_hidden"),
+        ({"status_is_open": False}, "serial_hidden"),
+    ],
+    ids=["another serial number", "no serial number", "no status without credentials"],
+)
+def test_a_machine_that_does_not_show_the_known_serial_number_gets_nothing(
+    tablet: Container, listen: Listen, pretends: dict[str, Any], code: str
+) -> None:
     machine = listen()
     robot = add(tablet, machine.url)
     poll(tablet)
@@ -169,7 +182,9 @@ def test_the_wrong_robot_is_an_alarm_and_fails_the_run(tablet: Container, listen
     assert machine.credentials == []
 
 
-def test_a_machine_that_takes_the_place_of_a_robot_while_it_is_followed_gets_nothing(tablet: Container, listen: Listen) -> None:
+def test_a_machine_that_takes_the_place_of_a_robot_while_it_is_followed_gets_nothing(
+    tablet: Container, listen: Listen
+) -> None:
     machine = listen()
     add(tablet, machine.url)
     worker = tablet.make_worker(stored(tablet))
@@ -186,7 +201,9 @@ def test_a_machine_that_takes_the_place_of_a_robot_while_it_is_followed_gets_not
     assert stored(tablet).serial_number == "A-1"
 
 
-def test_a_robot_edited_while_it_is_followed_gets_nothing_before_it_shows_its_new_serial_number(tablet: Container, listen: Listen) -> None:
+def test_a_robot_edited_while_it_is_followed_gets_nothing_before_it_shows_its_new_serial_number(
+    tablet: Container, listen: Listen
+) -> None:
     machine = listen()
     add(tablet, machine.url)
     worker = tablet.make_worker(stored(tablet))
@@ -201,7 +218,10 @@ def test_a_robot_edited_while_it_is_followed_gets_nothing_before_it_shows_its_ne
     assert [one.path for one in machine.seen] == ["/status"]
     assert machine.credentials == []
 
-def test_the_new_robot_is_taken_at_the_integrators_word_and_with_its_own_password(tablet: Container, listen: Listen) -> None:
+
+def test_the_new_robot_is_taken_at_the_integrators_word_and_with_its_own_password(
+    tablet: Container, listen: Listen
+) -> None:
     machine = listen(serial="B-2")
     robot = add(tablet, machine.url, serial_number="A-1")
     with pytest.raises(AnotherRobot) as another:
@@ -217,11 +237,15 @@ def test_the_new_robot_is_taken_at_the_integrators_word_and_with_its_own_passwor
     assert (connection(tablet), stored(tablet).serial_number) == (Connection.CONNECTED, "B-2")
 
 
-@pytest.mark.parametrize("change", [{"serial_number": "B-2"}, {"address": "http://127.0.0.1:1"}, {"username": "admin"}],
-                         ids=["serial number", "address", "user"])
+@pytest.mark.parametrize(
+    "change",
+    [{"serial_number": "B-2"}, {"address": "http://127.0.0.1:1"}, {"username": "admin"}],
+    ids=["serial number", "address", "user"],
+)
 @pytest.mark.parametrize("is_known", [False, True])
-def test_what_the_machine_before_an_edit_said_is_not_noted_of_the_one_after_it(tablet: Container, listen: Listen, is_known: bool,
-                                                                               change: dict[str, Any]) -> None:
+def test_what_the_machine_before_an_edit_said_is_not_noted_of_the_one_after_it(
+    tablet: Container, listen: Listen, is_known: bool, change: dict[str, Any]
+) -> None:
     machine = listen()
     robot = add(tablet, machine.url, serial_number="A-1" if is_known else None)
     worker, answer = tablet.make_worker(robot), machine.answer
@@ -230,8 +254,9 @@ def test_what_the_machine_before_an_edit_said_is_not_noted_of_the_one_after_it(t
         if one.path == "/users/me":
             tablet.catalogue.save_robot(replace(robot, **change), PASSWORD)
         return answer(one)
-    machine.answer = edited_meanwhile                # type: ignore[method-assign]
+
+    machine.answer = edited_meanwhile  # type: ignore[method-assign]
     worker.advance()
     assert stored(tablet) == replace(robot, **change, token=stored(tablet).token)
-    assert worker.robot == robot                     # so that it is seen to be of another connection
+    assert worker.robot == robot  # so that it is seen to be of another connection
     worker.close()

@@ -1,4 +1,5 @@
 """A robot, or a proxy before it, that sends our credentials back: they get into no alarm, log, export or database."""
+
 from __future__ import annotations
 
 import base64
@@ -48,7 +49,9 @@ however = pytest.mark.parametrize("written", WRITTEN.values(), ids=WRITTEN.keys(
 def assert_hidden(text: str) -> None:
     """No part of a secret that would help in guessing the rest."""
     for secret in SECRETS:
-        assert not [start for start in range(0, len(secret) - 16) if secret[start:start + 16] in text.replace("\u200b", "")], text
+        assert not [
+            start for start in range(0, len(secret) - 16) if secret[start : start + 16] in text.replace("\u200b", "")
+        ], text
 
 
 @however
@@ -68,8 +71,10 @@ def test_nor_has_a_template_that_is_filled_in(written: Any, limit: int) -> None:
 
 
 def test_what_a_text_says_besides_stays() -> None:
-    assert clean(f"no such user {PAIR}, ask 3d7c7c40-ce85-11ef-904a-000e8e9884eb") == \
-        "no such user distributor:***, ask 3d7c7c40-ce85-11ef-904a-000e8e9884eb"
+    assert (
+        clean(f"no such user {PAIR}, ask 3d7c7c40-ce85-11ef-904a-000e8e9884eb")
+        == "no such user distributor:***, ask 3d7c7c40-ce85-11ef-904a-000e8e9884eb"
+    )
     assert clean(f"got Authorization: {HEADER}!") == "got Authorization: Basic ***!"
 
 
@@ -103,11 +108,19 @@ def test_an_error_does_not_have_it_either(written: Any, status: int, secret: str
     assert_hidden(f"{error.value!r}{error.value}{vars(error.value)}")
 
 
-@pytest.mark.parametrize("escape", [lambda text: text, lambda text: "".join(f"\\u{ord(sign):04x}" for sign in text)],
-                         ids=["plain", "escaped"])
+@pytest.mark.parametrize(
+    "escape",
+    [lambda text: text, lambda text: "".join(f"\\u{ord(sign):04x}" for sign in text)],
+    ids=["plain", "escaped"],
+)
 def test_a_status_does_not_have_it(escape: Callable[[str], str]) -> None:
-    echo = {"robot_name": "T", "mission_text": "T", "state_text": "T", "errors": [{"code": 1, "description": "T", "module": "T"}],
-            "user_prompt": {"guid": "1", "question": "T", "options": ["T"], "user_group": "T"}}
+    echo = {
+        "robot_name": "T",
+        "mission_text": "T",
+        "state_text": "T",
+        "errors": [{"code": 1, "description": "T", "module": "T"}],
+        "user_prompt": {"guid": "1", "question": "T", "options": ["T"], "user_group": "T"},
+    }
     body = json.dumps({**STATUS, **echo}).replace('"T"', f'"{escape(HEADER)}"').encode()
     status = client(200, body, {"Robot-Version": HEADER}).status()
     assert "Basic ***" in status.mission_text
@@ -125,13 +138,25 @@ def test_a_run_leaves_it_nowhere(tmp_path: Path, caplog: pytest.LogCaptureFixtur
         def echo(one: Seen) -> tuple[int, Any]:
             match one.method, one.path:
                 case "GET", "/mission_queue/7":
-                    return 200, {"id": 7, "state": "Aborted", "mission_id": MISSION, "description": "", "message": one.authorization}
+                    return 200, {
+                        "id": 7,
+                        "state": "Aborted",
+                        "mission_id": MISSION,
+                        "description": "",
+                        "message": one.authorization,
+                    }
                 case _, "/status":
-                    return 200, {**STATUS, "serial_number": "A-1", "state_id": 12, "errors": [{"code": 1, "description": f"no {HEADER}"}]}
+                    return 200, {
+                        **STATUS,
+                        "serial_number": "A-1",
+                        "state_id": 12,
+                        "errors": [{"code": 1, "description": f"no {HEADER}"}],
+                    }
                 case "GET", "/missions":
                     return 400, {"error_code": "x", "error_human": f"no such user {PAIR}"}
             return answer(one)
-        machine.answer = echo                        # type: ignore[method-assign]
+
+        machine.answer = echo  # type: ignore[method-assign]
         worker = tablet.make_worker(robot)
         worker.handle(messages.Poll())
         worker.advance()
@@ -145,7 +170,9 @@ def test_a_run_leaves_it_nowhere(tmp_path: Path, caplog: pytest.LogCaptureFixtur
         ended = tablet.ledger.get(run.id)
         exported = io.StringIO()
         write_history(tablet.db.read(), exported)
-        written = [line for line in sqlite3.connect(tablet.db.path).iterdump() if not line.startswith('INSERT INTO "robots"')]
+        written = [
+            line for line in sqlite3.connect(tablet.db.path).iterdump() if not line.startswith('INSERT INTO "robots"')
+        ]
         shown = f"{ended.reason}{tablet.alarms.open()}{error.value}{exported.getvalue()}{caplog.text}{written}"
         tablet.close()
     assert ended.state is State.FAILED

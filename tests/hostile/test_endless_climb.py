@@ -1,4 +1,5 @@
 """A robot that has a number more in its queue whenever it is asked: its thread asked for ever, sent nothing and ended nothing."""
+
 from __future__ import annotations
 
 import itertools

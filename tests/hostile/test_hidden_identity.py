@@ -1,4 +1,5 @@
 """Machines that hide what they are: credentials go to them only where a person, a certificate or nothing before speaks for it."""
+
 from __future__ import annotations
 
 from contextlib import suppress
@@ -20,11 +21,15 @@ from app.mir.errors import (
 from tests.hostile.capture import pin_of
 from tests.hostile.hands import FIELD, PASSWORD, PLANT, USER, Listen, add, connection, poll, run_now, stored
 
-hiding = pytest.mark.parametrize("hides", [{"serial": None}, {"status_is_open": False}], ids=["no serial number", "no status"])
+hiding = pytest.mark.parametrize(
+    "hides", [{"serial": None}, {"status_is_open": False}], ids=["no serial number", "no status"]
+)
 
 
 # ---------------------------------------------------------------------- robots whose status is not for anybody
-def test_a_robot_that_wants_credentials_for_its_status_gets_them_where_they_were_entered(tablet: Container, listen: Listen) -> None:
+def test_a_robot_that_wants_credentials_for_its_status_gets_them_where_they_were_entered(
+    tablet: Container, listen: Listen
+) -> None:
     machine, thief = listen(status_is_open=False), listen(status_is_open=False)
     robot = add(tablet, machine.url)
     poll(tablet)
@@ -43,19 +48,20 @@ def test_a_robot_that_wants_credentials_for_its_status_gets_them_where_they_were
 
 def test_a_wrong_password_shows_there_too(tablet: Container, listen: Listen) -> None:
     machine = listen(status_is_open=False)
-    machine.answer = lambda one: (401, {})           # type: ignore[method-assign]
+    machine.answer = lambda one: (401, {})  # type: ignore[method-assign]
     robot = add(tablet, machine.url)
     with pytest.raises(Unauthorized):
         tablet.operator.test_connection(robot)
+
 
 # ---------------------------------------------------------------------- a machine that hides the known serial number
 
 
 @hiding
 @pytest.mark.parametrize("password", [None, PASSWORD], ids=["stored", "entered anew"])
-def test_credentials_go_to_a_machine_that_hides_the_serial_number_only_after_somebody_agreed(tablet: Container, listen: Listen,
-                                                                                             hides: dict[str, Any],
-                                                                                             password: str | None) -> None:
+def test_credentials_go_to_a_machine_that_hides_the_serial_number_only_after_somebody_agreed(
+    tablet: Container, listen: Listen, hides: dict[str, Any], password: str | None
+) -> None:
     machine = listen()
     add(tablet, machine.url)
     poll(tablet)
@@ -76,12 +82,13 @@ def test_credentials_go_to_a_machine_that_hides_the_serial_number_only_after_som
     assert stored(tablet).serial_number == "A-1"
     machine.pretend({"serial": "A-1", "status_is_open": True})
     poll(tablet)
-    assert stored(tablet).identified_by is IdentifiedBy.SERIAL_NUMBER            # it shows it again
+    assert stored(tablet).identified_by is IdentifiedBy.SERIAL_NUMBER  # it shows it again
 
 
 @hiding
-def test_a_dialog_that_was_opened_before_the_robot_was_known_does_not_make_it_unknown(tablet: Container, listen: Listen,
-                                                                                      hides: dict[str, Any]) -> None:
+def test_a_dialog_that_was_opened_before_the_robot_was_known_does_not_make_it_unknown(
+    tablet: Container, listen: Listen, hides: dict[str, Any]
+) -> None:
     machine = listen()
     in_dialog = add(tablet, machine.url)
     poll(tablet)
@@ -97,8 +104,9 @@ def test_a_dialog_that_was_opened_before_the_robot_was_known_does_not_make_it_un
 
 @hiding
 @pytest.mark.parametrize("certificate", ["", FIELD], ids=["without a certificate", "known by its certificate"])
-def test_nor_do_they_go_to_one_at_another_address(tablet: Container, listen: Listen, certificate: str,
-                                                  hides: dict[str, Any]) -> None:
+def test_nor_do_they_go_to_one_at_another_address(
+    tablet: Container, listen: Listen, certificate: str, hides: dict[str, Any]
+) -> None:
     machine, thief = listen(certificate), listen(**hides)
     add(tablet, machine.url, **({"certificate_sha256": pin_of(certificate)} if certificate else {}))
     poll(tablet)
@@ -112,13 +120,16 @@ def test_nor_do_they_go_to_one_at_another_address(tablet: Container, listen: Lis
 
 
 @hiding
-def test_a_certificate_stands_for_a_serial_number_that_is_hidden(tablet: Container, listen: Listen, hides: dict[str, Any]) -> None:
+def test_a_certificate_stands_for_a_serial_number_that_is_hidden(
+    tablet: Container, listen: Listen, hides: dict[str, Any]
+) -> None:
     machine, safe = listen(), listen(FIELD, **hides)
     add(tablet, machine.url)
     poll(tablet)
     tablet.catalogue.save_robot(replace(stored(tablet), address=safe.url, certificate_sha256=pin_of(FIELD)), PASSWORD)
     poll(tablet)
     assert (connection(tablet), stored(tablet).identified_by) == (Connection.CONNECTED, IdentifiedBy.CERTIFICATE)
+
 
 # ---------------------------------------------------------------------- certificates
 @pytest.mark.parametrize("is_open", [True, False])
@@ -143,7 +154,9 @@ def test_another_certificate_is_an_alarm_and_gets_no_request(tablet: Container, 
     assert [alarm.code for alarm in tablet.alarms.open() if alarm.cleared_at is None] == []
 
 
-def test_an_unknown_certificate_gets_no_request_and_its_fingerprint_can_be_compared(tablet: Container, listen: Listen) -> None:
+def test_an_unknown_certificate_gets_no_request_and_its_fingerprint_can_be_compared(
+    tablet: Container, listen: Listen
+) -> None:
     machine = listen(FIELD)
     with pytest.raises(CertificateProblem) as refused:
         tablet.operator.test_connection(Robot("Aino", machine.url, USER), PASSWORD)

@@ -1,4 +1,5 @@
 """Configurations that are large, endless or made to take long: the scheduler and whoever else writes go on meanwhile."""
+
 from __future__ import annotations
 
 import contextlib
@@ -25,7 +26,7 @@ from app.services.catalogue.configuration.document import LARGEST_FILE
 from tests.support.process import PATIENCE, run, running
 from tests.support.site import Site
 
-OFTEN = 8                # times that somebody else gets on meanwhile; once or twice where an import holds them up
+OFTEN = 8  # times that somebody else gets on meanwhile; once or twice where an import holds them up
 
 
 @pytest.fixture
@@ -37,10 +38,16 @@ def container(tmp_path) -> Iterator[Container]:
 
 def document(schedules: list[dict[str, Any]], sections: dict[str, Any] | None = None) -> bytes:
     schedule = {"robot": "R", "mission": "M", "start": "2026-11-25T06:30"}
-    return json.dumps({
-        "format": "amr-scheduler/1", "settings": {"timezone": "UTC"}, "robots": [{"name": "R", "address": "h"}],
-        "missions": [{"name": "M", "guid": "g"}],
-        "schedules": [{**schedule, **given} for given in schedules], **(sections or {})}).encode()
+    return json.dumps(
+        {
+            "format": "amr-scheduler/1",
+            "settings": {"timezone": "UTC"},
+            "robots": [{"name": "R", "address": "h"}],
+            "missions": [{"name": "M", "guid": "g"}],
+            "schedules": [{**schedule, **given} for given in schedules],
+            **(sections or {}),
+        }
+    ).encode()
 
 
 @contextlib.contextmanager
@@ -50,7 +57,11 @@ def somebody_else(container: Container) -> Iterator[list[int]]:
 
     def write() -> None:
         while not ends.wait(0.001):
-            wrote.append(container.db.write(lambda c: c.execute("UPDATE settings SET value = value WHERE name = 'install_id'").rowcount))
+            wrote.append(
+                container.db.write(
+                    lambda c: c.execute("UPDATE settings SET value = value WHERE name = 'install_id'").rowcount
+                )
+            )
 
     writer = threading.Thread(target=write)
     writer.start()
@@ -75,7 +86,9 @@ def test_unnamed_schedules_keep_their_names_in_any_order(container):
     import_configuration(container.catalogue, document(given))
     random.Random(1).shuffle(given)
     assert import_configuration(container.catalogue, document(given)) == []
-    changed = import_configuration(container.catalogue, document([{"priority": number, "overlap": "queue"} for number in range(300)]))
+    changed = import_configuration(
+        container.catalogue, document([{"priority": number, "overlap": "queue"} for number in range(300)])
+    )
     assert len(changed) == 300
     assert len(container.catalogue.schedules()) == 600
 
@@ -90,8 +103,14 @@ def test_the_scheduler_goes_on_while_it_serves_an_import(container):
 
     app = threading.Thread(target=serve)
     app.start()
-    answer = ask(container.db.path.parent, "import", timeout=60, holder_is_gone=lambda: False, path="gone.json",
-                 content=document([{} for _ in range(1000)]))
+    answer = ask(
+        container.db.path.parent,
+        "import",
+        timeout=60,
+        holder_is_gone=lambda: False,
+        path="gone.json",
+        content=document([{} for _ in range(1000)]),
+    )
     ends.set()
     app.join()
     assert len(answer["changes"]) >= 1002
@@ -105,8 +124,11 @@ def test_what_is_wrong_is_said_and_nothing_was_changed(container):
     file.write_bytes(document([{}, {"mission": "unknown"}]))
     request = {"id": "1", "path": "bad.json", "content": file}
     answer = next(filter(None, (answers["import"](request) or time.sleep(0.01) for _ in itertools.count())))
-    assert answer == {"exit": 2, "error": "bad.json: schedules[1].mission: there is no mission unknown for R; add it, "
-                                          "or write the name that it has now; nothing was changed"}
+    assert answer == {
+        "exit": 2,
+        "error": "bad.json: schedules[1].mission: there is no mission unknown for R; add it, "
+        "or write the name that it has now; nothing was changed",
+    }
     assert not file.exists()
     assert container.catalogue.robots() == []
     assert container.db.read().execute("SELECT * FROM settings").fetchall() == before
@@ -121,7 +143,11 @@ def test_a_key_that_appears_twice_among_many_is_found_at_once(container):
 @pytest.mark.parametrize(("section", "most"), [("robots", 3), ("missions", 4), ("schedules", 5)])
 def test_there_is_room_for_so_many(container, monkeypatch, section, most):
     monkeypatch.setattr(importing, f"MOST_{section.upper()}", most)
-    one = {"robots": {}, "missions": {"guid": "g"}, "schedules": {"robot": "R", "mission": "M", "start": "2026-11-25T06:30"}}
+    one = {
+        "robots": {},
+        "missions": {"guid": "g"},
+        "schedules": {"robot": "R", "mission": "M", "start": "2026-11-25T06:30"},
+    }
 
     def named(name):
         return {"name": name, **one[section], **({"address": name} if section == "robots" else {})}
@@ -131,7 +157,7 @@ def test_there_is_room_for_so_many(container, monkeypatch, section, most):
     with pytest.raises(InvalidInput, match=f"{section}: there is room for {most}"):
         import_configuration(container.catalogue, document([], {section: [*full, named("x")]}))
     assert container.catalogue.schedules() == []
-    with pytest.raises(InvalidInput, match="there is room for"):           # said before they are compared with each other
+    with pytest.raises(InvalidInput, match="there is room for"):  # said before they are compared with each other
         import_configuration(container.catalogue, document([], {section: [full[0]] * (most + 1)}))
     import_configuration(container.catalogue, document([], {section: full}))
     with pytest.raises(InvalidInput, match=f"room for {most}, and with this file there would be more"):
@@ -164,7 +190,12 @@ def test_what_waits_is_changed_and_taken_back_as_by_any_edit(tmp_path):
     site.add_robots()
     site.add_mission("Deliver")
     catalogue = site.container.catalogue
-    given = {"name": "S", "robot": "R1", "mission": "Deliver", "start": f"{site.clock.now() + timedelta(minutes=5):%Y-%m-%dT%H:%M}"}
+    given = {
+        "name": "S",
+        "robot": "R1",
+        "mission": "Deliver",
+        "start": f"{site.clock.now() + timedelta(minutes=5):%Y-%m-%dT%H:%M}",
+    }
 
     def take(**values: Any) -> None:
         content = {"format": "amr-scheduler/1", "schedules": [{**given, "respect_working_days": False, **values}]}
@@ -181,9 +212,14 @@ def test_what_waits_is_changed_and_taken_back_as_by_any_edit(tmp_path):
     site.switch_off()
 
 
-@pytest.mark.parametrize(("name", "problem"), [
-    ("big.json", "big.json is larger than 5 MiB; nothing was changed"), ("gone.json", "there is no file .*gone.json; nothing was changed"),
-    (".", "can't be read: Is a directory; nothing was changed")])
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("big.json", "big.json is larger than 5 MiB; nothing was changed"),
+        ("gone.json", "there is no file .*gone.json; nothing was changed"),
+        (".", "can't be read: Is a directory; nothing was changed"),
+    ],
+)
 def test_the_command_reads_no_more_than_the_screen_does(tmp_path, name, problem):
     (tmp_path / "big.json").write_bytes(b" " * (LARGEST_FILE + 1))
     done = run(tmp_path / "data", "--import-config", tmp_path / name)

@@ -1,4 +1,5 @@
 """A length that is no number of bytes: what follows would be read until the robot hangs up, or be taken for another answer."""
+
 from __future__ import annotations
 
 import pytest
@@ -15,7 +16,9 @@ BODY = b'{"state_id": 3, "serial_number": "A-1"}'
 def ask(*headers: str) -> None:
     def behave(conversation: Conversation) -> None:
         conversation.request()
-        conversation.send(b"HTTP/1.1 200 OK\r\n" + "".join(f"{header}\r\n" for header in headers).encode() + b"\r\n" + BODY)
+        conversation.send(
+            b"HTTP/1.1 200 OK\r\n" + "".join(f"{header}\r\n" for header in headers).encode() + b"\r\n" + BODY
+        )
 
     server = Server(behave)
     client = RobotClient(Address.parse(f"127.0.0.1:{server.port}"), Token())
@@ -26,7 +29,9 @@ def ask(*headers: str) -> None:
         server.close()
 
 
-@pytest.mark.parametrize("length", ["-5", "-0", "+39", "3_9", "39, 39", "", "0x27", "39.0", "9" * 5000], ids=lambda length: length[:6])
+@pytest.mark.parametrize(
+    "length", ["-5", "-0", "+39", "3_9", "39, 39", "", "0x27", "39.0", "9" * 5000], ids=lambda length: length[:6]
+)
 def test_an_answer_with_such_a_length_is_not_read(length):
     with pytest.raises(Unreadable, match="keep to HTTP"):
         ask(f"Content-Length: {length}")

@@ -1,4 +1,5 @@
 """A robot with thousands of items in its queue, or with copies of ours: Home shows what anyone reads, and counts the rest."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -12,9 +13,19 @@ from app.screens.home.facts import LONGEST_QUEUE, HomeFacts
 from app.screens.home.view import present
 from tests.support.home_facts import AINO, EXECUTING, FACTS, HELD, NOW, QUEUED, RUNNING, with_aino
 
-LONG = (QueueItem(RUNNING.queue_id or 0, QueueState.EXECUTING, mission_id=RUNNING.mission_guid),
-        *(QueueItem(200 + n, QueueState.PENDING, mission_id=f"g{n}", created_by_name="Nobody", ordered=datetime(2026, 11, 20, 14, 37))
-          for n in range(MOST_ITEMS - 1)))
+LONG = (
+    QueueItem(RUNNING.queue_id or 0, QueueState.EXECUTING, mission_id=RUNNING.mission_guid),
+    *(
+        QueueItem(
+            200 + n,
+            QueueState.PENDING,
+            mission_id=f"g{n}",
+            created_by_name="Nobody",
+            ordered=datetime(2026, 11, 20, 14, 37),
+        )
+        for n in range(MOST_ITEMS - 1)
+    ),
+)
 JUST_SENT = replace(QUEUED, queue_id=999_999)
 
 
@@ -27,7 +38,11 @@ def test_home_shows_what_runs_the_first_of_a_long_queue_and_what_waits_here() ->
     shown, rest = view.queue[:LONGEST_QUEUE], view.queue[LONGEST_QUEUE:]
     assert (shown[0].mission, shown[0].icon) == (RUNNING.mission, "play")
     assert [entry.number for entry in shown[1:]] == [str(n) for n in range(1, LONGEST_QUEUE)]
-    assert [entry.mission for entry in rest] == [f"and {MOST_ITEMS - LONGEST_QUEUE} more", JUST_SENT.mission, HELD.mission]
+    assert [entry.mission for entry in rest] == [
+        f"and {MOST_ITEMS - LONGEST_QUEUE} more",
+        JUST_SENT.mission,
+        HELD.mission,
+    ]
     assert (rest[0].cancellable, rest[1].number) == (False, str(MOST_ITEMS))
     assert view.queue_note == f"1 running, {MOST_ITEMS + 1} waiting"
     assert view.controls.clear_count == MOST_ITEMS + 2
@@ -47,7 +62,10 @@ def test_ours_beyond_what_is_shown_is_not_taken_for_one_that_waits_here() -> Non
 
 def test_copies_of_ours_are_rows_of_their_own() -> None:
     ours = replace(QUEUED, queue_id=None)
-    copies = tuple(QueueItem(number, QueueState.PENDING, mission_id=ours.mission_guid, description=ours.token) for number in (7, 8, 9))
+    copies = tuple(
+        QueueItem(number, QueueState.PENDING, mission_id=ours.mission_guid, description=ours.token)
+        for number in (7, 8, 9)
+    )
     view = present(replace(with_aino(EXECUTING, copies), open=(ours,)), NOW)
     assert [entry.key for entry in view.queue] == [("execution", ours.id), ("item", 8), ("item", 9)]
 
@@ -55,12 +73,15 @@ def test_copies_of_ours_are_rows_of_their_own() -> None:
 def test_only_what_runs_is_looked_up_in_the_history() -> None:
     asked: list[str] = []
     services = SimpleNamespace(
-        snapshots=SimpleNamespace(get=long_queue().snapshots.__getitem__), maps=SimpleNamespace(known=lambda *_: None),
+        snapshots=SimpleNamespace(get=long_queue().snapshots.__getitem__),
+        maps=SimpleNamespace(known=lambda *_: None),
         robot_missions=SimpleNamespace(names=lambda _robot_id: {}, offered=lambda _robot_id, entered: list(entered)),
-        holds=SimpleNamespace(all_active=list), clock=SimpleNamespace(now=lambda: NOW),
+        holds=SimpleNamespace(all_active=list),
+        clock=SimpleNamespace(now=lambda: NOW),
         robot_states=SimpleNamespace(timelines=lambda *_: []),
-        history=SimpleNamespace(expected=lambda _robot_id, guid: asked.append(guid)))
-    facts = home_facts.read(services, FACTS)         # type: ignore[arg-type]
+        history=SimpleNamespace(expected=lambda _robot_id, guid: asked.append(guid)),
+    )
+    facts = home_facts.read(services, FACTS)  # type: ignore[arg-type]
     assert facts.robot == AINO
     assert facts.snapshot.queue == LONG
     assert asked == [RUNNING.mission_guid]

@@ -1,4 +1,5 @@
 """A file with a robot whose name looks like another's: whoever enters its password believes to know the machine that gets it."""
+
 from __future__ import annotations
 
 import pytest
@@ -8,7 +9,18 @@ from app.domain.models import InvalidInput
 from app.mir.texts import clean
 from tests.hostile.hands import add, import_robot, stored
 
-UNSEEN = ["\ufe00", "\ufe0e", "\ufe0f", "\U000e0100", "\U000e01ef", "\u180b", "\u200b", "\u00ad", "\u2061", "\U000e0041"]
+UNSEEN = [
+    "\ufe00",
+    "\ufe0e",
+    "\ufe0f",
+    "\U000e0100",
+    "\U000e01ef",
+    "\u180b",
+    "\u200b",
+    "\u00ad",
+    "\u2061",
+    "\U000e0041",
+]
 
 
 @pytest.mark.parametrize("character", UNSEEN, ids=ascii)

@@ -1,4 +1,5 @@
 """A configuration file that would delete the history: nothing is deleted before somebody has confirmed it."""
+
 from __future__ import annotations
 
 import json
@@ -21,10 +22,23 @@ def data(tmp_path) -> Path:
     """A data directory with some history."""
     container = Container.open(tmp_path / "data")
     now = container.clock.now()
-    rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC",
-                      token=str(number), planned_at=now, closes_at=now, created_at=now, state=State.COMPLETED,
-                      ended_at=now + timedelta(seconds=number))
-            for number in range(RUNS)]
+    rows = [
+        Execution(
+            trigger=Trigger.MANUAL,
+            robot_id=1,
+            robot="R1",
+            mission="Deliver",
+            mission_guid="guid",
+            timezone="UTC",
+            token=str(number),
+            planned_at=now,
+            closes_at=now,
+            created_at=now,
+            state=State.COMPLETED,
+            ended_at=now + timedelta(seconds=number),
+        )
+        for number in range(RUNS)
+    ]
     container.db.write(lambda c: container.repositories.executions.add_many(c, rows))
     container.close()
     return tmp_path / "data"
@@ -32,7 +46,10 @@ def data(tmp_path) -> Path:
 
 def file(data: Path, limit: int | None) -> Path:
     path = data.with_name("limit.json")
-    path.write_text(json.dumps({"format": "amr-scheduler/1", "settings": {"history_limit": limit, "retry_limit": 3}}), encoding="utf-8")
+    path.write_text(
+        json.dumps({"format": "amr-scheduler/1", "settings": {"history_limit": limit, "retry_limit": 3}}),
+        encoding="utf-8",
+    )
     return path
 
 
@@ -49,7 +66,7 @@ def test_the_command_asks_for_yes(data):
     confirmed = run(data, "--import-config", file(data, 1), "--yes")
     assert (confirmed.returncode, confirmed.stderr) == (0, "")
     assert "history_limit changed: 100000 -> 1" in confirmed.stdout
-    again = run(data, "--import-config", file(data, 1))                 # no lower than it is
+    again = run(data, "--import-config", file(data, 1))  # no lower than it is
     assert (again.returncode, again.stdout) == (0, "nothing changed\n")
 
 

@@ -1,4 +1,5 @@
 """A file that changes a robot's address takes its password away: production stops, so everybody is told, and nobody is asked for ever."""
+
 from __future__ import annotations
 
 import json
@@ -23,18 +24,26 @@ def site(tmp_path):
 @pytest.fixture
 def running(site):
     """One run is with the robot."""
-    robot, = site.container.catalogue.robots()
+    (robot,) = site.container.catalogue.robots()
     mission = site.add_mission()
     start = site.clock.now().replace(tzinfo=None, second=0, microsecond=0)
-    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, start, "UTC", respect_working_days=False,
-                                                    start_window_minutes=60))
+    site.container.catalogue.save_schedule(
+        Schedule("S", robot.id, mission.id, start, "UTC", respect_working_days=False, start_window_minutes=60)
+    )
     site.run_until(lambda: site.executions(State.EXECUTING))
     return robot
 
 
 def let_import_change_the_user(site):
-    import_configuration(site.container.catalogue, json.dumps({
-        "format": "amr-scheduler/1", "robots": [{"name": "R1", "address": "http://r1", "username": "somebody else"}]}).encode())
+    import_configuration(
+        site.container.catalogue,
+        json.dumps(
+            {
+                "format": "amr-scheduler/1",
+                "robots": [{"name": "R1", "address": "http://r1", "username": "somebody else"}],
+            }
+        ).encode(),
+    )
 
 
 def requests(site):
@@ -45,21 +54,23 @@ def requests(site):
 
 
 def alarms(site):
-    return [alarm for alarm in site.container.alarms.open() if alarm.code == "needs_password" and alarm.cleared_at is None]
+    return [
+        alarm for alarm in site.container.alarms.open() if alarm.code == "needs_password" and alarm.cleared_at is None
+    ]
 
 
 def test_it_is_an_alarm_until_the_password_is_there(site):
     let_import_change_the_user(site)
-    alarm, = alarms(site)
+    (alarm,) = alarms(site)
     assert alarm.priority is Priority.HIGH
     assert alarm_sentence(alarm) == "R1 is switched off until its password is entered; nothing is sent"
-    robot, = site.container.catalogue.robots()
+    (robot,) = site.container.catalogue.robots()
     site.container.catalogue.save_robot(replace(robot, username="distributor"), PASSWORD)
     assert alarms(site) == []
 
 
 def test_one_that_a_person_switched_off_before_is_none(site):
-    robot, = site.container.catalogue.robots()
+    (robot,) = site.container.catalogue.robots()
     site.container.catalogue.set_robot_enabled(robot.id, False)
     let_import_change_the_user(site)
     assert alarms(site) == []
@@ -71,7 +82,7 @@ def test_without_it_nothing_is_asked_and_the_run_is_found_afterwards(site, runni
     site.run(600.0)
     assert asked == []
     assert site.executions(State.EXECUTING)
-    robot, = site.container.catalogue.robots()
+    (robot,) = site.container.catalogue.robots()
     site.container.catalogue.save_robot(replace(robot, username="distributor"), PASSWORD)
     site.run_until(lambda: site.executions(State.COMPLETED))
 

@@ -1,5 +1,6 @@
 """A robot's name may mean another machine from one look-up to the next (a second address, another answer of the name server): what
 was compared at one place proves nothing about the other."""
+
 from __future__ import annotations
 
 import socket
@@ -30,26 +31,33 @@ def name(monkeypatch: pytest.MonkeyPatch) -> Name:
 
     def look_up(host: str, *args: Any, **given: Any) -> Any:
         return list(means) if host == "robot.test" else asked(host, *args, **given)
+
     monkeypatch.setattr(socket, "getaddrinfo", look_up)
 
     def mean(*machines: Capture) -> None:
         places = [("127.0.0.1", urlparse(machine.url).port) for machine in machines]
         means[:] = [(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP, "", place) for place in places]
+
     return mean
 
 
 @pytest.fixture
 def client(name: Name) -> Iterator[RobotClient]:
-    made = RobotClient(Address.parse("http://robot.test"), Token.from_header(TOKEN), serial_number=ROBOT,
-                       identified_by=IdentifiedBy.SERIAL_NUMBER)
+    made = RobotClient(
+        Address.parse("http://robot.test"),
+        Token.from_header(TOKEN),
+        serial_number=ROBOT,
+        identified_by=IdentifiedBy.SERIAL_NUMBER,
+    )
     yield made
     made.close()
 
 
 @by_every_method
 @pytest.mark.parametrize("says_close", [False, True], ids=["keeps its connection", "ends its connections"])
-def test_credentials_go_where_the_serial_number_was_shown(client: RobotClient, listen: Listen, name: Name, ask: Any,
-                                                          says_close: bool) -> None:
+def test_credentials_go_where_the_serial_number_was_shown(
+    client: RobotClient, listen: Listen, name: Name, ask: Any, says_close: bool
+) -> None:
     robot, other = listen(says_close=says_close), listen(serial=OTHER)
     name(robot)
     client.status()
@@ -60,7 +68,9 @@ def test_credentials_go_where_the_serial_number_was_shown(client: RobotClient, l
 
 
 @by_every_method
-def test_a_name_that_leads_elsewhere_is_compared_there_first(client: RobotClient, listen: Listen, name: Name, ask: Any) -> None:
+def test_a_name_that_leads_elsewhere_is_compared_there_first(
+    client: RobotClient, listen: Listen, name: Name, ask: Any
+) -> None:
     robot, other = listen(), listen(serial=OTHER)
     name(robot)
     client.status()
@@ -78,7 +88,8 @@ def test_a_robot_that_wants_credentials_for_its_status_gets_them_where_it_was_as
     def move(one: Any) -> tuple[int, Any]:
         name(other)
         return answer(one)
-    robot.answer = move                              # type: ignore[method-assign]
+
+    robot.answer = move  # type: ignore[method-assign]
     name(robot)
     client = RobotClient(Address.parse("http://robot.test"), Token.from_header(TOKEN))
     client.status()
@@ -93,4 +104,7 @@ def test_a_robot_that_has_moved_is_found_again(client: RobotClient, listen: List
     name(after)
     before.hang_up()
     client.cancel(7)
-    assert [(one.path, one.authorization is not None) for one in after.seen] == [("/status", False), ("/mission_queue/7", True)]
+    assert [(one.path, one.authorization is not None) for one in after.seen] == [
+        ("/status", False),
+        ("/mission_queue/7", True),
+    ]

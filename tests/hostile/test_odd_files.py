@@ -1,4 +1,5 @@
 """A stick or a folder with odd things in it: what can be chosen is offered all the same, and nobody waits for it."""
+
 from __future__ import annotations
 
 import os
@@ -17,7 +18,7 @@ def test_a_name_in_no_known_encoding_is_left_out(tmp_path):
     assert [file.path.name for file in found_in(tmp_path, ".json")] == ["good.json"]
 
 
-@pytest.mark.parametrize("day", [10 ** 12, -10 ** 12])
+@pytest.mark.parametrize("day", [10**12, -(10**12)])
 def test_a_day_that_no_calendar_has_hides_that_file_alone(tmp_path, day):
     (tmp_path / "good.json").write_text("{}")
     odd = tmp_path / "odd.json"
@@ -25,7 +26,7 @@ def test_a_day_that_no_calendar_has_hides_that_file_alone(tmp_path, day):
     try:
         os.utime(odd, (day, day))
     except OSError:
-        odd.unlink()                     # this file system has no such days either
+        odd.unlink()  # this file system has no such days either
     assert "good.json" in [file.path.name for file in found_in(tmp_path, ".json")]
 
 
@@ -51,5 +52,5 @@ def test_a_sound_system_that_fails_ends_nothing():
             raise RuntimeError("device gone")
 
     speaker = Loudspeaker()
-    speaker.__dict__["_sound"] = Broken()        # as if it had been opened
+    speaker.__dict__["_sound"] = Broken()  # as if it had been opened
     speaker.play()

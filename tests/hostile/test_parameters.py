@@ -1,4 +1,5 @@
 """Parameters of missions without end: each run keeps a copy of them."""
+
 from __future__ import annotations
 
 import json
@@ -19,7 +20,7 @@ ENDLESS = {
     "very many": ({f"p{number}": 1 for number in range(51)}, "a mission can be given 50 parameters at most"),
     "a long name": ({"x" * 81: 1}, "the name of a parameter has 1 to 80 characters"),
     "many digits": ({"x": 10**4000}, "the value of 'x' is too large a number"),
-    "many digits below zero": ({"x": -10**4000}, "the value of 'x' is too large a number"),
+    "many digits below zero": ({"x": -(10**4000)}, "the value of 'x' is too large a number"),
 }
 ENOUGH = {**{f"p{number}": "y" * 1000 for number in range(48)}, "a": 2**63 - 1, "b": -1.5e300}
 
@@ -34,8 +35,14 @@ def container(tmp_path):
 
 
 def schedule(parameters: object) -> bytes:
-    return json.dumps({"format": "amr-scheduler/1", "schedules": [
-        {"name": "S", "robot": "R", "mission": "M", "start": "2026-11-23T06:30", "parameters": parameters}]}).encode()
+    return json.dumps(
+        {
+            "format": "amr-scheduler/1",
+            "schedules": [
+                {"name": "S", "robot": "R", "mission": "M", "start": "2026-11-23T06:30", "parameters": parameters}
+            ],
+        }
+    ).encode()
 
 
 @pytest.mark.parametrize(("parameters", "problem"), ENDLESS.values(), ids=ENDLESS.keys())
@@ -44,8 +51,9 @@ def test_they_are_refused_in_a_file_in_a_schedule_and_for_one_run(container, par
     with pytest.raises(InvalidInput, match=problem):
         import_configuration(container.catalogue, schedule(parameters))
     with pytest.raises(InvalidInput, match=problem):
-        container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY",
-                                                   parameters=parameters))
+        container.catalogue.save_schedule(
+            Schedule("S", robot.id, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY", parameters=parameters)
+        )
     with pytest.raises(InvalidInput, match=problem):
         container.operator.run_now(robot.id, mission.id, parameters)
     assert (container.catalogue.schedules(), container.ledger.open_for(robot.id)) == ([], [])

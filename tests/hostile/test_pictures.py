@@ -1,4 +1,5 @@
 """Maps whose pictures are not what they claim: judged before they are decoded, in bounded memory."""
+
 from __future__ import annotations
 
 import resource
@@ -45,7 +46,9 @@ def png(*chunks: bytes) -> RobotMap:
     return RobotMap("g", "Hall", b"\x89PNG\r\n\x1a\n" + b"".join(chunks) + chunk(b"IEND", b""), 1, 1)
 
 
-@pytest.mark.parametrize("extra", [header(13_000, 13_000, RGBA), header(10_000, 10_000, RGBA, 16), header(60_000, 60_000, GREY)])
+@pytest.mark.parametrize(
+    "extra", [header(13_000, 13_000, RGBA), header(10_000, 10_000, RGBA, 16), header(60_000, 60_000, GREY)]
+)
 def test_the_second_header_of_a_picture_is_judged_too(extra):
     with pytest.raises(Unreadable):
         picture_of(png(header(10, 10, GREY), extra, rows(10, 10)))
@@ -73,10 +76,14 @@ def test_a_picture_with_two_headers_takes_no_memory():
     assert megabytes_for("png(header(10, 10, GREY), header(13_000, 13_000, RGBA), rows(13_000, 13_000, 4))") < 20
 
 
-@pytest.mark.parametrize("picture", [
-    "png(header(6900, 6900, GREY), rows(6900, 6900))",
-    "png(header(6900, 6900, PALETTE), chunk(b'PLTE', bytes(768)), chunk(b'tRNS', bytes(256)), rows(6900, 6900))",
-    "png(header(3400, 3400, RGBA), rows(3400, 3400, 4))"])
+@pytest.mark.parametrize(
+    "picture",
+    [
+        "png(header(6900, 6900, GREY), rows(6900, 6900))",
+        "png(header(6900, 6900, PALETTE), chunk(b'PLTE', bytes(768)), chunk(b'tRNS', bytes(256)), rows(6900, 6900))",
+        "png(header(3400, 3400, RGBA), rows(3400, 3400, 4))",
+    ],
+)
 def test_the_largest_picture_takes_bounded_memory(picture):
     assert megabytes_for(picture) < 130
 
@@ -88,8 +95,10 @@ def megabytes_for(picture: str) -> int:
 
 @cache
 def _peak(picture: str) -> int:
-    program = (f"from tests.hostile.test_pictures import *\nmap_ = {picture}\nbefore = peak()\n"
-               "try:\n    picture_of(map_)\nexcept Unreadable:\n    pass\nprint(peak() - before)")
+    program = (
+        f"from tests.hostile.test_pictures import *\nmap_ = {picture}\nbefore = peak()\n"
+        "try:\n    picture_of(map_)\nexcept Unreadable:\n    pass\nprint(peak() - before)"
+    )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=True)
     return int(done.stdout)
 

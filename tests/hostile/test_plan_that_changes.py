@@ -1,4 +1,5 @@
 """An import while somebody else changes the plan: made anew where it has to be, refused when that never ends, never a long transaction."""
+
 from __future__ import annotations
 
 import json
@@ -38,7 +39,8 @@ CHANGED = {
     "a start kept back": "INSERT INTO skips SELECT id, hex(randomblob(4)), 1 FROM schedules WHERE name = 'other'",
     "an id that was used": "UPDATE sqlite_sequence SET seq = seq + 1 WHERE name = 'schedules'",
     "what waits of the schedule that is imported": WAITING.replace("?", "'mine'"),
-    "what is on its way of it": "UPDATE executions SET state = 'submitting' WHERE schedule = 'mine' AND state = 'waiting'"}
+    "what is on its way of it": "UPDATE executions SET state = 'submitting' WHERE schedule = 'mine' AND state = 'waiting'",
+}
 NOTED = {
     "how far another schedule is planned": "UPDATE schedules SET planned_through = '2027-01-01T00:00:00.000000Z' WHERE name = 'other'",
     "what waits of another schedule": WAITING.replace("?", "'other'"),
@@ -46,11 +48,19 @@ NOTED = {
     "what a robot accepted": "UPDATE robots SET idle_queue_id = coalesce(idle_queue_id, 0) + 1",
     "what its runs use": "UPDATE robots SET drain_runs = drain_runs + 1",
     "what it failed": "UPDATE robots SET failures = failures + 1",
-    "the history": "UPDATE executions SET robot_delay_s = 1 WHERE state = 'completed'"}
+    "the history": "UPDATE executions SET robot_delay_s = 1 WHERE state = 'completed'",
+}
 
 
 def content(**schedule: Any) -> bytes:
-    given = {"name": "mine", "robot": "R", "mission": "M", "start": "2026-11-25T06:30", "recurrence": "FREQ=DAILY", **schedule}
+    given = {
+        "name": "mine",
+        "robot": "R",
+        "mission": "M",
+        "start": "2026-11-25T06:30",
+        "recurrence": "FREQ=DAILY",
+        **schedule,
+    }
     return json.dumps({"format": "amr-scheduler/1", "schedules": [given]}).encode()
 
 
@@ -60,12 +70,25 @@ def container(tmp_path) -> Iterator[Container]:
     container = Container.open(tmp_path)
     schedule = {"robot": "R", "mission": "M", "start": "2026-11-25T06:30", "recurrence": "FREQ=DAILY"}
     schedules = [{"name": name, **schedule} for name in ("mine", "other")]
-    import_configuration(container.catalogue, json.dumps({
-        "format": "amr-scheduler/1", "settings": {"timezone": "UTC", "retry_limit": 1}, "robots": ROBOTS, "missions": MISSIONS,
-        "schedules": schedules}).encode())
+    import_configuration(
+        container.catalogue,
+        json.dumps(
+            {
+                "format": "amr-scheduler/1",
+                "settings": {"timezone": "UTC", "retry_limit": 1},
+                "robots": ROBOTS,
+                "missions": MISSIONS,
+                "schedules": schedules,
+            }
+        ).encode(),
+    )
     container.db.write(lambda c: [c.execute(WAITING, (name,)) for name in ("mine", "other")])
-    container.db.write(lambda c: c.execute("INSERT INTO calendar_days (name, first_day, last_day, is_working) VALUES ('x', '2026-12-24', "
-                                           "'2026-12-24', 0)"))
+    container.db.write(
+        lambda c: c.execute(
+            "INSERT INTO calendar_days (name, first_day, last_day, is_working) VALUES ('x', '2026-12-24', "
+            "'2026-12-24', 0)"
+        )
+    )
     yield container
     container.close()
 
@@ -99,7 +122,9 @@ def test_what_an_import_followed_from_has_changed(container, monkeypatch, statem
 @pytest.mark.parametrize("statement", NOTED.values(), ids=NOTED.keys())
 def test_what_is_noted_while_missions_are_started_is_no_reason_to_begin_anew(container, monkeypatch, statement):
     container.db.write(lambda c: c.execute(WAITING, ("other",)))
-    container.db.write(lambda c: c.execute("UPDATE executions SET state = 'completed', ended_at = created_at WHERE id = 3"))
+    container.db.write(
+        lambda c: c.execute("UPDATE executions SET state = 'completed', ended_at = created_at WHERE id = 3")
+    )
     made = disturb(monkeypatch, container.db, statement, times=1)
     assert len(import_configuration(container.catalogue, content(priority=7, start="2026-11-25T07:30"))) == 1
     assert (len(made), priority(container)) == (1, 7)

@@ -1,4 +1,5 @@
 """Links that somebody else put where exports go, and names that are paths."""
+
 from __future__ import annotations
 
 import os
@@ -89,8 +90,12 @@ def test_a_link_of_somebody_else_is_not_followed_wherever_it_lies(shared, precio
     logs.chmod(mode)
     for link in (logs / "log.csv", logs / "home"):
         of_somebody_else(link, monkeypatch)
-    for target in (logs / "log.csv", logs / "home" / "precious", logs / "home" / ".." / "home" / "new",
-                   shared / ".." / "shared" / "logs" / "log.csv"):
+    for target in (
+        logs / "log.csv",
+        logs / "home" / "precious",
+        logs / "home" / ".." / "home" / "new",
+        shared / ".." / "shared" / "logs" / "log.csv",
+    ):
         with pytest.raises(BadInput, match="somebody else may have put there"):
             write(target)
     assert [path.read_text(encoding="utf-8") for path in precious.parent.iterdir()] == ["precious"]
@@ -124,7 +129,7 @@ def test_what_becomes_a_link_after_it_was_checked_is_not_followed(shared, precio
     (logs / "precious").symlink_to(precious)
     with draft_of(logs / "precious") as file:
         file.write("log")
-    assert (logs / "precious").read_text(encoding="utf-8") == "log"         # the link itself was replaced
+    assert (logs / "precious").read_text(encoding="utf-8") == "log"  # the link itself was replaced
     (logs / "pipe").symlink_to(precious)
     with pytest.raises(OSError, match="Too many levels"):
         open_in_place(logs / "pipe")
@@ -135,7 +140,7 @@ def test_what_becomes_a_link_after_it_was_checked_is_not_followed(shared, precio
     for name in ("precious", "pipe"):
         with pytest.raises(OSError, match="Not a directory"):
             open_in_place(logs / name)
-    with pytest.raises(FileExistsError):                # nor is a file emptied that was a pipe
+    with pytest.raises(FileExistsError):  # nor is a file emptied that was a pipe
         open_in_place(precious)
     assert [path.read_text(encoding="utf-8") for path in precious.parent.iterdir()] == ["precious"]
 
@@ -196,7 +201,10 @@ def prepared_by_others(tmp_path, precious) -> Path:
 
 
 def contents(directory: Path) -> dict[str, str]:
-    return {str(path.relative_to(directory)): os.readlink(path) if path.is_symlink() else "" for path in directory.rglob("*")}
+    return {
+        str(path.relative_to(directory)): os.readlink(path) if path.is_symlink() else ""
+        for path in directory.rglob("*")
+    }
 
 
 @pytest.mark.parametrize("only_to_read", [False, True])
@@ -218,7 +226,9 @@ def test_so_is_one_like_that_for_temporary_files(shared):
     assert shared.stat().st_mode & 0o7777 == 0o1777
 
 
-@pytest.mark.parametrize("arguments", [("--export-config", "-"), ("--export-log", "-"), ("--remove-pin",), ("--headless",)])
+@pytest.mark.parametrize(
+    "arguments", [("--export-config", "-"), ("--export-log", "-"), ("--remove-pin",), ("--headless",)]
+)
 @pytest.mark.parametrize("planted", ["scheduler.lock", "amr-scheduler.db", "logs/amr-scheduler.log"])
 def test_no_link_that_was_planted_in_ones_own_is_followed(prepared_by_others, precious, arguments, planted):
     for name in contents(prepared_by_others).keys() - {planted, "logs"}:
@@ -235,8 +245,10 @@ def test_a_language_is_a_name_and_no_path(tmp_path):
     container = Container.open(tmp_path / "data")
     planted = tmp_path / "planted" / "LC_MESSAGES"
     planted.mkdir(parents=True)
-    (planted / "amr.po").write_text('msgid ""\nmsgstr ""\n"Content-Type: text/plain; charset=UTF-8\\n"\n\nmsgid "Save"\nmsgstr "Evil"\n',
-                                    encoding="utf-8")
+    (planted / "amr.po").write_text(
+        'msgid ""\nmsgstr ""\n"Content-Type: text/plain; charset=UTF-8\\n"\n\nmsgid "Save"\nmsgstr "Evil"\n',
+        encoding="utf-8",
+    )
     for language in (str(planted.parent), os.path.relpath(planted.parent, Path(__file__).parents[2] / "locale")):
         assert translation(language).gettext("Save") == "Save"
         with pytest.raises(InvalidInput):

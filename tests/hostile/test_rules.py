@@ -1,5 +1,6 @@
 """Recurrences that are valid but costly to search: none holds anybody up, neither when it is saved nor when it falls due. Work is counted
 in lines that run, not timed."""
+
 from __future__ import annotations
 
 import json
@@ -39,27 +40,49 @@ def schedule(rule: str, zone: str = "UTC", start: datetime = MONDAY, respects: b
 
 
 # ---------------------------------------------------------------------- the next start
-@pytest.mark.parametrize(("rule", "expected"), [
-    ("FREQ=HOURLY;BYMONTH=11;BYMONTHDAY=23;BYDAY=MO;BYHOUR=4", "2037-11-23 04:00"), (f"FREQ=HOURLY;{LEAP}", "2032-02-29 00:00"),
-    (f"FREQ=MINUTELY;{LEAP};BYHOUR=23;BYMINUTE=59", "2032-02-29 23:59"), (f"FREQ=DAILY;{LEAP};BYHOUR=5", "2032-02-29 05:00"),
-    (f"FREQ=MONTHLY;{LEAP};BYHOUR=5", "2032-02-29 05:00"), (f"FREQ=YEARLY;{LEAP};BYHOUR=5", "2032-02-29 05:00"),
-    (f"FREQ=YEARLY;{MONTH_DAYS};{EVERY_MINUTE}", "2026-11-23 12:01"), ("FREQ=HOURLY;INTERVAL=100000", "2038-04-20 20:00"),
-    ("FREQ=MINUTELY;INTERVAL=1440;BYMONTH=12;BYMONTHDAY=31", "2026-12-31 04:00"), ("FREQ=DAILY;INTERVAL=100000", None),
-    ("FREQ=MINUTELY;INTERVAL=1439;BYHOUR=3;BYMINUTE=59", "2026-11-24 03:59"),
-    ("FREQ=MINUTELY;INTERVAL=1439;BYHOUR=5;BYMINUTE=0", "2030-09-02 05:00")])
+@pytest.mark.parametrize(
+    ("rule", "expected"),
+    [
+        ("FREQ=HOURLY;BYMONTH=11;BYMONTHDAY=23;BYDAY=MO;BYHOUR=4", "2037-11-23 04:00"),
+        (f"FREQ=HOURLY;{LEAP}", "2032-02-29 00:00"),
+        (f"FREQ=MINUTELY;{LEAP};BYHOUR=23;BYMINUTE=59", "2032-02-29 23:59"),
+        (f"FREQ=DAILY;{LEAP};BYHOUR=5", "2032-02-29 05:00"),
+        (f"FREQ=MONTHLY;{LEAP};BYHOUR=5", "2032-02-29 05:00"),
+        (f"FREQ=YEARLY;{LEAP};BYHOUR=5", "2032-02-29 05:00"),
+        (f"FREQ=YEARLY;{MONTH_DAYS};{EVERY_MINUTE}", "2026-11-23 12:01"),
+        ("FREQ=HOURLY;INTERVAL=100000", "2038-04-20 20:00"),
+        ("FREQ=MINUTELY;INTERVAL=1440;BYMONTH=12;BYMONTHDAY=31", "2026-12-31 04:00"),
+        ("FREQ=DAILY;INTERVAL=100000", None),
+        ("FREQ=MINUTELY;INTERVAL=1439;BYHOUR=3;BYMINUTE=59", "2026-11-24 03:59"),
+        ("FREQ=MINUTELY;INTERVAL=1439;BYHOUR=5;BYMINUTE=0", "2030-09-02 05:00"),
+    ],
+)
 def test_a_date_that_is_years_away_is_found_in_few_steps(rule, expected):
     found = []
-    assert steps(lambda: found.append(next_occurrence(schedule(rule), NOW, EVERY_DAY))) <= (SOME if "1439" in rule else FEW)
+    assert steps(lambda: found.append(next_occurrence(schedule(rule), NOW, EVERY_DAY))) <= (
+        SOME if "1439" in rule else FEW
+    )
     assert [found[0] and f"{found[0]:%Y-%m-%d %H:%M}"] == [expected]
 
 
-@pytest.mark.parametrize("rule", [
-    "FREQ=MINUTELY;BYMINUTE=59", "FREQ=MINUTELY", f"FREQ=DAILY;{EVERY_MINUTE}", f"FREQ=MINUTELY;{EVERY_MINUTE}",
-    f"FREQ=HOURLY;{EVERY_MINUTE}", "FREQ=HOURLY;COUNT=1000000", "FREQ=DAILY;COUNT=1000000"])
-@pytest.mark.parametrize("now", ["2026-12-07 23:58", "2027-03-28 00:59", "2027-03-28 01:30", "2027-10-30 23:59", "2027-10-31 00:59"])
+@pytest.mark.parametrize(
+    "rule",
+    [
+        "FREQ=MINUTELY;BYMINUTE=59",
+        "FREQ=MINUTELY",
+        f"FREQ=DAILY;{EVERY_MINUTE}",
+        f"FREQ=MINUTELY;{EVERY_MINUTE}",
+        f"FREQ=HOURLY;{EVERY_MINUTE}",
+        "FREQ=HOURLY;COUNT=1000000",
+        "FREQ=DAILY;COUNT=1000000",
+    ],
+)
+@pytest.mark.parametrize(
+    "now", ["2026-12-07 23:58", "2027-03-28 00:59", "2027-03-28 01:30", "2027-10-30 23:59", "2027-10-31 00:59"]
+)
 def test_a_dense_rule_costs_little_at_any_time_of_any_day(rule, now):
     given, after = schedule(rule, "Europe/Helsinki"), datetime.fromisoformat(now).replace(tzinfo=UTC)
-    next_occurrence(given, NOW, EVERY_DAY)                 # where COUNT ends is known from now on
+    next_occurrence(given, NOW, EVERY_DAY)  # where COUNT ends is known from now on
     assert steps(lambda: next_occurrence(given, after, EVERY_DAY)) <= FEW
 
 
@@ -72,20 +95,33 @@ def test_the_search_ends_where_no_day_is_a_working_day(rule):
 
 
 # ---------------------------------------------------------------------- what is refused
-@pytest.mark.parametrize("rule", [
-    "FREQ=MINUTELY;BYHOUR=1;COUNT=1000000", "FREQ=MINUTELY;BYHOUR=1;BYMINUTE=1;COUNT=1000000", f"FREQ=HOURLY;{LEAP};COUNT=1000000",
-    "FREQ=MINUTELY;INTERVAL=7;BYDAY=MO,TU,WE,TH,FR,SA;COUNT=1000000"])
+@pytest.mark.parametrize(
+    "rule",
+    [
+        "FREQ=MINUTELY;BYHOUR=1;COUNT=1000000",
+        "FREQ=MINUTELY;BYHOUR=1;BYMINUTE=1;COUNT=1000000",
+        f"FREQ=HOURLY;{LEAP};COUNT=1000000",
+        "FREQ=MINUTELY;INTERVAL=7;BYDAY=MO,TU,WE,TH,FR,SA;COUNT=1000000",
+    ],
+)
 def test_a_count_that_takes_years_of_days_is_refused(rule):
     with pytest.raises(InvalidInput, match=r"COUNT=1000000 .* UNTIL") as caught:
         steps(lambda: validation.schedule(schedule(rule)), most=MANY)
     assert caught.value.field == "recurrence"
 
 
-@pytest.mark.parametrize(("rule", "last"), [
-    ("FREQ=MINUTELY;BYHOUR=1;COUNT=6000", "2027-03-03 01:59"), ("FREQ=MINUTELY;BYMINUTE=0,30;COUNT=10000", "2027-06-19 11:30"),
-    ("FREQ=HOURLY;BYDAY=SU;COUNT=48", "2026-12-06 23:00"), ("FREQ=HOURLY;BYHOUR=6,14;COUNT=1000", "2028-04-05 14:00"),
-    ("FREQ=DAILY;BYMONTHDAY=31;COUNT=700", "2126-10-31 04:00"),
-    ("FREQ=MINUTELY;COUNT=1000000", "2028-10-17 14:39"), (f"FREQ=DAILY;{EVERY_MINUTE};COUNT=1000000", "2028-10-17 14:39")])
+@pytest.mark.parametrize(
+    ("rule", "last"),
+    [
+        ("FREQ=MINUTELY;BYHOUR=1;COUNT=6000", "2027-03-03 01:59"),
+        ("FREQ=MINUTELY;BYMINUTE=0,30;COUNT=10000", "2027-06-19 11:30"),
+        ("FREQ=HOURLY;BYDAY=SU;COUNT=48", "2026-12-06 23:00"),
+        ("FREQ=HOURLY;BYHOUR=6,14;COUNT=1000", "2028-04-05 14:00"),
+        ("FREQ=DAILY;BYMONTHDAY=31;COUNT=700", "2126-10-31 04:00"),
+        ("FREQ=MINUTELY;COUNT=1000000", "2028-10-17 14:39"),
+        (f"FREQ=DAILY;{EVERY_MINUTE};COUNT=1000000", "2028-10-17 14:39"),
+    ],
+)
 def test_a_count_is_counted_by_days(rule, last):
     given, found = schedule(rule), []
     steps(lambda: check_has_instants(given), most=SOME)
@@ -99,8 +135,14 @@ def test_the_last_of_a_large_count_may_lie_beyond_the_calendar():
     check_has_instants(schedule("FREQ=HOURLY;INTERVAL=100000;COUNT=1000000"))
 
 
-@pytest.mark.parametrize("rule", [
-    "FREQ=HOURLY;INTERVAL=48;BYHOUR=10", "FREQ=MINUTELY;INTERVAL=2;BYMINUTE=1,3,5", "FREQ=MINUTELY;INTERVAL=60;BYMINUTE=31"])
+@pytest.mark.parametrize(
+    "rule",
+    [
+        "FREQ=HOURLY;INTERVAL=48;BYHOUR=10",
+        "FREQ=MINUTELY;INTERVAL=2;BYMINUTE=1,3,5",
+        "FREQ=MINUTELY;INTERVAL=60;BYMINUTE=31",
+    ],
+)
 def test_a_rule_that_comes_too_rarely_is_refused_in_one_sentence(rule):
     with pytest.raises(InvalidInput, match="the recurrence comes too rarely to be searched"):
         steps(lambda: validation.schedule(schedule(rule)), most=MANY)
@@ -128,23 +170,47 @@ def test_odd_rules_that_fall_due_together_delay_nobody(tmp_path):
     site = Site(tmp_path)
     site.add_robots()
     site.add_mission("Deliver")
-    schedules = [{"name": f"odd {number}", "robot": "R1", "mission": "Deliver", "start": f"{site.clock.now():%Y-%m-%d}T06:05",
-                  "recurrence": "FREQ=HOURLY;BYMONTH=11;BYMONTHDAY=23;BYDAY=MO;BYHOUR=6"} for number in range(60)]
-    content = json.dumps({"format": "amr-scheduler/1", "settings": {"timezone": "UTC"}, "schedules": schedules}).encode()
+    schedules = [
+        {
+            "name": f"odd {number}",
+            "robot": "R1",
+            "mission": "Deliver",
+            "start": f"{site.clock.now():%Y-%m-%d}T06:05",
+            "recurrence": "FREQ=HOURLY;BYMONTH=11;BYMONTHDAY=23;BYDAY=MO;BYHOUR=6",
+        }
+        for number in range(60)
+    ]
+    content = json.dumps(
+        {"format": "amr-scheduler/1", "settings": {"timezone": "UTC"}, "schedules": schedules}
+    ).encode()
     steps(lambda: import_configuration(site.container.catalogue, content), most=60 * FEW * 2)
     site.run(290)
-    steps(lambda: site.run(60), most=60 * FEW * 2)         # all of them fall due, and what comes next is searched
+    steps(lambda: site.run(60), most=60 * FEW * 2)  # all of them fall due, and what comes next is searched
     assert {f"{each.next_at:%Y-%m-%d %H:%M}" for each in site.container.catalogue.schedules()} == {"2037-11-23 06:05"}
     assert len(site.executions()) == 60
     site.switch_off()
 
 
-@pytest.mark.parametrize("change", [
-    lambda catalogue: catalogue.change_settings(working_days=("MO", "TU")), lambda catalogue: catalogue.set_public_holidays("FI"),
-    lambda catalogue: catalogue.restore(catalogue.remove_days(*(day.id for day in catalogue.add_days(
-        [DayException("Closed", date(2026, 11, 25), date(2026, 11, 25))]))))], ids=["working days", "holidays", "closed days"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda catalogue: catalogue.change_settings(working_days=("MO", "TU")),
+        lambda catalogue: catalogue.set_public_holidays("FI"),
+        lambda catalogue: catalogue.restore(
+            catalogue.remove_days(
+                *(
+                    day.id
+                    for day in catalogue.add_days([DayException("Closed", date(2026, 11, 25), date(2026, 11, 25))])
+                )
+            )
+        ),
+    ],
+    ids=["working days", "holidays", "closed days"],
+)
 def test_a_change_of_working_days_holds_nobody_up(container, change):
-    import_configuration(container.catalogue, document([{"name": f"s{number}", "recurrence": "FREQ=DAILY"} for number in range(1000)]))
+    import_configuration(
+        container.catalogue, document([{"name": f"s{number}", "recurrence": "FREQ=DAILY"} for number in range(1000)])
+    )
     with somebody_else(container) as wrote:
         change(container.catalogue)
     assert len(wrote) >= OFTEN

@@ -1,4 +1,5 @@
 """A robot whose clock stood still says that a mission took decades, or thousands of years: nothing is planned by that."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -15,8 +16,11 @@ from app.services.dispatch.ledger import seconds_between
 from tests.support.steps import steps
 
 DAY_S, MOST_STEPS = 86_400.0, 200_000
-CLOCKS = [("1970-01-01T00:00:05", "2099-12-31T23:59:59"), ("1970-01-01T00:00:05", "2026-11-23T06:00:00"),
-          ("2026-11-22T06:00:00", "2026-11-24T06:00:01")]
+CLOCKS = [
+    ("1970-01-01T00:00:05", "2099-12-31T23:59:59"),
+    ("1970-01-01T00:00:05", "2026-11-23T06:00:00"),
+    ("2026-11-22T06:00:00", "2026-11-24T06:00:01"),
+]
 
 
 @pytest.fixture
@@ -32,10 +36,15 @@ def ran(container: Container, duration_s: float) -> tuple[Robot, Mission]:
     robot = container.catalogue.save_robot(Robot("R", "http://127.0.0.1:9", "distributor"), "secret")
     mission, other = (container.catalogue.save_mission(Mission(name, name)) for name in "MN")
     for number, state in enumerate((State.QUEUED, State.EXECUTING)):
-        row = container.ledger.add(rules.one_off(Trigger.MANUAL, robot, mission, container.settings(), now, f"token {number}"))
+        row = container.ledger.add(
+            rules.one_off(Trigger.MANUAL, robot, mission, container.settings(), now, f"token {number}")
+        )
         assert row is not None
-        container.db.write(lambda c, row=row, state=state: container.repositories.executions.change(  # type: ignore[misc]
-            c, row.id, (State.WAITING,), state=state, queue_id=row.id, submitted_at=now))
+        container.db.write(
+            lambda c, row=row, state=state: container.repositories.executions.change(  # type: ignore[misc]
+                c, row.id, (State.WAITING,), state=state, queue_id=row.id, submitted_at=now
+            )
+        )
         if state is State.QUEUED:
             container.ledger.make([container.ledger.moves.completed(container.ledger.get(row.id), duration_s, None)])
     for one, rule in ((other, "FREQ=MINUTELY"), (mission, "FREQ=DAILY")):
@@ -63,7 +72,9 @@ def test_a_run_of_a_day_counts(container: Container, duration: float) -> None:
     assert expected.median_s == duration
 
 
-@pytest.mark.parametrize("text", ["0001-01-01T00:00:00", "1969-12-31T23:59:59", "2100-01-01T00:00:00", "9999-12-31T23:59:59"])
+@pytest.mark.parametrize(
+    "text", ["0001-01-01T00:00:00", "1969-12-31T23:59:59", "2100-01-01T00:00:00", "9999-12-31T23:59:59"]
+)
 def test_a_time_at_which_no_robot_is_built_is_none(text: str) -> None:
     assert parse.instant(text) is None
 
@@ -73,9 +84,14 @@ def test_hundreds_of_such_runs_in_a_day_end_all_the_same(container: Container) -
     robot, mission = ran(container, 60.0)
     longest = seconds_between(parse.instant("1970-01-01T00:00:01"), parse.instant("2099-12-31T23:59:59"))
     for number in range(40):
-        row = container.ledger.add(rules.one_off(Trigger.IDLE, robot, mission, container.settings(), datetime.now(UTC), f"t{number}"))
+        row = container.ledger.add(
+            rules.one_off(Trigger.IDLE, robot, mission, container.settings(), datetime.now(UTC), f"t{number}")
+        )
         assert row is not None
-        container.db.write(lambda c, row=row: container.repositories.executions.change(  # type: ignore[misc]
-            c, row.id, (State.WAITING,), state=State.EXECUTING, submitted_at=row.planned_at))
+        container.db.write(
+            lambda c, row=row: container.repositories.executions.change(  # type: ignore[misc]
+                c, row.id, (State.WAITING,), state=State.EXECUTING, submitted_at=row.planned_at
+            )
+        )
         container.ledger.make([container.ledger.moves.completed(container.ledger.get(row.id), longest, None)])
         assert container.ledger.get(row.id).state is State.COMPLETED

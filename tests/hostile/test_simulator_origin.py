@@ -1,4 +1,5 @@
 """The simulator's /sim: not for web pages, and from other machines only with the key."""
+
 from __future__ import annotations
 
 import asyncio
@@ -23,15 +24,29 @@ def test_a_web_page_moves_nothing():
         assert post(robot.url, Origin="null") == 403
         assert robot.state()["battery"] > 13
         assert requests.get(f"{robot.url}/sim", headers={"Origin": "http://evil.example"}, timeout=5).status_code == 403
-        assert requests.get(f"{robot.url}/api/v2.0.0/status", headers={**HEADERS, "Origin": "x"}, timeout=5).status_code == 200
+        assert (
+            requests.get(f"{robot.url}/api/v2.0.0/status", headers={**HEADERS, "Origin": "x"}, timeout=5).status_code
+            == 200
+        )
         assert post(robot.url) == 200
         assert robot.state()["battery"] < 13
 
 
-@pytest.mark.parametrize(("peer", "key", "status"), [
-    ("127.0.0.1", "", None), ("127.5.0.1", "", None), ("::1", "", None), ("::ffff:127.0.0.1", "", None),
-    ("10.0.0.7", "", 401), ("10.0.0.7", "wrong", 401), ("10.0.0.7", "schlüssel", 401), ("10.0.0.7", "right", None),
-    ("fe80::1%eth0", "", 401), ("", "", 401)])
+@pytest.mark.parametrize(
+    ("peer", "key", "status"),
+    [
+        ("127.0.0.1", "", None),
+        ("127.5.0.1", "", None),
+        ("::1", "", None),
+        ("::ffff:127.0.0.1", "", None),
+        ("10.0.0.7", "", 401),
+        ("10.0.0.7", "wrong", 401),
+        ("10.0.0.7", "schlüssel", 401),
+        ("10.0.0.7", "right", None),
+        ("fe80::1%eth0", "", 401),
+        ("", "", 401),
+    ],
+)
 def test_other_machines_need_the_key(peer, key, status):
     for path in ("/sim", "/sim//", "/%73im", "/sim?x", "/sim/map.png"):
         refused = refusal(Request.of("POST", path, {"X-Sim-Key": key} if key else {}, b"{}"), peer, "right")
@@ -43,8 +58,11 @@ def test_other_machines_need_the_key(peer, key, status):
 def test_the_machine_that_asks_is_that_of_the_connection(monkeypatch, peer):
     """Over a socket of this machine, whose other end is said to be elsewhere."""
     real = asyncio.StreamWriter.get_extra_info
-    monkeypatch.setattr(asyncio.StreamWriter, "get_extra_info", lambda writer, name, default=None: (
-        (peer, 50_000) if name == "peername" else real(writer, name, default)))
+    monkeypatch.setattr(
+        asyncio.StreamWriter,
+        "get_extra_info",
+        lambda writer, name, default=None: (peer, 50_000) if name == "peername" else real(writer, name, default),
+    )
     is_here = peer == "127.0.0.1"
     with mir_sim.serve(robots=1) as fleet:
         [robot] = fleet.robots

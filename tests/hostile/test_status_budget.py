@@ -1,4 +1,5 @@
 """A robot whose answers are larger than anybody needs: they are not parsed, and what is left out is said."""
+
 from __future__ import annotations
 
 import json
@@ -46,8 +47,10 @@ def test_a_status_within_the_budget_is_read():
     assert client(200, large(250 * KIB)).status().robot_name == "R1"
 
 
-@pytest.mark.parametrize("call", [RobotClient.status, RobotClient.identify, lambda robot: robot.queue_item(1),
-                                  lambda robot: robot.mission("guid")])
+@pytest.mark.parametrize(
+    "call",
+    [RobotClient.status, RobotClient.identify, lambda robot: robot.queue_item(1), lambda robot: robot.mission("guid")],
+)
 def test_a_large_answer_is_not_parsed(call, monkeypatch):
     monkeypatch.setattr(parse, "loads", lambda _body: pytest.fail("parsed"))
     with pytest.raises(Unreadable, match="256 KiB"):
@@ -61,7 +64,10 @@ def test_the_words_of_a_large_refusal_are_not_looked_for():
 
 
 def test_a_prompt_shows_twelve_options_and_says_how_many_there_are():
-    asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Which?", "options": [f"Door {n}" for n in range(1000)]}}
+    asked = {
+        "state_id": 5,
+        "user_prompt": {"guid": "g", "question": "Which?", "options": [f"Door {n}" for n in range(1000)]},
+    }
     status = client(200, asked).status()
     assert status.user_prompt.options == tuple(f"Door {n}" for n in range(12))
     assert status.user_prompt.more_options == 988
@@ -71,12 +77,18 @@ def test_a_prompt_shows_twelve_options_and_says_how_many_there_are():
 
 
 def test_a_prompt_with_twelve_options_says_nothing_of_more():
-    asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Which?", "options": [f"Door {n}" for n in range(12)]}}
+    asked = {
+        "state_id": 5,
+        "user_prompt": {"guid": "g", "question": "Which?", "options": [f"Door {n}" for n in range(12)]},
+    }
     assert prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question == "Which?"
 
 
-@pytest.mark.parametrize("option", ["x" * 256, "x" * 600, "Yes\u202e", "Y\x00es", "", " ", 5, None, "ab12" * 20],
-                         ids=["long", "longer", "turned around", "a control character", "empty", "blank", "a number", "none", "a secret"])
+@pytest.mark.parametrize(
+    "option",
+    ["x" * 256, "x" * 600, "Yes\u202e", "Y\x00es", "", " ", 5, None, "ab12" * 20],
+    ids=["long", "longer", "turned around", "a control character", "empty", "blank", "a number", "none", "a secret"],
+)
 def test_an_answer_is_sent_as_the_robot_offers_it_or_not_offered(option):
     asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Which?", "options": [option, "x" * 255, " No"]}}
     status = client(200, asked).status()
@@ -84,7 +96,10 @@ def test_an_answer_is_sent_as_the_robot_offers_it_or_not_offered(option):
 
 
 def test_a_question_without_end_leaves_the_answers_in_sight():
-    asked = {"state_id": 5, "user_prompt": {"guid": "g", "question": "Is the aisle free of people? " * 120, "options": ["Yes", "No"]}}
+    asked = {
+        "state_id": 5,
+        "user_prompt": {"guid": "g", "question": "Is the aisle free of people? " * 120, "options": ["Yes", "No"]},
+    }
     question = prompt(replace(snapshot(1, READY), status=client(200, asked).status()), old=False).question
     assert question.startswith("Is the aisle free of people? Is the aisle")
     assert question.endswith("… read all of it at the robot")

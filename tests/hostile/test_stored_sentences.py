@@ -1,4 +1,5 @@
 """Sentences in a backup that somebody prepared: a kilobyte of them became gigabytes on the screen that shows the alarms."""
+
 from __future__ import annotations
 
 import json
@@ -13,7 +14,7 @@ from app.domain.reasons import sentence
 from app.services.live.alarms import LONGEST_DETAIL, LONGEST_SHOWN, alarm_of, alarm_sentence
 
 NOW = datetime(2026, 11, 23, 6, tzinfo=UTC)
-TOO_WIDE = 10**12            # characters: no machine has the memory
+TOO_WIDE = 10**12  # characters: no machine has the memory
 
 
 def nested(times: int, depth: int) -> dict[str, object]:
@@ -50,12 +51,18 @@ def test_nor_is_that_of_an_alarm_or_a_reason(what):
     assert len(sentence(Reason(ReasonCode.REFUSED, {"problem": what}), "UTC")) <= LONGEST
 
 
-@pytest.mark.parametrize("code", [f"{{robot:>{TOO_WIDE}}}", "{", "x" * 90_000, "{robot.__class__}"],
-                         ids=["a width", "a brace", "long", "an attribute"])
+@pytest.mark.parametrize(
+    "code",
+    [f"{{robot:>{TOO_WIDE}}}", "{", "x" * 90_000, "{robot.__class__}"],
+    ids=["a width", "a brace", "long", "an attribute"],
+)
 def test_the_code_of_an_alarm_that_nobody_knows_is_no_template(code):
     alarm = replace(alarm_of("robot_error", "robot:1", NOW, {"robot": "R1"}), code=code)
-    assert alarm_sentence(alarm)[:LONGEST_DETAIL - 1] == code[:LONGEST_DETAIL - 1]
+    assert alarm_sentence(alarm)[: LONGEST_DETAIL - 1] == code[: LONGEST_DETAIL - 1]
 
 
 def test_sentences_of_this_app_are_as_they_were():
-    assert render({"msgid": "{part!r} is {what:.2f}, {{not}} {missing}", "params": {"part": "a", "what": 1.5}}) == "'a' is 1.50, {not} ?"
+    assert (
+        render({"msgid": "{part!r} is {what:.2f}, {{not}} {missing}", "params": {"part": "a", "what": 1.5}})
+        == "'a' is 1.50, {not} ?"
+    )

@@ -1,4 +1,5 @@
 """A robot that claims more missions than any site has: none of their names is kept, and Settings says why."""
+
 from __future__ import annotations
 
 import gc
@@ -67,7 +68,7 @@ def test_no_name_of_them_is_kept() -> None:
     grown, _peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert names.names(1) == {}
-    assert grown < 1 << 20                           # bytes
+    assert grown < 1 << 20  # bytes
 
 
 def test_names_are_not_copied_for_the_screens_that_ask_each_second() -> None:

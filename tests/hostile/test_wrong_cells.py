@@ -1,4 +1,5 @@
 """Databases with one value that nobody could have entered: each once ended all scheduling, or every start, without a word of it."""
+
 from __future__ import annotations
 
 import json
@@ -35,21 +36,41 @@ STATUS = {"state_id": 3, "state_text": "Ready", "battery_percentage": 50.0}
 
 def checked_up(column: str, **values: object) -> str:
     """A statement: a check-up has this in that column."""
-    sound = {"profile": {**asdict(KNOWN), "ignores": None}, "left_behind": asdict(LeftBehind(None)),
-             "report": {**asdict(Report("Bad", "http://127.0.0.1:10", "", NOW, 60.0, (), KNOWN)), "began_at": NOW.isoformat()}}
+    sound = {
+        "profile": {**asdict(KNOWN), "ignores": None},
+        "left_behind": asdict(LeftBehind(None)),
+        "report": {
+            **asdict(Report("Bad", "http://127.0.0.1:10", "", NOW, 60.0, (), KNOWN)),
+            "began_at": NOW.isoformat(),
+        },
+    }
     text = json.dumps({**sound[column], **values})
     columns = {"profile": json.dumps(sound["profile"]), column: text}
-    return f"INSERT INTO check_ups (robot_id, {', '.join(columns)}) SELECT id, {', '.join(map(repr, columns.values()))} FROM robots " \
-           "WHERE name = 'Bad'"
+    return (
+        f"INSERT INTO check_ups (robot_id, {', '.join(columns)}) SELECT id, {', '.join(map(repr, columns.values()))} FROM robots "
+        "WHERE name = 'Bad'"
+    )
 
 
-FLAGS = [("robots", "enabled"), ("robots", "needs_password"), ("idle_rules", "enabled"), ("missions", "favourite"),
-         ("missions", "on_low_battery"), ("missions", "charges"), ("schedules", "enabled"), ("schedules", "respect_working_days"),
-         ("calendar_days", "is_working"), ("calendar_days", "yearly"), ("executions", "held")]
+FLAGS = [
+    ("robots", "enabled"),
+    ("robots", "needs_password"),
+    ("idle_rules", "enabled"),
+    ("missions", "favourite"),
+    ("missions", "on_low_battery"),
+    ("missions", "charges"),
+    ("schedules", "enabled"),
+    ("schedules", "respect_working_days"),
+    ("calendar_days", "is_working"),
+    ("calendar_days", "yearly"),
+    ("executions", "held"),
+]
 # table, statement
 WRONG = {
     "an unknown identity": ("robots", "UPDATE robots SET identified_by = 'nonsense' WHERE name = 'Bad'"),
-    **{f"{table}.{flag} that is neither on nor off": (table, f"UPDATE {table} SET {flag} = 7") for table, flag in FLAGS},
+    **{
+        f"{table}.{flag} that is neither on nor off": (table, f"UPDATE {table} SET {flag} = 7") for table, flag in FLAGS
+    },
     "idle minutes": ("robots", "UPDATE idle_rules SET after_minutes = 9223372036854775807"),
     "a guid that is a path": ("missions", "UPDATE missions SET guid = '../../users'"),
     "a rule that can't be read": ("schedules", "UPDATE schedules SET recurrence = 'FREQ=NONSENSE'"),
@@ -60,39 +81,79 @@ WRONG = {
     "parameters that are a list": ("schedules", "UPDATE schedules SET parameters = '[1]'"),
     "a start that was skipped at no time": ("skips", "INSERT INTO skips SELECT id, 'tomorrow', 0 FROM schedules"),
     "a start that is neither skipped nor kept back": (
-        "skips", "INSERT INTO skips SELECT id, '2026-11-23T06:10:00.000000Z', 2 FROM schedules"),
+        "skips",
+        "INSERT INTO skips SELECT id, '2026-11-23T06:10:00.000000Z', 2 FROM schedules",
+    ),
     "a schedule of no robot": ("sqlite_schema", "UPDATE schedules SET robot_id = 77 WHERE name = 'S'"),
     "a name without end": ("sqlite_schema", "UPDATE robots SET name = hex(zeroblob(500000)) WHERE name = 'Bad'"),
-    "a parameter without end": ("sqlite_schema", "UPDATE schedules SET parameters = json_object('x', hex(zeroblob(500000)))"),
+    "a parameter without end": (
+        "sqlite_schema",
+        "UPDATE schedules SET parameters = json_object('x', hex(zeroblob(500000)))",
+    ),
     "more robots than there can be threads": (
-        "sqlite_schema", """WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 1000)
-                            INSERT INTO robots (name, address) SELECT 'R' || i, 'http://127.0.0.1:9' FROM n"""),
-    "a setting of another type": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', '\"abc\"')"),
+        "sqlite_schema",
+        """WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 1000)
+                            INSERT INTO robots (name, address) SELECT 'R' || i, 'http://127.0.0.1:9' FROM n""",
+    ),
+    "a setting of another type": (
+        "settings",
+        "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', '\"abc\"')",
+    ),
     "a setting out of its range": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', '0')"),
-    "a setting that is no JSON": ("settings", "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', 'not json')"),
+    "a setting that is no JSON": (
+        "settings",
+        "INSERT OR REPLACE INTO settings VALUES ('poll_interval_seconds', 'not json')",
+    ),
     "bottomless JSON": ("settings", f"INSERT OR REPLACE INTO settings VALUES ('working_days', '{'[' * 90_000}')"),
     "a heartbeat that is a number": ("settings", "INSERT OR REPLACE INTO settings VALUES ('heartbeat', '5')"),
-    "declined places that are a number": ("settings", "INSERT OR REPLACE INTO settings VALUES ('declined_places', '[5]')"),
-    "wrong PINs that are a text": ("settings", "INSERT OR REPLACE INTO settings VALUES ('settings_pin_wrong', '\"many\"')"),
-    "wrong PINs without end": ("settings", f"INSERT OR REPLACE INTO settings VALUES ('settings_pin_wrong', '1{'0' * 400}')"),
+    "declined places that are a number": (
+        "settings",
+        "INSERT OR REPLACE INTO settings VALUES ('declined_places', '[5]')",
+    ),
+    "wrong PINs that are a text": (
+        "settings",
+        "INSERT OR REPLACE INTO settings VALUES ('settings_pin_wrong', '\"many\"')",
+    ),
+    "wrong PINs without end": (
+        "settings",
+        f"INSERT OR REPLACE INTO settings VALUES ('settings_pin_wrong', '1{'0' * 400}')",
+    ),
     "a clock's error without end": (
-        "settings", f"INSERT OR REPLACE INTO settings VALUES ('confirmed_clock_offsets', json_object('1', json('1{'0' * 400}')))"),
+        "settings",
+        f"INSERT OR REPLACE INTO settings VALUES ('confirmed_clock_offsets', json_object('1', json('1{'0' * 400}')))",
+    ),
     "a clock's error that is no number": (
-        "settings", "INSERT OR REPLACE INTO settings VALUES ('confirmed_clock_offsets', '{\"1\": NaN}')"),
+        "settings",
+        "INSERT OR REPLACE INTO settings VALUES ('confirmed_clock_offsets', '{\"1\": NaN}')",
+    ),
     "a PIN that is no JSON": ("settings", "INSERT INTO settings VALUES ('settings_pin', 'not json')"),
     "a PIN that is a number": ("settings", "INSERT INTO settings VALUES ('settings_pin', '1234')"),
     "a PIN that takes hours to compare": (
-        "settings", f"INSERT INTO settings VALUES ('settings_pin', '{PIN_OF_HOURS}')"),
+        "settings",
+        f"INSERT INTO settings VALUES ('settings_pin', '{PIN_OF_HOURS}')",
+    ),
     "a move that is none": ("settings", "INSERT OR REPLACE INTO settings VALUES ('moved', '{\"at\": 7}')"),
     "a hand-over that is none": ("robot_groups", "UPDATE robot_groups SET hand_over = 'whim'"),
     "robots kept free without end": ("robot_groups", "UPDATE robot_groups SET keep_free = 9223372036854775807"),
     "a group that keeps all its robots free": ("robot_groups", "UPDATE robot_groups SET keep_free = 2"),
     "a group without end": ("sqlite_schema", "UPDATE robot_groups SET name = hex(zeroblob(500000))"),
     "a group of no robot": ("sqlite_schema", "UPDATE group_members SET robot_id = 77 WHERE robot_id = 2"),
-    "a group's id at its end": ("sqlite_sequence", "INSERT INTO robot_groups (id, name) VALUES (9223372036854775807, 'Last')"),
-    "a profile that is none": ("robots", "INSERT INTO check_ups (robot_id, profile) SELECT id, '[]' FROM robots WHERE name = 'Bad'"),
-    "a check-up that is none": ("check_ups", "INSERT INTO check_ups (robot_id, report) SELECT id, '{}' FROM robots WHERE name = 'Bad'"),
-    "what no check-up leaves": ("check_ups", "INSERT INTO check_ups (robot_id, left_behind) SELECT id, '7' FROM robots WHERE name = 'Bad'"),
+    "a group's id at its end": (
+        "sqlite_sequence",
+        "INSERT INTO robot_groups (id, name) VALUES (9223372036854775807, 'Last')",
+    ),
+    "a profile that is none": (
+        "robots",
+        "INSERT INTO check_ups (robot_id, profile) SELECT id, '[]' FROM robots WHERE name = 'Bad'",
+    ),
+    "a check-up that is none": (
+        "check_ups",
+        "INSERT INTO check_ups (robot_id, report) SELECT id, '{}' FROM robots WHERE name = 'Bad'",
+    ),
+    "what no check-up leaves": (
+        "check_ups",
+        "INSERT INTO check_ups (robot_id, left_behind) SELECT id, '7' FROM robots WHERE name = 'Bad'",
+    ),
     "a page of a robot's list with less than nothing": ("robots", checked_up("profile", page_limit=-50)),
     "pages of one entry, which have no order": ("robots", checked_up("profile", page_limit=1)),
     "a time-out that is no number": ("robots", checked_up("profile", timeout_s=float("nan"))),
@@ -105,8 +166,14 @@ WRONG = {
     "a check-up at the end of time": ("check_ups", checked_up("report", began_at="9999-12-31T23:59:59-12:00")),
     "a mission that was left elsewhere": ("check_ups", checked_up("left_behind", mission="../users/admin")),
     "a way without end": ("executions", "UPDATE executions SET approach_m = 9e999"),
-    "a way of less than nothing": ("run_durations", "INSERT INTO run_durations VALUES (1, 'g', '2026-11-23T06:00:00Z', 1, 60.0, -1.0)"),
-    "a stop without end": ("mission_stops", "INSERT INTO mission_stops VALUES ('guid-1', 1, 'p', 'P', NULL, 9e999, 0.0)"),
+    "a way of less than nothing": (
+        "run_durations",
+        "INSERT INTO run_durations VALUES (1, 'g', '2026-11-23T06:00:00Z', 1, 60.0, -1.0)",
+    ),
+    "a stop without end": (
+        "mission_stops",
+        "INSERT INTO mission_stops VALUES ('guid-1', 1, 'p', 'P', NULL, 9e999, 0.0)",
+    ),
     "a place of none": ("places", "UPDATE places SET most = -1"),
     "a place without end": ("sqlite_schema", "UPDATE places SET name = hex(zeroblob(500000))"),
     "a finish of ages": ("schedules", "UPDATE schedules SET finish_by_minutes = 4611686018427387904"),
@@ -137,7 +204,9 @@ def sound(tmp_path_factory) -> Path:
     third = catalogue.save_robot(Robot("Third", "http://127.0.0.1:11", "distributor"), "secret")
     group = catalogue.save_group(Group("Hall", (bad.id, third.id)))
     catalogue.save_place(Place("Dock", 1, (mission.id,)))
-    catalogue.save_schedule(Schedule("G", None, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY", group_id=group.id))
+    catalogue.save_schedule(
+        Schedule("G", None, mission.id, datetime(2026, 11, 23, 6), "UTC", "FREQ=DAILY", group_id=group.id)
+    )
     container.db.write(lambda c: GroupStartRepository().watch(c, Watch(1, bad.id, 0, NOW)))
     catalogue.save_days(DayException("Inventory", NOW.date(), NOW.date()))
     container.alarms.raise_("backup_failed", "backup", problem="x")
@@ -200,10 +269,16 @@ def test_a_start_says_so_in_one_line(sound, tmp_path):
     assert database.exists()
 
 
-@pytest.mark.parametrize(("command", "statement"), [
-    ("--export-config", "UPDATE schedules SET start = 'yesterday'"), ("--export-config", "UPDATE schedules SET parameters = '[1'"),
-    ("--export-config", "UPDATE robots SET name = CAST(x'ff' AS TEXT) WHERE name = 'Bad'"),
-    ("--export-log", "UPDATE executions SET planned_at = 'yesterday'"), ("--export-log", "UPDATE executions SET state = 'dancing'")])
+@pytest.mark.parametrize(
+    ("command", "statement"),
+    [
+        ("--export-config", "UPDATE schedules SET start = 'yesterday'"),
+        ("--export-config", "UPDATE schedules SET parameters = '[1'"),
+        ("--export-config", "UPDATE robots SET name = CAST(x'ff' AS TEXT) WHERE name = 'Bad'"),
+        ("--export-log", "UPDATE executions SET planned_at = 'yesterday'"),
+        ("--export-log", "UPDATE executions SET state = 'dancing'"),
+    ],
+)
 def test_so_does_an_export_and_leaves_the_file_of_the_last_one(sound, tmp_path, command, statement):
     spoilt(sound, tmp_path / "amr-scheduler.db", statement)
     (target := tmp_path / "export").write_text("of yesterday")
@@ -217,10 +292,13 @@ def test_so_does_an_export_and_leaves_the_file_of_the_last_one(sound, tmp_path, 
 def test_backups_of_every_version_are_read(tmp_path, version):
     old = tmp_path / "old.db"
     with closing(sqlite3.connect(old)) as connection:
-        connection.executescript("".join(MIGRATIONS[:version]) + f"""
+        connection.executescript(
+            "".join(MIGRATIONS[:version])
+            + f"""
             PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {version};
             INSERT INTO robots (name, address) VALUES ('R', 'http://127.0.0.1:9');
-            INSERT INTO settings VALUES ('poll_interval_seconds', '30');""")
+            INSERT INTO settings VALUES ('poll_interval_seconds', '30');"""
+        )
     assert backups.problem_of(old, check=problem_in) is None
     with closing(sqlite3.connect(old)) as connection, connection:
         connection.execute("UPDATE settings SET value = '0'")
@@ -233,12 +311,22 @@ SPAN = "INSERT INTO activity_spans VALUES (1, '{}', '{}', '{}')"
 GROWN = {
     "a span that began at no time": ("activity_spans", SPAN.format("tomorrow", "2026-11-23T06:00:00.000000Z", "idle")),
     "a span that ended on a day that no month has": (
-        "activity_spans", SPAN.format("2026-02-28T06:00:00.000000Z", "2026-02-30T06:00:00.000000Z", "idle")),
-    "a span of thousands of years": ("activity_spans", SPAN.format("0001-01-01T00:00:00.000000Z", "9999-12-31T00:00:00.000000Z", "idle")),
+        "activity_spans",
+        SPAN.format("2026-02-28T06:00:00.000000Z", "2026-02-30T06:00:00.000000Z", "idle"),
+    ),
+    "a span of thousands of years": (
+        "activity_spans",
+        SPAN.format("0001-01-01T00:00:00.000000Z", "9999-12-31T00:00:00.000000Z", "idle"),
+    ),
     "a span out of order": ("activity_spans", SPAN.format("2026-11-23T06:00:00Z", "2026-11-23T07:00:00Z", "idle")),
     "a span of an unknown activity": (
-        "activity_spans", SPAN.format("2026-11-23T06:00:00.000000Z", "2026-11-23T07:00:00.000000Z", "dancing")),
-    "a day of an unknown activity": ("activity_days", "INSERT INTO activity_days VALUES (1, '2026-11-22', 'dancing', 5.0)"),
+        "activity_spans",
+        SPAN.format("2026-11-23T06:00:00.000000Z", "2026-11-23T07:00:00.000000Z", "dancing"),
+    ),
+    "a day of an unknown activity": (
+        "activity_days",
+        "INSERT INTO activity_days VALUES (1, '2026-11-22', 'dancing', 5.0)",
+    ),
     "a day that no month has": ("activity_days", "INSERT INTO activity_days VALUES (1, '2026-02-30', 'idle', 5.0)"),
     "seconds without end": ("activity_days", "INSERT INTO activity_days VALUES (1, '2026-11-22', 'idle', 9e999)"),
     "a battery that was used without end": ("robots", "UPDATE robots SET drain_percent = 9e999 WHERE name = 'Bad'"),
@@ -246,7 +334,10 @@ GROWN = {
     "an alarm that was counted without end": ("alarms", f"UPDATE alarms SET count = {END}"),
     "attempts without end": ("executions", f"UPDATE executions SET attempts = {END}"),
     "a robot that was tried at no time": (
-        "executions", """UPDATE executions SET tried = '{"1": {"until": "2026-11-23T06:00:00Z", "at": "now"}}'""")}
+        "executions",
+        """UPDATE executions SET tried = '{"1": {"until": "2026-11-23T06:00:00Z", "at": "now"}}'""",
+    ),
+}
 
 
 @pytest.mark.parametrize(("table", "statement"), GROWN.values(), ids=GROWN.keys())
@@ -287,8 +378,12 @@ def full(sound, tmp_path_factory) -> Path:
 def columns_of_numbers() -> list[tuple[str, str, object]]:
     with closing(sqlite3.connect(":memory:")) as c:
         c.executescript("".join(MIGRATIONS))
-        return [(table, row[1], {"INTEGER": END, "REAL": float("inf")}[row[2]]) for table in tables(c)
-                for row in c.execute(f"PRAGMA table_info({table})") if row[2] in ("INTEGER", "REAL")]
+        return [
+            (table, row[1], {"INTEGER": END, "REAL": float("inf")}[row[2]])
+            for table in tables(c)
+            for row in c.execute(f"PRAGMA table_info({table})")
+            if row[2] in ("INTEGER", "REAL")
+        ]
 
 
 @pytest.mark.parametrize(("table", "column", "number"), columns_of_numbers())
@@ -323,9 +418,16 @@ def test_all_of_these_are_restored_with_what_they_should_hold(full, tmp_path):
         assert all(c.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in tables(c))
 
 
-@pytest.mark.parametrize("wrong", [
-    f"UPDATE ended_days SET number = {END}", f"UPDATE ended_days SET starts = {END}", f"UPDATE ended_days SET microseconds = {END}",
-    "DELETE FROM ended_days", "UPDATE executions SET duration_s = 9e15 WHERE ended_at IS NOT NULL"])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        f"UPDATE ended_days SET number = {END}",
+        f"UPDATE ended_days SET starts = {END}",
+        f"UPDATE ended_days SET microseconds = {END}",
+        "DELETE FROM ended_days",
+        "UPDATE executions SET duration_s = 9e15 WHERE ended_at IS NOT NULL",
+    ],
+)
 def test_what_is_only_counted_is_counted_again_so_that_runs_can_end(full, tmp_path, wrong):
     backups.restore(spoilt(full, tmp_path / "backup.db", wrong), tmp_path / "amr-scheduler.db", NOW, problem_in)
     with closing(sqlite3.connect(tmp_path / "amr-scheduler.db")) as c:
@@ -341,10 +443,16 @@ def test_no_number_that_a_robot_may_say_keeps_the_app_from_starting_again(sound,
             parse.queue_id({"id": number})
     far = parse.FARTHEST
     assert parse.status({**STATUS, "position": {"x": 2 * far, "y": 0.0, "orientation": 0.0}}).position is None
-    assert parse.status({**STATUS, "position": {"x": far, "y": -far, "orientation": 0.0}}).position == Pose(far, -far, 0.0)
+    assert parse.status({**STATUS, "position": {"x": far, "y": -far, "orientation": 0.0}}).position == Pose(
+        far, -far, 0.0
+    )
     number = parse.queue_id({"id": 2**53})
-    database = spoilt(sound, tmp_path / "amr-scheduler.db", f"UPDATE robots SET last_queue_id = {number}, idle_queue_id = {number}")
-    for statement in (f"UPDATE executions SET queue_id = {number}, queue_floor = {number}, approach_m = {math.hypot(2 * far, 2 * far)}",
-                      f"INSERT INTO mission_stops VALUES ('guid-1', 1, 'p', 'P', NULL, {far}, {-far})"):
+    database = spoilt(
+        sound, tmp_path / "amr-scheduler.db", f"UPDATE robots SET last_queue_id = {number}, idle_queue_id = {number}"
+    )
+    for statement in (
+        f"UPDATE executions SET queue_id = {number}, queue_floor = {number}, approach_m = {math.hypot(2 * far, 2 * far)}",
+        f"INSERT INTO mission_stops VALUES ('guid-1', 1, 'p', 'P', NULL, {far}, {-far})",
+    ):
         spoilt(database, database, statement)
     Container.open(tmp_path).close()

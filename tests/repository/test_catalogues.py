@@ -1,4 +1,5 @@
 """The catalogues that the app ships: complete, and read as a speaker of the language would write. No kivy."""
+
 from __future__ import annotations
 
 import re
@@ -29,13 +30,18 @@ def test_no_entry_is_empty_or_fuzzy(language):
     entries = list(po_entries(LOCALE_DIR / language / "LC_MESSAGES" / f"{DOMAIN}.po"))
     assert len(entries) > 700
     assert [entry for entry in entries if "fuzzy" in entry] == []
-    assert [entry for entry in entries if not all(text for name, text in entry.items() if name.startswith("msgstr"))] == []
+    assert [
+        entry for entry in entries if not all(text for name, text in entry.items() if name.startswith("msgstr"))
+    ] == []
 
 
 def test_no_screen_tells_an_operator_a_command_for_a_shell():
     """Those are for who starts the app by one, where its data can't be opened."""
-    commands = {key: text.places for key, text in catalogues.texts_of_code().items()
-                if re.search(r"(?<!\S)--[a-z]|main\.py|\buv run\b|\bsudo\b", key)}
+    commands = {
+        key: text.places
+        for key, text in catalogues.texts_of_code().items()
+        if re.search(r"(?<!\S)--[a-z]|main\.py|\buv run\b|\bsudo\b", key)
+    }
     assert len(commands) > 2
     files = {place.split(":")[0] for places in commands.values() for place in places}
     assert files == {"app/database/connection.py", "app/database/errors.py"}
@@ -49,13 +55,16 @@ def test_every_language_has_a_name_and_its_own_way_to_write_dates():
 
 def test_what_is_refused_and_what_robots_answer_is_extracted(tmp_path):
     (tmp_path / "app").mkdir()
-    (tmp_path / "app" / "errors.py").write_text('''
+    (tmp_path / "app" / "errors.py").write_text(
+        """
 SENTENCES: dict[str, str] = {"no_answer": "{address} doesn't answer"}
 def demand(field, msgid):
     if not field:
         raise InvalidInput("name", "enter a name")
     raise InvalidInput(field, msgid)
-''', encoding="utf-8")
+""",
+        encoding="utf-8",
+    )
     assert set(catalogues.texts_of_code(tmp_path)) == {"{address} doesn't answer", "enter a name"}
 
 
@@ -65,9 +74,12 @@ def test_the_check_notices_every_kind_of_damage(tmp_path, damage):
     entry = 'msgid "{robot} doesn\'t answer"\nmsgstr "{robot} ei vastaa"\n'
     assert entry in source
     damaged = {
-        "missing": "", "unused": entry + '\nmsgid "Nobody says this"\nmsgstr "Kukaan ei sano"\n',
-        "placeholder": entry.replace('"{robot} ei', '"{robotti} ei'), "fuzzy": "#, fuzzy\n" + entry,
-        "empty": entry.replace("{robot} ei vastaa", "")}[damage]
+        "missing": "",
+        "unused": entry + '\nmsgid "Nobody says this"\nmsgstr "Kukaan ei sano"\n',
+        "placeholder": entry.replace('"{robot} ei', '"{robotti} ei'),
+        "fuzzy": "#, fuzzy\n" + entry,
+        "empty": entry.replace("{robot} ei vastaa", ""),
+    }[damage]
     target = tmp_path / "fi" / "LC_MESSAGES"
     target.mkdir(parents=True)
     (target / f"{DOMAIN}.po").write_text(source.replace(entry, damaged), encoding="utf-8")
@@ -90,26 +102,39 @@ def test_numbers_take_the_partitive(finnish, n, text):
     assert finnish.ngettext("{n} mission", "{n} missions", n).format(n=n) == text
 
 
-@pytest.mark.parametrize(("rule", "text"), [
-    (None, "Kerran 23.11.2026 klo 06.30"),
-    ("FREQ=DAILY;INTERVAL=2", "2 päivän välein klo 06.30"),
-    ("FREQ=WEEKLY;BYDAY=MO,TU,WE,TH,FR", "Viikoittain ma–pe klo 06.30"),
-    ("FREQ=MONTHLY;BYDAY=-1FR", "Joka kuukausi: viimeinen pe klo 06.30"),
-    ("FREQ=YEARLY", "Joka vuosi: marraskuun 23. päivä klo 06.30"),
-    ("FREQ=DAILY;UNTIL=20261231", "Joka päivä klo 06.30, 31.12.2026 asti")])
+@pytest.mark.parametrize(
+    ("rule", "text"),
+    [
+        (None, "Kerran 23.11.2026 klo 06.30"),
+        ("FREQ=DAILY;INTERVAL=2", "2 päivän välein klo 06.30"),
+        ("FREQ=WEEKLY;BYDAY=MO,TU,WE,TH,FR", "Viikoittain ma–pe klo 06.30"),
+        ("FREQ=MONTHLY;BYDAY=-1FR", "Joka kuukausi: viimeinen pe klo 06.30"),
+        ("FREQ=YEARLY", "Joka vuosi: marraskuun 23. päivä klo 06.30"),
+        ("FREQ=DAILY;UNTIL=20261231", "Joka päivä klo 06.30, 31.12.2026 asti"),
+    ],
+)
 def test_a_schedule_reads_in_finnish(finnish, rule, text):
     schedule = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki", rule, respect_working_days=False)
     assert sentences.sentence(schedule, finnish.gettext) == text
 
 
 def test_a_part_of_the_day_reads_in_finnish(finnish):
-    schedule = Schedule("x", 1, 1, datetime(2026, 11, 23, 6, 0), "Europe/Helsinki", "FREQ=HOURLY;INTERVAL=3",
-                        between=Between(time(6), time(18)))
+    schedule = Schedule(
+        "x",
+        1,
+        1,
+        datetime(2026, 11, 23, 6, 0),
+        "Europe/Helsinki",
+        "FREQ=HOURLY;INTERVAL=3",
+        between=Between(time(6), time(18)),
+    )
     assert sentences.sentence(schedule, finnish.gettext) == "3 tunnin välein klo 06.00–18.00, vain työpäivinä"
 
 
 def test_a_reason_reads_in_finnish(finnish):
-    reason = Reason(ReasonCode.BATTERY_LOW, {"battery": 17.0, "minimum": 20, "until": datetime(2026, 11, 23, 5, 0, tzinfo=UTC)})
+    reason = Reason(
+        ReasonCode.BATTERY_LOW, {"battery": 17.0, "minimum": 20, "until": datetime(2026, 11, 23, 5, 0, tzinfo=UTC)}
+    )
     assert reasons.sentence(reason, "Europe/Helsinki", finnish.gettext) == "Akku 17 % pysyi alle 20 %:n 07.00 asti"
     halves = Reason(ReasonCode.BATTERY_LOW, {**reason.details, "battery": 17.25, "minimum": 20.5})
     assert reasons.sentence(halves, "Europe/Helsinki", finnish.gettext) == "Akku 17,2 % pysyi alle 20,5 %:n 07.00 asti"

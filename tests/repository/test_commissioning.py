@@ -1,4 +1,5 @@
 """docs/commissioning.md says of every amber and red finding that a check-up can have what to do, and the pictures that it shows exist."""
+
 from __future__ import annotations
 
 import ast
@@ -20,6 +21,7 @@ CODE = sorted((ROOT / "app" / "services" / "check_up").glob("*.py"))
 
 class Told(NamedTuple):
     """A finding as the code has it; ``topic`` None: of several."""
+
     topic: Topic | None
     level: Level
     says: str
@@ -31,7 +33,11 @@ def told() -> Iterator[Told]:
         functions = {node.name: node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
         for function in functions.values():
             for node in ast.walk(function):
-                if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("amber", "red"):
+                if (
+                    isinstance(node, ast.Call)
+                    and isinstance(node.func, ast.Attribute)
+                    and node.func.attr in ("amber", "red")
+                ):
                     topic, says, *_means = node.args
                     for text in texts(says, function, functions):
                         yield Told(topic_of(topic), Level(node.func.attr), text)
@@ -47,7 +53,11 @@ def texts(node: ast.expr, function: ast.FunctionDef, functions: dict[str, ast.Fu
         yield from texts(node.body, function, functions)
         yield from texts(node.orelse, function, functions)
     elif isinstance(node, ast.Name):
-        values = [each.value for each in ast.walk(function) if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == node.id]
+        values = [
+            each.value
+            for each in ast.walk(function)
+            if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == node.id
+        ]
         for value in values:
             yield from texts(value, function, functions)
     elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "message":

@@ -1,4 +1,5 @@
 """What is shipped: every version is pinned and has its sums, and the bill of materials names what is installed."""
+
 from __future__ import annotations
 
 import json
@@ -28,8 +29,14 @@ SHIPPED = ["--no-default-groups", "--group", "ui"]
 def exported(form: str) -> str:
     """What the documented command writes, from what `uv run` has locked, without a request to anybody."""
     uv = os.environ.get("UV") or shutil.which("uv") or "uv"
-    return subprocess.run([uv, "export", "--frozen", "--offline", "--quiet", "--format", form, *SHIPPED], cwd=ROOT, check=True,
-                          capture_output=True, text=True, timeout=60).stdout
+    return subprocess.run(
+        [uv, "export", "--frozen", "--offline", "--quiet", "--format", form, *SHIPPED],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    ).stdout
 
 
 def components() -> list[dict[str, Any]]:
@@ -48,7 +55,11 @@ def installed(wanted: list[str]) -> dict[str, str]:
     while wanted:
         requirement = Requirement(wanted.pop())
         name = canonicalize_name(requirement.name)
-        if name not in found and name not in left_out and (requirement.marker is None or requirement.marker.evaluate({"extra": ""})):
+        if (
+            name not in found
+            and name not in left_out
+            and (requirement.marker is None or requirement.marker.evaluate({"extra": ""}))
+        ):
             found[name] = metadata.version(name)
             wanted += metadata.requires(name) or []
     return found
@@ -69,12 +80,23 @@ def test_the_bill_of_materials_equals_what_is_installed():
 
 
 def test_about_names_what_is_shipped():
-    assert {canonicalize_name(name) for name, _licence in LICENCES} == {each["name"] for each in components() if is_for_this_platform(each)}
+    assert {canonicalize_name(name) for name, _licence in LICENCES} == {
+        each["name"] for each in components() if is_for_this_platform(each)
+    }
 
 
 def test_every_version_is_pinned():
-    pinned = {canonicalize_name(requirement.name): str(requirement.specifier) for requirement in map(Requirement, [
-        *PROJECT["project"]["dependencies"], *PROJECT["dependency-groups"]["ui"], *PROJECT["tool"]["uv"]["constraint-dependencies"]])}
+    pinned = {
+        canonicalize_name(requirement.name): str(requirement.specifier)
+        for requirement in map(
+            Requirement,
+            [
+                *PROJECT["project"]["dependencies"],
+                *PROJECT["dependency-groups"]["ui"],
+                *PROJECT["tool"]["uv"]["constraint-dependencies"],
+            ],
+        )
+    }
     assert {each["name"]: f"=={each['version']}" for each in components()}.items() <= pinned.items()
 
 

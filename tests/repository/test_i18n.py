@@ -1,4 +1,5 @@
 """Catalogues: read, compiled, extracted, checked; the language switched while others listen. No kivy."""
+
 from __future__ import annotations
 
 import gettext
@@ -36,7 +37,9 @@ def test_gettext_itself_reads_what_was_compiled(locale_dir):
     assert texts.gettext("Not yet") == "Not yet"
 
 
-@pytest.mark.parametrize(("text", "words"), [("msgid Save\n", "not a quoted text"), ('msgstuff "x"\n', "expected msgid")])
+@pytest.mark.parametrize(
+    ("text", "words"), [("msgid Save\n", "not a quoted text"), ('msgstuff "x"\n', "expected msgid")]
+)
 def test_a_broken_po_file_says_where(tmp_path, text, words):
     path = tmp_path / "amr.po"
     path.write_text('msgid "ok"\nmsgstr "ok"\n\n' + text, encoding="utf-8")
@@ -73,7 +76,7 @@ def test_an_unknown_language_speaks_english(locale_dir):
 def test_nothing_stays_nothing(locale_dir):
     translator = Translator()
     translator.use("fi", locale_dir)
-    assert translator.gettext("") == ""      # gettext itself would answer with the header
+    assert translator.gettext("") == ""  # gettext itself would answer with the header
 
 
 # ---------------------------------------------------------------------- extraction
@@ -81,33 +84,51 @@ def test_nothing_stays_nothing(locale_dir):
 def code(tmp_path):
     (tmp_path / "app").mkdir()
     (tmp_path / "kv").mkdir()
-    (tmp_path / "app" / "home.py").write_text('''
+    (tmp_path / "app" / "home.py").write_text(
+        '''
 """Not a text."""
 from app.i18n import N_, _, ngettext, pgettext
 WORDS = {1: N_("Later")}
 def f(n, word):
     return _("Save"), ngettext("{n} robot", "{n} robots", n), pgettext("run", "Failed"), _(word), _(WORDS[1].lower())
-'''.replace(", _(WORDS[1].lower())", ""), encoding="utf-8")
-    (tmp_path / "app" / "reasons.py").write_text('''
+'''.replace(", _(WORDS[1].lower())", ""),
+        encoding="utf-8",
+    )
+    (tmp_path / "app" / "reasons.py").write_text(
+        '''
 """Why it ended."""
 TABLE = {"low": (("battery",), "Battery {battery} %"), "up": ((), "Went UP")}
 def tell(code, translate):
     raise KeyError("Unknown code")
-''', encoding="utf-8")
-    (tmp_path / "kv" / "home.kv").write_text('''
+''',
+        encoding="utf-8",
+    )
+    (tmp_path / "kv" / "home.kv").write_text(
+        """
 <Home>:
     Title:
         text: tr._("Home (all)") if root.x else tr._("Save")
     Note:
         text: tr.n_("{n} run", "{n} runs", root.n).format(n=root.n) + tr.p_("trigger", "Idle")
-''', encoding="utf-8")
+""",
+        encoding="utf-8",
+    )
     return tmp_path
 
 
 def test_texts_are_found_in_python_and_kv(code):
     texts = catalogues.texts_of_code(code)
-    assert set(texts) == {"Later", "Save", "{n} robot\0{n} robots", "run\x04Failed", "Battery {battery} %", "Went UP", "Home (all)",
-                          "{n} run\0{n} runs", "trigger\x04Idle"}
+    assert set(texts) == {
+        "Later",
+        "Save",
+        "{n} robot\0{n} robots",
+        "run\x04Failed",
+        "Battery {battery} %",
+        "Went UP",
+        "Home (all)",
+        "{n} run\0{n} runs",
+        "trigger\x04Idle",
+    }
     assert texts["Save"].places == ["app/home.py:6", "kv/home.kv:4"]
 
 

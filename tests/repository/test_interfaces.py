@@ -1,4 +1,5 @@
 """docs/interfaces.md says what the code does: options, keys, defaults, columns, states, codes, simulator commands."""
+
 from __future__ import annotations
 
 import json
@@ -38,28 +39,43 @@ def keys() -> dict[str, list[str]]:
 
 def test_every_option_of_the_command_line_is_there_and_no_other() -> None:
     said = set(re.findall(r"main\.py[^`]*?(--[a-z-]+)", section("Commands"))) | {"--parameter", "--data-dir"}
-    options = {option for action in main.parser()._actions for option in action.option_strings if option.startswith("--")}
+    options = {
+        option for action in main.parser()._actions for option in action.option_strings if option.startswith("--")
+    }
     assert said == options
 
 
 def test_the_keys_of_the_configuration_file() -> None:
-    known = {f"settings.{key}" for key in document.SETTINGS} | {f"display.{key}" for key in document.DISPLAY} \
-        | {f"calendar.{key}" for key in document.CALENDAR} | {f"calendar.days[].{key}" for key in document.DAY} \
-        | {f"robots[].{key}" for key in document.ROBOT} | {f"groups[].{key}" for key in document.GROUP} \
-        | {f"places[].{key}" for key in document.PLACE} \
-        | {f"missions[].{key}" for key in document.MISSION} | {f"schedules[].{key}" for key in document.SCHEDULE}
+    known = (
+        {f"settings.{key}" for key in document.SETTINGS}
+        | {f"display.{key}" for key in document.DISPLAY}
+        | {f"calendar.{key}" for key in document.CALENDAR}
+        | {f"calendar.days[].{key}" for key in document.DAY}
+        | {f"robots[].{key}" for key in document.ROBOT}
+        | {f"groups[].{key}" for key in document.GROUP}
+        | {f"places[].{key}" for key in document.PLACE}
+        | {f"missions[].{key}" for key in document.MISSION}
+        | {f"schedules[].{key}" for key in document.SCHEDULE}
+    )
     assert set(keys()) == known
     always = {f"{name}[].{key}" for name, identity in document.IDENTITY.items() for key in identity}
     assert {key for key, cells in keys().items() if cells[0] == "yes"} == always
     assert {key for key, cells in keys().items() if cells[0] == "new"} == {
-        f"{name}[].{key}" for name, required in document.REQUIRED.items() for key in required} - always
+        f"{name}[].{key}" for name, required in document.REQUIRED.items() for key in required
+    } - always
 
 
 def test_the_example_is_a_configuration() -> None:
     example = re.search(r"```json\n(.*?)```", PAGE, re.DOTALL)
     assert example is not None
     read = document.read(example[1].encode())
-    assert (len(read.robots), len(read.groups), len(read.places), len(read.missions), len(read.schedules)) == (1, 1, 1, 2, 2)
+    assert (len(read.robots), len(read.groups), len(read.places), len(read.missions), len(read.schedules)) == (
+        1,
+        1,
+        1,
+        2,
+        2,
+    )
     assert set(json.loads(example[1])["settings"]) == set(document.SETTINGS)
     assert set(json.loads(example[1])["display"]) == set(document.DISPLAY)
     assert set(json.loads(example[1])["calendar"]) == set(document.CALENDAR)
@@ -77,7 +93,9 @@ def test_the_defaults_of_the_settings(name: str) -> None:
     assert keys()[f"settings.{name}"][1] == words.get(name, "null" if default is None else str(default))
 
 
-@pytest.mark.parametrize("name", sorted(name for name in document.SETTINGS if name in WHOLE_NUMBERS and name != "history_limit"))
+@pytest.mark.parametrize(
+    "name", sorted(name for name in document.SETTINGS if name in WHOLE_NUMBERS and name != "history_limit")
+)
 def test_the_ranges_of_the_settings(name: str) -> None:
     low, high = WHOLE_NUMBERS[name]
     assert keys()[f"settings.{name}"][2].startswith(f"{low}–{high}")
@@ -86,8 +104,8 @@ def test_the_ranges_of_the_settings(name: str) -> None:
 def test_the_columns_states_and_triggers_of_the_history() -> None:
     text = section("Execution history")
     assert ",".join(COLUMNS) in code_in(text)
-    assert code_in(re.search(r"- `trigger`: (.*)", text)[1]) == list(Trigger)              # type: ignore[index]
-    assert code_in(re.search(r"- `state`: (.*)", text)[1]) == list(State)                  # type: ignore[index]
+    assert code_in(re.search(r"- `trigger`: (.*)", text)[1]) == list(Trigger)  # type: ignore[index]
+    assert code_in(re.search(r"- `state`: (.*)", text)[1]) == list(State)  # type: ignore[index]
 
 
 def test_the_reason_codes_and_the_states_they_end_in() -> None:
@@ -98,4 +116,4 @@ def test_the_reason_codes_and_the_states_they_end_in() -> None:
 def test_the_commands_and_faults_of_the_simulator() -> None:
     text = section("Simulator control")
     assert set(re.findall(r'^\| `\{"(\w+)"', text, re.MULTILINE)) == set(COMMANDS)
-    assert [cells[0].strip("`") for cells in rows(text)[len(COMMANDS):]] == list(FaultKind)
+    assert [cells[0].strip("`") for cells in rows(text)[len(COMMANDS) :]] == list(FaultKind)

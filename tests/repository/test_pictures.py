@@ -1,4 +1,5 @@
 """docs/screens shows what ``python -m tests.screenshots docs/screens --documented`` takes: nothing more, nothing less, each of them."""
+
 from __future__ import annotations
 
 import re

@@ -1,4 +1,5 @@
 """Code and pages refer only to pages that are in this repository."""
+
 from __future__ import annotations
 
 import re
@@ -8,7 +9,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PAGE = re.compile(r"(?<![\w/*])[\w./-]*\w\.md\b")
-ELSEWHERE = re.compile(r"\((?:design|contract|reference|kivy-notes)(?:[:,] (?:\"|section|step|[A-Z])|\))|\.\./shared", re.IGNORECASE)
+ELSEWHERE = re.compile(
+    r"\((?:design|contract|reference|kivy-notes)(?:[:,] (?:\"|section|step|[A-Z])|\))|\.\./shared", re.IGNORECASE
+)
 
 
 def sources() -> Iterator[Path]:
@@ -27,8 +30,13 @@ def test_every_page_that_is_named_exists() -> None:
 
 
 def test_nothing_refers_to_pages_outside_the_repository() -> None:
-    found = [f"{path.relative_to(ROOT)}:{number}: {line.strip()}" for path in sources() if path != Path(__file__)
-             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1) if ELSEWHERE.search(line)]
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+        for path in sources()
+        if path != Path(__file__)
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if ELSEWHERE.search(line)
+    ]
     assert found == []
 
 

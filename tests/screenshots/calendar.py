@@ -1,4 +1,5 @@
 """The exception calendar: its card in Settings, the dialog, and closed days in the Scheduler."""
+
 from __future__ import annotations
 
 import os
@@ -9,9 +10,11 @@ from app.screens.settings.calendar import DaysDialog
 from tests.screenshots.registry import LANDSCAPE, picture
 from tests.screenshots.settings import BOTH, EVERY_SIZE, Plant
 
-DAYS = (DayException("Inventory", date(2026, 11, 28), date(2026, 11, 28), is_working=True),
-        DayException("Fire drill", date(2026, 11, 12), date(2026, 11, 12)),
-        DayException("Summer break", date(2026, 7, 6), date(2026, 7, 19)))
+DAYS = (
+    DayException("Inventory", date(2026, 11, 28), date(2026, 11, 28), is_working=True),
+    DayException("Fire drill", date(2026, 11, 12), date(2026, 11, 12)),
+    DayException("Summer break", date(2026, 7, 6), date(2026, 7, 19)),
+)
 FILE = "plant-2027.ics"
 IN_FILE = """BEGIN:VCALENDAR
 VERSION:2.0
@@ -71,7 +74,7 @@ def opened(studio):
     screen = plant.screen(studio, "constraints")
     page = next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage")
     page.scroll_y = 0
-    studio.driver.advance(.3)
+    studio.driver.advance(0.3)
     return plant, screen
 
 
@@ -85,7 +88,7 @@ def offered(studio):
     plant, screen = opened(studio)
     screen.page.calendar.import_days()
     studio.driver.wait(lambda: plant.shell.background.idle and studio.dialogs.top is not None)
-    studio.driver.advance(.3)
+    studio.driver.advance(0.3)
     return plant, screen
 
 
@@ -102,9 +105,9 @@ def december(studio):
     studio.dialogs.top.confirmed()
     studio.driver.wait(lambda: plant.shell.background.idle and screen.page.calendar.outcome.text)
     page = next(widget for widget in screen.walk() if type(widget).__name__ == "ScrollPage")
-    studio.driver.advance(.2)
+    studio.driver.advance(0.2)
     page.scroll_y = 0
-    studio.driver.advance(.3)
+    studio.driver.advance(0.3)
     return screen
 
 
@@ -120,5 +123,5 @@ def country(studio):
     plant, screen = opened(studio)
     screen.page.calendar.choose_country()
     studio.driver.wait(lambda: plant.shell.background.idle and studio.dialogs.top is not None)
-    studio.driver.advance(.3)
+    studio.driver.advance(0.3)
     return studio.dialogs.top

@@ -1,4 +1,5 @@
 """The check-up of a robot in Settings: before it, while it runs, what it found of simulated robots, and how the robots stand."""
+
 from __future__ import annotations
 
 import tempfile
@@ -16,8 +17,10 @@ from tests.screenshots.registry import picture
 from tests.screenshots.settings import EVERY_SIZE, NOW, Plant
 from tests.support.checked_robot import CheckedRobot
 
-KINDS = {"good": Profile(),
-         "odd": replace(deviant("german-states"), clock_offset=-42.0, reboots=Reboots(30, 10.0, 20.0))}
+KINDS = {
+    "good": Profile(),
+    "odd": replace(deviant("german-states"), clock_offset=-42.0, reboots=Reboots(30, 10.0, 20.0)),
+}
 SOFTWARE = "3.5.4"
 
 
@@ -34,13 +37,20 @@ def found(kind: str, software: str = SOFTWARE, trial: Trial | None = None) -> Re
 
 class Checked(Plant):
     """``reports`` by the name of the robot."""
+
     def __init__(self, studio, **reports: Report) -> None:
         super().__init__(studio)
         container, check_ups = self.container, CheckUpRepository()
         for robot in container.catalogue.robots():
             if report := reports.get(robot.name):
-                stored = replace(report, robot=robot.name, address=robot.address, model=robot.model, began_at=NOW - timedelta(days=1),
-                                 profile=replace(report.profile, serial_number=robot.serial_number))
+                stored = replace(
+                    report,
+                    robot=robot.name,
+                    address=robot.address,
+                    model=robot.model,
+                    began_at=NOW - timedelta(days=1),
+                    profile=replace(report.profile, serial_number=robot.serial_number),
+                )
                 container.db.write(lambda c, robot=robot, stored=stored: check_ups.put(c, robot.id, stored))
 
     def dialog(self, studio, name: str = "Aino"):
@@ -53,7 +63,7 @@ class Checked(Plant):
 
     def settle(self, studio):
         studio.driver.wait(lambda: self.shell.background.idle)
-        studio.driver.advance(.2)
+        studio.driver.advance(0.2)
         return studio.dialogs.top
 
 
@@ -83,7 +93,11 @@ def trial(studio):
 def long_name(studio):
     plant = Checked(studio)
     catalogue = plant.container.catalogue
-    catalogue.save_robot(replace(catalogue.robots()[0], name="Aino of the goods receiving department, hall 2, between the docks 14 and 17"))
+    catalogue.save_robot(
+        replace(
+            catalogue.robots()[0], name="Aino of the goods receiving department, hall 2, between the docks 14 and 17"
+        )
+    )
     plant.dialog(studio, catalogue.robots()[0].name).choose_trial(True)
     return plant.settle(studio)
 
@@ -106,7 +120,9 @@ def running(studio):
     check_up.choose_trial(True)
     plant.settle(studio)
     check_up.part = "CheckUpRunning"
-    check_up._progress = Progress(message("Measuring how soon it answers"), 35.0, plant.container.check_ups.length_s(Trial()))
+    check_up._progress = Progress(
+        message("Measuring how soon it answers"), 35.0, plant.container.check_ups.length_s(Trial())
+    )
     check_up._show_progress()
     return plant.settle(studio)
 

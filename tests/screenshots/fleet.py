@@ -1,4 +1,5 @@
 """All robots: a dozen and fifty, with something abnormal and all well; a filter, and one that finds nothing any more."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -17,7 +18,14 @@ EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 class _AtOnce:
     """Background work that is done when it is asked for."""
 
-    def run(self, work: Callable[[], Any], done: Callable[[Any], object], *_args: object, key: object = None, apart: str = "") -> None:
+    def run(
+        self,
+        work: Callable[[], Any],
+        done: Callable[[Any], object],
+        *_args: object,
+        key: object = None,
+        apart: str = "",
+    ) -> None:
         if not apart and key is None:
             done(work())
 
@@ -25,12 +33,17 @@ class _AtOnce:
 def fleet(studio: Any, count: int, *, well: bool = False, issues: OpenIssues | None = None) -> FleetViewModel:
     """``issues``: those that the app would have of these robots."""
     answers = sample.Answers()
-    screen = home(studio, sample.facts(count, well=well), issues=issues, background=_AtOnce(),
-                  more=dict.fromkeys(("catalogue", "history", "robot_missions"), answers))
+    screen = home(
+        studio,
+        sample.facts(count, well=well),
+        issues=issues,
+        background=_AtOnce(),
+        more=dict.fromkeys(("catalogue", "history", "robot_missions"), answers),
+    )
     page: FleetViewModel = screen.vm.fleet
     page.open()
     studio.afterwards(page.close)
-    studio.driver.advance(.5)
+    studio.driver.advance(0.5)
     return page
 
 

@@ -1,4 +1,5 @@
 """The pages of the gallery, as kv."""
+
 from __future__ import annotations
 
 PAGES = """

@@ -1,4 +1,5 @@
 """Holding starts: the dialog, what is held on the timeline and in the list; a paused schedule; a closed day."""
+
 from __future__ import annotations
 
 from datetime import date, time, timedelta
@@ -33,8 +34,15 @@ def held(studio: Any) -> Any:
 @picture("scheduler-held-form", sizes=BOTH)
 def held_form(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=hold)
-    stand.vm.form.set(mission_id=stand.mission("Waste to compactor"), day=date(2026, 11, 20), at=time(16, 40), kind=Kind.EVERY, every=30,
-                      unit=Unit.MINUTES, until_time=time(20, 0))
+    stand.vm.form.set(
+        mission_id=stand.mission("Waste to compactor"),
+        day=date(2026, 11, 20),
+        at=time(16, 40),
+        kind=Kind.EVERY,
+        every=30,
+        unit=Unit.MINUTES,
+        until_time=time(20, 0),
+    )
     return stand.settle()
 
 

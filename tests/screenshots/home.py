@@ -1,4 +1,5 @@
 """Home in every state, and what is shown over it: banner, alarms, late starts, the damaged database."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -41,31 +42,87 @@ from tests.support import home_facts as sample
 from tests.support import standing
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
-PARAMETERS = (MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
-              MissionParameter("count", "Pallets", "Integer", 2, 1, 8))
+PARAMETERS = (
+    MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
+    MissionParameter("count", "Pallets", "Integer", 2, 1, 8),
+)
 PLACES = sample.FACTS.map.places
-POSITION = (MissionParameter("place", "Position", sets="position", choices=tuple((place.name, place.name) for place in PLACES)),)
+POSITION = (
+    MissionParameter("place", "Position", sets="position", choices=tuple((place.name, place.name) for place in PLACES)),
+)
 SILENCE = sample.without_veikko().snapshots[2].problem
 FAILED_RUN = next(run for run in sample.FINISHED if run.state is State.FAILED)
 ALARMS = (
     Alarm("emergency_stop", "robot:1", Priority.HIGH, sample.ago(minutes=2), {"robot": "Aino"}, id=1),
-    Alarm("unreachable", "robot:2", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko", "problem": SILENCE}, id=2, count=3),
-    Alarm("execution_failed", "execution:14", Priority.MEDIUM, FAILED_RUN.ended_at,
-          {"robot": "Veikko", "robot_id": 2, "mission": FAILED_RUN.mission, "reason": to_store(FAILED_RUN.reason)}, id=3,
-          cleared_at=FAILED_RUN.ended_at),
-    Alarm("robot_error", "robot:2", Priority.HIGH, FAILED_RUN.ended_at,
-          {"robot": "Veikko", "problem": FAILED_RUN.reason.details["message"]}, id=4, cleared_at=sample.ago(minutes=38)),
+    Alarm(
+        "unreachable",
+        "robot:2",
+        Priority.MEDIUM,
+        sample.ago(minutes=9),
+        {"robot": "Veikko", "problem": SILENCE},
+        id=2,
+        count=3,
+    ),
+    Alarm(
+        "execution_failed",
+        "execution:14",
+        Priority.MEDIUM,
+        FAILED_RUN.ended_at,
+        {"robot": "Veikko", "robot_id": 2, "mission": FAILED_RUN.mission, "reason": to_store(FAILED_RUN.reason)},
+        id=3,
+        cleared_at=FAILED_RUN.ended_at,
+    ),
+    Alarm(
+        "robot_error",
+        "robot:2",
+        Priority.HIGH,
+        FAILED_RUN.ended_at,
+        {"robot": "Veikko", "problem": FAILED_RUN.reason.details["message"]},
+        id=4,
+        cleared_at=sample.ago(minutes=38),
+    ),
 )
-ERROR = Alarm("robot_error", "robot:1", Priority.HIGH, sample.ago(minutes=1),
-              {"robot": "Aino", "robot_id": 1, "problem": "Failed to reach goal position 'Line 2'"}, id=6)
-QUESTION = Alarm("question", "robot:1", Priority.HIGH, sample.ago(minutes=1),
-                 {"robot": "Aino", "robot_id": 1, "question": "Is the pallet loaded at Dock 3?",
-                  "answers": ["Yes", "No", "Skip this stop"]}, id=7)
-SILENT = Alarm("unreachable", "robot:1", Priority.MEDIUM, sample.ago(minutes=4),
-               {"robot": "Aino", "robot_id": 1, "problem": sample.without_aino().snapshots[1].problem}, id=8)
-LATE = tuple(replace(sample.HELD, id=number, mission=mission, schedule=schedule, wait=Wait.LATE_START, wait_details={},
-                     hold_until=sample.NOW + timedelta(seconds=24))
-             for number, mission, schedule in ((21, "Waste to compactor", sample.HELD.schedule), (22, "Collect empties", "")))
+ERROR = Alarm(
+    "robot_error",
+    "robot:1",
+    Priority.HIGH,
+    sample.ago(minutes=1),
+    {"robot": "Aino", "robot_id": 1, "problem": "Failed to reach goal position 'Line 2'"},
+    id=6,
+)
+QUESTION = Alarm(
+    "question",
+    "robot:1",
+    Priority.HIGH,
+    sample.ago(minutes=1),
+    {
+        "robot": "Aino",
+        "robot_id": 1,
+        "question": "Is the pallet loaded at Dock 3?",
+        "answers": ["Yes", "No", "Skip this stop"],
+    },
+    id=7,
+)
+SILENT = Alarm(
+    "unreachable",
+    "robot:1",
+    Priority.MEDIUM,
+    sample.ago(minutes=4),
+    {"robot": "Aino", "robot_id": 1, "problem": sample.without_aino().snapshots[1].problem},
+    id=8,
+)
+LATE = tuple(
+    replace(
+        sample.HELD,
+        id=number,
+        mission=mission,
+        schedule=schedule,
+        wait=Wait.LATE_START,
+        wait_details={},
+        hold_until=sample.NOW + timedelta(seconds=24),
+    )
+    for number, mission, schedule in ((21, "Waste to compactor", sample.HELD.schedule), (22, "Collect empties", ""))
+)
 
 
 class _Nowhere:
@@ -78,25 +135,48 @@ class _Nowhere:
 _NOWHERE = _Nowhere()
 
 
-def home(studio: Any, facts: HomeFacts, *, chosen: int | None = 2, issues: OpenIssues | None = None, more: dict[str, Any] | None = None,
-         background: Any = _NOWHERE) -> HomeScreen:
+def home(
+    studio: Any,
+    facts: HomeFacts,
+    *,
+    chosen: int | None = 2,
+    issues: OpenIssues | None = None,
+    more: dict[str, Any] | None = None,
+    background: Any = _NOWHERE,
+) -> HomeScreen:
     """Home in its frame, with these facts, and with ``issues``, by default those that the app would have; ``more`` services by name."""
     issues = standing.issues_of(facts) if issues is None else issues
-    services: Any = SimpleNamespace(**{
-        "maps": SimpleNamespace(is_due=lambda _robot_id, _map_id: False), "operator": None, "catalogue": None,
-        "history": None, "holds": None,
-        "robot_missions": SimpleNamespace(learn_names=bool), "clock": SimpleNamespace(now=lambda: sample.NOW),
-        "snapshots": SimpleNamespace(get=lambda robot_id: facts.snapshots.get(robot_id) or RobotSnapshot(robot_id))} | (more or {}))
-    shell: Any = SimpleNamespace(background=background, dialogs=studio.dialogs, navigator=Navigator(None, {}), bus=UiBus(), given=Learnt())
+    services: Any = SimpleNamespace(
+        **{
+            "maps": SimpleNamespace(is_due=lambda _robot_id, _map_id: False),
+            "operator": None,
+            "catalogue": None,
+            "history": None,
+            "holds": None,
+            "robot_missions": SimpleNamespace(learn_names=bool),
+            "clock": SimpleNamespace(now=lambda: sample.NOW),
+            "snapshots": SimpleNamespace(get=lambda robot_id: facts.snapshots.get(robot_id) or RobotSnapshot(robot_id)),
+        }
+        | (more or {})
+    )
+    shell: Any = SimpleNamespace(
+        background=background, dialogs=studio.dialogs, navigator=Navigator(None, {}), bus=UiBus(), given=Learnt()
+    )
     frame = Factory.Frame()
-    frame.items = [(name, frame_controller.screen_word(name), icon, selected) for name, icon, selected in frame_controller.NAVIGATION]
+    frame.items = [
+        (name, frame_controller.screen_word(name), icon, selected)
+        for name, icon, selected in frame_controller.NAVIGATION
+    ]
     frame.current, frame.title = "home", frame_controller.screen_word("home")
     screen = HomeScreen(services, shell)
     frame.add_widget(screen)
     screen.vm.take(facts)
     screen.vm.choose_mission(chosen)
     seen = [(robot, services.snapshots.get(robot.id)) for robot in facts.robots]
-    groups = [group_of(robot, snapshot, is_old(snapshot, sample.NOW, facts.settings), facts.settings) for robot, snapshot in seen]
+    groups = [
+        group_of(robot, snapshot, is_old(snapshot, sample.NOW, facts.settings), facts.settings)
+        for robot, snapshot in seen
+    ]
     frame_controller.show_bar(frame, top_bar(facts.robot, facts.snapshot, facts.settings, sample.NOW, groups))
     show_issues(frame, issues, {robot.id: robot for robot in facts.robots}, facts.settings, "home")
     studio.show(frame)
@@ -110,7 +190,7 @@ def show_issues(frame: Any, issues: OpenIssues, robots: Mapping[int, Robot], set
     frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, robots, settings, sample.NOW)), len(shelved))
 
 
-stopped = sample.without_veikko          # as ``ALARMS`` say
+stopped = sample.without_veikko  # as ``ALARMS`` say
 
 
 @picture("home", sizes=EVERY_SIZE)
@@ -132,14 +212,14 @@ def waiting_for_a_robot(studio: Any) -> None:
     """Of a group, and a mission that would be started on any of it."""
     screen = home(studio, sample.WITH_WAITING)
     screen.vm.choose_target(("group", sample.HALL_1.id))
-    studio.driver.advance(.2)
+    studio.driver.advance(0.2)
 
 
 @picture("home-waiting-all", sizes=(*BOTH, SMALL, SMALL_LARGE_TEXT))
 def all_that_wait(studio: Any) -> None:
     screen = home(studio, sample.WITH_WAITING)
     screen.vm.waiting.show_all()
-    studio.driver.advance(.2)
+    studio.driver.advance(0.2)
 
 
 @picture("home-estop", sizes=(*BOTH, SMALL, SMALL_LARGE_TEXT))
@@ -217,8 +297,13 @@ def held(studio: Any) -> None:
 @picture("home-clock", sizes=BOTH)
 def wrong_clock(studio: Any) -> None:
     problem = message("most robots' clocks are {time} behind it", time=message("{days} days", days=3))
-    home(studio, sample.FACTS, issues=OpenIssues([Alarm("clock_implausible", "clock", Priority.HIGH, sample.ago(minutes=1),
-                                                        {"problem": problem}, id=5)]))
+    home(
+        studio,
+        sample.FACTS,
+        issues=OpenIssues(
+            [Alarm("clock_implausible", "clock", Priority.HIGH, sample.ago(minutes=1), {"problem": problem}, id=5)]
+        ),
+    )
 
 
 @picture("home-copy", sizes=BOTH)
@@ -272,7 +357,11 @@ def clear_queue(studio: Any) -> Any:
 @picture("damaged-database")
 def damaged(studio: Any) -> None:
     directory = Path("/home/tablet/.local/share/amr-scheduler")
-    found = DatabaseDamaged(directory / "amr-scheduler.db", message("malformed disk image"),
-                            directory / "amr-scheduler.db.damaged-20261120", directory / "backups" / "daily-2026-11-20.db")
+    found = DatabaseDamaged(
+        directory / "amr-scheduler.db",
+        message("malformed disk image"),
+        directory / "amr-scheduler.db.damaged-20261120",
+        directory / "backups" / "daily-2026-11-20.db",
+    )
     damage = Damage(found, lambda: None)
     studio.show(RescuePage(damage, UiBus(), lambda _services: None))

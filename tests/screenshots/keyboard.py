@@ -1,4 +1,5 @@
 """The keyboard on the screen, under a dialog's field and under a number field."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -17,7 +18,7 @@ def typed_into(studio: Any, field: Any) -> Any:
     keyboard = DockedKeyboard(lambda: True)
     keyboard.start()
     field.focus = True
-    studio.driver.advance(.3)
+    studio.driver.advance(0.3)
     keyboard._watch.cancel()
     return keyboard
 
@@ -27,7 +28,7 @@ def letters(studio: Any) -> Any:
     context = Plant(studio).screen(studio).vm.context
     dialog = RobotDialog(context)
     studio.dialogs.open(dialog)
-    studio.driver.advance(.2)
+    studio.driver.advance(0.2)
     field: FormField = dialog.ids.username_field
     return typed_into(studio, field)
 

@@ -1,4 +1,5 @@
 """The Scheduler of an invented month, in every state a person meets."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -38,18 +39,30 @@ SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
 def framed(name: str, container: Container) -> Any:
     """The frame around a screen as Home shows it: all well with the robot. Banner and bell say what is open and held."""
     frame = Factory.Frame()
-    frame.items = [(key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION]
+    frame.items = [
+        (key, frame_controller.screen_word(key), icon, selected) for key, icon, selected in frame_controller.NAVIGATION
+    ]
     frame.current, frame.title = name, frame_controller.screen_word(name)
-    frame_controller.show_bar(frame, top_bar(sample.FACTS.robot, sample.FACTS.snapshot, sample.FACTS.settings, sample.NOW, ()))
+    frame_controller.show_bar(
+        frame, top_bar(sample.FACTS.robot, sample.FACTS.snapshot, sample.FACTS.settings, sample.NOW, ())
+    )
     robots = {robot.id: robot for robot in container.catalogue.robots()}
-    show_issues(frame, OpenIssues(container.alarms.open(), container.holds.current()), robots, container.settings(), name)
+    show_issues(
+        frame, OpenIssues(container.alarms.open(), container.holds.current()), robots, container.settings(), name
+    )
     return frame
 
 
 class Stand:
     """A screen in its frame, on the services of the month."""
-    def __init__(self, studio: Any, name: str, furnished: bool = True,
-                 prepare: Callable[[Container], object] = lambda _container: None) -> None:
+
+    def __init__(
+        self,
+        studio: Any,
+        name: str,
+        furnished: bool = True,
+        prepare: Callable[[Container], object] = lambda _container: None,
+    ) -> None:
         self.studio = studio
         self.container = month.plant(studio.directory(), furnished)
         prepare(self.container)
@@ -61,10 +74,10 @@ class Stand:
         frame = framed(name, self.container)
         frame.add_widget(self.screen)
         studio.show(frame)
-        if name == "scheduler":                  # nobody answers at the robots' addresses
+        if name == "scheduler":  # nobody answers at the robots' addresses
             self.container.robot_missions.learn_names = lambda _robot_id: False
             self.container.robot_missions.parameters = lambda _robot_id, _guid: ()
-        for close in (self.container.close, self.background.close, self.screen.hidden):      # the last one first
+        for close in (self.container.close, self.background.close, self.screen.hidden):  # the last one first
             studio.afterwards(close)
         self.screen.shown()
         self.settle()
@@ -75,9 +88,9 @@ class Stand:
 
     def settle(self) -> Any:
         """Everything asked for has come."""
-        self.studio.driver.advance(.4)
+        self.studio.driver.advance(0.4)
         self.studio.driver.wait(lambda: self.background.idle)
-        self.studio.driver.advance(.4)
+        self.studio.driver.advance(0.4)
         return self.screen
 
     def mission(self, name: str) -> int:
@@ -91,7 +104,9 @@ class Stand:
 def planning(studio: Any, **values: Any) -> Stand:
     """The form with the mission of the visual target."""
     stand = Stand(studio, "scheduler")
-    stand.vm.form.set(mission_id=stand.mission("Deliver kits to line 2"), day=date(2026, 11, 23), at=time(6, 30), **values)
+    stand.vm.form.set(
+        mission_id=stand.mission("Deliver kits to line 2"), day=date(2026, 11, 23), at=time(6, 30), **values
+    )
     stand.settle()
     return stand
 
@@ -107,14 +122,20 @@ def weekly(studio: Any) -> Any:
 @picture("scheduler-typed", sizes=(*BOTH, LARGE_TEXT))
 def typed(studio: Any) -> Any:
     """Lengths of all three kinds: learned, typed, not known."""
+
     def ahead(container: Container) -> None:
         c, catalogue = container.db.read(), container.catalogue
         missions = {mission.name: mission for mission in container.repositories.missions.all(c)}
         robots = {robot.name: robot.id for robot in container.repositories.robots.all(c)}
         catalogue.save_mission(replace(missions["Floor wash, hall A"], usual_minutes=80))
-        for robot, name, at in (("Aino", "Floor wash, hall A", time(22, 20)), ("Veikko", "Night stock count", time(20, 0)),
-                                ("Veikko", "Floor wash, hall A", time(21, 30))):
-            catalogue.save_schedule(Schedule("", robots[robot], missions[name].id, datetime.combine(date(2026, 11, 20), at), month.ZONE))
+        for robot, name, at in (
+            ("Aino", "Floor wash, hall A", time(22, 20)),
+            ("Veikko", "Night stock count", time(20, 0)),
+            ("Veikko", "Floor wash, hall A", time(21, 30)),
+        ):
+            catalogue.save_schedule(
+                Schedule("", robots[robot], missions[name].id, datetime.combine(date(2026, 11, 20), at), month.ZONE)
+            )
 
     stand = Stand(studio, "scheduler", prepare=ahead)
     stand.vm.form.set(mission_id=stand.mission("Floor wash, hall A"), day=date(2026, 11, 23), at=time(17, 0))
@@ -123,13 +144,22 @@ def typed(studio: Any) -> Any:
 
 def crowd(hours: float) -> Callable[[Any], Any]:
     """Every 5 minutes on working days, beside what overlaps with it, seen at so many hours."""
+
     def build(studio: Any) -> Any:
         def ahead(container: Container) -> None:
             c = container.db.read()
             missions = {mission.name: mission.id for mission in container.repositories.missions.all(c)}
             robots = {robot.name: robot.id for robot in container.repositories.robots.all(c)}
-            container.catalogue.save_schedule(Schedule(
-                "", robots["Veikko"], missions["Coils to store"], datetime(2026, 11, 20, 0, 0), month.ZONE, "FREQ=MINUTELY;INTERVAL=5"))
+            container.catalogue.save_schedule(
+                Schedule(
+                    "",
+                    robots["Veikko"],
+                    missions["Coils to store"],
+                    datetime(2026, 11, 20, 0, 0),
+                    month.ZONE,
+                    "FREQ=MINUTELY;INTERVAL=5",
+                )
+            )
 
         stand = Stand(studio, "scheduler", prepare=ahead)
         while stand.vm.timeline.hours != hours:
@@ -140,8 +170,8 @@ def crowd(hours: float) -> Callable[[Any], Any]:
     return build
 
 
-picture("scheduler-crowd", sizes=(LANDSCAPE,))(crowd(24.))
-picture("scheduler-crowd-week", sizes=(LANDSCAPE,))(crowd(168.))
+picture("scheduler-crowd", sizes=(LANDSCAPE,))(crowd(24.0))
+picture("scheduler-crowd-week", sizes=(LANDSCAPE,))(crowd(168.0))
 
 
 def fifty(container: Container) -> None:
@@ -158,8 +188,18 @@ def fifty(container: Container) -> None:
             halls[n > 26].append(robot.id)
             if n % 3 == 0:
                 start = datetime(2026, 11, 20, 15 + n % 5, n)
-                r.schedules.add(c, Schedule(f"S{n}", robot.id, missions[n % len(missions)].id, start, month.ZONE,
-                                            changed_at=month.NOW, next_at=start.replace(tzinfo=UTC) - timedelta(hours=2)))
+                r.schedules.add(
+                    c,
+                    Schedule(
+                        f"S{n}",
+                        robot.id,
+                        missions[n % len(missions)].id,
+                        start,
+                        month.ZONE,
+                        changed_at=month.NOW,
+                        next_at=start.replace(tzinfo=UTC) - timedelta(hours=2),
+                    ),
+                )
 
     container.db.write(furnish)
     for n, members in enumerate(halls, 2):
@@ -177,7 +217,7 @@ def fifty_below(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=fifty)
     stand.vm.open_line(IDLE)
     stand.settle()
-    next(widget for widget in stand.screen.walk() if type(widget).__name__ == "HoursPart").scroll_y = .64
+    next(widget for widget in stand.screen.walk() if type(widget).__name__ == "HoursPart").scroll_y = 0.64
     return stand.settle()
 
 
@@ -219,10 +259,15 @@ def more(studio: Any) -> Any:
 def parameters(studio: Any) -> Any:
     stand = planning(studio)
     places = (("K1", "Kitting 1"), ("K2", "Kitting 2"))
-    stand.vm.form._robot_answered(stand.vm.form._asked_of, (
-        MissionParameter("place", "Pick-up place", choices=places, default="K1"), MissionParameter("count", "Pallets", "integer", 2, 1, 8),
-        MissionParameter("goal", "Goal", choices=(("g", "Dock 3"),), sets="position"),
-        MissionParameter("charge", "Charge", "integer", 50, 0, 100, unit="%")))
+    stand.vm.form._robot_answered(
+        stand.vm.form._asked_of,
+        (
+            MissionParameter("place", "Pick-up place", choices=places, default="K1"),
+            MissionParameter("count", "Pallets", "integer", 2, 1, 8),
+            MissionParameter("goal", "Goal", choices=(("g", "Dock 3"),), sets="position"),
+            MissionParameter("charge", "Charge", "integer", 50, 0, 100, unit="%"),
+        ),
+    )
     stand.settle()
     stand.vm.form.save({"place": "K1", "count": "2", "charge": "50"})
     return stand.settle()
@@ -259,12 +304,15 @@ def menu(studio: Any) -> Any:
 
 def card_at(look: str) -> Callable[[Any], Any]:
     """The card of the longest bar of that look that is seen."""
+
     def build(studio: Any) -> Any:
         stand = Stand(studio, "scheduler")
         chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
         seen = {box[4] for box in chart.boxes() if box[0] < chart.right}
-        bar = max((bar for lane in chart.lanes for bar in lane.bars if bar.state == look and bar.key in seen),
-                  key=lambda bar: bar.end - bar.start)
+        bar = max(
+            (bar for lane in chart.lanes for bar in lane.bars if bar.state == look and bar.key in seen),
+            key=lambda bar: bar.end - bar.start,
+        )
         stand.vm.open_bars([bar.key], chart.place_of(bar.key))
         return studio.dialogs.top
 
@@ -284,12 +332,14 @@ def dragged(studio: Any) -> Any:
     stand = Stand(studio, "scheduler")
     chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Timeline")
     left, bottom, right, top, _key = max(
-        (box for box in chart.boxes() if box[4][0] == "schedule" and box[2] < chart.center_x), key=lambda box: box[2] - box[0])
+        (box for box in chart.boxes() if box[4][0] == "schedule" and box[2] < chart.center_x),
+        key=lambda box: box[2] - box[0],
+    )
     touch = UnitTestTouch(*chart.to_window((left + right) / 2, (bottom + top) / 2))
     touch.touch_down()
-    studio.driver.advance(LONG + .1)
+    studio.driver.advance(LONG + 0.1)
     touch.touch_move(touch.x + chart.left_of(1.5) - chart.left_of(0), touch.y)
-    studio.driver.advance(.1)
+    studio.driver.advance(0.1)
     touch.touch_up()
     return stand.settle()
 
@@ -307,6 +357,7 @@ def mission(studio: Any) -> Any:
 
 def stepped(field: str) -> Callable[[Any], Any]:
     """The dialog that asks for a number of the form."""
+
     def build(studio: Any) -> Any:
         stand = Stand(studio, "scheduler")
         stand.vm.form.step_to(field)
@@ -346,39 +397,76 @@ def with_hall(container: Container) -> None:
     catalogue, c = container.catalogue, container.db.read()
     missions = {mission.name: mission.id for mission in container.repositories.missions.all(c)}
     hall = catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in catalogue.robots())))
-    for name, at, priority in (("Deliver kits to line 2", time(16, 30), 2), ("Waste to compactor", time(19, 0), -1),
-                               ("Night stock count", time(21, 0), 0)):
-        catalogue.save_schedule(Schedule("", None, missions[name], datetime.combine(date(2026, 11, 20), at), month.ZONE, group_id=hall.id,
-                                         priority=priority))
+    for name, at, priority in (
+        ("Deliver kits to line 2", time(16, 30), 2),
+        ("Waste to compactor", time(19, 0), -1),
+        ("Night stock count", time(21, 0), 0),
+    ):
+        catalogue.save_schedule(
+            Schedule(
+                "",
+                None,
+                missions[name],
+                datetime.combine(date(2026, 11, 20), at),
+                month.ZONE,
+                group_id=hall.id,
+                priority=priority,
+            )
+        )
 
 
 @picture("scheduler-group", sizes=EVERY_SIZE)
 def group(studio: Any) -> Any:
     """A schedule for any robot of a group, and the forecast of those that there are."""
     stand = Stand(studio, "scheduler", prepare=with_hall)
-    stand.vm.form.set(group_id=1, robot_id=None, mission_id=stand.mission("Deliver kits to line 2"), at=time(7, 30), priority=1,
-                      kind=Kind.DAILY)
+    stand.vm.form.set(
+        group_id=1,
+        robot_id=None,
+        mission_id=stand.mission("Deliver kits to line 2"),
+        at=time(7, 30),
+        priority=1,
+        kind=Kind.DAILY,
+    )
     return stand.settle()
 
 
 @picture("scheduler-group-bar", sizes=(*BOTH, SMALL))
 def group_bar(studio: Any) -> Any:
     stand = Stand(studio, "scheduler", prepare=with_hall)
-    number = next(schedule.id for schedule in stand.vm._facts.schedules if schedule.group_id and schedule.start.hour == 16)
+    number = next(
+        schedule.id for schedule in stand.vm._facts.schedules if schedule.group_id and schedule.start.hour == 16
+    )
     run = next(run for run in stand.vm._facts.planned if run.schedule.id == number)
-    stand.vm.open_bars([("schedule", number, run.at)], next(w for w in stand.screen.walk() if type(w).__name__ == "Timeline"))
+    stand.vm.open_bars(
+        [("schedule", number, run.at)], next(w for w in stand.screen.walk() if type(w).__name__ == "Timeline")
+    )
     return stand.settle()
 
 
 def advice(stand: Stand) -> Advice:
     """Of a schedule that came late on most days, and of one that was changed because of an earlier suggestion."""
     facts = stand.vm._facts
-    late = next(schedule for schedule in facts.schedules if schedule.robot_id and schedule.mission_id == stand.mission("Collect empties"))
+    late = next(
+        schedule
+        for schedule in facts.schedules
+        if schedule.robot_id and schedule.mission_id == stand.mission("Collect empties")
+    )
     options = [Option(ChangeKind.TIME, 1200.0, 1), Option(ChangeKind.GROUP, 1.0, 0)]
     moved = replace(late, start=late.start + timedelta(minutes=20))
-    return Advice((Suggestion(Finding(late.id, 20, 16, 540.0, Cause.BUSY, "Waste to compactor", 2, options), late, "Veikko", (
-        Change(options[0], moved, at=moved.start.time()),
-        Change(options[1], replace(late, robot_id=None, group_id=1), group="Hall 1"))),), ())
+    return Advice(
+        (
+            Suggestion(
+                Finding(late.id, 20, 16, 540.0, Cause.BUSY, "Waste to compactor", 2, options),
+                late,
+                "Veikko",
+                (
+                    Change(options[0], moved, at=moved.start.time()),
+                    Change(options[1], replace(late, robot_id=None, group_id=1), group="Hall 1"),
+                ),
+            ),
+        ),
+        (),
+    )
 
 
 @picture("scheduler-suggestions", sizes=(*BOTH, SMALL_LARGE_TEXT))

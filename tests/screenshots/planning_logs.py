@@ -1,4 +1,5 @@
 """Logs of an invented month, in every state a person meets."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -11,7 +12,9 @@ from tests.screenshots.registry import BOTH, LANDSCAPE, picture
 @picture("logs", sizes=EVERY_SIZE)
 def logs(studio: Any) -> Any:
     stand = Stand(studio, "logs")
-    stand.vm.toggle(next(row.key for row in stand.vm.rows if row.outcome == _("Running")))     # seen with all that is newer
+    stand.vm.toggle(
+        next(row.key for row in stand.vm.rows if row.outcome == _("Running"))
+    )  # seen with all that is newer
     return stand.settle()
 
 
@@ -77,7 +80,7 @@ def logs_figures(studio: Any) -> Any:
 def logs_figures_below(studio: Any) -> Any:
     screen = logs_figures(studio)
     next(widget for widget in screen.walk() if type(widget).__name__ == "LowColumn").scroll_y = 0
-    studio.driver.advance(.2)
+    studio.driver.advance(0.2)
     return screen
 
 
@@ -110,7 +113,7 @@ def logs_robot_span(studio: Any) -> Any:
     stand = Stand(studio, "logs")
     stand.vm.choose_part("robots")
     stand.settle()
-    stand.vm.show_moment(stand.vm.lanes[0].key, .93)
+    stand.vm.show_moment(stand.vm.lanes[0].key, 0.93)
     return studio.dialogs.top
 
 

@@ -1,4 +1,5 @@
 """Which pictures there are."""
+
 from __future__ import annotations
 
 import importlib
@@ -16,11 +17,12 @@ THEMES = ("light", "dark", "contrast")
 @dataclass(frozen=True)
 class Size:
     """A window: width and height in px, px per dp, and the factor on texts that the operator may set."""
+
     name: str
     width: int
     height: int
-    density: float = 1.
-    font_scale: float = 1.
+    density: float = 1.0
+    font_scale: float = 1.0
     gloves: bool = False
 
 
@@ -49,15 +51,56 @@ PICTURES: dict[str, Picture] = {}
 
 # What docs/screens shows: by size, theme and language.
 DOCUMENTED: Sequence[tuple[str, str, str, Sequence[str]]] = (
-    ("landscape", "light", "en", (
-        "fleet-fifty", "fleet-fifty-well", "fleet-filter", "home", "home-map", "home-question", "home-error", "home-estop",
-        "home-unreachable", "home-held", "home-parameters", "home-position-map", "home-waiting", "alarms", "late-starts",
-        "damaged-database", "scheduler", "scheduler-bar-planned", "scheduler-held", "scheduler-fifty", "scheduler-dragged",
-        "scheduler-monthly", "scheduler-once-refused", "scheduler-group", "scheduler-suggestions",
-        "logs", "logs-figures", "logs-figures-below", "logs-robots",
-        "robot-dialog", "robot-dialog-certificate", "robot-dialog-new-robot", "check-up-robots", "check-up-trial", "check-up-running",
-        "check-up-report", "settings-missions", "settings-idle", "settings-calendar-december",
-        "settings-display", "settings-data", "settings-groups", "settings-group-missions")),
+    (
+        "landscape",
+        "light",
+        "en",
+        (
+            "fleet-fifty",
+            "fleet-fifty-well",
+            "fleet-filter",
+            "home",
+            "home-map",
+            "home-question",
+            "home-error",
+            "home-estop",
+            "home-unreachable",
+            "home-held",
+            "home-parameters",
+            "home-position-map",
+            "home-waiting",
+            "alarms",
+            "late-starts",
+            "damaged-database",
+            "scheduler",
+            "scheduler-bar-planned",
+            "scheduler-held",
+            "scheduler-fifty",
+            "scheduler-dragged",
+            "scheduler-monthly",
+            "scheduler-once-refused",
+            "scheduler-group",
+            "scheduler-suggestions",
+            "logs",
+            "logs-figures",
+            "logs-figures-below",
+            "logs-robots",
+            "robot-dialog",
+            "robot-dialog-certificate",
+            "robot-dialog-new-robot",
+            "check-up-robots",
+            "check-up-trial",
+            "check-up-running",
+            "check-up-report",
+            "settings-missions",
+            "settings-idle",
+            "settings-calendar-december",
+            "settings-display",
+            "settings-data",
+            "settings-groups",
+            "settings-group-missions",
+        ),
+    ),
     ("landscape", "light", "fi", ("fleet-fifty", "home", "scheduler", "logs-figures")),
     ("landscape", "dark", "en", ("fleet-fifty", "home", "scheduler", "logs")),
     ("landscape", "contrast", "en", ("fleet-fifty", "home", "scheduler", "logs")),
@@ -65,7 +108,8 @@ DOCUMENTED: Sequence[tuple[str, str, str, Sequence[str]]] = (
     ("small", "light", "en", ("home", "home-estop")),
     ("sharp", "light", "en", ("fleet-fifty", "home")),
     ("large-text", "light", "fi", ("home",)),
-    ("gloves", "light", "en", ("home",)))
+    ("gloves", "light", "en", ("home",)),
+)
 
 
 def documented() -> set[str]:
@@ -79,6 +123,7 @@ def file_name(name: str, size: str, theme: str, language: str = "en") -> str:
 
 def picture(name: str, sizes: Sequence[Size] = BOTH, themes: Sequence[str] = THEMES) -> Callable[[Builder], Builder]:
     """Register ``build(studio)`` as the picture ``name``."""
+
     def register(build: Builder) -> Builder:
         if name in PICTURES:
             raise ValueError(f"two pictures are called {name}")

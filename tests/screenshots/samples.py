@@ -1,4 +1,5 @@
 """An invented Friday afternoon in a Finnish plant: what the gallery shows."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -12,13 +13,23 @@ from app.screens.scheduler.view import ScheduleItem
 from app.services.robots.map_picture import Place
 
 FRIDAY = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
-NAV = [("home", "Home", "home-variant-outline", "home-variant"), ("scheduler", "Scheduler", "calendar-clock-outline", "calendar-clock"),
-       ("logs", "Logs", "text-box-outline", "text-box"), ("settings", "Settings", "cog-outline", "cog")]
+NAV = [
+    ("home", "Home", "home-variant-outline", "home-variant"),
+    ("scheduler", "Scheduler", "calendar-clock-outline", "calendar-clock"),
+    ("logs", "Logs", "text-box-outline", "text-box"),
+    ("settings", "Settings", "cog-outline", "cog"),
+]
 CHIPS = [
     RobotSummary(1, "Aino", "Working", "play-circle-outline", "accent", "78 %", "battery-80", "neutral", selected=True),
-    RobotSummary(2, "Veikko", "Ready", "check-circle-outline", "neutral", "64 %", "battery-60", "neutral", selected=False),
-    RobotSummary(3, "Sisu", "Charging", "lightning-bolt", "neutral", "19 %", "battery-charging-20", "attention", selected=False),
-    RobotSummary(4, "Trukki hallissa 2", "Stopped", "alert-octagon", "fault", "–", "battery-unknown", "neutral", selected=False),
+    RobotSummary(
+        2, "Veikko", "Ready", "check-circle-outline", "neutral", "64 %", "battery-60", "neutral", selected=False
+    ),
+    RobotSummary(
+        3, "Sisu", "Charging", "lightning-bolt", "neutral", "19 %", "battery-charging-20", "attention", selected=False
+    ),
+    RobotSummary(
+        4, "Trukki hallissa 2", "Stopped", "alert-octagon", "fault", "–", "battery-unknown", "neutral", selected=False
+    ),
 ]
 QUEUE = [
     QueueEntry(("item", 1), "Deliver kits to line 2", "Run now · started 14:34", icon="play", tone="accent", loud=True),
@@ -28,60 +39,182 @@ QUEUE = [
     QueueEntry(("item", 5), "Waste to compactor", "Schedule Waste · since 14:37", "4"),
 ]
 PLANNED = [
-    PlannedStart((n, FRIDAY), at, mission, note) for n, (at, mission, note) in enumerate([
-        ("15:00", "Deliver kits to line 2", "Aino · in 22 min"), ("15:15", "Move coils to press", "Sisu · in 37 min"),
-        ("15:30", "Collect empties", "Veikko · in 52 min"), ("16:00", "Deliver kits to line 2", "Aino · in 1 h 22 min")])]
+    PlannedStart((n, FRIDAY), at, mission, note)
+    for n, (at, mission, note) in enumerate(
+        [
+            ("15:00", "Deliver kits to line 2", "Aino · in 22 min"),
+            ("15:15", "Move coils to press", "Sisu · in 37 min"),
+            ("15:30", "Collect empties", "Veikko · in 52 min"),
+            ("16:00", "Deliver kits to line 2", "Aino · in 1 h 22 min"),
+        ]
+    )
+]
 FINISHED = [
-    FinishedRun(1, "skip-next-circle", "attention", True, "Move coils to press", "Sisu 14:30",
-                "Not run: Battery 12 % stayed under 30 % until 14:30"),
+    FinishedRun(
+        1,
+        "skip-next-circle",
+        "attention",
+        True,
+        "Move coils to press",
+        "Sisu 14:30",
+        "Not run: Battery 12 % stayed under 30 % until 14:30",
+    ),
     FinishedRun(2, "check-circle-outline", "done", False, "Collect empties", "Veikko 14:21", "Completed in 8 min 05 s"),
-    FinishedRun(3, "alert-circle", "fault", True, "Bring pallet to dock", "Veikko 13:52", "Failed: could not reach 'Dock 3' within 4 min"),
+    FinishedRun(
+        3,
+        "alert-circle",
+        "fault",
+        True,
+        "Bring pallet to dock",
+        "Veikko 13:52",
+        "Failed: could not reach 'Dock 3' within 4 min",
+    ),
 ]
 SCHEDULES = [
-    ScheduleItem(1, True, "Deliver kits to line 2", "Every hour 06–18, Mon–Fri", "Aino · in 22 min", True, "check-circle-outline", "done",
-                 "Completed"),
-    ScheduleItem(2, True, "Waste to compactor", "Weekly Mon, Wed, Fri at 16:30", "Veikko · in 1 h 52 min", False, "alert-circle", "fault",
-                 "Failed"),
-    ScheduleItem(3, False, "Floor wash, hall A", "Monthly on the first Monday", "Veikko · switched off", False, "check-circle-outline",
-                 "done", "Completed"),
+    ScheduleItem(
+        1,
+        True,
+        "Deliver kits to line 2",
+        "Every hour 06–18, Mon–Fri",
+        "Aino · in 22 min",
+        True,
+        "check-circle-outline",
+        "done",
+        "Completed",
+    ),
+    ScheduleItem(
+        2,
+        True,
+        "Waste to compactor",
+        "Weekly Mon, Wed, Fri at 16:30",
+        "Veikko · in 1 h 52 min",
+        False,
+        "alert-circle",
+        "fault",
+        "Failed",
+    ),
+    ScheduleItem(
+        3,
+        False,
+        "Floor wash, hall A",
+        "Monthly on the first Monday",
+        "Veikko · switched off",
+        False,
+        "check-circle-outline",
+        "done",
+        "Completed",
+    ),
 ]
 STEPS = (
-    StepView("Planned", "13:30:00", "Run now", "neutral", False), StepView("Submitted", "13:30:02", "1 attempt", "neutral", False),
-    StepView("Started", "13:30:09", "no wait", "neutral", False), StepView("Failed", "13:52:13", "after 22 min", "fault", True),
+    StepView("Planned", "13:30:00", "Run now", "neutral", False),
+    StepView("Submitted", "13:30:02", "1 attempt", "neutral", False),
+    StepView("Started", "13:30:09", "no wait", "neutral", False),
+    StepView("Failed", "13:52:13", "after 22 min", "fault", True),
 )
 
 
 def runs() -> list[RunRow]:
     """The second is opened."""
-    rows = [RunRow(n, *run, opened=False) for n, run in enumerate([
-        ("skip-next-circle", "attention", "Not run", "Move coils to press", "Battery 12 % stayed under 30 % until 14:30", "Sisu",
-         "Schedule", "14:15", "–"),
-        ("check-circle-outline", "done", "Completed", "Collect empties", "Longer than usual", "Veikko", "Schedule", "14:12",
-         "8 min 05 s"),
-        ("alert-circle", "fault", "Failed", "Bring pallet to dock", "Could not reach 'Dock 3' within 4 min", "Veikko", "Run now", "13:30",
-         "22 min 04 s")] * 40)]
-    rows[1] = replace(rows[1], opened=True, steps=STEPS, message="Robot: Failed to reach goal position 'Dock 3'. Queue item 14026.")
+    rows = [
+        RunRow(n, *run, opened=False)
+        for n, run in enumerate(
+            [
+                (
+                    "skip-next-circle",
+                    "attention",
+                    "Not run",
+                    "Move coils to press",
+                    "Battery 12 % stayed under 30 % until 14:30",
+                    "Sisu",
+                    "Schedule",
+                    "14:15",
+                    "–",
+                ),
+                (
+                    "check-circle-outline",
+                    "done",
+                    "Completed",
+                    "Collect empties",
+                    "Longer than usual",
+                    "Veikko",
+                    "Schedule",
+                    "14:12",
+                    "8 min 05 s",
+                ),
+                (
+                    "alert-circle",
+                    "fault",
+                    "Failed",
+                    "Bring pallet to dock",
+                    "Could not reach 'Dock 3' within 4 min",
+                    "Veikko",
+                    "Run now",
+                    "13:30",
+                    "22 min 04 s",
+                ),
+            ]
+            * 40
+        )
+    ]
+    rows[1] = replace(
+        rows[1], opened=True, steps=STEPS, message="Robot: Failed to reach goal position 'Dock 3'. Queue item 14026."
+    )
     return rows
 
 
 KPIS = [
-    Card("success", "Success rate", with_unit("98.1", "%"), "405 of 413 ended runs", (97.1, 97.8, 96.9, None, 97.9, 98.4, 98.1)),
-    Card("duration", "Mean duration", with_unit("6", "min ") + with_unit("12", "s"), "405 completed runs",
-         (6.6, 6.4, 6.5, 6.3, 6.35, 6.1, 6.2)),
+    Card(
+        "success",
+        "Success rate",
+        with_unit("98.1", "%"),
+        "405 of 413 ended runs",
+        (97.1, 97.8, 96.9, None, 97.9, 98.4, 98.1),
+    ),
+    Card(
+        "duration",
+        "Mean duration",
+        with_unit("6", "min ") + with_unit("12", "s"),
+        "405 completed runs",
+        (6.6, 6.4, 6.5, 6.3, 6.35, 6.1, 6.2),
+    ),
     Card("per_day", "Missions per day", "–", "no recorded day", ()),
 ]
-UTILISATION = [RobotBar("Aino", "46 %", "3 h 41 min", .46, .14), RobotBar("Veikko", "31 %", "2 h 29 min", .31, .11),
-               RobotBar("Sisu", "22 %", "1 h 46 min", .22, .27)]
-DAYS = [DayBar("Sa", 20, 0, 0, 0), DayBar("Su", 12, 0, 0, 1), DayBar("Mo", 74, 2, 1, 0), DayBar("Tu", 79, 1, 2, 1),
-        DayBar("We", 76, 0, 1, 0), DayBar("Th", 82, 2, 1, 0), DayBar("Fr", 62, 3, 3, 0)]
+UTILISATION = [
+    RobotBar("Aino", "46 %", "3 h 41 min", 0.46, 0.14),
+    RobotBar("Veikko", "31 %", "2 h 29 min", 0.31, 0.11),
+    RobotBar("Sisu", "22 %", "1 h 46 min", 0.22, 0.27),
+]
+DAYS = [
+    DayBar("Sa", 20, 0, 0, 0),
+    DayBar("Su", 12, 0, 0, 1),
+    DayBar("Mo", 74, 2, 1, 0),
+    DayBar("Tu", 79, 1, 2, 1),
+    DayBar("We", 76, 0, 1, 0),
+    DayBar("Th", 82, 2, 1, 0),
+    DayBar("Fr", 62, 3, 3, 0),
+]
 LANES = [
-    Lane("Aino", "MiR250", (Bar(1, .5, .62, state="past"), Bar(2, 1.55, 1.7, state="running"), Bar(3, 3, 3.12),
-                            Bar(4, 6, 8.9, "Night stock count"))),
-    Lane("Veikko", "MiR100", (Bar(5, .5, .87, state="failed"), Bar(6, 3.5, 4.5, "Waste"), Bar(7, 4.17, 5.3, "Collect empties")),
-         ((4.17, 4.5),)),
+    Lane(
+        "Aino",
+        "MiR250",
+        (
+            Bar(1, 0.5, 0.62, state="past"),
+            Bar(2, 1.55, 1.7, state="running"),
+            Bar(3, 3, 3.12),
+            Bar(4, 6, 8.9, "Night stock count"),
+        ),
+    ),
+    Lane(
+        "Veikko",
+        "MiR100",
+        (Bar(5, 0.5, 0.87, state="failed"), Bar(6, 3.5, 4.5, "Waste"), Bar(7, 4.17, 5.3, "Collect empties")),
+        ((4.17, 4.5),),
+    ),
     Lane("Sisu", "MiR1350", (Bar(8, 1.25, 1.5, state="skipped"), Bar(9, 2.25, 2.8, "Move coils to press"))),
 ]
 TICKS = [(hour, "Sat 21 Nov" if hour == 11 else f"{(13 + hour) % 24:02d}:00", hour == 11) for hour in range(3, 24, 2)]
-PLAN = {"walls": [(0, .335, .19, 0), (.26, .335, .06, 0), (.32, 0, 0, .335), (.74, .62, 0, .38)],
-        "racks": [(.05, .66, .055, .26), (.37, .69, .24, .09), (.37, .08, .32, .11), (.86, .54, .09, .14)],
-        "places": [Place("Kitting", .1625, .50), Place("Line 2", .905, .42), Place("Dock", .245, .12)]}
+PLAN = {
+    "walls": [(0, 0.335, 0.19, 0), (0.26, 0.335, 0.06, 0), (0.32, 0, 0, 0.335), (0.74, 0.62, 0, 0.38)],
+    "racks": [(0.05, 0.66, 0.055, 0.26), (0.37, 0.69, 0.24, 0.09), (0.37, 0.08, 0.32, 0.11), (0.86, 0.54, 0.09, 0.14)],
+    "places": [Place("Kitting", 0.1625, 0.50), Place("Line 2", 0.905, 0.42), Place("Dock", 0.245, 0.12)],
+}

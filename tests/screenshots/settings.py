@@ -1,4 +1,5 @@
 """Settings, every section and dialog: the plant of the visual target, a Friday afternoon."""
+
 from __future__ import annotations
 
 import os
@@ -34,15 +35,33 @@ from tests.support.clock import VirtualClock
 EVERY_SIZE = (*BOTH, SMALL, LARGE_TEXT, GLOVES)
 HOME = "/home/operator"
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
-ROBOTS = (("Aino", "10.40.12.21", "MiR250", "200104012", "3.5.4", Connection.CONNECTED, 2),
-          ("Veikko", "10.40.12.22", "MiR100", "180003127", "2.13.4", Connection.CONNECTED, 2),
-          ("Sisu", "10.40.12.23", "MiR1350", "220511008", "3.5.4", Connection.SLOW, 9))
-MISSIONS = ("Deliver kits to line 2", "Collect empties", "Return to charger", "Bring pallet to dock", "Waste to compactor",
-            "Move coils to press", "Night stock count", "Floor wash, hall A", "Charge")
-PLAN = (("Aino", "Deliver kits to line 2"), ("Aino", "Collect empties"), ("Aino", "Night stock count"), ("Veikko", "Collect empties"),
-        ("Veikko", "Waste to compactor"), ("Veikko", "Floor wash, hall A"), ("Sisu", "Move coils to press"))
+ROBOTS = (
+    ("Aino", "10.40.12.21", "MiR250", "200104012", "3.5.4", Connection.CONNECTED, 2),
+    ("Veikko", "10.40.12.22", "MiR100", "180003127", "2.13.4", Connection.CONNECTED, 2),
+    ("Sisu", "10.40.12.23", "MiR1350", "220511008", "3.5.4", Connection.SLOW, 9),
+)
+MISSIONS = (
+    "Deliver kits to line 2",
+    "Collect empties",
+    "Return to charger",
+    "Bring pallet to dock",
+    "Waste to compactor",
+    "Move coils to press",
+    "Night stock count",
+    "Floor wash, hall A",
+    "Charge",
+)
+PLAN = (
+    ("Aino", "Deliver kits to line 2"),
+    ("Aino", "Collect empties"),
+    ("Aino", "Night stock count"),
+    ("Veikko", "Collect empties"),
+    ("Veikko", "Waste to compactor"),
+    ("Veikko", "Floor wash, hall A"),
+    ("Sisu", "Move coils to press"),
+)
 
-AT_LINE = ("Deliver kits to line 2", "Collect empties", "Waste to compactor")        # missions that drive to it
+AT_LINE = ("Deliver kits to line 2", "Collect empties", "Waste to compactor")  # missions that drive to it
 
 
 def guid(name: str) -> str:
@@ -51,25 +70,38 @@ def guid(name: str) -> str:
 
 def framed(screen: SettingsScreen):
     """Top bar and navigation around the screen, so that it has the room it really has."""
-    frame = Factory.Frame(title="Settings", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now",
-                          link_icon="wifi", items=NAV, current="settings")
+    frame = Factory.Frame(
+        title="Settings",
+        date="Fri 20 Nov 2026",
+        clock="14:38",
+        robot="Aino",
+        link="Connected · now",
+        link_icon="wifi",
+        items=NAV,
+        current="settings",
+    )
     frame.add_widget(screen)
     return frame
 
 
 class Plant:
     """Services on a throw-away database, a window of nothing but Settings, and no robot behind the addresses."""
+
     def __init__(self, studio, furnished: bool = True) -> None:
         directory = studio.directory()
-        table, places.MOUNTS = places.MOUNTS, directory / "mounts"     # whatever this machine has
+        table, places.MOUNTS = places.MOUNTS, directory / "mounts"  # whatever this machine has
         studio.afterwards(lambda: setattr(places, "MOUNTS", table))
-        places.MOUNTS.write_text("/dev/sdb1 /media/operator/KINGSTON vfat rw 0 0\n//plant/plans /mnt/plans cifs rw 0 0\n", encoding="utf-8")
+        places.MOUNTS.write_text(
+            "/dev/sdb1 /media/operator/KINGSTON vfat rw 0 0\n//plant/plans /mnt/plans cifs rw 0 0\n", encoding="utf-8"
+        )
         self.clock = VirtualClock(NOW)
-        self.container = Container(Database.open(directory / "amr-scheduler.db", clock=self.clock, durable=False), self.clock)
+        self.container = Container(
+            Database.open(directory / "amr-scheduler.db", clock=self.clock, durable=False), self.clock
+        )
         bus = UiBus()
         background = Background(bus)
         self.shell = Shell(Navigator(None, {}), studio.dialogs, Snackbars(), bus, background, lambda _path: None)
-        for close in (self.container.close, background.close):       # the last one first
+        for close in (self.container.close, background.close):  # the last one first
             studio.afterwards(close)
         self.container.catalogue.change_settings(timezone="Europe/Helsinki")
         if furnished:
@@ -80,18 +112,42 @@ class Plant:
         catalogue.change_settings(minimum_battery_percent=30)
         for name in MISSIONS:
             catalogue.save_mission(Mission(name, guid(name), favourite=name == MISSIONS[0]))
-        missions = {mission.name: mission for mission in self.container.repositories.missions.all(self.container.db.read())}
+        missions = {
+            mission.name: mission for mission in self.container.repositories.missions.all(self.container.db.read())
+        }
         for name, address, model, serial, software, connection, age in ROBOTS:
             user, password = ("distributor", "distributor") if name == "Veikko" else ("scheduler", "secret")
             identified_by = IdentifiedBy.ADDRESS if name == "Sisu" else IdentifiedBy.SERIAL_NUMBER
-            robot = catalogue.save_robot(Robot(name, address, user, serial_number=serial, model=model, software=software,
-                                               identified_by=identified_by), password)
-            self.container.snapshots.update(robot.id, connection=connection, status=RobotStatus(RobotState.READY),
-                                            read_at=NOW - timedelta(seconds=age))
+            robot = catalogue.save_robot(
+                Robot(
+                    name,
+                    address,
+                    user,
+                    serial_number=serial,
+                    model=model,
+                    software=software,
+                    identified_by=identified_by,
+                ),
+                password,
+            )
+            self.container.snapshots.update(
+                robot.id,
+                connection=connection,
+                status=RobotStatus(RobotState.READY),
+                read_at=NOW - timedelta(seconds=age),
+            )
         robots = {robot.name: robot for robot in self.container.repositories.robots.all(self.container.db.read())}
         for robot, mission in PLAN:
-            catalogue.save_schedule(Schedule("", robots[robot].id, missions[mission].id, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki",
-                                             "FREQ=DAILY"))
+            catalogue.save_schedule(
+                Schedule(
+                    "",
+                    robots[robot].id,
+                    missions[mission].id,
+                    datetime(2026, 11, 23, 6, 30),
+                    "Europe/Helsinki",
+                    "FREQ=DAILY",
+                )
+            )
         catalogue.save_idle_rule(robots["Aino"].id, missions["Return to charger"].id, after_minutes=15)
         catalogue.save_idle_rule(robots["Veikko"].id, missions["Collect empties"].id, after_minutes=10, enabled=False)
         backup = self.container.db.path.parent / "backups" / "daily-2026-11-20.db"
@@ -101,19 +157,21 @@ class Plant:
     def screen(self, studio, section: str = "robots", **intent) -> SettingsScreen:
         screen = SettingsScreen(pick(SettingsScreen.Services, self.container), self.shell)
         studio.afterwards(screen.hidden)
-        names = {robot.id: {guid(name): name for name in MISSIONS if robot.name != "Sisu" or name != "Move coils to press"}
-                 for robot in self.container.repositories.robots.all(self.container.db.read())}
+        names = {
+            robot.id: {guid(name): name for name in MISSIONS if robot.name != "Sisu" or name != "Move coils to press"}
+            for robot in self.container.repositories.robots.all(self.container.db.read())
+        }
         self.container.robot_missions.names = lambda robot_id: names.get(robot_id, {})
         self.container.robot_missions.learn_names = lambda robot_id: False
         studio.show(framed(screen))
         screen.shown(section=section, **intent)
         studio.driver.wait(lambda: self.shell.background.idle and not screen.vm._waiting)
-        if section == "data":                    # where they would lie on a tablet
+        if section == "data":  # where they would lie on a tablet
             screen.page.vm.export_configuration.path = f"{HOME}/Documents/amr-scheduler-2026-11-20.json"
             screen.page.vm.export_log.path = f"{HOME}/Documents/amr-scheduler-log-2026-11-20.csv"
         elif section == "about":
             screen.page.vm.directory = f"{HOME}/.local/share/amr-scheduler"
-        studio.driver.advance(.2)
+        studio.driver.advance(0.2)
         return screen
 
 
@@ -135,8 +193,17 @@ def with_groups(plant: Plant) -> Plant:
     hall = catalogue.save_group(Group("Hall 1", tuple(robots.values())))
     catalogue.save_group(Group("Small ones", (robots["Aino"], robots["Veikko"]), HandOver.AT_ONCE))
     for name, at in (("Shift bus", 6), ("Kits in the afternoon", 14)):
-        catalogue.save_schedule(Schedule(name, None, missions["Deliver kits to line 2"], datetime(2026, 11, 23, at, 30), "Europe/Helsinki",
-                                         "FREQ=DAILY", group_id=hall.id))
+        catalogue.save_schedule(
+            Schedule(
+                name,
+                None,
+                missions["Deliver kits to line 2"],
+                datetime(2026, 11, 23, at, 30),
+                "Europe/Helsinki",
+                "FREQ=DAILY",
+                group_id=hall.id,
+            )
+        )
     catalogue.save_place(Place("Dock 2", 3, (missions["Bring pallet to dock"], missions["Collect empties"])))
     line = Stop("line-1", "Line 1")
     plant.container.db.write(lambda c: StopRepository().keep(c, {guid(name): [line] for name in AT_LINE}))
@@ -147,7 +214,7 @@ def with_groups(plant: Plant) -> Plant:
 def groups(studio):
     screen = with_groups(Plant(studio)).screen(studio)
     screen.turn_to("groups")
-    studio.driver.advance(.2)
+    studio.driver.advance(0.2)
     return screen
 
 
@@ -155,7 +222,7 @@ def groups(studio):
 def shared_places(studio):
     screen = with_groups(Plant(studio)).screen(studio, "missions")
     screen.turn_to("places")
-    studio.driver.advance(.2)
+    studio.driver.advance(0.2)
     return screen
 
 
@@ -166,12 +233,17 @@ def _group_dialog(name: str, show):
         screen = plant.screen(studio)
         screen.turn_to("groups")
         show(plant, screen)
-        studio.driver.advance(.2)
+        studio.driver.advance(0.2)
         return screen
 
 
-_group_dialog("group-dialog", lambda plant, screen: screen.page.act(("group", plant.container.catalogue.groups()[0].id), "edit"))
-_group_dialog("group-missions", lambda plant, screen: screen.page.act(("group", plant.container.catalogue.groups()[0].id), "missions"))
+_group_dialog(
+    "group-dialog", lambda plant, screen: screen.page.act(("group", plant.container.catalogue.groups()[0].id), "edit")
+)
+_group_dialog(
+    "group-missions",
+    lambda plant, screen: screen.page.act(("group", plant.container.catalogue.groups()[0].id), "missions"),
+)
 
 
 @picture("settings-place-dialog", sizes=EVERY_SIZE)
@@ -179,7 +251,7 @@ def place_dialog(studio):
     screen = with_groups(Plant(studio)).screen(studio, "missions")
     screen.turn_to("places")
     screen.page.places.act(screen.page.context.facts.places[0].id, "edit")
-    studio.driver.advance(.2)
+    studio.driver.advance(0.2)
     return screen
 
 
@@ -202,8 +274,12 @@ def empty_missions(studio):
 
 
 # ---------------------------------------------------------------------- what a press brings
-def identity(serial: str = "180003127", name: str = "Veikko", model: str = "MiR100", software: str = "2.13.4") -> Identity:
-    return Identity(RobotStatus(robot_name=name, robot_model=model, serial_number=serial, elapsed_s=.038), "scheduler", software)
+def identity(
+    serial: str = "180003127", name: str = "Veikko", model: str = "MiR100", software: str = "2.13.4"
+) -> Identity:
+    return Identity(
+        RobotStatus(robot_name=name, robot_model=model, serial_number=serial, elapsed_s=0.038), "scheduler", software
+    )
 
 
 @picture("settings-robots-tested")
@@ -221,9 +297,13 @@ def robots_tested(studio):
 def data_done(studio):
     screen = Plant(studio).screen(studio, "data")
     page = screen.page
-    page._configuration_read(["robot R4 added", "mission Deliver kits to line 3 added", "schedule Morning delivery changed"])
+    page._configuration_read(
+        ["robot R4 added", "mission Deliver kits to line 3 added", "schedule Morning delivery changed"]
+    )
     page.vm.export_log.problem = "/media/usb/log.csv can't be written: No space left on device"
-    page.vm.backup_outcome = done(_("Backup made"), f"{HOME}/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db")
+    page.vm.backup_outcome = done(
+        _("Backup made"), f"{HOME}/.local/share/amr-scheduler/backups/manual-2026-11-20T123800Z.db"
+    )
     return screen
 
 
@@ -236,12 +316,15 @@ def display_pin(studio):
 
 def dialog(name: str):
     """A picture of what ``build(context)`` opens over Settings."""
+
     def register(build):
         @picture(name, sizes=EVERY_SIZE)
         def shown(studio):
             screen = Plant(studio).screen(studio, "missions" if "mission" in name else "robots")
             return studio.dialogs.open(build(screen.vm.context))
+
         return shown
+
     return register
 
 
@@ -265,16 +348,28 @@ def robot_dialog(context: PageContext):
 
 @dialog("robot-dialog-new-robot")
 def robot_dialog_new_robot(context: PageContext):
-    robot, problem = context.facts.robots[0], AnotherRobot(address="10.40.12.21", expected="200104012", found="230617044")
-    return ConfirmDialog(title=_("Is this the new {robot}?").format(robot=robot.name), text=new_robot_question(problem, has_password=False),
-                         confirm=_("This is the new {robot}").format(robot=robot.name), decline=_("Cancel"))
+    robot, problem = (
+        context.facts.robots[0],
+        AnotherRobot(address="10.40.12.21", expected="200104012", found="230617044"),
+    )
+    return ConfirmDialog(
+        title=_("Is this the new {robot}?").format(robot=robot.name),
+        text=new_robot_question(problem, has_password=False),
+        confirm=_("This is the new {robot}").format(robot=robot.name),
+        decline=_("Cancel"),
+    )
 
 
 @dialog("robot-dialog-delete")
 def robot_dialog_delete(context: PageContext):
     robot = context.facts.robots[0]
-    return ConfirmDialog(title=_("Delete {robot}?").format(robot=robot.name), text=robot_question(context.facts, robot),
-                         confirm=_("Delete robot"), decline=_("Cancel"), danger=True)
+    return ConfirmDialog(
+        title=_("Delete {robot}?").format(robot=robot.name),
+        text=robot_question(context.facts, robot),
+        confirm=_("Delete robot"),
+        decline=_("Cancel"),
+        danger=True,
+    )
 
 
 @dialog("robot-dialog-certificate")
@@ -286,7 +381,12 @@ def robot_dialog_certificate(context: PageContext):
 @dialog("robot-dialog-problems")
 def robot_dialog_problems(context: PageContext):
     dialog = RobotDialog(context)
-    dialog.vm.name, dialog.vm.address, dialog.vm.username, dialog.vm.password = "Aino", "https://10.40.12.29", "scheduler", "wrong"
+    dialog.vm.name, dialog.vm.address, dialog.vm.username, dialog.vm.password = (
+        "Aino",
+        "https://10.40.12.29",
+        "scheduler",
+        "wrong",
+    )
     dialog._failed(dialog.vm.connection, Unauthorized(address="10.40.12.29"))
     dialog.vm.name_problem = "There is a robot Aino already"
     return dialog
@@ -299,7 +399,16 @@ def mission_dialog(context: PageContext):
 
 @dialog("mission-checklist")
 def mission_checklist(context: PageContext):
-    found = [MissionInfo(f"new-{name}", name) for name in ("Cart to press", "Deliver kits to line 3", "Empty cart home", "Charge")]
+    found = [
+        MissionInfo(f"new-{name}", name)
+        for name in ("Cart to press", "Deliver kits to line 3", "Empty cart home", "Charge")
+    ]
     offered = offers(found, context.facts.missions, context.facts.robots[0].id)
-    return ChoiceDialog(title=_("Missions of {robot}").format(robot="Aino"), options=offer_options(offered),
-                        selected=["new-Cart to press"], multiple=True, confirm=_("Add chosen"), decline=_("Cancel"))
+    return ChoiceDialog(
+        title=_("Missions of {robot}").format(robot="Aino"),
+        options=offer_options(offered),
+        selected=["new-Cart to press"],
+        multiple=True,
+        confirm=_("Add chosen"),
+        decline=_("Cancel"),
+    )

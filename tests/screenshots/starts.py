@@ -1,4 +1,5 @@
 """The Scheduler with starts at the same time, skipped ones, schedules with names of their own and one that is over."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -11,7 +12,7 @@ from tests.screenshots.planning import EVERY_SIZE, Stand
 from tests.screenshots.registry import BOTH, LARGE_TEXT, SMALL, picture
 from tests.support import month
 
-MONDAY = datetime(2026, 11, 23, 4, 0, tzinfo=UTC)        # 06:00 there
+MONDAY = datetime(2026, 11, 23, 4, 0, tzinfo=UTC)  # 06:00 there
 
 
 def alike(container: Container) -> None:
@@ -21,7 +22,9 @@ def alike(container: Container) -> None:
     count, kits = schedules["Night stock count on Aino"], schedules["Deliver kits to line 2 on Aino"]
     catalogue.save_schedule(replace(count, id=0, name="Second count"))
     catalogue.save_schedule(replace(kits, name="Morning round"))
-    once = catalogue.save_schedule(Schedule("", kits.robot_id, kits.mission_id, datetime(2026, 11, 20, 17, 30), month.ZONE))
+    once = catalogue.save_schedule(
+        Schedule("", kits.robot_id, kits.mission_id, datetime(2026, 11, 20, 17, 30), month.ZONE)
+    )
     container.pausing.skip_next(once.id)
     container.pausing.skip(kits.id, datetime(2026, 11, 20, 14, 0, tzinfo=UTC))
 
@@ -69,6 +72,7 @@ def skipped(studio: Any) -> Any:
 @picture("logs-skipped", sizes=EVERY_SIZE)
 def skipped_ahead(studio: Any) -> Any:
     """The story of a start of another day that is skipped today."""
+
     def skip(container: Container) -> None:
         kits = next(one.id for one in container.catalogue.schedules() if one.name == "Deliver kits to line 2 on Aino")
         container.pausing.skip(kits, MONDAY)

@@ -1,4 +1,5 @@
 """The process that takes pictures: one window size, real GL without a display, virtual time."""
+
 from __future__ import annotations
 
 import atexit
@@ -22,19 +23,29 @@ def open_window(size: Size) -> None:
     home = tempfile.mkdtemp(prefix="kivy-home-")
     atexit.register(shutil.rmtree, home, ignore_errors=True)
     os.environ.update(
-        KIVY_NO_ARGS="1", KIVY_NO_FILELOG="1", KIVY_NO_CONFIG="1", KIVY_NO_CONSOLELOG="1", KIVY_LOG_MODE="PYTHON", KIVY_CLIPBOARD="dummy",
-        KIVY_METRICS_DENSITY=str(size.density), KIVY_METRICS_FONTSCALE=str(size.font_scale), KIVY_DPI=str(96 * size.density),
-        KIVY_HOME=home)
+        KIVY_NO_ARGS="1",
+        KIVY_NO_FILELOG="1",
+        KIVY_NO_CONFIG="1",
+        KIVY_NO_CONSOLELOG="1",
+        KIVY_LOG_MODE="PYTHON",
+        KIVY_CLIPBOARD="dummy",
+        KIVY_METRICS_DENSITY=str(size.density),
+        KIVY_METRICS_FONTSCALE=str(size.font_scale),
+        KIVY_DPI=str(96 * size.density),
+        KIVY_HOME=home,
+    )
     os.environ.setdefault("SDL_VIDEODRIVER", "offscreen")
-    quiet = logging.getLogger("kivy")        # which input devices and clipboards this machine lacks is no news here
+    quiet = logging.getLogger("kivy")  # which input devices and clipboards this machine lacks is no news here
     quiet.addHandler(logging.NullHandler())
     quiet.propagate = False
     from kivy.config import Config
+
     Config.set("graphics", "width", str(size.width))
     Config.set("graphics", "height", str(size.height))
     for name, _value in Config.items("input"):
         Config.remove_option("input", name)
     from kivy.core.window import Window
+
     if Window is None:
         sys.exit("no window: real GL without a display needs the packages libgl1 libegl1 libgl1-mesa-dri")
 
@@ -69,6 +80,7 @@ class Studio:
 
     def use(self, theme: str) -> None:
         from app.widgets.tokens import apply_theme
+
         self.theme = theme
         apply_theme(self.app.theme_cls, theme, gloves=self.size.gloves)
 
@@ -85,6 +97,7 @@ class Studio:
     def clear(self) -> None:
         """Close dialogs and services, empty the window."""
         from kivy.core.window import Window
+
         self.dialogs.close_all()
         self._after.close()
         for child in list(Window.children):
@@ -94,6 +107,7 @@ class Studio:
     def take(self, path: Path) -> None:
         """Write what is in the window now."""
         from kivy.core.window import Window
+
         os.replace(Window.screenshot(name=str(path)), path)
 
 
@@ -124,7 +138,7 @@ def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[s
             studio.use(theme)
             if n == 0:
                 widget = item.build(studio)
-            studio.driver.advance(.4)
+            studio.driver.advance(0.4)
             path = out / file_name(item.name, studio.size.name, theme, studio.language)
             studio.take(path)
             for line in checks.problems(widget if widget is not None else studio.shown):
@@ -136,5 +150,5 @@ def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[s
         return False
     finally:
         studio.clear()
-        gc.collect()                         # widgets of pictures before would be recoloured with every switch
+        gc.collect()  # widgets of pictures before would be recoloured with every switch
     return True

@@ -23,15 +23,24 @@ def site(tmp_path) -> Iterator[Site]:
 @pytest.fixture
 def plan(site):
     """Make a schedule of Deliver on R1; ``start`` is text like "2026-11-23T06:05"."""
+
     def make(start: str, recurrence: str | None = None, **values) -> Schedule:
         c = site.container.db.read()
         robot = site.container.repositories.robots.by_name(c, "R1")
         mission = next(m for m in site.container.repositories.missions.all(c) if m.name == "Deliver")
-        values = {"name": f"S{len(site.container.repositories.schedules.all(c)) + 1}", "mission_id": mission.id, **values}
-        saved = site.container.catalogue.save_schedule(Schedule(
-            robot_id=robot.id, start=datetime.fromisoformat(start), timezone="UTC", recurrence=recurrence, **values))
+        values = {
+            "name": f"S{len(site.container.repositories.schedules.all(c)) + 1}",
+            "mission_id": mission.id,
+            **values,
+        }
+        saved = site.container.catalogue.save_schedule(
+            Schedule(
+                robot_id=robot.id, start=datetime.fromisoformat(start), timezone="UTC", recurrence=recurrence, **values
+            )
+        )
         site.kick()
         return saved
+
     return make
 
 

@@ -1,4 +1,5 @@
 """The app was off, the tablet slept, its clock was moved: nothing doubled, nothing lost without a word."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -44,7 +45,7 @@ def test_off_longer_than_the_window_is_missed(site, plan):
 def test_of_many_missed_only_the_latest_still_runs(site, plan):
     plan("2026-11-23T06:05", "FREQ=HOURLY")
     site.run(60)
-    off_for(site, 5 * 3600 + 400)        # back at about 11:07
+    off_for(site, 5 * 3600 + 400)  # back at about 11:07
     site.run(600)
     assert outcome(site) == [("10:05", State.MISSED, ReasonCode.APP_DOWN), ("11:05", State.COMPLETED, None)]
     assert [run.starts for run in site.executions()] == [5, 1]
@@ -110,7 +111,9 @@ def late(tmp_path):
     site = Site(tmp_path, robots=2, with_window=True)
     robots, mission = site.add_robots(), site.add_mission("Deliver")
     for robot in robots:
-        site.container.catalogue.save_schedule(Schedule(robot.name, robot.id, mission.id, datetime(2026, 11, 23, 6, 5), "UTC"))
+        site.container.catalogue.save_schedule(
+            Schedule(robot.name, robot.id, mission.id, datetime(2026, 11, 23, 6, 5), "UTC")
+        )
     site.run(60)
     off_for(site, 600)
     site.run(15)
@@ -265,8 +268,10 @@ def test_a_clock_before_the_last_heartbeat_holds_everything(site, plan):
 
 def test_dst_night_in_helsinki(tmp_path):
     """03:30 does not exist on 28 March 2027 and comes twice on 31 October: once each, shifted and first."""
-    for start, expected in ((datetime(2027, 3, 27, 12, tzinfo=UTC), "2027-03-28T01:30:00+00:00"),
-                            (datetime(2027, 10, 30, 12, tzinfo=UTC), "2027-10-31T00:30:00+00:00")):
+    for start, expected in (
+        (datetime(2027, 3, 27, 12, tzinfo=UTC), "2027-03-28T01:30:00+00:00"),
+        (datetime(2027, 10, 30, 12, tzinfo=UTC), "2027-10-31T00:30:00+00:00"),
+    ):
         directory = tmp_path / expected[:7]
         directory.mkdir()
         site = Site(directory, now=start)
@@ -274,7 +279,9 @@ def test_dst_night_in_helsinki(tmp_path):
         site.add_mission("Deliver")
         site.container.catalogue.change_settings(poll_interval_seconds=600)
         first = start.replace(tzinfo=None).replace(hour=3, minute=30)
-        site.container.catalogue.save_schedule(Schedule("S", 1, 1, first, "Europe/Helsinki", "FREQ=DAILY", respect_working_days=False))
+        site.container.catalogue.save_schedule(
+            Schedule("S", 1, 1, first, "Europe/Helsinki", "FREQ=DAILY", respect_working_days=False)
+        )
         site.run(timedelta(hours=20).total_seconds())
         assert [run.planned_at.isoformat() for run in site.executions()] == [expected]
         site.switch_off()
@@ -296,7 +303,7 @@ def test_a_restored_backup_finds_what_it_has_forgotten(site, plan):
     assert len(site.machines["R1"].queue) == 1
     codes = [alarm.code for alarm in site.container.alarms.open()]
     assert "backup_restored" in codes
-    assert "app_was_off" not in codes    # it was on, and had started the mission
+    assert "app_was_off" not in codes  # it was on, and had started the mission
 
 
 def test_an_absence_after_a_restored_backup_is_one_again(site):

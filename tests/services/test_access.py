@@ -1,4 +1,5 @@
 """The PIN before Settings: kept as a hash, asked with patience, in no export and no log."""
+
 from __future__ import annotations
 
 import logging
@@ -67,7 +68,7 @@ def test_after_five_wrong_ones_nothing_is_taken_for_half_a_minute(door):
     door.access.set_pin("4711")
     assert [door.access.check("0000").tries_left for _n in range(TRIES)] == [4, 3, 2, 1, 0]
     assert door.access.check("4711") == Verdict(False, 0, WAIT_S)
-    door.clock.step(3600)                                     # the tablet's clock was set
+    door.clock.step(3600)  # the tablet's clock was set
     assert door.access.check("4711").wait_s == WAIT_S
     door.clock.advance(WAIT_S - 1)
     assert door.access.check("4711").wait_s == 1
@@ -124,6 +125,7 @@ def test_many_at_one_instant_are_tried_one_after_the_other(door):
     def attempt(number: int) -> Verdict:
         begin.wait()
         return door.access.check(f"{number:04}")
+
     with ThreadPoolExecutor(20) as pool:
         verdicts = list(pool.map(attempt, range(20)))
     assert sorted(verdict.tries_left for verdict in verdicts) == [0] * 16 + [1, 2, 3, 4]
@@ -180,7 +182,17 @@ def test_two_tablets_with_one_pin_keep_different_hashes(door):
     assert first["hash"] != second["hash"]
 
 
-@pytest.mark.parametrize(("pin", "is_easy"), [
-    ("1234", True), ("123456", True), ("654321", True), ("0000", True), ("890123", True), ("4711", False), ("131313", False)])
+@pytest.mark.parametrize(
+    ("pin", "is_easy"),
+    [
+        ("1234", True),
+        ("123456", True),
+        ("654321", True),
+        ("0000", True),
+        ("890123", True),
+        ("4711", False),
+        ("131313", False),
+    ],
+)
 def test_runs_and_repetitions_are_easy_to_guess(pin, is_easy):
     assert is_easy_to_guess(pin) is is_easy

@@ -1,4 +1,5 @@
 """The alarms as the operator handles them: acknowledge with a note, shelve and take back, the past ones."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -43,17 +44,22 @@ def test_alarms_carry_the_name_that_the_robot_has_now(desk):
     robot = desk.db.write(lambda c: robots.add(c, Robot("Aino", "http://10.0.0.1")))
     desk.alarms.raise_("unreachable", f"robot:{robot.id}", robot="Aino", problem="no answer")
     desk.alarms.raise_("execution_failed", "schedule:1", robot="Aino", robot_id=robot.id, mission="Deliver", reason="x")
-    desk.alarms.raise_("emergency_stop", "robot:99", robot="Sisu")                    # of a robot that was removed
+    desk.alarms.raise_("emergency_stop", "robot:99", robot="Sisu")  # of a robot that was removed
     desk.db.write(lambda c: robots.update(c, replace(robot, name="Alma")))
     assert {alarm.code: alarm.details["robot"] for alarm in desk.alarms.open()} == {
-        "unreachable": "Alma", "execution_failed": "Alma", "emergency_stop": "Sisu"}
+        "unreachable": "Alma",
+        "execution_failed": "Alma",
+        "emergency_stop": "Sisu",
+    }
     for alarm in desk.alarms.open():
         desk.alarms.acknowledge(alarm.id)
     [failed], _total = desk.alarms.past(10)
     assert failed.details["robot"] == "Alma"
 
 
-@pytest.mark.parametrize("leave", [Catalogue.remove_robot, lambda catalogue, robot_id: catalogue.set_robot_enabled(robot_id, False)])
+@pytest.mark.parametrize(
+    "leave", [Catalogue.remove_robot, lambda catalogue, robot_id: catalogue.set_robot_enabled(robot_id, False)]
+)
 def test_what_is_wrong_with_a_robot_ends_when_it_leaves(desk, leave):
     """Nobody asks it any more, so nobody else would clear the alarm."""
     catalogue = Catalogue(desk.db, desk.clock, desk.changes)
@@ -65,7 +71,9 @@ def test_what_is_wrong_with_a_robot_ends_when_it_leaves(desk, leave):
     leave(catalogue, robot.id)
     assert Topic.ALARMS in desk.told
     assert {alarm.key: alarm.cleared_at for alarm in desk.alarms.open()} == {
-        f"robot:{robot.id}": desk.clock.now(), f"robot:{other.id}": None}
+        f"robot:{robot.id}": desk.clock.now(),
+        f"robot:{other.id}": None,
+    }
 
 
 def test_acknowledging_keeps_the_time_and_the_note_of_the_first(desk):
@@ -73,7 +81,7 @@ def test_acknowledging_keeps_the_time_and_the_note_of_the_first(desk):
     alarm_id, at = desk.only().id, desk.clock.now()
     desk.alarms.acknowledge(alarm_id, "  access point\nis off ")
     desk.clock.advance(60)
-    desk.alarms.acknowledge(alarm_id)                         # a second tap, or a second tablet
+    desk.alarms.acknowledge(alarm_id)  # a second tap, or a second tablet
     assert (desk.only().acknowledged_at, desk.only().note) == (at, "access point is off")
     desk.alarms.clear("unreachable", "robot:1")
     assert desk.alarms.open() == []
@@ -95,7 +103,7 @@ def test_shelving_ends_by_itself(desk, hours):
     desk.alarms.raise_("app_was_off", "app")
     [first, _second] = desk.alarms.open()
     assert desk.alarms.shelve(first.id, hours) == desk.clock.now() + timedelta(hours=hours)
-    assert [alarm.code for alarm in desk.alarms.open()] == ["app_was_off", "unreachable"]      # shelved ones last
+    assert [alarm.code for alarm in desk.alarms.open()] == ["app_was_off", "unreachable"]  # shelved ones last
     desk.clock.advance(hours * 3600 + 1)
     assert [alarm.code for alarm in desk.alarms.open()] == ["unreachable", "app_was_off"]
 

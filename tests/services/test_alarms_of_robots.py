@@ -1,4 +1,5 @@
 """Alarms of a robot that is switched off, on and removed: what nobody asks any more has none, what is asked again has its own again."""
+
 from __future__ import annotations
 
 import itertools
@@ -46,7 +47,9 @@ def test_a_robot_whose_queue_can_not_be_read_is_one_thing_and_not_now_this_now_t
     site.container.engine.watch(robot.id)
     site.run(60)
     seen = []
-    site.container.changes.subscribe(lambda _topic, _about: seen.append(site.container.snapshots.get(robot.id).connection))
+    site.container.changes.subscribe(
+        lambda _topic, _about: seen.append(site.container.snapshots.get(robot.id).connection)
+    )
     site.network.next("GET", "/mission_queue", Fate.ERROR_BEFORE, count=10_000)
     site.network.next("POST", "/mission_queue/search", Fate.ERROR_BEFORE, count=10_000)
     site.run(300)
@@ -62,8 +65,11 @@ def test_a_robot_whose_queue_can_not_be_read_is_one_thing_and_not_now_this_now_t
 @pytest.mark.parametrize("leave", ["removed", "switched off"])
 def test_an_answer_that_comes_after_the_robot_was_given_up_raises_no_alarm(site, robot, leave):
     """Nothing would ever end it."""
+
     def meanwhile(_robot, _planned) -> None:
-        if site.container.snapshots.get(robot.id).problem and not given_up:       # the second failure, which raises the alarm
+        if (
+            site.container.snapshots.get(robot.id).problem and not given_up
+        ):  # the second failure, which raises the alarm
             given_up.append(leave)
             if leave == "removed":
                 site.container.catalogue.remove_robot(robot.id)
@@ -102,6 +108,7 @@ def test_robots_that_have_changed_places_are_named(tmp_path):
     alarms = {alarm.details["robot"]: alarm for alarm in site.container.alarms.open()}
     assert alarm_sentence(alarms["R1"]) == (
         f"Another robot answers at the address of R1: serial number {first.serial_number} (R2) instead of {second.serial_number}; "
-        "nothing is sent")
+        "nothing is sent"
+    )
     assert alarm_note(alarms["R2"], site.container.settings(), site.clock.now()).endswith(" · correct the addresses")
     site.switch_off()

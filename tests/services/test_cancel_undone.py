@@ -1,4 +1,5 @@
 """Undoing that a waiting start was cancelled: it runs once, as if it had never been cancelled, or a sentence says why it can't any more."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -42,7 +43,7 @@ def test_what_is_wanted_after_all_runs_once(site, waiting):
     site.run(600)
     assert [run.state for run in site.executions()] == [State.COMPLETED]
     assert len(list(site.machines["R1"].queue)) == 1
-    assert refusal(site, row) == "this start does not wait any more, and can't again"          # pressed twice
+    assert refusal(site, row) == "this start does not wait any more, and can't again"  # pressed twice
     assert len(list(site.machines["R1"].queue)) == 1
 
 
@@ -84,11 +85,19 @@ MEANWHILE = {
     "too late": (lambda site, schedule: site.run(1200), "it is too late for this start"),
     "schedule moved": (lambda site, schedule: change(site, schedule, start=schedule.start.replace(hour=9)), SINCE),
     "schedule off": (lambda site, schedule: site.container.catalogue.set_schedule_enabled(schedule.id, False), SINCE),
-    "schedule paused": (lambda site, schedule: site.container.pausing.pause(schedule.id, site.clock.now().replace(hour=23)), SINCE),
+    "schedule paused": (
+        lambda site, schedule: site.container.pausing.pause(schedule.id, site.clock.now().replace(hour=23)),
+        SINCE,
+    ),
     "schedule deleted": (lambda site, schedule: site.container.catalogue.remove_schedule(schedule.id), NO_SCHEDULE),
-    "robot off": (lambda site, schedule: site.container.catalogue.set_robot_enabled(schedule.robot_id, False),
-                  "{robot} is switched off in Settings"),
-    "robot deleted": (lambda site, schedule: site.container.catalogue.remove_robot(schedule.robot_id), "there is no such robot any more"),
+    "robot off": (
+        lambda site, schedule: site.container.catalogue.set_robot_enabled(schedule.robot_id, False),
+        "{robot} is switched off in Settings",
+    ),
+    "robot deleted": (
+        lambda site, schedule: site.container.catalogue.remove_robot(schedule.robot_id),
+        "there is no such robot any more",
+    ),
 }
 
 
@@ -103,11 +112,19 @@ def test_what_would_have_ended_it_meanwhile_keeps_it_ended(site, waiting, meanwh
     assert list(site.machines["R1"].queue) == []
 
 
-@pytest.mark.parametrize(("overlap", "states"), [(Overlap.SKIP, [State.CANCELLED, State.WAITING]),
-                                                 (Overlap.QUEUE, [State.WAITING, State.WAITING])])
+@pytest.mark.parametrize(
+    ("overlap", "states"),
+    [(Overlap.SKIP, [State.CANCELLED, State.WAITING]), (Overlap.QUEUE, [State.WAITING, State.WAITING])],
+)
 def test_a_next_start_that_would_have_been_left_out_because_of_it_takes_its_place(site, plan, overlap, states):
     site.machines["R1"].set_battery(12.0)
-    plan("2026-11-23T06:05", "FREQ=MINUTELY;INTERVAL=5", minimum_battery_percent=30, start_window_minutes=20, overlap=overlap)
+    plan(
+        "2026-11-23T06:05",
+        "FREQ=MINUTELY;INTERVAL=5",
+        minimum_battery_percent=30,
+        start_window_minutes=20,
+        overlap=overlap,
+    )
     site.run(310)
     row = cancelled(site)
     site.run(300)

@@ -1,4 +1,5 @@
 """Every change that a person makes is one line of the log, once it is committed: what it was and what it is now, and no secret."""
+
 from __future__ import annotations
 
 import logging
@@ -14,7 +15,7 @@ from app.process.log_file import one_line
 from tests.support.clock import VirtualClock
 from tests.support.planner import insert_due
 
-NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)            # Monday
+NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)  # Monday
 HOSTILE = "A\n2026-11-23 06:00:00 ERROR \x1b[31m"
 
 
@@ -35,16 +36,20 @@ def app(tmp_path, caplog):
 @pytest.fixture
 def told(caplog):
     """The lines since it was asked last."""
+
     def lines() -> list[str]:
         found = [record.getMessage() for record in caplog.records]
         caplog.clear()
         return found
+
     return lines
 
 
 def test_settings(app, told):
     app.catalogue.change_settings(retry_limit=3, minimum_battery_percent=20, working_days=("MO", "SA"))
-    assert told() == ["settings changed: minimum_battery_percent none → 20.0, retry_limit 10 → 3, working_days MO TU WE TH FR → MO SA"]
+    assert told() == [
+        "settings changed: minimum_battery_percent none → 20.0, retry_limit 10 → 3, working_days MO TU WE TH FR → MO SA"
+    ]
     app.catalogue.change_settings(retry_limit=3)
     app.catalogue.change_settings(selected_robot_id=1)
     assert told() == []
@@ -55,18 +60,23 @@ def test_missions(app, told):
     app.catalogue.save_mission(replace(mission, favourite=True, usual_minutes=5, robot_id=None))
     removed = app.catalogue.remove_mission(mission.id)
     app.catalogue.restore(removed)
-    assert told() == ["mission 'Charge' of robot 'Aino' added",
-                      "mission 'Charge' changed: favourite no → yes, usual_minutes none → 5, robot 'Aino' → none",
-                      "mission 'Charge' removed, and 0 schedules with it", "mission 'Charge' put back"]
+    assert told() == [
+        "mission 'Charge' of robot 'Aino' added",
+        "mission 'Charge' changed: favourite no → yes, usual_minutes none → 5, robot 'Aino' → none",
+        "mission 'Charge' removed, and 0 schedules with it",
+        "mission 'Charge' put back",
+    ]
 
 
 def test_idle_rules(app, told):
     app.catalogue.save_idle_rule(1, 1)
     app.catalogue.save_idle_rule(1, 1, 25, enabled=False)
     app.catalogue.edit(lambda edit: edit.set_idle_rule(1, None))
-    assert told() == ["idle automation of robot 'Aino': mission none → 'Deliver', after_minutes none → 10, enabled none → yes",
-                      "idle automation of robot 'Aino': after_minutes 10 → 25, enabled yes → no",
-                      "idle automation of robot 'Aino': mission 'Deliver' → none, after_minutes 25 → none, enabled no → none"]
+    assert told() == [
+        "idle automation of robot 'Aino': mission none → 'Deliver', after_minutes none → 10, enabled none → yes",
+        "idle automation of robot 'Aino': after_minutes 10 → 25, enabled yes → no",
+        "idle automation of robot 'Aino': mission 'Deliver' → none, after_minutes 25 → none, enabled no → none",
+    ]
 
 
 def test_robots_and_never_a_password(app, told):
@@ -74,17 +84,30 @@ def test_robots_and_never_a_password(app, told):
     app.catalogue.save_robot(replace(robot, enabled=False), "a third")
     app.catalogue.restore(app.catalogue.remove_robot(1))
     lines = told()
-    assert lines == ["robot 'Aino' changed: address 'http://10.0.0.1' → 'http://10.0.0.2', another password",
-                     "robot 'Aino' changed: enabled yes → no, another password", "robot 'Aino' removed, and 1 schedules with it",
-                     "robot 'Aino' put back", "schedule 'Daily' put back"]
+    assert lines == [
+        "robot 'Aino' changed: address 'http://10.0.0.1' → 'http://10.0.0.2', another password",
+        "robot 'Aino' changed: enabled yes → no, another password",
+        "robot 'Aino' removed, and 1 schedules with it",
+        "robot 'Aino' put back",
+        "schedule 'Daily' put back",
+    ]
 
 
 def test_schedules(app, told):
     schedule = app.catalogue.schedules()[0]
-    app.catalogue.save_schedule(replace(schedule, start=datetime(2026, 11, 23, 8, 0), recurrence="FREQ=MINUTELY;INTERVAL=5",
-                                        between=Between(datetime.min.time(), datetime.min.time().replace(hour=9)), parameters={"x": 1.5}))
-    assert told() == ["schedule 'Daily' changed: start 2026-11-23T06:30 → 2026-11-23T08:00, "
-                      "recurrence 'FREQ=DAILY' → 'FREQ=MINUTELY;INTERVAL=5', between none → 00:00–09:00, parameters {} → {'x': 1.5}"]
+    app.catalogue.save_schedule(
+        replace(
+            schedule,
+            start=datetime(2026, 11, 23, 8, 0),
+            recurrence="FREQ=MINUTELY;INTERVAL=5",
+            between=Between(datetime.min.time(), datetime.min.time().replace(hour=9)),
+            parameters={"x": 1.5},
+        )
+    )
+    assert told() == [
+        "schedule 'Daily' changed: start 2026-11-23T06:30 → 2026-11-23T08:00, "
+        "recurrence 'FREQ=DAILY' → 'FREQ=MINUTELY;INTERVAL=5', between none → 00:00–09:00, parameters {} → {'x': 1.5}"
+    ]
 
 
 def test_days_off(app, told):
@@ -92,8 +115,12 @@ def test_days_off(app, told):
     app.catalogue.save_days(replace(days, is_working=True, last_day=date(2026, 12, 1), yearly=True))
     app.catalogue.restore(app.catalogue.remove_days(days.id))
     changed = "extra working days 'Audit' 2026-12-01 of each year"
-    assert told() == ["closed days 'Audit' 2026-12-01–2026-12-02 added", f"closed days 'Audit' 2026-12-01–2026-12-02 → {changed}",
-                      f"{changed} removed", f"{changed} put back"]
+    assert told() == [
+        "closed days 'Audit' 2026-12-01–2026-12-02 added",
+        f"closed days 'Audit' 2026-12-01–2026-12-02 → {changed}",
+        f"{changed} removed",
+        f"{changed} put back",
+    ]
 
 
 def test_pauses_and_skips(app, told):
@@ -102,8 +129,12 @@ def test_pauses_and_skips(app, told):
     app.pausing.pause(1, datetime(2026, 11, 25, tzinfo=UTC))
     app.pausing.resume(1)
     at, end = "2026-11-23T06:30+00:00", "2026-11-25T00:00+00:00"
-    assert told() == [f"schedule 'Daily': the start at {at} is skipped", f"schedule 'Daily': the start at {at} is not skipped any more",
-                      f"schedule 'Daily' changed: paused until none → {end}", f"schedule 'Daily' changed: paused until {end} → none"]
+    assert told() == [
+        f"schedule 'Daily': the start at {at} is skipped",
+        f"schedule 'Daily': the start at {at} is not skipped any more",
+        f"schedule 'Daily' changed: paused until none → {end}",
+        f"schedule 'Daily' changed: paused until {end} → none",
+    ]
 
 
 def test_holds(app, told):
@@ -113,8 +144,12 @@ def test_holds(app, told):
     app.holds.release(1)
     app.holds.release(1)
     end = "until 2026-11-24T00:00+00:00"
-    assert told() == ["hold of all robots: none → until it is released, 'a visit'", f"hold of robot 'Aino': none → {end}",
-                      "hold of all robots: until it is released, 'a visit' → none", f"hold of robot 'Aino': {end} → none"]
+    assert told() == [
+        "hold of all robots: none → until it is released, 'a visit'",
+        f"hold of robot 'Aino': none → {end}",
+        "hold of all robots: until it is released, 'a visit' → none",
+        f"hold of robot 'Aino': {end} → none",
+    ]
 
 
 def test_single_starts_that_are_kept_back(app, told):

@@ -1,4 +1,5 @@
 """The robot client over real HTTP against the simulated robot: the two speak of the same API, also when the network doesn't behave."""
+
 from __future__ import annotations
 
 import time
@@ -17,7 +18,7 @@ from mir_sim import FleetRobot, serve
 from mir_sim.definition import SOFTWARE
 
 QUICK = Timeouts(connect=5.0, read=0.5, total=1.0)
-BOUND = 30.0                  # s; only to end a test that would wait for ever
+BOUND = 30.0  # s; only to end a test that would wait for ever
 
 
 @pytest.fixture(params=SOFTWARE)
@@ -27,7 +28,9 @@ def machine(request: pytest.FixtureRequest) -> Iterator[FleetRobot]:
         yield fleet.robots[0]
 
 
-def connect(machine: FleetRobot, user: str = "distributor", password: str | None = None, timeouts: Timeouts | None = None) -> RobotClient:
+def connect(
+    machine: FleetRobot, user: str = "distributor", password: str | None = None, timeouts: Timeouts | None = None
+) -> RobotClient:
     token = Token.derive(user, user if password is None else password)
     return RobotClient(Address.parse(machine.url), token, timeouts=timeouts)
 
@@ -138,7 +141,10 @@ def test_cancelling_one_and_all(machine: FleetRobot, robot: RobotClient) -> None
     robot.set_state(RobotState.PAUSE)
     first, second, third = robot.enqueue(guid), other.enqueue(guid), robot.enqueue(guid)
     assert [(item.id, item.created_by_name) for item in robot.open_items()] == [
-        (first, "Distributor"), (second, "Administrator"), (third, "Distributor")]
+        (first, "Distributor"),
+        (second, "Administrator"),
+        (third, "Distributor"),
+    ]
     robot.cancel(second)
     assert robot.queue_item(second).state is QueueState.ABORTED
     assert robot.queue_item(second).message == "Aborted - User Request"
@@ -154,7 +160,9 @@ def test_error_and_reset(machine: FleetRobot, robot: RobotClient) -> None:
     machine.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Dock'"}})
     status = robot.status()
     assert status.state is RobotState.ERROR
-    assert [(error.code, error.description) for error in status.errors] == [(10120, "Failed to reach goal position 'Dock'")]
+    assert [(error.code, error.description) for error in status.errors] == [
+        (10120, "Failed to reach goal position 'Dock'")
+    ]
     machine.control({"error": None})
     robot.clear_error()
     assert robot.status().state is RobotState.PAUSE
@@ -165,7 +173,11 @@ def test_error_and_reset(machine: FleetRobot, robot: RobotClient) -> None:
 def test_emergency_stop(machine: FleetRobot, robot: RobotClient) -> None:
     machine.control({"emergency_stop": True})
     status = robot.status()
-    assert (status.state, status.battery_percentage, status.battery_time_remaining_s) == (RobotState.EMERGENCY_STOP, None, None)
+    assert (status.state, status.battery_percentage, status.battery_time_remaining_s) == (
+        RobotState.EMERGENCY_STOP,
+        None,
+        None,
+    )
     machine.control({"emergency_stop": False})
     assert robot.status().state is RobotState.PAUSE
 
@@ -180,12 +192,23 @@ def test_a_question_is_answered(machine: FleetRobot, robot: RobotClient) -> None
 
 
 # ---------------------------------------------------------------------- faults
-@pytest.mark.parametrize(("kind", "expected", "lands"), [
-    ("drop_request", ConnectionLost, False), ("drop_response", ConnectionLost, True), ("delay", TimedOut, True), ("late", TimedOut, True),
-    ("hang", TimedOut, False), ("status_503", Busy, False), ("html", RobotError, True), ("truncate", RobotError, True),
-    ("garbage", RobotError, True)])
-def test_after_a_fault_the_queue_says_whether_the_mission_landed(machine: FleetRobot, robot: RobotClient, kind: str,
-                                                                  expected: type[RobotError], lands: bool) -> None:
+@pytest.mark.parametrize(
+    ("kind", "expected", "lands"),
+    [
+        ("drop_request", ConnectionLost, False),
+        ("drop_response", ConnectionLost, True),
+        ("delay", TimedOut, True),
+        ("late", TimedOut, True),
+        ("hang", TimedOut, False),
+        ("status_503", Busy, False),
+        ("html", RobotError, True),
+        ("truncate", RobotError, True),
+        ("garbage", RobotError, True),
+    ],
+)
+def test_after_a_fault_the_queue_says_whether_the_mission_landed(
+    machine: FleetRobot, robot: RobotClient, kind: str, expected: type[RobotError], lands: bool
+) -> None:
     guid = guid_of(robot, "Deliver")
     robot.set_state(RobotState.PAUSE)
     floor = robot.enqueue(guid, description="before")
@@ -206,7 +229,7 @@ def test_after_a_fault_the_queue_says_whether_the_mission_landed(machine: FleetR
 @pytest.mark.parametrize("kind", ["drop_request", "drop_response", "status_503", "html", "truncate", "garbage"])
 def test_reading_goes_on_after_a_fault(machine: FleetRobot, robot: RobotClient, kind: str) -> None:
     robot.missions()
-    robot.close()                              # a kept-alive connection would silently be replaced
+    robot.close()  # a kept-alive connection would silently be replaced
     machine.control({"fault": {"kind": kind, "path": "/status", "count": 1}})
     with pytest.raises(RobotError):
         robot.status()

@@ -1,4 +1,5 @@
 """One robot whose clock is an hour ahead, and no window: a command says that this machine's clock is right, and the plan runs."""
+
 from __future__ import annotations
 
 import re
@@ -23,7 +24,9 @@ def fleet() -> Iterator[mir_sim.Fleet]:
 @pytest.fixture
 def data(tmp_path, fleet) -> Path:
     data = tmp_path / "data"
-    assert run(data, "--import-config", write_configuration(tmp_path / "c.json", configuration_of(fleet))).returncode == 0
+    assert (
+        run(data, "--import-config", write_configuration(tmp_path / "c.json", configuration_of(fleet))).returncode == 0
+    )
     return data
 
 
@@ -33,7 +36,9 @@ def started(fleet) -> int:
 
 def confirmed(data: Path, sentence: str) -> bool:
     done = run(data, "--clock-is-right")
-    return (done.returncode, done.stderr) == (0, "") and re.fullmatch(re.escape(sentence) + TIME, done.stdout) is not None
+    return (done.returncode, done.stderr) == (0, "") and re.fullmatch(
+        re.escape(sentence) + TIME, done.stdout
+    ) is not None
 
 
 def test_a_running_app_is_told_and_starts(data, fleet):

@@ -1,4 +1,5 @@
 """Conflicts of a schedule that is not saved yet: robots of a group, places, what matters more, what has to be done in time."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -16,7 +17,7 @@ from app.services.planning.seen import Seen
 from tests.support.clock import VirtualClock
 
 ZONE = "Europe/Helsinki"
-NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki
 MONDAY = datetime(2026, 11, 23)
 
 
@@ -38,7 +39,14 @@ def draft(at="07:30", **values):
     values = {"robot_id": None, "mission_id": 1, "recurrence": "FREQ=DAILY", **values}
     if values["robot_id"] is None:
         values = {"group_id": 1, "overlap": Overlap.PARALLEL, **values}
-    return Schedule(**{"name": "", "start": datetime.combine(MONDAY, datetime.strptime(at, "%H:%M").time()), "timezone": ZONE, **values})
+    return Schedule(
+        **{
+            "name": "",
+            "start": datetime.combine(MONDAY, datetime.strptime(at, "%H:%M").time()),
+            "timezone": ZONE,
+            **values,
+        }
+    )
 
 
 def plan(container, at="07:30", **values):
@@ -47,16 +55,31 @@ def plan(container, at="07:30", **values):
 
 def found(container, schedule):
     forecast = Forecasts(container.db, container.clock).of(schedule)
-    return [(concern.code, conflicts.sentence(concern.code, concern.at, concern.details, ZONE)) for concern in forecast.concerns], forecast
+    return [
+        (concern.code, conflicts.sentence(concern.code, concern.at, concern.details, ZONE))
+        for concern in forecast.concerns
+    ], forecast
 
 
 def ran(container, seconds, mission="Kits", robot_id=1):
     """Completed runs that took so long."""
     for number, lasted in enumerate(seconds):
         at = NOW - timedelta(days=1)
-        row = Execution(trigger=Trigger.MANUAL, robot_id=robot_id, robot="Aino", mission=mission, mission_guid=f"guid-{mission.lower()}",
-                        planned_at=at, closes_at=at, created_at=at, token=f"{mission}{robot_id}{number}", timezone=ZONE,
-                        state=State.COMPLETED, ended_at=at, duration_s=lasted)
+        row = Execution(
+            trigger=Trigger.MANUAL,
+            robot_id=robot_id,
+            robot="Aino",
+            mission=mission,
+            mission_guid=f"guid-{mission.lower()}",
+            planned_at=at,
+            closes_at=at,
+            created_at=at,
+            token=f"{mission}{robot_id}{number}",
+            timezone=ZONE,
+            state=State.COMPLETED,
+            ended_at=at,
+            duration_s=lasted,
+        )
         container.db.write(lambda c, row=row: container.repositories.executions.add(c, row))
 
 
@@ -65,7 +88,9 @@ def test_a_fourth_start_of_three_robots_is_one_too_many_and_a_free_time_is_offer
     for _ in range(3):
         plan(container)
     said, forecast = found(container, draft())
-    assert said == [(ConcernCode.TOO_FEW_ROBOTS, "At 07:30, 4 starts want the 3 robots of Hall 1, until about 07:41")] * 5
+    assert (
+        said == [(ConcernCode.TOO_FEW_ROBOTS, "At 07:30, 4 starts want the 3 robots of Hall 1, until about 07:41")] * 5
+    )
     assert forecast.free_at == datetime(2026, 11, 23, 7, 45)
     assert found(container, draft("07:45"))[0] == []
 
@@ -134,9 +159,12 @@ def test_a_place_is_full_whichever_robots_come(container):
     plan(container, robot_id=4)
     plan(container, robot_id=3, mission_id=2)
     said, forecast = found(container, draft())
-    assert said[0] == (ConcernCode.PLACE_FULL, "At 07:30, 3 missions want Dock 2, where no more than 2 may be at a time, until about 07:41")
+    assert said[0] == (
+        ConcernCode.PLACE_FULL,
+        "At 07:30, 3 missions want Dock 2, where no more than 2 may be at a time, until about 07:41",
+    )
     assert forecast.free_at == datetime(2026, 11, 23, 7, 45)
-    assert found(container, draft(mission_id=3))[0] == []              # does not use it
+    assert found(container, draft(mission_id=3))[0] == []  # does not use it
 
 
 def test_a_place_that_is_wanted_for_most_of_an_hour_is_told_once(container):
@@ -145,7 +173,8 @@ def test_a_place_that_is_wanted_for_most_of_an_hour_is_told_once(container):
         plan(container, f"07:{minute * 8:02}", robot_id=4, recurrence="FREQ=DAILY")
     said = found(container, draft("07:58"))[0]
     assert [text for code, text in said if code is ConcernCode.PLACE_CROWDED] == [
-        "From 07:00 to 08:00 Dock 2 is wanted for 73 % of the time: starts will often wait for it"]
+        "From 07:00 to 08:00 Dock 2 is wanted for 73 % of the time: starts will often wait for it"
+    ]
     assert [code for code, _ in found(container, draft("08:58"))[0]] == []
 
 
@@ -155,7 +184,9 @@ def test_a_place_that_is_being_entered_is_told_its_worst_hour(container):
         plan(container, f"09:{minute * 7:02}", robot_id=4, mission_id=2)
     dock = Place("Dock 2", 2, (1, 2, 99))
     told = container.plan.place_warning(dock)
-    assert conflicts.sentence(told.code, told.at, told.details, ZONE).startswith("From 09:00 to 10:00 Dock 2 is wanted for 80 %")
+    assert conflicts.sentence(told.code, told.at, told.details, ZONE).startswith(
+        "From 09:00 to 10:00 Dock 2 is wanted for 80 %"
+    )
     assert container.plan.place_warning(replace(dock, most=3)) is None
     assert container.plan.place_warning(replace(dock, missions=())) is None
 
@@ -165,9 +196,15 @@ def test_a_run_that_nearly_always_makes_a_more_important_one_late_is_told_instea
     ran(container, [600.0] * 19 + [100.0])
     plan(container, "07:35", robot_id=1, mission_id=3, priority=2)
     said = found(container, draft(robot_id=1, recurrence=None))[0]
-    assert said == [(ConcernCode.CRITICAL_BEHIND,
-                     "Kits at 07:30 still runs on Aino nine times of ten when Shift bus, which matters more, starts at 07:35")]
-    assert [code for code, _ in found(container, draft(robot_id=1, recurrence=None, priority=2))[0]] == [ConcernCode.OVERLAP]
+    assert said == [
+        (
+            ConcernCode.CRITICAL_BEHIND,
+            "Kits at 07:30 still runs on Aino nine times of ten when Shift bus, which matters more, starts at 07:35",
+        )
+    ]
+    assert [code for code, _ in found(container, draft(robot_id=1, recurrence=None, priority=2))[0]] == [
+        ConcernCode.OVERLAP
+    ]
 
 
 def test_the_more_important_one_is_told_of_what_runs_before_it(container):
@@ -196,14 +233,18 @@ def test_with_other_robots_in_the_group_nobody_is_behind_but_with_one_alone(cont
 @pytest.mark.parametrize(("minutes", "is_told"), [(10, True), (11, False), (None, False)])
 def test_a_mission_that_usually_takes_longer_than_it_is_given_is_told(container, minutes, is_told):
     said = found(container, draft(finish_by_minutes=minutes))[0]
-    assert said == ([(ConcernCode.FINISH_BY_SHORT, f"Kits usually takes 11 min, and {minutes} min are given")] if is_told else [])
+    assert said == (
+        [(ConcernCode.FINISH_BY_SHORT, f"Kits usually takes 11 min, and {minutes} min are given")] if is_told else []
+    )
 
 
 # ---------------------------------------------------------------------- on the plan
 def on_plan(container, begins=datetime(2026, 11, 24, tzinfo=UTC), hours=24.0):
     planned = container.plan.between(begins, begins + timedelta(hours=hours))
-    return [(conflict.code, conflict.at, conflicts.sentence(conflict.code, conflict.at, conflict.details, ZONE)) for conflict in
-            planned.conflicts]
+    return [
+        (conflict.code, conflict.at, conflicts.sentence(conflict.code, conflict.at, conflict.details, ZONE))
+        for conflict in planned.conflicts
+    ]
 
 
 def test_the_plan_has_the_same_conflicts_as_the_form_told(container):
@@ -221,7 +262,8 @@ def test_the_plan_has_the_same_conflicts_as_the_form_told(container):
         "At 07:32, 4 starts want the 3 robots of Hall 1, until about 07:41",
         "At 09:00, 3 missions want Dock 2, where no more than 2 may be at a time, until about 09:12",
         "Kits at 11:00 still runs on Onni nine times of ten when Shift bus, which matters more, starts at 11:05",
-        "Kits usually takes 11 min, and 5 min are given"]
+        "Kits usually takes 11 min, and 5 min are given",
+    ]
 
 
 def test_a_plan_without_groups_places_or_priorities_has_none(container):
@@ -240,8 +282,10 @@ def test_what_is_said_is_true_however_much_is_looked_at(container, begins, hours
     whole, seen = on_plan(container, datetime(2026, 11, 23, tzinfo=UTC), 240.0), on_plan(container, start, hours)
     true = {(code, at): text for code, at, text in whole}
     assert {key for key in true if start <= key[1] < end} == {(code, at) for code, at, _text in seen if at >= start}
-    for code, at, text in seen:                          # of what is not over soon after the end, the end is not told
-        assert text == true[code, at] or (true[code, at].startswith(f"{text}, until about") and at + timedelta(minutes=1) > end)
+    for code, at, text in seen:  # of what is not over soon after the end, the end is not told
+        assert text == true[code, at] or (
+            true[code, at].startswith(f"{text}, until about") and at + timedelta(minutes=1) > end
+        )
 
 
 def test_the_end_of_a_crowd_that_is_not_over_when_the_plan_ends_is_not_told():
@@ -257,12 +301,22 @@ def seen(missing):
 
 def plan_of(container, missing):
     repositories = container.repositories
-    return Plan(container.db, schedules=repositories.schedules, robots=repositories.robots, missions=repositories.missions,
-                executions=repositories.executions, settings=repositories.settings, clock=container.clock, seen=seen(missing))
+    return Plan(
+        container.db,
+        schedules=repositories.schedules,
+        robots=repositories.robots,
+        missions=repositories.missions,
+        executions=repositories.executions,
+        settings=repositories.settings,
+        clock=container.clock,
+        seen=seen(missing),
+    )
 
 
-@pytest.mark.parametrize(("missing", "off", "is_told"), [
-    ((1, 2, 3), None, True), ((1, 2), 3, True), ((1, 2), None, False), ((4,), None, False)])
+@pytest.mark.parametrize(
+    ("missing", "off", "is_told"),
+    [((1, 2, 3), None, True), ((1, 2), 3, True), ((1, 2), None, False), ((4,), None, False)],
+)
 def test_a_mission_that_no_robot_of_the_group_has_is_told_by_the_form_and_in_the_plan(container, missing, off, is_told):
     if off is not None:
         container.catalogue.set_robot_enabled(off, False)

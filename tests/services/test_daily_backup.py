@@ -1,4 +1,5 @@
 """A backup every day, and a word when there is none."""
+
 from __future__ import annotations
 
 import pytest
@@ -39,14 +40,14 @@ def test_one_that_fails_is_alarmed_and_tried_again_later(site, backup):
     (site.directory / "backups").write_text("in the way")
     tick(backup)
     tick(backup)
-    alarm, = site.container.alarms.open()
+    (alarm,) = site.container.alarms.open()
     assert (alarm.code, alarm.cleared_at) == ("backup_failed", None)
     (site.directory / "backups").unlink()
     tick(backup)
-    assert made(site) == []                              # not at every look
+    assert made(site) == []  # not at every look
     site.clock.advance(AGAIN_AFTER)
     tick(backup)
     tick(backup)
     assert made(site) == ["daily-2026-11-23.db"]
-    alarm, = site.container.alarms.open()
+    (alarm,) = site.container.alarms.open()
     assert alarm.cleared_at

@@ -1,4 +1,5 @@
 """What --demo puts into an empty database: something happens soon on whatever day it is, and real robots are left alone."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -27,6 +28,7 @@ def make(tmp_path):
         clock = VirtualClock(now)
         opened.append(Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock))
         return opened[-1]
+
     yield container
     for one in opened:
         one.close()
@@ -64,7 +66,10 @@ def test_a_second_demo_on_the_same_directory_brings_the_addresses_up_to_date(mak
     furnish(container, ROBOTS, MISSIONS)
     furnish(container, [(name, url.replace(":80", ":90")) for name, url in ROBOTS], MISSIONS)
     assert {robot.address for robot in container.repositories.robots.all(container.db.read())} == {
-        "http://127.0.0.1:9080", "http://127.0.0.1:9081", "http://127.0.0.1:9082"}
+        "http://127.0.0.1:9080",
+        "http://127.0.0.1:9081",
+        "http://127.0.0.1:9082",
+    }
 
 
 def test_a_robot_of_a_demo_that_was_renamed_is_found_again(make):
@@ -73,7 +78,11 @@ def test_a_robot_of_a_demo_that_was_renamed_is_found_again(make):
     veikko = next(robot for robot in container.catalogue.robots() if robot.name == "Veikko")
     container.catalogue.save_robot(replace(veikko, name="Ville"))
     furnish(container, [(name, url.replace(":80", ":90")) for name, url in ROBOTS], MISSIONS)
-    assert {robot.name: robot.address[-4:] for robot in container.catalogue.robots()} == {"Aino": "9080", "Ville": "9081", "Sisu": "9082"}
+    assert {robot.name: robot.address[-4:] for robot in container.catalogue.robots()} == {
+        "Aino": "9080",
+        "Ville": "9081",
+        "Sisu": "9082",
+    }
 
 
 def test_real_robots_are_not_taken_for_a_demo_s(make):

@@ -1,5 +1,6 @@
 """The whole matrix of dispatch on robots that differ, with what a check-up has found of them and without: nothing doubled, nothing lost,
 nothing silent. Judged by the robots' own histories, in which a token is kept whether or not the robot gives it back."""
+
 from __future__ import annotations
 
 import itertools
@@ -16,8 +17,12 @@ from tests.support.checked_up import checked_up
 from tests.support.network import Fate, Submission
 from tests.support.site import USER, Site
 
-PLANNED = (2, 10, 16)        # min after the beginning; what goes wrong does so at the first, when nothing is known yet, and at the second
-HIT = (1, 2)                 # of the starts
+PLANNED = (
+    2,
+    10,
+    16,
+)  # min after the beginning; what goes wrong does so at the first, when nothing is known yet, and at the second
+HIT = (1, 2)  # of the starts
 POST = ("POST", "/mission_queue")
 COPY_ALARMS = {"duplicate_running", "duplicate_healed", "unmarked_copy", "late_cancelled"}
 
@@ -26,7 +31,9 @@ class Trial:
     """One robot of which every start is planned, hit and judged."""
 
     def __init__(self, directory: Path, name: str, is_known: bool) -> None:
-        self.site = site = Site(directory, profiles={"R1": Profile(timezone="UTC") if name == "faithful" else deviant(name)})
+        self.site = site = Site(
+            directory, profiles={"R1": Profile(timezone="UTC") if name == "faithful" else deviant(name)}
+        )
         [robot] = site.add_robots()
         mission = site.add_mission("Deliver")
         site.run(60)
@@ -34,8 +41,9 @@ class Trial:
         if is_known:
             site.check_up(robot, checked_up(name, robot.serial_number, robot.software))
         for minute in PLANNED:
-            site.container.catalogue.save_schedule(Schedule(
-                f"At {minute}", robot.id, mission.id, datetime(2026, 11, 23, 6, minute), "UTC"))
+            site.container.catalogue.save_schedule(
+                Schedule(f"At {minute}", robot.id, mission.id, datetime(2026, 11, 23, 6, minute), "UTC")
+            )
         site.kick()
         self.machine = site.machines["R1"]
 
@@ -86,6 +94,7 @@ def doubled_by_the_network(trial: Trial) -> None:
     def again(post: Submission) -> None:
         site.network.submitted = lambda _post: None
         site.at(3.0, lambda: machine.order(post.mission_id, user, description=post.token))
+
     site.network.submitted = again
 
 
@@ -112,12 +121,20 @@ def killed_before_the_answer(trial: Trial) -> None:
     trial.site.switch_on()
 
 
-FAULTS = (lost_request, lost_answer, late_within_the_quiet_time, late_beyond_it, doubled_by_the_network, cleared_at_the_robot,
-          cancelled_at_the_robot, killed_before_the_answer)
-A_COPY_MAY_RUN = (late_beyond_it, doubled_by_the_network)        # docs/reliability.md, rows 4 and 5: then an alarm says so
+FAULTS = (
+    lost_request,
+    lost_answer,
+    late_within_the_quiet_time,
+    late_beyond_it,
+    doubled_by_the_network,
+    cleared_at_the_robot,
+    cancelled_at_the_robot,
+    killed_before_the_answer,
+)
+A_COPY_MAY_RUN = (late_beyond_it, doubled_by_the_network)  # docs/reliability.md, rows 4 and 5: then an alarm says so
 ENDED_BY_A_PERSON = (cleared_at_the_robot, cancelled_at_the_robot)
-OWN_WORDS = ("german-states",)           # without a check-up what it calls done is not understood
-TOO_SLOW = ("slow-disk",)                # without one it is not waited for, so starts may end without having been sent
+OWN_WORDS = ("german-states",)  # without a check-up what it calls done is not understood
+TOO_SLOW = ("slow-disk",)  # without one it is not waited for, so starts may end without having been sent
 
 
 def judged(trial: Trial, fault: Callable[[Trial], None], name: str, is_known: bool) -> list[str]:
@@ -133,7 +150,8 @@ def judged(trial: Trial, fault: Callable[[Trial], None], name: str, is_known: bo
         if len(ran) > 1 and not (fault in A_COPY_MAY_RUN and number in HIT and alarms & COPY_ALARMS):
             wrong.append(f"start {number} ran {len(ran)} times, alarms {sorted(alarms)}")
         is_excused = (fault is cleared_at_the_robot and number in HIT and items) or (
-            name in TOO_SLOW and not is_known and not items and "execution_failed" in alarms)
+            name in TOO_SLOW and not is_known and not items and "execution_failed" in alarms
+        )
         if not ran and not is_excused:
             wrong.append(f"start {number} never ran")
         if row.state.is_open or (row.reason is None and row.state is not State.COMPLETED):
@@ -150,13 +168,18 @@ def judged(trial: Trial, fault: Callable[[Trial], None], name: str, is_known: bo
 
 NAMES = ("faithful", *DEVIANTS)
 ALL = tuple(itertools.product(FAULTS, NAMES, (True, False)))
-IN_THE_NORMAL_RUN = {(fault, NAMES[(number + shift) % len(NAMES)], is_known)
-                     for number, fault in enumerate(FAULTS) for is_known, shift in ((True, 0), (False, len(FAULTS)))}
+IN_THE_NORMAL_RUN = {
+    (fault, NAMES[(number + shift) % len(NAMES)], is_known)
+    for number, fault in enumerate(FAULTS)
+    for is_known, shift in ((True, 0), (False, len(FAULTS)))
+}
 
 
 def cell(fault: Callable[[Trial], None], name: str, is_known: bool) -> object:
     marks = () if (fault, name, is_known) in IN_THE_NORMAL_RUN else (pytest.mark.long,)
-    return pytest.param(fault, name, is_known, marks=marks, id=f"{fault.__name__}-{name}-{'known' if is_known else 'unknown'}")
+    return pytest.param(
+        fault, name, is_known, marks=marks, id=f"{fault.__name__}-{name}-{'known' if is_known else 'unknown'}"
+    )
 
 
 @pytest.mark.parametrize(("fault", "name", "is_known"), [cell(*each) for each in ALL])

@@ -1,4 +1,5 @@
 """Constraints, refusals and the ways a submission can go wrong: what each execution ends as, and what the robot really has."""
+
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
@@ -76,7 +77,10 @@ def test_the_previous_run_still_open(site, plan, overlap, expected):
 
 def test_a_busy_robot_gets_it_in_its_own_queue(site, plan):
     container = site.container
-    robot, mission = container.repositories.robots.all(container.db.read())[0], container.repositories.missions.all(container.db.read())[0]
+    robot, mission = (
+        container.repositories.robots.all(container.db.read())[0],
+        container.repositories.missions.all(container.db.read())[0],
+    )
     plan("2026-11-23T06:05")
     site.run(298)
     container.operator.run_now(robot.id, mission.id)
@@ -249,7 +253,9 @@ def test_the_robot_stays_silent_until_the_window_is_over(site, plan):
     site.run(600)
     assert outcome(site) == [(State.FAILED, ReasonCode.UNKNOWN_OUTCOME)]
     assert [alarm.code for alarm in site.container.alarms.open()].count("unknown_outcome") == 1
-    assert "execution_failed" not in [alarm.code for alarm in site.container.alarms.open()]      # that would be the same again
+    assert "execution_failed" not in [
+        alarm.code for alarm in site.container.alarms.open()
+    ]  # that would be the same again
 
 
 @pytest.mark.parametrize("others_fail", [False, True])
@@ -265,7 +271,9 @@ def test_once_its_outcome_is_known_no_alarm_asks_for_it(site, plan, others_fail)
     site.network.down.clear()
     site.run(60)
     assert outcome(site) == [(State.COMPLETED, None)]
-    left = [alarm.key for alarm in site.container.alarms.open() if alarm.code in ("unknown_outcome", "execution_failed")]
+    left = [
+        alarm.key for alarm in site.container.alarms.open() if alarm.code in ("unknown_outcome", "execution_failed")
+    ]
     assert left == ["execution:99"] * others_fail
 
 
@@ -280,7 +288,7 @@ def test_what_is_found_late_was_sent_when_its_request_left_and_not_when_it_was_f
     site.run(60)
     [run] = site.executions()
     assert run.state is State.COMPLETED
-    assert 0 <= (run.submitted_at - run.planned_at).total_seconds() < 40             # a lost answer is given up after 30 s
+    assert 0 <= (run.submitted_at - run.planned_at).total_seconds() < 40  # a lost answer is given up after 30 s
 
 
 def test_a_failure_that_turns_out_to_be_none_is_no_alarm_any_more(site, plan):
@@ -323,7 +331,9 @@ def test_clear_queue_takes_what_runs_what_is_queued_and_what_waits(site, plan):
 def test_a_mission_cancelled_on_the_robot_is_cancelled_here(site, plan):
     plan("2026-11-23T06:05")
     site.run_until(lambda: site.executions(State.EXECUTING))
-    site.container.make_client(site.container.repositories.robots.all(site.container.db.read())[0]).cancel(site.executions()[0].queue_id)
+    site.container.make_client(site.container.repositories.robots.all(site.container.db.read())[0]).cancel(
+        site.executions()[0].queue_id
+    )
     site.run(60)
     assert outcome(site) == [(State.CANCELLED, ReasonCode.USER_CANCELLED)]
 

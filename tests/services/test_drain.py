@@ -1,4 +1,5 @@
 """What runs use of a robot's battery, and which starts of a group a robot does not get for it."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -10,8 +11,8 @@ from app.domain.drain import ENOUGH_RUNS
 from app.domain.models import State
 from tests.support.groups import Hall
 
-EVERY = 240.0                # s between starts; each takes a minute and a half
-NEARLY_EMPTY = 8.9           # %: enough for a run at 10 %/h, and not at 40
+EVERY = 240.0  # s between starts; each takes a minute and a half
+NEARLY_EMPTY = 8.9  # %: enough for a run at 10 %/h, and not at 40
 
 
 class Worn(Hall):
@@ -59,6 +60,7 @@ def test_what_runs_used_and_took_is_learned_and_outlives_a_restart_and_an_undone
     def lasts():
         [mission] = worn.container.catalogue.missions()
         return worn.container.history.expected(worn.robot("R1").id, mission.guid)
+
     worn.run_often(3)
     learned, long = worn.drain, lasts()
     assert (learned.runs, learned.percent / learned.hours) == (3, pytest.approx(39.0, abs=1.5))
@@ -128,7 +130,7 @@ def test_a_run_that_was_seen_charging(worn):
     worn.run(500.0)
     assert worn.run_of().state is State.EXECUTING
     machine.set_battery(50.0)
-    worn.stranger_queues()                                   # which ends it
+    worn.stranger_queues()  # which ends it
     worn.run(30.0)
     assert taught(worn) == 0
 
@@ -153,7 +155,10 @@ def test_a_robot_that_is_known_to_use_much_is_passed_by_with_little_left(worn, r
     if runs < ENOUGH_RUNS:
         assert (run.state, run.robot) == (State.EXECUTING, "R1")
         return
-    assert (run.state, run.wait_details["robots"][0]) == (State.WAITING, {"robot": "R1", "out": "too_little_battery", "battery": 9})
+    assert (run.state, run.wait_details["robots"][0]) == (
+        State.WAITING,
+        {"robot": "R1", "out": "too_little_battery", "battery": 9},
+    )
     worn.switch("R2", on=True)
     worn.run(30.0)
     run = worn.run_of("B")
@@ -178,7 +183,10 @@ def posts_of(directory, limit):
     worn.plan_soon()
     worn.at(150.0, lambda: worn.switch("R2", on=True))
     worn.run(300.0)
-    posts, kept = [(round(post.at, 1), post.robot, post.mission_id) for post in worn.network.posts()], len(worn.executions())
+    posts, kept = (
+        [(round(post.at, 1), post.robot, post.mission_id) for post in worn.network.posts()],
+        len(worn.executions()),
+    )
     worn.switch_off()
     return posts, kept
 

@@ -1,4 +1,5 @@
 """A second before something is due its robot's status is read, so that at the instant only the POST remains."""
+
 from __future__ import annotations
 
 from itertools import pairwise
@@ -11,7 +12,7 @@ from app.services.dispatch.timing import INTENT_LEAD, PREFETCH_LEAD, PREFETCH_SP
 from app.services.dispatch.worker import phase_of
 from tests.support.network import Fate
 
-DUE = 300.0              # s from the beginning: 06:05
+DUE = 300.0  # s from the beginning: 06:05
 
 
 @pytest.fixture
@@ -20,7 +21,9 @@ def requests(site, plan) -> list[str]:
     plan("2026-11-23T06:05")
     site.run(DUE - 5.0)
     asked: list[str] = []
-    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    site.network.interrupt = lambda where: (
+        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    )
     return asked
 
 
@@ -60,7 +63,9 @@ def test_so_it_does_where_the_queue_could_not_be_read_when_the_app_began(site, p
     site.switch_on()
     site.run(30.0 - INTENT_LEAD / 2)
     asked: list[str] = []
-    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    site.network.interrupt = lambda where: (
+        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    )
     site.run(INTENT_LEAD)
     assert asked[0] == "POST /mission_queue"
 

@@ -1,5 +1,6 @@
 """An intent is on disk and with its worker 0.25 s before its instant, unless something prevents the start; what happens in between is
 respected."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -12,9 +13,9 @@ from app.services.dispatch import messages
 from app.services.dispatch.timing import INTENT_LEAD, LONGEST_WAIT, PUT_OFF_AT_MOST, RECHECK, ROUND_TAKES
 from tests.support.network import Fate
 
-DUE = 300.0              # s from the beginning: 06:05
+DUE = 300.0  # s from the beginning: 06:05
 INSTANT = datetime(2026, 11, 23, 6, 5, tzinfo=UTC)
-EARLIER = 0.05           # s before the instant, within INTENT_LEAD
+EARLIER = 0.05  # s before the instant, within INTENT_LEAD
 DAY = 86400.0
 
 
@@ -115,7 +116,9 @@ def _take_the_robot_away(site, schedule):
     return State.CANCELLED, ReasonCode.ROBOT_REMOVED
 
 
-@pytest.mark.parametrize("change", [_switch_off, _delete, _edit, _pause, _cancel, _switch_the_robot_off, _take_the_robot_away])
+@pytest.mark.parametrize(
+    "change", [_switch_off, _delete, _edit, _pause, _cancel, _switch_the_robot_off, _take_the_robot_away]
+)
 def test_what_is_taken_back_in_that_moment_is_not_sent(site, in_hand, change):
     site.clock.advance(0.01)
     outcome = change(site, in_hand)
@@ -157,7 +160,9 @@ def test_the_ledger_is_not_asked_while_nobody_changes_anything(site, in_hand, mo
 
 
 # ---------------------------------------------------------------- what prevents a start is judged at the instant
-@pytest.mark.parametrize("obstacle", ["paused", "held", "low battery", "not read", "one before", "still running", "switched off robot"])
+@pytest.mark.parametrize(
+    "obstacle", ["paused", "held", "low battery", "not read", "one before", "still running", "switched off robot"]
+)
 def test_what_something_stands_in_the_way_of_is_not_written_early(site, plan, obstacle):
     if obstacle == "one before":
         site.machines["R1"].set_battery(20.0)
@@ -176,10 +181,16 @@ def test_what_something_stands_in_the_way_of_is_not_written_early(site, plan, ob
         case "switched off robot":
             _switch_the_robot_off(site, schedule)
         case "still running":
-            site.container.db.write(lambda c: c.execute(
-                """INSERT INTO executions (trigger, schedule_id, robot_id, robot, mission, mission_guid, timezone, token, state, planned_at,
-                                           closes_at, created_at) VALUES ('scheduled', ?, 1, 'R1', 'Deliver', 'g', 'UTC', 't', 'executing',
-                   '2026-11-22T06:05:00.000000Z', '2026-11-22T06:35:00.000000Z', '2026-11-22T06:05:00.000000Z')""", (schedule.id,)))
+            site.container.db.write(
+                lambda c: c.execute(
+                    """INSERT INTO executions (trigger, schedule_id, robot_id, robot, mission, mission_guid, timezone,
+                                               token, state, planned_at, closes_at, created_at)
+                       VALUES ('scheduled', ?, 1, 'R1', 'Deliver', 'g', 'UTC', 't', 'executing',
+                               '2026-11-22T06:05:00.000000Z', '2026-11-22T06:35:00.000000Z',
+                               '2026-11-22T06:05:00.000000Z')""",
+                    (schedule.id,),
+                )
+            )
     site.run(DUE - EARLIER - site.seconds())
     assert [run for run in site.executions() if run.planned_at == INSTANT] == []
     site.run(2 * EARLIER)
@@ -192,7 +203,7 @@ def test_a_clock_that_is_set_in_that_moment_delays_only_until_it_is_judged_and_d
     """Set back, its instant is still to come."""
     site.clock.step(step)
     site.run(EARLIER + LONGEST_WAIT + RECHECK)
-    site.container.catalogue.change_settings(poll_interval_seconds=600)      # a day has many polls
+    site.container.catalogue.change_settings(poll_interval_seconds=600)  # a day has many polls
     site.run(max(0.0, -step))
     assert len(sent(site)) == 1
     site.run(2 * 3600.0)
@@ -205,7 +216,7 @@ def test_a_worker_that_is_closed_releases_what_it_holds(site, in_hand):
     site.close(robot.id)
     [run] = site.executions()
     assert (run.state, run.attempts) == (State.WAITING, 0)
-    site.open(site.container.make_worker(robot))           # another takes its place, and does not send it early either
+    site.open(site.container.make_worker(robot))  # another takes its place, and does not send it early either
     site.run(1.0)
     [run] = site.executions()
     assert sent(site) == [run.token]
@@ -242,11 +253,11 @@ def test_an_unexpected_error_with_one_leaves_the_others_in_hand(site, plan):
     worker = only_worker(site)
     with pytest.raises(RuntimeError):
         worker.advance()
-    worker.handle(worker.expect_recovery())          # as the runner does
+    worker.handle(worker.expect_recovery())  # as the runner does
     worker.advance()
     first, second = sorted(site.executions(), key=lambda run: run.schedule)
     assert sent(site) == [second.token]
-    assert first.state is State.SUBMITTING           # in doubt
+    assert first.state is State.SUBMITTING  # in doubt
     site.run(120.0)
     assert sent(site) == [second.token, first.token]
 
@@ -261,14 +272,14 @@ def test_a_round_gives_way_to_what_is_due_in_a_moment(site, in_hand):
     assert asked == []
     site.run(ROUND_TAKES / 2)
     assert asked[0] == "before POST /mission_queue"
-    assert "before GET /status" in asked                       # the poll that was asked for is not forgotten
+    assert "before GET /status" in asked  # the poll that was asked for is not forgotten
 
 
 def test_nor_does_it_keep_asking_for_its_round(site, in_hand):
     """It sleeps until the start, though its next read is due."""
     site.run(EARLIER - ROUND_TAKES / 2)
     worker = only_worker(site)
-    worker.handle(messages.Watched(True))                      # read at once
+    worker.handle(messages.Watched(True))  # read at once
     assert worker.advance() == pytest.approx(ROUND_TAKES / 2, abs=0.001)
 
 
@@ -309,7 +320,9 @@ def test_what_the_robot_has_taken_is_written_down_when_there_is_time(site, plan)
 def test_what_a_chore_takes_back_is_not_sent(site, plan):
     schedule = plan("2026-11-23T06:05")
     catalogue = site.container.catalogue
-    site.engine.add_chore("an import", lambda: site.executions(State.SUBMITTING) and catalogue.set_schedule_enabled(schedule.id, False))
+    site.engine.add_chore(
+        "an import", lambda: site.executions(State.SUBMITTING) and catalogue.set_schedule_enabled(schedule.id, False)
+    )
     site.run(DUE + 5.0 - site.seconds())
     [run] = site.executions()
     assert sent(site) == []
@@ -318,7 +331,7 @@ def test_what_a_chore_takes_back_is_not_sent(site, plan):
 
 def test_what_a_chore_starts_is_sent_at_once(site):
     [robot], [mission] = site.container.catalogue.robots(), site.container.catalogue.missions()
-    site.run(20.0)                                        # between two polls
+    site.run(20.0)  # between two polls
     site.engine.add_chore("a command", lambda: site.container.operator.run_now(robot.id, mission.id, token="t"))
     site.engine.advance()
     site.run(0.1)

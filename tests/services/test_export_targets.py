@@ -1,4 +1,5 @@
 """Where an export may go, and how it ends where it can't (exit codes: docs/interfaces.md)."""
+
 from __future__ import annotations
 
 import os
@@ -38,8 +39,10 @@ def test_a_data_directory_without_data_is_bad_input_and_stays_as_it_is(tmp_path,
     assert not is_there or not list(directory.iterdir())
 
 
-@pytest.mark.parametrize("arguments", [("--run-now", "R1", "Home"), ("--check-up", "R1"), ("--remove-pin",), ("--move-here",),
-                                       ("--clock-is-right",)])
+@pytest.mark.parametrize(
+    "arguments",
+    [("--run-now", "R1", "Home"), ("--check-up", "R1"), ("--remove-pin",), ("--move-here",), ("--clock-is-right",)],
+)
 def test_nor_does_a_command_that_needs_data_make_one(tmp_path, arguments):
     ended = run(tmp_path / "dtaa", *arguments)
     assert (ended.returncode, is_one_line(ended.stderr)) == (2, True)
@@ -48,8 +51,18 @@ def test_nor_does_a_command_that_needs_data_make_one(tmp_path, arguments):
 
 
 @EXPORTS
-@pytest.mark.parametrize("name", ["amr-scheduler.db", "amr-scheduler.db-wal", "scheduler.lock", "logs/amr-scheduler.log",
-                                  "backups/daily.db", "inbox/x.request", "link"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "amr-scheduler.db",
+        "amr-scheduler.db-wal",
+        "scheduler.lock",
+        "logs/amr-scheduler.log",
+        "backups/daily.db",
+        "inbox/x.request",
+        "link",
+    ],
+)
 def test_an_export_takes_the_place_of_nothing_that_the_app_keeps(data, tmp_path, option, name):
     """Nor of another installation's, nor through a link."""
     (data / "link").symlink_to(data / "amr-scheduler.db")
@@ -71,8 +84,16 @@ def test_an_export_may_lie_beside_them(data):
 @EXPORTS
 def test_a_stdout_that_takes_nothing_is_bad_input(data, option):
     with open("/dev/full", "w", encoding="utf-8") as full:
-        ended = subprocess.run(command(data, option, "-"), stdout=full, stderr=subprocess.PIPE, text=True, timeout=60.0,
-                               env=environment(), cwd=ROOT, check=False)
+        ended = subprocess.run(
+            command(data, option, "-"),
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=60.0,
+            env=environment(),
+            cwd=ROOT,
+            check=False,
+        )
     assert ended.returncode == 2
     assert is_one_line(ended.stderr)
     assert "stdout can't be written: No space left on device" in ended.stderr
@@ -80,8 +101,15 @@ def test_a_stdout_that_takes_nothing_is_bad_input(data, option):
 
 @EXPORTS
 def test_a_closed_stdout_is_bad_input(data, option):
-    ended = subprocess.run(["sh", "-c", '"$@" >&-', "sh", *command(data, option, "-")], stderr=subprocess.PIPE, text=True, timeout=60.0,
-                           env=environment(), cwd=ROOT, check=False)
+    ended = subprocess.run(
+        ["sh", "-c", '"$@" >&-', "sh", *command(data, option, "-")],
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=60.0,
+        env=environment(),
+        cwd=ROOT,
+        check=False,
+    )
     assert ended.returncode == 2
     assert is_one_line(ended.stderr)
     assert "stdout can't be written" in ended.stderr

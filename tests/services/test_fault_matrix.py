@@ -1,4 +1,5 @@
 """Faults that no other test meets on its way: rows of the fault matrix in docs/reliability.md."""
+
 from __future__ import annotations
 
 import itertools
@@ -69,7 +70,9 @@ def test_while_it_is_not_known_whether_tokens_come_back_what_may_be_ours_is_take
 
 
 @pytest.mark.parametrize("unreadable", ["without a state", "an error"])
-def test_where_the_last_item_can_not_be_read_it_is_known_from_before_that_descriptions_are_forgotten(site, plan, unreadable):
+def test_where_the_last_item_can_not_be_read_it_is_known_from_before_that_descriptions_are_forgotten(
+    site, plan, unreadable
+):
     """By that item it is judged whether tokens come back; the start in doubt is another one."""
     site.network.forgets_descriptions = True
     plan("2026-11-23T06:05")
@@ -85,8 +88,10 @@ def test_where_the_last_item_can_not_be_read_it_is_known_from_before_that_descri
     assert len(items(site)) == 2
 
 
-@pytest.mark.parametrize(("fate", "sent"), [
-    (Fate.ANSWER_LOST, 1), (Fate.LATE, 1), (Fate.ERROR_AFTER, 1), (Fate.LOST, 2), (Fate.ERROR_BEFORE, 2)])
+@pytest.mark.parametrize(
+    ("fate", "sent"),
+    [(Fate.ANSWER_LOST, 1), (Fate.LATE, 1), (Fate.ERROR_AFTER, 1), (Fate.LOST, 2), (Fate.ERROR_BEFORE, 2)],
+)
 def test_a_robot_that_forgets_descriptions_is_judged_by_mission_user_and_number(site, plan, fate, sent):
     """Found out on the item before; what is another's, or another execution's, is not taken."""
     site.network.forgets_descriptions = True
@@ -163,7 +168,7 @@ def test_what_is_taken_back_between_falling_due_and_the_post_is_not_sent(site, p
     """The robot has just been asked for its status; the intent is written only if the row still waits."""
     schedule = plan("2026-11-23T06:05", minimum_battery_percent=20)
     site.run(295)
-    site.network.next("GET", "/status", Fate.REFUSED)            # it could not be read ahead
+    site.network.next("GET", "/status", Fate.REFUSED)  # it could not be read ahead
     asked = itertools.count()
 
     def meanwhile(where: str) -> None:
@@ -208,7 +213,9 @@ def test_a_database_that_somebody_holds_for_a_moment_is_waited_for(tmp_path):
 def test_idle_automation_goes_on_when_the_robot_s_queue_numbers_start_again(site):
     """Its last number lies above all that the robot will have for long; it is asked whether it still knows it."""
     container, robot = site.container, robot_of(site)
-    container.catalogue.save_idle_rule(robot.id, container.repositories.missions.all(container.db.read())[0].id, after_minutes=5)
+    container.catalogue.save_idle_rule(
+        robot.id, container.repositories.missions.all(container.db.read())[0].id, after_minutes=5
+    )
     client = container.make_client(robot)
     for _ in range(5):
         client.enqueue(site.container.repositories.missions.all(container.db.read())[0].guid)

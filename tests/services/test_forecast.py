@@ -1,4 +1,5 @@
 """The preview of a schedule that is not saved yet: starts, conflicts, clock changes, refusals; skipping the next start; the export."""
+
 from __future__ import annotations
 
 import csv
@@ -10,7 +11,19 @@ import pytest
 from app.container import Container
 from app.database.connection import Database
 from app.database.executions import ExecutionFilter
-from app.domain.models import Between, DayException, Execution, InvalidInput, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
+from app.domain.models import (
+    Between,
+    DayException,
+    Execution,
+    InvalidInput,
+    Mission,
+    Reason,
+    ReasonCode,
+    Robot,
+    Schedule,
+    State,
+    Trigger,
+)
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import ConcernCode, Forecasts
 from app.services.files.log_export import LogExport
@@ -19,7 +32,7 @@ from tests.support.clock import VirtualClock
 from tests.support.planner import insert_due
 
 ZONE = "Europe/Helsinki"
-NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki
 
 
 @pytest.fixture
@@ -40,7 +53,16 @@ def forecasts(container):
 
 
 def draft(**values):
-    return Schedule(**{"name": "", "robot_id": 1, "mission_id": 1, "start": datetime(2026, 11, 23, 6, 30), "timezone": ZONE, **values})
+    return Schedule(
+        **{
+            "name": "",
+            "robot_id": 1,
+            "mission_id": 1,
+            "start": datetime(2026, 11, 23, 6, 30),
+            "timezone": ZONE,
+            **values,
+        }
+    )
 
 
 def plan(container, **values):
@@ -50,9 +72,21 @@ def plan(container, **values):
 def usually(container, mission_guid, seconds, robot_id=1):
     """One completed run that took so long."""
     at = NOW - timedelta(days=1)
-    row = Execution(trigger=Trigger.MANUAL, robot_id=robot_id, robot="Aino", mission="x", mission_guid=mission_guid, planned_at=at,
-                    closes_at=at, created_at=at, token=f"{mission_guid}{seconds}", timezone=ZONE, state=State.COMPLETED, ended_at=at,
-                    duration_s=seconds)
+    row = Execution(
+        trigger=Trigger.MANUAL,
+        robot_id=robot_id,
+        robot="Aino",
+        mission="x",
+        mission_guid=mission_guid,
+        planned_at=at,
+        closes_at=at,
+        created_at=at,
+        token=f"{mission_guid}{seconds}",
+        timezone=ZONE,
+        state=State.COMPLETED,
+        ended_at=at,
+        duration_s=seconds,
+    )
     container.db.write(lambda c: container.repositories.executions.add(c, row))
 
 
@@ -75,7 +109,7 @@ def test_the_usual_duration_is_that_of_the_mission_on_the_robot(container):
 
 
 def test_a_paused_schedule_has_no_start_in_its_pause(container):
-    until = datetime(2026, 11, 24, 22, 0, tzinfo=UTC)                  # midnight in Helsinki
+    until = datetime(2026, 11, 24, 22, 0, tzinfo=UTC)  # midnight in Helsinki
     found = forecasts(container).of(draft(recurrence="FREQ=DAILY", paused_until=until))
     assert [start.nominal.date().day for start in found.starts] == [25, 26, 27, 30, 1]
     assert [(concern.code, concern.details) for concern in found.concerns] == [(ConcernCode.PAUSED, {"until": until})]
@@ -93,11 +127,16 @@ def test_a_schedule_that_is_over_says_so(container):
     assert (found.starts, codes(found)) == ((), [ConcernCode.NO_START])
 
 
-@pytest.mark.parametrize(("values", "field"), [
-    ({"start": datetime(2026, 11, 21, 6, 30)}, "start"), ({"recurrence": "FREQ=SECONDLY"}, "recurrence"),
-    ({"recurrence": "FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30"}, "recurrence"), ({"minimum_battery_percent": 120.0}, "minimum_battery_percent"),
-    ({"recurrence": "FREQ=DAILY", "between": Between(time(8), time(9))}, "between"),
-])
+@pytest.mark.parametrize(
+    ("values", "field"),
+    [
+        ({"start": datetime(2026, 11, 21, 6, 30)}, "start"),
+        ({"recurrence": "FREQ=SECONDLY"}, "recurrence"),
+        ({"recurrence": "FREQ=YEARLY;BYMONTH=2;BYMONTHDAY=30"}, "recurrence"),
+        ({"minimum_battery_percent": 120.0}, "minimum_battery_percent"),
+        ({"recurrence": "FREQ=DAILY", "between": Between(time(8), time(9))}, "between"),
+    ],
+)
 def test_what_cannot_be_is_refused_as_when_it_is_saved(container, values, field):
     with pytest.raises(InvalidInput) as caught:
         forecasts(container).of(draft(**values))
@@ -108,13 +147,16 @@ def test_what_cannot_be_is_refused_as_when_it_is_saved(container, values, field)
 
 
 # ---------------------------------------------------------------------- conflicts
-@pytest.mark.parametrize(("other", "meets"), [
-    ("06:10", True),                     # still under way: it takes 25 min
-    ("06:04", False),                    # ended a minute before
-    ("06:30", True),                     # at the same time
-    ("06:36", True),                     # begins while this one runs: it takes 7 min
-    ("06:38", False),
-])
+@pytest.mark.parametrize(
+    ("other", "meets"),
+    [
+        ("06:10", True),  # still under way: it takes 25 min
+        ("06:04", False),  # ended a minute before
+        ("06:30", True),  # at the same time
+        ("06:36", True),  # begins while this one runs: it takes 7 min
+        ("06:38", False),
+    ],
+)
 def test_a_conflict_is_found_by_the_learned_durations(container, other, meets):
     usually(container, "guid-kits", 420.0)
     usually(container, "guid-empties", 1500.0)
@@ -123,10 +165,14 @@ def test_a_conflict_is_found_by_the_learned_durations(container, other, meets):
     found = forecasts(container).of(draft())
     assert codes(found) == ([ConcernCode.OVERLAP] if meets else [])
     if meets:
-        concern, = found.concerns
+        (concern,) = found.concerns
         begins = datetime(2026, 11, 23, hour - 2, minute, tzinfo=UTC)
         assert (concern.at, concern.details["mission"], concern.details["start"], concern.details["end"]) == (
-            datetime(2026, 11, 23, 4, 30, tzinfo=UTC), "Empties", begins, begins + timedelta(seconds=1500))
+            datetime(2026, 11, 23, 4, 30, tzinfo=UTC),
+            "Empties",
+            begins,
+            begins + timedelta(seconds=1500),
+        )
 
 
 def type_duration(container, mission_id, minutes):
@@ -135,13 +181,13 @@ def type_duration(container, mission_id, minutes):
 
 
 def test_a_typed_duration_holds_until_a_run_on_that_robot_shows_it(container):
-    plan(container, start=datetime(2026, 11, 23, 6, 40), recurrence="FREQ=DAILY")          # Empties, ten minutes later
-    assert codes(forecasts(container).of(draft())) == []                                    # five minutes are assumed
+    plan(container, start=datetime(2026, 11, 23, 6, 40), recurrence="FREQ=DAILY")  # Empties, ten minutes later
+    assert codes(forecasts(container).of(draft())) == []  # five minutes are assumed
     type_duration(container, 1, 30)
     found = forecasts(container).of(draft())
     assert (found.usual_s, found.usual.typed, codes(found)) == (1800.0, True, [ConcernCode.OVERLAP])
-    assert found.concerns[0].details["likely"] is None                                      # no runs that could say
-    usually(container, "guid-kits", 400.0, robot_id=2)                                      # of another robot: says nothing about this one
+    assert found.concerns[0].details["likely"] is None  # no runs that could say
+    usually(container, "guid-kits", 400.0, robot_id=2)  # of another robot: says nothing about this one
     assert forecasts(container).of(draft()).usual.typed
     usually(container, "guid-kits", 420.0)
     found = forecasts(container).of(draft())
@@ -149,11 +195,14 @@ def test_a_typed_duration_holds_until_a_run_on_that_robot_shows_it(container):
 
 
 def test_the_typed_duration_of_the_other_mission_counts_as_much(container):
-    plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")          # Empties, twenty minutes before
+    plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")  # Empties, twenty minutes before
     assert codes(forecasts(container).of(draft())) == []
     type_duration(container, 2, 25)
-    concern, = forecasts(container).of(draft()).concerns
-    assert (concern.code, concern.details["end"] - concern.details["start"]) == (ConcernCode.OVERLAP, timedelta(minutes=25))
+    (concern,) = forecasts(container).of(draft()).concerns
+    assert (concern.code, concern.details["end"] - concern.details["start"]) == (
+        ConcernCode.OVERLAP,
+        timedelta(minutes=25),
+    )
 
 
 def test_plan_and_runs_under_way_know_the_typed_duration_and_that_it_is_one(container):
@@ -178,9 +227,9 @@ def several(container, mission_guid, *seconds):
 
 
 def test_how_likely_they_meet_is_the_share_of_runs_that_took_long_enough(container):
-    several(container, "guid-empties", *[600.0] * 16, *[1500.0] * 4)         # median 10 min, P90 25 min
+    several(container, "guid-empties", *[600.0] * 16, *[1500.0] * 4)  # median 10 min, P90 25 min
     plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")
-    concern = forecasts(container).of(draft()).concerns[0]                    # 20 min later
+    concern = forecasts(container).of(draft()).concerns[0]  # 20 min later
     assert (concern.code, concern.details["likely"]) == (ConcernCode.OVERLAP, pytest.approx(0.2))
     same_time = draft(start=datetime(2026, 11, 23, 6, 10))
     assert forecasts(container).of(same_time).concerns[0].details["likely"] == 1.0
@@ -189,21 +238,34 @@ def test_how_likely_they_meet_is_the_share_of_runs_that_took_long_enough(contain
 def test_the_nearest_free_time_is_offered_and_is_free(container):
     usually(container, "guid-kits", 420.0)
     usually(container, "guid-empties", 1500.0)
-    plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")          # until 06:35
-    plan(container, start=datetime(2026, 11, 23, 6, 40), recurrence="FREQ=DAILY", name="next")       # until 07:05
-    found = forecasts(container).of(draft())                                                # 06:30, 7 min
+    plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")  # until 06:35
+    plan(container, start=datetime(2026, 11, 23, 6, 40), recurrence="FREQ=DAILY", name="next")  # until 07:05
+    found = forecasts(container).of(draft())  # 06:30, 7 min
     assert found.free_at == datetime(2026, 11, 23, 6, 0)
     assert codes(forecasts(container).of(draft(start=found.free_at))) == []
-    assert forecasts(container).of(draft(start=datetime(2026, 11, 23, 9, 0))).free_at is None    # nothing in its way
+    assert forecasts(container).of(draft(start=datetime(2026, 11, 23, 9, 0))).free_at is None  # nothing in its way
 
 
 @pytest.mark.parametrize(("more", "reported"), [((), []), (((6, 6),), [(ConcernCode.LOW_BATTERY, 3)])])
 def test_a_battery_that_was_too_low_at_that_time_is_reported_from_three_times_on(container, more, reported):
     for days, hour in ((1, 6), (3, 7), (5, 12), (40, 6), *more):
-        at = datetime(2026, 11, 20, hour, 20, tzinfo=UTC) - timedelta(days=days, hours=2)     # Helsinki is two hours ahead
-        row = Execution(trigger=Trigger.SCHEDULED, robot_id=1, robot="Aino", mission="x", mission_guid="g", planned_at=at, closes_at=at,
-                        created_at=at, token=f"low {days}", timezone=ZONE, state=State.SKIPPED, ended_at=at, schedule_id=9,
-                        reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30}))
+        at = datetime(2026, 11, 20, hour, 20, tzinfo=UTC) - timedelta(days=days, hours=2)  # Helsinki is two hours ahead
+        row = Execution(
+            trigger=Trigger.SCHEDULED,
+            robot_id=1,
+            robot="Aino",
+            mission="x",
+            mission_guid="g",
+            planned_at=at,
+            closes_at=at,
+            created_at=at,
+            token=f"low {days}",
+            timezone=ZONE,
+            state=State.SKIPPED,
+            ended_at=at,
+            schedule_id=9,
+            reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30}),
+        )
         container.db.write(lambda c, row=row: container.repositories.executions.add(c, row))
     found = forecasts(container).of(draft(minimum_battery_percent=30.0)).concerns
     assert [(concern.code, concern.details["count"]) for concern in found] == reported
@@ -234,25 +296,32 @@ def test_unknown_durations_count_as_five_minutes(container):
 def test_a_clock_change_is_reported_with_both_times(container):
     gap = forecasts(container).of(draft(start=datetime(2027, 3, 28, 3, 30), respect_working_days=False))
     assert [(concern.code, concern.details["nominal"], concern.details["twice"]) for concern in gap.concerns] == [
-        (ConcernCode.CLOCK_CHANGE, datetime(2027, 3, 28, 3, 30), False)]
-    assert gap.starts[0].instant == datetime(2027, 3, 28, 1, 30, tzinfo=UTC)             # 04:30 there
+        (ConcernCode.CLOCK_CHANGE, datetime(2027, 3, 28, 3, 30), False)
+    ]
+    assert gap.starts[0].instant == datetime(2027, 3, 28, 1, 30, tzinfo=UTC)  # 04:30 there
     twice = forecasts(container).of(draft(start=datetime(2027, 10, 31, 3, 30), respect_working_days=False))
-    assert [(concern.code, concern.details["twice"]) for concern in twice.concerns] == [(ConcernCode.CLOCK_CHANGE, True)]
+    assert [(concern.code, concern.details["twice"]) for concern in twice.concerns] == [
+        (ConcernCode.CLOCK_CHANGE, True)
+    ]
     assert codes(forecasts(container).of(draft(start=datetime(2027, 3, 29, 3, 30)))) == []
 
 
 def test_a_first_day_without_work_a_robot_that_is_off_and_a_missing_mission_are_reported(container):
     container.catalogue.set_robot_enabled(2, False)
-    found = forecasts(container).of(draft(robot_id=2, start=datetime(2026, 11, 21, 6, 30), recurrence="FREQ=DAILY"), {"other": "Other"})
+    found = forecasts(container).of(
+        draft(robot_id=2, start=datetime(2026, 11, 21, 6, 30), recurrence="FREQ=DAILY"), {"other": "Other"}
+    )
     assert codes(found) == [ConcernCode.ROBOT_OFF, ConcernCode.MISSION_MISSING, ConcernCode.DAY_OFF]
     assert codes(forecasts(container).of(draft(), {"guid-kits": "Kits"})) == []
-    assert codes(forecasts(container).of(draft(), {})) == []                             # it did not tell
+    assert codes(forecasts(container).of(draft(), {})) == []  # it did not tell
 
 
 def test_a_first_day_that_has_passed_says_nothing_about_when_it_begins(container):
     saturday = draft(start=datetime(2026, 11, 14, 6, 30), recurrence="FREQ=DAILY")
     assert codes(forecasts(container).of(saturday)) == []
-    assert codes(forecasts(container).of(replace(saturday, start=datetime(2026, 11, 21, 6, 30)))) == [ConcernCode.DAY_OFF]
+    assert codes(forecasts(container).of(replace(saturday, start=datetime(2026, 11, 21, 6, 30)))) == [
+        ConcernCode.DAY_OFF
+    ]
 
 
 # ---------------------------------------------------------------------- skipping
@@ -265,9 +334,13 @@ def test_skipping_writes_the_row_at_once_and_goes_on_with_the_start_after_it(con
     assert skipping(container).skip_next(schedule.id) == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)
     row = container.history.last_of_schedule(schedule.id)
     assert (row.state, row.reason.code, row.planned_at, row.ended_at) == (
-        State.SKIPPED, ReasonCode.HOLD, schedule.next_at, schedule.next_at)
+        State.SKIPPED,
+        ReasonCode.HOLD,
+        schedule.next_at,
+        schedule.next_at,
+    )
     assert row.reason.details == {"skipped_at": NOW.isoformat()}
-    assert container.history.last_finished(5) == []           # nothing has run, and its time is still to come
+    assert container.history.last_finished(5) == []  # nothing has run, and its time is still to come
     after = container.repositories.schedules.get(container.db.read(), schedule.id)
     assert after.next_at == datetime(2026, 11, 24, 4, 30, tzinfo=UTC)
     assert after.changed_at == schedule.changed_at
@@ -296,10 +369,12 @@ def test_the_preview_names_the_skipped_starts_that_would_run_again(container):
     thursday = skipping(container).skip(schedule.id, monday + timedelta(days=3))
     found = forecasts(container).of(schedule)
     assert (found.skipped, [start.nominal.day for start in found.starts]) == ((monday, thursday), [24, 25, 27, 30, 1])
-    assert forecasts(container).of(replace(schedule, start=datetime(2026, 11, 23, 7, 30))).skipped == ()     # its rule has them no more
+    assert (
+        forecasts(container).of(replace(schedule, start=datetime(2026, 11, 23, 7, 30))).skipped == ()
+    )  # its rule has them no more
     assert forecasts(container).of(replace(schedule, paused_until=thursday - timedelta(hours=1))).skipped == (thursday,)
     assert forecasts(container).of(replace(schedule, enabled=False)).skipped == ()
-    assert forecasts(container).of(draft(recurrence="FREQ=DAILY")).skipped == ()                             # another schedule
+    assert forecasts(container).of(draft(recurrence="FREQ=DAILY")).skipped == ()  # another schedule
 
 
 # ---------------------------------------------------------------------- the export of what is filtered
@@ -321,7 +396,9 @@ def test_days_that_the_calendar_closes_between_the_next_starts_are_reported_by_n
     closed = DayException("Audit", date(2026, 11, 24), date(2026, 11, 25))
     container.catalogue.save_days(closed)
     found = forecasts(container).of(draft(recurrence="FREQ=DAILY"))
-    assert [concern.details["days"] for concern in found.concerns] == [((date(2026, 11, 24), "Audit"), (date(2026, 11, 25), "Audit"))]
+    assert [concern.details["days"] for concern in found.concerns] == [
+        ((date(2026, 11, 24), "Audit"), (date(2026, 11, 25), "Audit"))
+    ]
     assert found.starts[1].nominal.date() == date(2026, 11, 26)
     assert forecasts(container).of(draft(recurrence="FREQ=DAILY", respect_working_days=False)).concerns == ()
     assert forecasts(container).of(draft(recurrence="FREQ=WEEKLY;BYDAY=MO")).concerns == ()

@@ -1,4 +1,5 @@
 """Groups and places in the plan: saved, named, deleted and undone, written to a file and read from it."""
+
 from __future__ import annotations
 
 import json
@@ -47,21 +48,32 @@ def test_robots_and_groups_share_their_names(catalogue):
         catalogue.save_group(Group("Hall", (2,)))
 
 
-@pytest.mark.parametrize(("group", "problem"), [
-    (Group("Hall"), "choose the robots"), (Group("Hall", (1, 99)), "no such robot"), (Group("", (1,)), "enter a name"),
-    (Group("Hall", (1, 2, 3), keep_free=1), "4 robots or more"), (Group("Hall", (1, 2, 3, 4), keep_free=4), "not all of them"),
-    (Group("Hall", (1,), hand_over="now"), "enter at_once or when_free")])
+@pytest.mark.parametrize(
+    ("group", "problem"),
+    [
+        (Group("Hall"), "choose the robots"),
+        (Group("Hall", (1, 99)), "no such robot"),
+        (Group("", (1,)), "enter a name"),
+        (Group("Hall", (1, 2, 3), keep_free=1), "4 robots or more"),
+        (Group("Hall", (1, 2, 3, 4), keep_free=4), "not all of them"),
+        (Group("Hall", (1,), hand_over="now"), "enter at_once or when_free"),
+    ],
+)
 def test_what_makes_no_group_is_refused(catalogue, group, problem):
     with pytest.raises(InvalidInput, match=problem):
         catalogue.save_group(group)
 
 
-@pytest.mark.parametrize(("schedule", "problem"), [
-    (Schedule("Kits", None, 1, START, "UTC"), "choose a robot, or a group"),
-    (Schedule("Kits", 1, 1, START, "UTC", group_id=1), "choose a robot, or a group"),
-    (Schedule("Kits", 1, 1, START, "UTC", finish_by_minutes=30), "for a group of robots only"),
-    (Schedule("Kits", 1, 1, START, "UTC", overlap=Overlap.PARALLEL), "on a group of robots only"),
-    (Schedule("Kits", None, 2, START, "UTC", group_id=1), "a group needs one for all robots")])
+@pytest.mark.parametrize(
+    ("schedule", "problem"),
+    [
+        (Schedule("Kits", None, 1, START, "UTC"), "choose a robot, or a group"),
+        (Schedule("Kits", 1, 1, START, "UTC", group_id=1), "choose a robot, or a group"),
+        (Schedule("Kits", 1, 1, START, "UTC", finish_by_minutes=30), "for a group of robots only"),
+        (Schedule("Kits", 1, 1, START, "UTC", overlap=Overlap.PARALLEL), "on a group of robots only"),
+        (Schedule("Kits", None, 2, START, "UTC", group_id=1), "a group needs one for all robots"),
+    ],
+)
 def test_a_schedule_is_for_a_robot_or_for_a_group(catalogue, schedule, problem):
     hall(catalogue)
     catalogue.save_mission(Mission("Own", "3d7c7c40-ce85-11ef-904a-000e8e9884ec", robot_id=1))
@@ -123,15 +135,24 @@ def _all_switched_on(exported):
     return {**found, "robots": [{**robot, "enabled": True} for robot in found["robots"]]}
 
 
-@pytest.mark.parametrize(("section", "problem"), [
-    ({"schedules": [{"mission": "Deliver", "start": "2026-11-24T06:00"}]}, "name either a robot or a group"),
-    ({"schedules": [{"robot": "R1", "group": "Hall", "mission": "Deliver", "start": "2026-11-24T06:00"}]},
-     "name either a robot or a group"),
-    ({"schedules": [{"group": "Nowhere", "mission": "Deliver", "start": "2026-11-24T06:00"}]}, "there is no group Nowhere"),
-    ({"groups": [{"name": "Hall", "robots": ["R1", "R9"]}]}, "there is no robot R9"),
-    ({"groups": [{"name": "Hall", "robots": ["R1", "R1"]}]}, "a name appears twice"),
-    ({"groups": [{"name": "Hall", "robots": ["R1"]}, {"name": "Hall", "robots": ["R2"]}]}, "Hall appears twice"),
-    ({"missions": [{"name": "Deliver", "guid": "x", "places": ["Dock 9"]}]}, "there is no place Dock 9")])
+@pytest.mark.parametrize(
+    ("section", "problem"),
+    [
+        ({"schedules": [{"mission": "Deliver", "start": "2026-11-24T06:00"}]}, "name either a robot or a group"),
+        (
+            {"schedules": [{"robot": "R1", "group": "Hall", "mission": "Deliver", "start": "2026-11-24T06:00"}]},
+            "name either a robot or a group",
+        ),
+        (
+            {"schedules": [{"group": "Nowhere", "mission": "Deliver", "start": "2026-11-24T06:00"}]},
+            "there is no group Nowhere",
+        ),
+        ({"groups": [{"name": "Hall", "robots": ["R1", "R9"]}]}, "there is no robot R9"),
+        ({"groups": [{"name": "Hall", "robots": ["R1", "R1"]}]}, "a name appears twice"),
+        ({"groups": [{"name": "Hall", "robots": ["R1"]}, {"name": "Hall", "robots": ["R2"]}]}, "Hall appears twice"),
+        ({"missions": [{"name": "Deliver", "guid": "x", "places": ["Dock 9"]}]}, "there is no place Dock 9"),
+    ],
+)
 def test_a_file_that_is_wrong_about_groups_says_where_and_changes_nothing(site, catalogue, section, problem):
     before = export_configuration(site.container.db.read())
     with pytest.raises(InvalidInput, match=problem):
@@ -142,7 +163,9 @@ def test_a_file_that_is_wrong_about_groups_says_where_and_changes_nothing(site, 
 @pytest.mark.parametrize("goes", ["mission", "robot"])
 def test_a_mission_that_comes_back_uses_its_places_again(catalogue, goes):
     robot = catalogue.robots()[0]
-    mission = catalogue.save_mission(Mission("Fetch empties", "guid-of-its-own", robot_id=robot.id if goes == "robot" else None))
+    mission = catalogue.save_mission(
+        Mission("Fetch empties", "guid-of-its-own", robot_id=robot.id if goes == "robot" else None)
+    )
     catalogue.edit(lambda edit: edit.save_place(Place("Dock 2", 1, (mission.id,))))
     before = catalogue.places()
     catalogue.restore(catalogue.remove_robot(robot.id) if goes == "robot" else catalogue.remove_mission(mission.id))

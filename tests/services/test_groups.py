@@ -1,4 +1,5 @@
 """Starts that any robot of a group may take: kept until one is free, given to one, and never to two."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -32,7 +33,9 @@ def plan(site):
     def planned(name="A", at="2026-11-23T06:05", **values):
         [group] = site.container.catalogue.groups()
         return site.container.catalogue.save_schedule(
-            Schedule(name, None, 1, datetime.fromisoformat(at), "UTC", group_id=group.id, **values))
+            Schedule(name, None, 1, datetime.fromisoformat(at), "UTC", group_id=group.id, **values)
+        )
+
     return planned
 
 
@@ -41,7 +44,11 @@ def lose_mission(machine):
 
 
 def queues(site):
-    return {name: [item.description for item in machine.queue] for name, machine in site.machines.items() if len(machine.queue)}
+    return {
+        name: [item.description for item in machine.queue]
+        for name, machine in site.machines.items()
+        if len(machine.queue)
+    }
 
 
 def test_a_start_goes_to_a_free_robot_at_its_instant(site, plan):
@@ -116,8 +123,12 @@ def test_when_all_refuse_it_fails_and_says_why(site, plan):
     assert (run.state, run.reason.code) == (State.FAILED, ReasonCode.UNKNOWN_MISSION)
 
 
-@pytest.mark.parametrize(("is_busy", "items", "alarm"), [(True, 1, "duplicate_healed"), (False, 2, "duplicate_running")])
-def test_a_request_that_comes_after_all_is_set_right_on_the_robot_that_had_been_given_up(site, plan, is_busy, items, alarm):
+@pytest.mark.parametrize(
+    ("is_busy", "items", "alarm"), [(True, 1, "duplicate_healed"), (False, 2, "duplicate_running")]
+)
+def test_a_request_that_comes_after_all_is_set_right_on_the_robot_that_had_been_given_up(
+    site, plan, is_busy, items, alarm
+):
     """It is cancelled while it is pending; one that runs is a person's matter."""
     plan(start_window_minutes=30)
     for name in site.machines:
@@ -132,7 +143,12 @@ def test_a_request_that_comes_after_all_is_set_right_on_the_robot_that_had_been_
     site.run(600)
     [run] = site.executions()
     assert (run.state, run.robot != first) == (State.COMPLETED, True)
-    ours = [item for machine in site.machines.values() for item in machine.queue if item.description == run.token and item.started]
+    ours = [
+        item
+        for machine in site.machines.values()
+        for item in machine.queue
+        if item.description == run.token and item.started
+    ]
     assert len(ours) == items
     assert alarm in [each.code for each in site.container.alarms.open()]
 
@@ -226,6 +242,7 @@ def test_a_decision_that_fails_is_tried_again_and_stops_no_other_group(site, pla
             failed.append(1)
             raise DatabaseUnavailable("nothing can be written")
         return bind(*args)
+
     monkeypatch.setattr(Ledger, "bind", failing)
     plan()
     site.run(330)
@@ -247,7 +264,9 @@ def test_what_was_ever_sent_to_a_robot_lies_above_its_first_floor(site, plan):
     [run] = site.executions()
     assert run.queue_floor is not None
     floor = run.queue_floor
-    site.run_until(lambda: site.executions()[0].robot_id is None or site.executions()[0].submitted_at is not None, within=200)
+    site.run_until(
+        lambda: site.executions()[0].robot_id is None or site.executions()[0].submitted_at is not None, within=200
+    )
     [run] = site.executions()
     site.run(600)
     assert sum(map(len, queues(site).values())) == 1
@@ -263,6 +282,7 @@ def test_a_start_is_sent_as_it_is_when_its_robot_is_bound(site, plan, monkeypatc
         site.container.catalogue.save_schedule(replace(schedule, mission_id=2))
         monkeypatch.setattr(Ledger, "bind", bind)
         return bind(ledger, *args)
+
     monkeypatch.setattr(Ledger, "bind", after_an_edit)
     site.run(310)
     [run] = site.executions()

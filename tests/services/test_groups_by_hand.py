@@ -1,4 +1,5 @@
 """What a person does about a start of a group: give it to a robot, or run its mission on another one."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -96,11 +97,18 @@ def test_it_is_given_once(hall, operator):
     assert sum(item.description == row.token for item in hall.items()) == 1
 
 
-@pytest.mark.parametrize(("prepare", "problem"), [
-    (lambda hall: hall.hold("R3"), "R3 is held back"),
-    (lambda hall: hall.switch("R3", on=False), "R3 is switched off"),
-    (lambda hall: hall.container.catalogue.save_group(Group("Hall", (1, 2), id=hall.group.id)), "R3 is no robot of Hall"),
-    (lambda hall: hall.container.operator.hold_starts([hall.run_of().id]), "does not wait for a robot any more")])
+@pytest.mark.parametrize(
+    ("prepare", "problem"),
+    [
+        (lambda hall: hall.hold("R3"), "R3 is held back"),
+        (lambda hall: hall.switch("R3", on=False), "R3 is switched off"),
+        (
+            lambda hall: hall.container.catalogue.save_group(Group("Hall", (1, 2), id=hall.group.id)),
+            "R3 is no robot of Hall",
+        ),
+        (lambda hall: hall.container.operator.hold_starts([hall.run_of().id]), "does not wait for a robot any more"),
+    ],
+)
 def test_what_can_not_be_given_is_refused(hall, operator, prepare, problem):
     row = waiting(hall)
     prepare(hall)

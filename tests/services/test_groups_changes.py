@@ -1,4 +1,5 @@
 """What people change while starts of a group wait, or are on their way: nothing is lost, and nothing kept from other robots."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -19,6 +20,7 @@ from tests.support.network import QUEUE, Fate
 def bound(hall, monkeypatch):
     """A start that has just been given to a robot, which has not begun with it: ``act`` happens in that moment. Robots with a line of
     their own look again before they begin."""
+
     def when_bound(act, **values):
         for robot in hall.container.catalogue.robots():
             hall.container.catalogue.save_robot(replace(robot, hand_over=HandOver.WHEN_FREE))
@@ -29,8 +31,10 @@ def bound(hall, monkeypatch):
             monkeypatch.setattr(Ledger, "bind", bind)
             act(rows[0])
             return rows
+
         monkeypatch.setattr(Ledger, "bind", and_then)
         hall.plan("A", **({"start_window_minutes": 30} | values))
+
     return when_bound
 
 
@@ -40,6 +44,7 @@ def test_what_was_given_to_a_robot_is_for_all_again_when_the_app_comes_back(hall
     def crash(row):
         hall.network.down |= {row.robot}
         raise KeyboardInterrupt
+
     bound(crash)
     with pytest.raises(KeyboardInterrupt):
         hall.run(310)
@@ -75,6 +80,7 @@ def test_a_robot_that_was_stopped_since_it_was_chosen_gives_it_back(hall, bound)
         stopped.append(row.robot)
         hall.machines[row.robot].pause()
         hall.clock.advance(2.5)
+
     bound(stop)
     hall.run(330)
     assert (hall.run_of().state, hall.run_of().robot not in stopped) == (State.EXECUTING, True)
@@ -85,6 +91,7 @@ def test_when_a_deleted_schedule_is_put_back_its_start_is_for_all_robots(hall, b
 
     def delete(row):
         removed.append((row.robot, hall.container.catalogue.remove_schedule(row.schedule_id)))
+
     bound(delete)
     hall.run(302)
     robot, what = removed[0]
@@ -98,12 +105,17 @@ def test_when_a_deleted_schedule_is_put_back_its_start_is_for_all_robots(hall, b
 def test_a_made_name_of_a_group_that_comes_back_is_made_anew_where_it_is_taken(hall, goes):
     catalogue, schedule = hall.container.catalogue, hall.plan("")
     assert catalogue.save_schedule(replace(schedule, name="")).name == schedule.name == "Deliver on Hall"
-    removed = {"schedule": catalogue.remove_schedule, "group": catalogue.remove_group, "mission": catalogue.remove_mission}[goes](
-        {"schedule": schedule.id, "group": hall.group.id, "mission": schedule.mission_id}[goes])
+    removed = {
+        "schedule": catalogue.remove_schedule,
+        "group": catalogue.remove_group,
+        "mission": catalogue.remove_mission,
+    }[goes]({"schedule": schedule.id, "group": hall.group.id, "mission": schedule.mission_id}[goes])
     assert set(removed.made_names) == {schedule.id}
     hall.add_mission("Collect empties")
     other = next(mission for mission in catalogue.missions() if mission.name == "Collect empties")
-    catalogue.save_schedule(replace(schedule, id=0, group_id=None, robot_id=1, mission_id=other.id, name="Deliver on Hall"))
+    catalogue.save_schedule(
+        replace(schedule, id=0, group_id=None, robot_id=1, mission_id=other.id, name="Deliver on Hall")
+    )
     catalogue.restore(removed)
     assert hall.container.repositories.schedules.get(hall.container.db.read(), schedule.id).name == "Deliver on Hall 2"
 
@@ -112,6 +124,7 @@ def test_a_made_name_of_a_group_that_comes_back_is_made_anew_where_it_is_taken(h
 @pytest.fixture
 def held(hall, monkeypatch):
     """``act`` happens when the intent is on the disk, before the request leaves."""
+
     def before_the_post(act, **values):
         hall.plan("A", **({"start_window_minutes": 30} | values))
         bind = Ledger.bind
@@ -122,8 +135,10 @@ def held(hall, monkeypatch):
             monkeypatch.setattr(Ledger, "bind", bind)
             act(rows[0])
             return rows
+
         monkeypatch.setattr(Ledger, "bind", and_then)
         hall.run(330)
+
     return before_the_post
 
 
@@ -138,6 +153,7 @@ def test_nothing_is_sent_to_a_robot_that_may_not_get_it_any_more(hall, held, how
             hall.container.catalogue.save_group(replace(hall.group, members=members))
         else:
             hall.switch(row.robot, on=False)
+
     held(act)
     assert hall.run_of().state is State.EXECUTING
     assert [post.robot for post in hall.network.posts() if post.robot == gone[0]] == []
@@ -193,7 +209,9 @@ def test_the_last_refusal_is_why_it_fails_and_each_is_told(hall):
     hall.plan("A", start_window_minutes=30)
     hall.run(320)
     [alarm] = hall.container.alarms.open()
-    assert alarm_sentence(alarm).startswith("R1 did not take Deliver, which is left to others of Hall: The robot has no mission Deliver")
+    assert alarm_sentence(alarm).startswith(
+        "R1 did not take Deliver, which is left to others of Hall: The robot has no mission Deliver"
+    )
     hall.container.holds.release(2)
     hall.run(20)
     hall.container.holds.release(3)
@@ -217,7 +235,9 @@ def test_a_robot_that_joins_is_read_as_often_as_the_others(hall):
     hall.plan("A", start_window_minutes=30)
     hall.hold("R1")
     hall.run(310)
-    hall.container.catalogue.save_robot(replace(hall.robot("R1"), certificate_sha256=None, username="admin"), password="admin")
+    hall.container.catalogue.save_robot(
+        replace(hall.robot("R1"), certificate_sha256=None, username="admin"), password="admin"
+    )
     hall.run(0.5)
     hall.container.holds.release(1)
     hall.run(4)
@@ -230,7 +250,7 @@ def test_a_robot_whose_clock_was_set_during_a_run_is_no_worse_than_the_others_th
     hall.plan("A")
     hall.run_until(lambda: bool(hall.executions(State.EXECUTING)))
     ran = hall.run_of().robot
-    item, = hall.machines[ran].queue
+    (item,) = hall.machines[ran].queue
     item.started = "2016-11-23T06:05:00"
     hall.run(240)
     assert hall.run_of().duration_s > 9 * 365 * 86400
@@ -317,7 +337,10 @@ def test_a_start_of_a_group_with_no_robot_switched_on_says_so(hall):
     hall.plan()
     hall.only()
     hall.run(310)
-    assert (hall.run_of().state, sentence(hall.run_of().reason, "UTC")) == (State.CANCELLED, "No robot of Hall is switched on")
+    assert (hall.run_of().state, sentence(hall.run_of().reason, "UTC")) == (
+        State.CANCELLED,
+        "No robot of Hall is switched on",
+    )
 
 
 def test_what_a_robot_has_of_a_group_that_is_deleted_goes_on(hall):

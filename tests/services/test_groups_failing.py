@@ -1,4 +1,5 @@
 """A robot that fails start after start: others of its group go first, and an alarm names it."""
+
 from __future__ import annotations
 
 from datetime import timedelta
@@ -65,6 +66,7 @@ def test_alone_it_still_gets_every_start_and_an_alarm_names_it(hall, bad):
 def test_the_failed_start_has_its_alarm_though_that_of_the_robot_cannot_be_written(hall, bad, monkeypatch):
     def fail(*_args, **_details):
         raise DatabaseUnavailable("the disk is full")
+
     monkeypatch.setattr(hall.container.alarms, "raise_about_robot", fail)
     hall.only("R1")
     plan_often(hall, starts=TOO_MANY)

@@ -1,4 +1,5 @@
 """Idle missions of robots of a group: as many robots stay free as the group has starts in the next minutes."""
+
 from __future__ import annotations
 
 from dataclasses import replace

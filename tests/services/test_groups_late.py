@@ -1,4 +1,5 @@
 """What was given up on one robot of a group and comes there after all: put right wherever the start is by then."""
+
 from __future__ import annotations
 
 import itertools
@@ -8,7 +9,7 @@ import pytest
 from app.domain.models import ReasonCode, State
 from tests.support.network import QUEUE, Fate
 
-LATE = 200.0         # s: the time-out and the quiet time are over by then
+LATE = 200.0  # s: the time-out and the quiet time are over by then
 
 
 def given_up(hall, late=LATE, **values):
@@ -40,7 +41,7 @@ def test_while_no_robot_has_it_again_the_late_item_is_the_one_though_it_is_done_
     hold_all(hall)
     hall.run(140)
     assert released(hall)
-    hall.network.down |= set(hall.machines)                # the item comes and is done while nobody can see it
+    hall.network.down |= set(hall.machines)  # the item comes and is done while nobody can see it
     hall.run(300)
     hall.network.down.clear()
     hall.run(60)
@@ -79,7 +80,7 @@ def test_a_start_that_ended_without_a_robot_is_put_right(hall, is_done):
     hall.run(220)
     assert (hall.run_of().state, hall.run_of().reason.code) == (State.FAILED, ReasonCode.NO_ROBOT)
     hall.run(70)
-    hall.network.down |= set(hall.machines)                # nobody sees how it comes and begins
+    hall.network.down |= set(hall.machines)  # nobody sees how it comes and begins
     hall.run(300 if is_done else 12)
     hall.network.down.clear()
     hall.run(360)
@@ -138,7 +139,9 @@ def test_another_machine_at_the_address_has_numbers_of_its_own(hall):
 
 
 def test_two_that_queue_say_what_the_later_one_waits_for(hall):
-    hall.plan("A", recurrence="FREQ=MINUTELY;INTERVAL=1", overlap="queue", respect_working_days=False, start_window_minutes=30)
+    hall.plan(
+        "A", recurrence="FREQ=MINUTELY;INTERVAL=1", overlap="queue", respect_working_days=False, start_window_minutes=30
+    )
     hall.run(300 + 70)
     first, second, *_more = itertools.islice(hall.executions(), 3)
     assert (second.robot_id, second.wait_details["before"]) == (None, first.planned_at.isoformat())

@@ -1,4 +1,5 @@
 """Starts of groups in odd circumstances: a robot silent for a moment, a clock that is set, robots that forget."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -58,7 +59,13 @@ def test_a_start_of_one_robot_that_waits_for_something_else_keeps_it_from_no_gro
     """A start planned on R1 is kept back by a person, or waits for a fuller battery: until its window closes, here 10 hours, R1 stands idle
     while starts of its group wait for a robot, and say that R1 is busy."""
     hall.only("R1")
-    hall.plan("F", robot_id=1, group_id=None, start_window_minutes=600, minimum_battery_percent=99 if why == "battery" else None)
+    hall.plan(
+        "F",
+        robot_id=1,
+        group_id=None,
+        start_window_minutes=600,
+        minimum_battery_percent=99 if why == "battery" else None,
+    )
     if why == "held":
         hall.hold("R1")
     hall.run(310)
@@ -98,7 +105,9 @@ def test_what_waited_is_there_again_once_a_clock_that_was_months_behind_is_set_r
     assert hall.container.holds.active().clock
     hall.clock.step(200 * 86400)
     hall.run(30)
-    assert [(hall.run_of(name).state, hall.run_of(name).token) for name in "FG"] == [(State.WAITING, token) for token in waited]
+    assert [(hall.run_of(name).state, hall.run_of(name).token) for name in "FG"] == [
+        (State.WAITING, token) for token in waited
+    ]
 
 
 def test_what_a_robot_that_forgets_tokens_may_have_is_given_to_no_other(hall):
@@ -183,11 +192,13 @@ def test_none_is_called_silent_between_two_reads(hall):
 @pytest.fixture
 def lost(hall):
     """R1 has lost the mission, as its list says."""
+
     def lose(*names):
         for name in names:
             hall.lose_mission(name)
         for name in hall.machines:
             hall.container.robot_missions.learn_names(hall.robot(name).id)
+
     return lose
 
 
@@ -198,7 +209,11 @@ def test_a_robot_that_is_known_to_lack_the_mission_is_passed_by_without_an_alarm
     hall.plan()
     hall.run(320)
     row = hall.run_of()
-    assert [(each["robot"], each.get("out")) for each in told(row)] == [("R3", None), ("R1", "lacks_mission"), ("R2", "lacks_mission")]
+    assert [(each["robot"], each.get("out")) for each in told(row)] == [
+        ("R3", None),
+        ("R1", "lacks_mission"),
+        ("R2", "lacks_mission"),
+    ]
     assert hall.alarms() == []
 
 

@@ -1,4 +1,5 @@
 """A start of a group goes out through the worker that it was given to, at once, or another robot gets it: whatever happens in between."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -12,7 +13,7 @@ from tests.support.groups import Hall
 from tests.support.network import QUEUE, Fate
 
 DUE = 300.0
-SLOW = 8.0               # s that a robot takes for an answer
+SLOW = 8.0  # s that a robot takes for an answer
 
 
 @pytest.fixture
@@ -30,6 +31,7 @@ def came_up(hall, when) -> list[str]:
         post(robot_id, message)
         if seen or when(message):
             seen.append(type(message).__name__)
+
     hall.post = posted
     return seen
 
@@ -42,7 +44,9 @@ def test_a_robot_whose_connection_is_edited_while_a_start_is_on_its_way_gets_it(
     hall.run(DUE - 0.5)
     hall.network.next("GET", QUEUE, Fate.SLOW, SLOW, robot="R1")
     hall.at(0.45 - INTENT_LEAD, lambda: hall.post(robot.id, messages.Poll()))
-    hall.at(1.5, lambda: hall.container.catalogue.save_robot(replace(hall.robot("R1"), username="admin"), password="admin"))
+    hall.at(
+        1.5, lambda: hall.container.catalogue.save_robot(replace(hall.robot("R1"), username="admin"), password="admin")
+    )
     if keeps_waiting:
         hall.at(2.0, lambda: hall.hold("R1"))
         hall.at(40.0, lambda: hall.container.holds.release(robot.id))
@@ -59,7 +63,9 @@ def test_a_new_worker_of_a_robot_begins_when_the_one_before_has_ended(hall):
     hall.network.interrupt = lambda where: asked.append(hall.seconds() - DUE)
     hall.network.next("GET", QUEUE, Fate.SLOW, SLOW, robot="R1")
     hall.post(hall.robot("R1").id, messages.Poll())
-    hall.at(1.0, lambda: hall.container.catalogue.save_robot(replace(hall.robot("R1"), username="admin"), password="admin"))
+    hall.at(
+        1.0, lambda: hall.container.catalogue.save_robot(replace(hall.robot("R1"), username="admin"), password="admin")
+    )
     hall.run(SLOW + 2.0)
     assert [at for at in asked if 1.0 < at < SLOW] == []
     assert [at for at in asked if at > SLOW]
@@ -127,6 +133,7 @@ def test_a_robot_that_turns_out_unfit_between_choice_and_start_is_not_sent_it(tm
             post(robot_id, messages.Poll())
             hall._go_on(robot_id)
         post(robot_id, message)
+
     post, hall.post = hall.post, posted
     hall.run(20.0)
     run = hall.run_of()

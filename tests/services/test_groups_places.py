@@ -1,4 +1,5 @@
 """Places where only so many missions of this app may be at a time."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -25,7 +26,10 @@ def full_dock(hall, most=1):
 
 
 def at_the_dock(hall):
-    return sum(run.state in (State.SUBMITTING, State.QUEUED, State.EXECUTING) and run.mission == "Deliver" for run in hall.executions())
+    return sum(
+        run.state in (State.SUBMITTING, State.QUEUED, State.EXECUTING) and run.mission == "Deliver"
+        for run in hall.executions()
+    )
 
 
 def test_not_more_than_the_place_has_room_for(hall):
@@ -103,7 +107,12 @@ def test_a_site_with_another_group_shares_the_place(hall):
     hall.plan("B", group_id=other.id)
     hall.run(303)
     assert at_the_dock(hall) == 1
-    assert datetime.fromisoformat(next(row for row in hall.executions() if row.wait is Wait.PLACE).wait_details["until"]).second == 0
+    assert (
+        datetime.fromisoformat(
+            next(row for row in hall.executions() if row.wait is Wait.PLACE).wait_details["until"]
+        ).second
+        == 0
+    )
 
 
 def test_a_place_stays_taken_when_the_mission_that_is_there_is_renamed(hall):

@@ -1,4 +1,5 @@
 """Holds of all robots or of one: what they keep back, until when, and that they outlive a restart."""
+
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
@@ -89,8 +90,10 @@ def test_it_survives_a_restart(container, tmp_path, clock):
     again.close()
 
 
-@pytest.mark.parametrize(("reason", "until", "field"), [
-    ("", NOW, "until"), ("", NOW - HOUR, "until"), ("x" * (LONGEST_REASON + 1), None, "reason")])
+@pytest.mark.parametrize(
+    ("reason", "until", "field"),
+    [("", NOW, "until"), ("", NOW - HOUR, "until"), ("x" * (LONGEST_REASON + 1), None, "reason")],
+)
 def test_what_a_hold_cannot_be_is_reported_at_its_field_and_nothing_changes(container, reason, until, field):
     container.holds.hold("Audit")
     with pytest.raises(InvalidInput) as caught:

@@ -1,4 +1,5 @@
 """Housekeeping: the history is held to its limit, but what falls due goes first."""
+
 from __future__ import annotations
 
 from datetime import timedelta
@@ -18,10 +19,23 @@ def long_history(site) -> None:
     site.run(1.0)
     site.container.catalogue.change_settings(history_limit=LIMIT)
     now = site.clock.now()
-    rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC",
-                      token=str(number), planned_at=now, closes_at=now, created_at=now, state=State.COMPLETED,
-                      ended_at=now + timedelta(seconds=number))
-            for number in range(LIMIT + 3 * PRUNED_AT_ONCE)]
+    rows = [
+        Execution(
+            trigger=Trigger.MANUAL,
+            robot_id=1,
+            robot="R1",
+            mission="Deliver",
+            mission_guid="guid",
+            timezone="UTC",
+            token=str(number),
+            planned_at=now,
+            closes_at=now,
+            created_at=now,
+            state=State.COMPLETED,
+            ended_at=now + timedelta(seconds=number),
+        )
+        for number in range(LIMIT + 3 * PRUNED_AT_ONCE)
+    ]
     site.container.db.write(lambda c: site.container.repositories.executions.add_many(c, rows))
     site.container.ledger.grew = True
 
@@ -55,5 +69,7 @@ def test_it_waits_while_something_is_due_in_a_moment_but_not_for_ever(site, long
 
 def test_nothing_is_counted_while_nothing_ended(site, monkeypatch):
     site.run(1.0)
-    monkeypatch.setattr(site.container.repositories.executions, "surplus", lambda *_: pytest.fail("counted for nothing"))
+    monkeypatch.setattr(
+        site.container.repositories.executions, "surplus", lambda *_: pytest.fail("counted for nothing")
+    )
     site.run(60.0)

@@ -1,4 +1,5 @@
 """What falls due at a robot that was read a moment ago is written together with the intent of its first attempt, and sent at once."""
+
 from __future__ import annotations
 
 import pytest
@@ -7,8 +8,8 @@ from app.domain.models import ReasonCode, State, Wait
 from app.services.dispatch.timing import INTENT_LEAD
 from tests.support.network import Fate
 
-DUE = 300.0              # s from the beginning: 06:05
-QUIET = 90.0             # s until a submission of unknown outcome is sent again
+DUE = 300.0  # s from the beginning: 06:05
+QUIET = 90.0  # s until a submission of unknown outcome is sent again
 
 
 def sent(site) -> list[str]:
@@ -31,7 +32,9 @@ def test_row_and_intent_are_one_write_and_the_post_is_next(site, plan):
     assert run.attempts == 1
     assert sent(site) == []
     asked: list[str] = []
-    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    site.network.interrupt = lambda where: (
+        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    )
     site.run(0.1)
     assert asked[0] == "POST /mission_queue"
     assert sent(site) == [run.token]
@@ -44,7 +47,7 @@ def test_a_power_cut_before_the_post_loses_nothing_and_doubles_nothing(site, pla
     site.switch_off(cleanly=False)
     site.switch_on()
     site.run(QUIET / 2)
-    assert sent(site) == []                       # it could be on its way
+    assert sent(site) == []  # it could be on its way
     site.run(QUIET)
     [run] = site.executions()
     assert sent(site) == [run.token]
@@ -91,7 +94,9 @@ def test_when_the_first_meets_trouble_the_others_wait(site, plan, fate):
     site.run(0.1)
     first, *others = site.executions()
     assert first.state is (State.WAITING if fate is Fate.REFUSED else State.SUBMITTING)
-    assert [(run.state, run.attempts) for run in others] == [(State.WAITING, 1)] * 2      # their own look at the robot brought nothing
+    assert [(run.state, run.attempts) for run in others] == [
+        (State.WAITING, 1)
+    ] * 2  # their own look at the robot brought nothing
     site.network.down.clear()
     site.run(2 * QUIET)
     assert sorted(sent(site)) == sorted(run.token for run in site.executions())
@@ -130,7 +135,7 @@ def test_what_falls_due_while_the_writer_is_waited_for_goes_along(site, plan, mo
     plan("2026-11-23T06:05")
     plan("2026-11-23T06:06", name="second")
     site.run(DUE - 0.5)
-    site.engine.advance()                         # its heartbeat is written
+    site.engine.advance()  # its heartbeat is written
     write, rows_after = site.container.db.write, []
 
     def late(work, patient=False):
@@ -139,6 +144,7 @@ def test_what_falls_due_while_the_writer_is_waited_for_goes_along(site, plan, mo
         result = write(work, patient)
         rows_after.append(len(site.executions()))
         return result
+
     site.clock.advance(0.55)
     monkeypatch.setattr(site.container.db, "write", late)
     site.engine.advance()

@@ -1,4 +1,5 @@
 """The way to a mission's first stop: of equal robots the nearer one comes, and it is said how far away it is."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -18,8 +19,11 @@ from tests.support.network import Fate
 from tests.support.site import GUIDS
 
 WAREHOUSE, LINE = BY_NAME["Warehouse"], BY_NAME["Line 1"]
-DELIVER = (Stop(WAREHOUSE.guid, "Warehouse", Spot(MAP_GUID, 9.0, 19.0)), Stop(LINE.guid, "Line 1", Spot(MAP_GUID, 21.0, 18.0)))
-NEAR, FAR = Pose(9.0, 12.0, 0.0), Pose(36.0, 12.0, 0.0)              # 7 m and 27.9 m from the warehouse
+DELIVER = (
+    Stop(WAREHOUSE.guid, "Warehouse", Spot(MAP_GUID, 9.0, 19.0)),
+    Stop(LINE.guid, "Line 1", Spot(MAP_GUID, 21.0, 18.0)),
+)
+NEAR, FAR = Pose(9.0, 12.0, 0.0), Pose(36.0, 12.0, 0.0)  # 7 m and 27.9 m from the warehouse
 
 
 @pytest.fixture
@@ -105,7 +109,10 @@ def test_the_nearer_of_two_robots_comes_and_says_so(hall):
     experienced(hall)
     put(hall, R2=NEAR)
     row = planned(hall)
-    assert (row.robot, told(row)) == ("R2", "R2: free now, 7 m away, will be done soonest, about 06:12; R1: free now, 28 m away")
+    assert (row.robot, told(row)) == (
+        "R2",
+        "R2: free now, 7 m away, will be done soonest, about 06:12; R1: free now, 28 m away",
+    )
     assert row.approach_m == pytest.approx(7.0)
     hall.run(200)
     assert 7.0 in DurationRepository().usual(hall.container.db.read(), hall.robot("R2").id, GUIDS["Deliver"]).ways_m
@@ -132,7 +139,9 @@ def test_on_another_map_no_way_is_known(hall):
     hall.learn_stops()
     experienced(hall)
     for machine in hall.machines.values():
-        machine.site.table("/maps").add(machine.site.table("/maps").get(MAP_GUID) | {"guid": "another-map", "name": "Upstairs"})
+        machine.site.table("/maps").add(
+            machine.site.table("/maps").get(MAP_GUID) | {"guid": "another-map", "name": "Upstairs"}
+        )
     hall.machines["R2"].relocate(NEAR, "another-map")
     row = planned(hall)
     assert (row.robot, told(row)) == ("R1", "R1: free now, 28 m away, has run less today; R2: free now")
@@ -153,7 +162,7 @@ def test_of_what_waits_in_a_queue_the_way_is_that_at_its_beginning(hall):
     row = planned(hall, minutes=1)
     assert (row.robot, row.approach_m, row.state) == ("R2", None, State.QUEUED)
     hall.run(300)
-    assert hall.run_of().approach_m == pytest.approx(12.0, abs=2.5)              # from line 1 to the warehouse
+    assert hall.run_of().approach_m == pytest.approx(12.0, abs=2.5)  # from line 1 to the warehouse
 
 
 def test_where_a_robot_says_nonsense_of_its_position_it_is_not_known(hall):

@@ -1,4 +1,5 @@
 """A mission that brings the robot to its charger starts on a low battery, which is the one moment it is for; others wait."""
+
 from __future__ import annotations
 
 from dataclasses import replace

@@ -1,4 +1,5 @@
 """One robot whose starts are handed over when it is free: the order is the app's, and nothing is late for that."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -15,7 +16,9 @@ from tests.support.network import QUEUE, Fate
 @pytest.fixture
 def hall(tmp_path):
     hall = Hall(tmp_path, robots=2)
-    hall.container.catalogue.edit(lambda edit: edit.robots.update(edit.c, replace(edit.the_robot(1), hand_over=HandOver.WHEN_FREE)))
+    hall.container.catalogue.edit(
+        lambda edit: edit.robots.update(edit.c, replace(edit.the_robot(1), hand_over=HandOver.WHEN_FREE))
+    )
     hall.container.changes.publish("robots")
     hall.run(5)
     yield hall

@@ -1,4 +1,5 @@
 """No English inside another language: what the services store of problems and reasons is shown in the language of the screen."""
+
 from __future__ import annotations
 
 import re
@@ -34,15 +35,24 @@ from tests.support.site import GUIDS, PASSWORD, USER, Site
 FINNISH = translation("fi").gettext
 PLACEHOLDER = re.compile(r"({[^}]*})")
 START = "2026-11-23T06:05"
-ROBOTS_WORDS = ("Left wheel", "Internal server error", "Onko kuorma kunnossa?",     # what a robot says, it says in its own words
-                "Europe", "Helsinki", "Mars", "Base")                                 # and zones have one name everywhere
+ROBOTS_WORDS = (
+    "Left wheel",
+    "Internal server error",
+    "Onko kuorma kunnossa?",  # what a robot says, it says in its own words
+    "Europe",
+    "Helsinki",
+    "Mars",
+    "Base",
+)  # and zones have one name everywhere
 
 
 def crossed(text: str) -> str:
     """The Finnish text with a cross for each letter: what can still be read afterwards was not translated. Names fill the placeholders."""
     if not text or (finnish := FINNISH(text)) == text:
         return text
-    return "".join(part if part.startswith("{") else re.sub(r"[^\W\d_]", "×", part) for part in PLACEHOLDER.split(finnish))
+    return "".join(
+        part if part.startswith("{") else re.sub(r"[^\W\d_]", "×", part) for part in PLACEHOLDER.split(finnish)
+    )
 
 
 def readable(text: str, site: Site, *words: str) -> list[str]:
@@ -70,7 +80,7 @@ def unreachable(site, plan):
 
 
 def unauthorized(site, plan):
-    robot, = site.container.repositories.robots.all(site.container.db.read())
+    (robot,) = site.container.repositories.robots.all(site.container.db.read())
     site.container.catalogue.save_robot(robot, password="changed on the robot")
     site.switch_off()
     site.switch_on()
@@ -97,18 +107,20 @@ def same_machine(site, plan):
 def serial_hidden(site, plan):
     def hide(_where):
         raise SerialNumberHidden(address="R1", expected="A-1")
+
     site.network.interrupt = hide
     site.run(60)
 
 
 def needs_password(site, plan):
-    robot, = site.container.catalogue.robots()
+    (robot,) = site.container.catalogue.robots()
     site.container.catalogue.save_robot(replace(robot, username="somebody else"))
 
 
 def certificate_changed(site, plan):
     def refuse(_where):
         raise CertificateMismatch(address="R1")
+
     site.network.interrupt = refuse
     site.run(60)
 
@@ -116,6 +128,7 @@ def certificate_changed(site, plan):
 def certificate_untrusted(site, plan):
     def refuse(_where):
         raise CertificateProblem(code="certificate_untrusted", address="R1")
+
     site.network.interrupt = refuse
     site.run(60)
 
@@ -196,6 +209,7 @@ def clock_implausible(site, plan):
 def chore_failed(site, plan):
     def fails():
         raise Unreachable(code="refused", address="R1")
+
     site.engine.add_chore("Planted", fails)
     site.run(60)
 
@@ -208,7 +222,7 @@ def two_tablets(site, plan):
     site.switch_on()
     site.container.tablet.move_here()
     site.run_until(lambda: site.executions(State.EXECUTING))
-    run, = site.executions()
+    (run,) = site.executions()
     enqueue(site, run.mission_guid, old_token(site.container.tablet.move, run))
     site.run(60)
 
@@ -236,15 +250,17 @@ def unmarked_copy(site, plan):
 
 def check_up_outdated(site, plan):
     site.run(60)
-    robot, = site.container.repositories.robots.all(site.container.db.read())
+    (robot,) = site.container.repositories.robots.all(site.container.db.read())
     site.check_up(robot, checked_up("faithful", robot.serial_number, "3.1.0"))
     site.run(60)
 
 
 def check_up_left(site, plan):
     site.run(60)
-    robot, = site.container.repositories.robots.all(site.container.db.read())
-    site.container.db.write(lambda c: CheckUpRepository().note_left_behind(c, robot.id, LeftBehind(robot.serial_number)))
+    (robot,) = site.container.repositories.robots.all(site.container.db.read())
+    site.container.db.write(
+        lambda c: CheckUpRepository().note_left_behind(c, robot.id, LeftBehind(robot.serial_number))
+    )
     site.network.down.add("R1")
     site.container.check_ups.tidy_all([robot.id])
 
@@ -285,12 +301,12 @@ def started_twice(site, plan):
 
 
 def copy_of_the_run(site):
-    run, = site.executions()
+    (run,) = site.executions()
     enqueue(site, run.mission_guid, run.token)
 
 
 def enqueue(site, mission_guid, token):
-    robot, = site.container.repositories.robots.all(site.container.db.read())
+    (robot,) = site.container.repositories.robots.all(site.container.db.read())
     site.container.make_client(robot).enqueue(mission_guid, description=token)
 
 
@@ -346,17 +362,57 @@ def zone_unknown(site, plan):
 
 
 def question(site, plan):
-    COMMANDS["user_prompt"]({"question": "Onko kuorma kunnossa?", "options": ["Kyllä", "Ei"], "timeout": 600})(site.machines["R1"])
+    COMMANDS["user_prompt"]({"question": "Onko kuorma kunnossa?", "options": ["Kyllä", "Ei"], "timeout": 600})(
+        site.machines["R1"]
+    )
     site.run(60)
 
 
-CAUSES: dict[str, Callable[..., None]] = {cause.__name__: cause for cause in (
-    robot_error, emergency_stop, unreachable, unauthorized, not_a_robot, wrong_robot, same_machine, serial_hidden, certificate_changed,
-    certificate_untrusted, needs_password, execution_failed, start_refused, robot_fails, execution_skipped, executions_missed, app_was_off,
-    backup_restored, clock_stepped, clock_implausible, duplicate_healed, duplicate_running, started_twice, unknown_outcome, database,
-    backup_failed, chore_failed, two_tablets, late_cancelled, adopted_unproven, unmarked_copy, check_up_outdated, check_up_left,
-    item_unreadable, pin_guessed, lock_lost, too_few_files, zone_guessed, zone_unknown,
-    question)}
+CAUSES: dict[str, Callable[..., None]] = {
+    cause.__name__: cause
+    for cause in (
+        robot_error,
+        emergency_stop,
+        unreachable,
+        unauthorized,
+        not_a_robot,
+        wrong_robot,
+        same_machine,
+        serial_hidden,
+        certificate_changed,
+        certificate_untrusted,
+        needs_password,
+        execution_failed,
+        start_refused,
+        robot_fails,
+        execution_skipped,
+        executions_missed,
+        app_was_off,
+        backup_restored,
+        clock_stepped,
+        clock_implausible,
+        duplicate_healed,
+        duplicate_running,
+        started_twice,
+        unknown_outcome,
+        database,
+        backup_failed,
+        chore_failed,
+        two_tablets,
+        late_cancelled,
+        adopted_unproven,
+        unmarked_copy,
+        check_up_outdated,
+        check_up_left,
+        item_unreadable,
+        pin_guessed,
+        lock_lost,
+        too_few_files,
+        zone_guessed,
+        zone_unknown,
+        question,
+    )
+}
 
 
 def test_every_kind_of_alarm_is_brought_about_here():
@@ -371,19 +427,21 @@ def test_an_alarm_is_shown_completely_in_another_language(site, plan, code):
     for alarm in raised:
         assert readable(alarm_sentence(alarm, crossed), site, *ROBOTS_WORDS) == []
         assert "{" not in alarm_sentence(alarm, FINNISH)
-        assert "msgid" not in alarm_sentence(alarm)                                    # as in the log
+        assert "msgid" not in alarm_sentence(alarm)  # as in the log
 
 
 def only(site, code):
-    alarm, = [alarm for alarm in site.container.alarms.open() if alarm.code == code]
+    (alarm,) = [alarm for alarm in site.container.alarms.open() if alarm.code == code]
     return alarm
 
 
 def test_the_reason_of_a_failed_run_is_reported_with_its_problem(site, plan):
     execution_failed(site, plan)
     alarm = only(site, "execution_failed")
-    assert alarm_sentence(alarm) == ("Deliver on R1 failed: Given up at attempt 3: r1 refused the connection; is the robot switched on and "
-                                     "its address right?")
+    assert alarm_sentence(alarm) == (
+        "Deliver on R1 failed: Given up at attempt 3: r1 refused the connection; is the robot switched on and "
+        "its address right?"
+    )
     assert alarm_sentence(alarm, FINNISH).endswith("r1 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?")
 
 
@@ -394,8 +452,17 @@ def test_an_absence_is_reported_in_wall_time_of_the_tablet(site, plan, caplog):
     assert re.fullmatch(r"The app was off or asleep from 08:\d\d to 09:\d\d", alarm_sentence(alarm))
     assert re.search(r"08\.\d\d.+09\.\d\d", alarm_sentence(alarm, FINNISH))
     assert f"alarm: {alarm_sentence(alarm)}" in caplog.messages
-    days = Alarm(alarm.code, alarm.key, alarm.priority, alarm.raised_at,
-                 {"start": "2026-11-23T21:30:00.123456+00:00", "end": "2026-11-23T23:00:00+00:00", "timezone": "Europe/Helsinki"})
+    days = Alarm(
+        alarm.code,
+        alarm.key,
+        alarm.priority,
+        alarm.raised_at,
+        {
+            "start": "2026-11-23T21:30:00.123456+00:00",
+            "end": "2026-11-23T23:00:00+00:00",
+            "timezone": "Europe/Helsinki",
+        },
+    )
     assert alarm_sentence(days) == "The app was off or asleep from 2026-11-23 23:30 to 2026-11-24 01:00"
 
 
@@ -404,14 +471,21 @@ def test_times_in_the_reason_of_an_alarm_are_those_of_the_schedule(site, plan):
     alarm = only(site, "execution_skipped")
     assert alarm.details["timezone"] == "UTC"
     assert alarm_sentence(alarm) == "Deliver on R1 was not run: Battery 11.6 % stayed under 90 % until 06:10"
-    there = Alarm(alarm.code, alarm.key, alarm.priority, alarm.raised_at, {**alarm.details, "timezone": "Europe/Helsinki"})
+    there = Alarm(
+        alarm.code, alarm.key, alarm.priority, alarm.raised_at, {**alarm.details, "timezone": "Europe/Helsinki"}
+    )
     assert alarm_sentence(there).endswith("until 08:10")
 
 
 def test_what_an_older_version_stored_is_shown_as_it_is(site):
-    for details in ({"reason": "The robot refused it", "problem": "no answer"}, {"reason": {"code": "unheard_of"}, "problem": None}):
+    for details in (
+        {"reason": "The robot refused it", "problem": "no answer"},
+        {"reason": {"code": "unheard_of"}, "problem": None},
+    ):
         for code in ("execution_failed", "unreachable"):
-            alarm = Alarm(code, "robot:1", Priority.LOW, site.clock.now(), {"robot": "R1", "mission": "Deliver", **details})
+            alarm = Alarm(
+                code, "robot:1", Priority.LOW, site.clock.now(), {"robot": "R1", "mission": "Deliver", **details}
+            )
             told = alarm_sentence(alarm, FINNISH)
             assert told.startswith("R1") or "Deliver" in told
             assert ("The robot refused it" in told or "unheard_of" in told) is (code == "execution_failed")
@@ -422,11 +496,11 @@ def test_what_a_run_waits_for_and_why_it_ended_is_shown_completely(site, plan):
     plan(START, start_window_minutes=1)
     site.network.down.add("R1")
     site.run(302)
-    waiting, = site.executions(State.WAITING)
+    (waiting,) = site.executions(State.WAITING)
     assert "refused the connection" in waiting_sentence(waiting)
     assert readable(waiting_sentence(waiting, translate=crossed), site) == []
     site.run(120)
-    ended, = site.executions(State.FAILED)
+    (ended,) = site.executions(State.FAILED)
     assert "refused the connection" in sentence(ended.reason, "UTC")
     assert readable(sentence(ended.reason, "UTC", crossed), site) == []
 
@@ -435,7 +509,7 @@ def test_the_robot_did_not_receive_it_is_reported_in_the_language_too(site, plan
     plan(START, start_window_minutes=1)
     site.network.next("POST", "/mission_queue", Fate.LOST)
     site.run(300 + 200)
-    ended, = site.executions(State.FAILED)
+    (ended,) = site.executions(State.FAILED)
     assert "the robot did not receive it" in sentence(ended.reason, "UTC")
     assert readable(sentence(ended.reason, "UTC", crossed), site) == []
 
@@ -443,14 +517,14 @@ def test_the_robot_did_not_receive_it_is_reported_in_the_language_too(site, plan
 def test_what_is_wrong_with_a_robot_is_kept_in_its_parts(site):
     site.network.down.add("R1")
     site.run(90)
-    robot, = site.container.repositories.robots.all(site.container.db.read())
+    (robot,) = site.container.repositories.robots.all(site.container.db.read())
     assert site.container.snapshots.get(robot.id).problem == Unreachable(code="refused", address="r1").message
 
 
 def test_a_problem_of_the_clock_says_both_times(site, plan):
     now = site.clock.now()
     site.run(60)
-    site.network.down.add("R1")                  # no robot can be asked
+    site.network.down.add("R1")  # no robot can be asked
     clock_implausible(site, plan)
     yesterday, today = f"{now - timedelta(days=1):%Y-%m-%d}", f"{now:%Y-%m-%d}"
     assert yesterday in alarm_sentence(only(site, "clock_implausible"), FINNISH)

@@ -1,4 +1,5 @@
 """Where what the app says can't be shown: what was done stays done, and what is planned is started, on real processes."""
+
 from __future__ import annotations
 
 import os
@@ -28,8 +29,8 @@ from tests.support.process import (
     write_configuration,
 )
 
-ENDS_WITHIN = 5.0            # s after SIGTERM
-XOFF, XON = b"\x13", b"\x11"         # Ctrl-S, Ctrl-Q
+ENDS_WITHIN = 5.0  # s after SIGTERM
+XOFF, XON = b"\x13", b"\x11"  # Ctrl-S, Ctrl-Q
 
 
 @pytest.fixture
@@ -58,8 +59,16 @@ def started(robot) -> int:
 
 # ---------------------------------------------------------------------- commands
 def in_shell(script: str, arguments: list[str], **environ: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(["bash", "-c", script, "bash", *arguments], capture_output=True, text=True, encoding="utf-8",
-                          timeout=PATIENCE * 3, env=environment() | environ, cwd=ROOT, check=False)
+    return subprocess.run(
+        ["bash", "-c", script, "bash", *arguments],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=PATIENCE * 3,
+        env=environment() | environ,
+        cwd=ROOT,
+        check=False,
+    )
 
 
 @pytest.mark.parametrize("stdout", ["> /dev/full", ">&-", "| true", "> /dev/full 2>&1", ">&- 2>&-"])
@@ -80,7 +89,9 @@ def test_the_answer_is_utf_8_whatever_the_locale_has(site, robot, encoding):
 
 
 def test_other_commands_that_act_are_done_too(site):
-    path = write_configuration(site.with_name("more.json"), {"format": "amr-scheduler/1", "places": [{"name": "Dock", "most": 2}]})
+    path = write_configuration(
+        site.with_name("more.json"), {"format": "amr-scheduler/1", "places": [{"name": "Dock", "most": 2}]}
+    )
     for arguments in (("--import-config", path), ("--remove-pin",), ("--move-here",)):
         done = in_shell('"$@" > /dev/full', command(site, *arguments))
         assert (done.returncode, is_one_line(done.stderr)) == (0, True), arguments
@@ -90,8 +101,12 @@ def test_other_commands_that_act_are_done_too(site):
 
 # ---------------------------------------------------------------------- headless
 def headless(site: Path, script: str) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(["bash", "-c", script, "bash", *command(site, "--headless")], stdin=subprocess.DEVNULL,
-                            env=environment(), cwd=ROOT)
+    return subprocess.Popen(
+        ["bash", "-c", script, "bash", *command(site, "--headless")],
+        stdin=subprocess.DEVNULL,
+        env=environment(),
+        cwd=ROOT,
+    )
 
 
 @pytest.mark.parametrize("output", ["", ">&-", ">&- 2>&-", "> /dev/full 2> /dev/full", "> >(true) 2> >(true)"])
@@ -121,8 +136,15 @@ def logged(site: Path) -> str:
 def on_a_terminal(site: Path) -> Iterator[tuple[subprocess.Popen[bytes], int, list[bytes]]]:
     """Headless on a terminal, with the terminal's other end and what came out of it."""
     ours, terminal = pty.openpty()
-    app = subprocess.Popen(command(site, "--headless"), stdin=terminal, stdout=terminal, stderr=terminal, env=environment(), cwd=ROOT,
-                           start_new_session=True)
+    app = subprocess.Popen(
+        command(site, "--headless"),
+        stdin=terminal,
+        stdout=terminal,
+        stderr=terminal,
+        env=environment(),
+        cwd=ROOT,
+        start_new_session=True,
+    )
     os.close(terminal)
     said: list[bytes] = []
     reader = threading.Thread(target=_read, args=(ours, said), daemon=True)
@@ -140,7 +162,7 @@ def _read(descriptor: int, said: list[bytes]) -> None:
     while True:
         try:
             said.append(os.read(descriptor, 4096))
-        except OSError:                      # the app has ended
+        except OSError:  # the app has ended
             return
 
 
@@ -180,7 +202,9 @@ def test_a_log_file_on_a_disk_that_hangs_delays_nothing(site, robot):
             os.write(descriptor, b"x" * 4096)
         except BlockingIOError:
             break
-    app = subprocess.Popen(command(site, "--headless"), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment(), cwd=ROOT)
+    app = subprocess.Popen(
+        command(site, "--headless"), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment(), cwd=ROOT
+    )
     try:
         assert app.stdout is not None
         assert app.stdout.readline() == b"ready\n"

@@ -1,5 +1,6 @@
 """A row that says ``submitting`` belongs to one worker: the one that was given it. Nobody looks for what is only on its way to its worker,
 and what a process before had in hand is looked for on the robot, never sent a first time again."""
+
 from __future__ import annotations
 
 import pytest
@@ -9,8 +10,8 @@ from app.domain.models import State
 from app.services.dispatch import messages
 from app.services.dispatch.timing import INTENT_LEAD
 
-DUE = 300.0              # s from the beginning: 06:05
-QUIET = 90.0             # s until a submission of unknown outcome is sent again
+DUE = 300.0  # s from the beginning: 06:05
+QUIET = 90.0  # s until a submission of unknown outcome is sent again
 R1 = 1
 
 
@@ -23,7 +24,9 @@ def sent(site) -> list[str]:
 def asked(site) -> list[str]:
     """Every request to a robot from here on."""
     asked: list[str] = []
-    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    site.network.interrupt = lambda where: (
+        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    )
     return asked
 
 
@@ -34,7 +37,9 @@ def on_its_way(site, plan, monkeypatch) -> messages.Start:
     site.run(DUE - INTENT_LEAD - 0.01)
     kept: list[messages.Start] = []
     post = site.post
-    monkeypatch.setattr(site, "post", lambda key, each: kept.append(each) if isinstance(each, messages.Start) else post(key, each))
+    monkeypatch.setattr(
+        site, "post", lambda key, each: kept.append(each) if isinstance(each, messages.Start) else post(key, each)
+    )
     site.clock.advance(0.02)
     site.engine.advance()
     monkeypatch.undo()
@@ -94,7 +99,7 @@ def test_what_is_looked_for_already_is_not_sent_beside_that(site, on_its_way, as
     site.run(1.0)
     site.post(R1, on_its_way)
     site.run(QUIET - 5.0)
-    assert sent(site) == []                               # it might be another's
+    assert sent(site) == []  # it might be another's
     site.run(QUIET)
     [run] = site.executions()
     assert sent(site) == [run.token]
@@ -106,7 +111,7 @@ def test_what_was_looked_for_and_sent_meanwhile_is_not_sent_again(site, on_its_w
     site.post(R1, site._workers[R1].expect_recovery())
     site.run(2 * QUIET)
     assert asked.count("POST /mission_queue") == 1
-    site.post(R1, messages.Prefetch())                    # something else is due: the robot has just been read
+    site.post(R1, messages.Prefetch())  # something else is due: the robot has just been read
     site.run(1.0)
     site.post(R1, on_its_way)
     site.run(2 * QUIET)

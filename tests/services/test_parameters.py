@@ -1,4 +1,5 @@
 """What a mission asks for, on a simulated robot: positions by name, and nothing is sent without what is required."""
+
 from __future__ import annotations
 
 import pytest
@@ -52,7 +53,7 @@ def test_a_position_is_kept_as_it_was_entered_and_sent_by_its_guid(site, robot, 
     assert dict(execution.parameters) == entered
     site.run(600)
     assert site.container.ledger.get(execution.id).state is State.COMPLETED
-    item, = site.machines["R1"].queue
+    (item,) = site.machines["R1"].queue
     assert item.parameters[0]["value"] == by_name["Line 1"]
 
 
@@ -60,7 +61,7 @@ def test_missions_that_a_robot_lacks_are_not_offered_for_it(site, robot, mission
     lost = site.container.catalogue.save_mission(Mission("Lost", "00000000-0000-0000-0000-000000000000"))
     missions = site.container.robot_missions
     there = site.container.catalogue.missions_of(robot.id)
-    assert missions.offered(robot.id, there) == there           # its list has not been read
+    assert missions.offered(robot.id, there) == there  # its list has not been read
     site.run(10)
     assert missions.learn_names(robot.id)
     assert missions.offered(robot.id, there) == [each for each in there if each != lost]

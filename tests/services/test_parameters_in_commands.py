@@ -1,4 +1,5 @@
 """Parameters that a mission does not take, in commands as real processes, with and without a running app."""
+
 from __future__ import annotations
 
 from contextlib import nullcontext
@@ -34,8 +35,14 @@ def test_they_are_refused_at_once_and_nothing_is_sent(tmp_path, fleet, beside):
 
 def test_an_empty_directory_takes_no_file_with_them_either(tmp_path, fleet):
     configuration = configuration_of(fleet)
-    wrong = once_now(configuration["robots"][0]["name"], "Go to position", "S", parameters={"Position": "Nowhere at all"})
-    done = run(tmp_path / "data", "--import-config", write_configuration(tmp_path / "file.json", configuration | {"schedules": [wrong]}))
+    wrong = once_now(
+        configuration["robots"][0]["name"], "Go to position", "S", parameters={"Position": "Nowhere at all"}
+    )
+    done = run(
+        tmp_path / "data",
+        "--import-config",
+        write_configuration(tmp_path / "file.json", configuration | {"schedules": [wrong]}),
+    )
     assert done.returncode == 2
     assert "Go to position can't take Nowhere at all for Position: Choose one of" in done.stderr
 
@@ -43,6 +50,8 @@ def test_an_empty_directory_takes_no_file_with_them_either(tmp_path, fleet):
 def test_a_position_may_be_given_by_its_name(tmp_path, fleet):
     configuration, data = configuration_of(fleet), tmp_path / "data"
     prepared(data, configuration)
-    done = run(data, "--run-now", configuration["robots"][0]["name"], "Go to position", "--parameter", "Position=Line 1")
-    item, = fleet.robots[0].state()["queue"]
+    done = run(
+        data, "--run-now", configuration["robots"][0]["name"], "Go to position", "--parameter", "Position=Line 1"
+    )
+    (item,) = fleet.robots[0].state()["queue"]
     assert (done.returncode, done.stdout.strip(), len(item["parameters"][0]["value"])) == (0, str(item["id"]), 36)

@@ -1,4 +1,5 @@
 """Positions that are entered by name: each start gets the position that has that name on its robot, on the map it is on then."""
+
 from __future__ import annotations
 
 import json
@@ -50,8 +51,17 @@ def hall_b(site, positions, line_1):
 
 
 def take(site, parameters, **values):
-    schedule = {"name": "S", "robot": "R1", "mission": "Go to position", "start": START, "parameters": parameters, **values}
-    import_configuration(site.container.catalogue, json.dumps({"format": "amr-scheduler/1", "schedules": [schedule]}).encode())
+    schedule = {
+        "name": "S",
+        "robot": "R1",
+        "mission": "Go to position",
+        "start": START,
+        "parameters": parameters,
+        **values,
+    }
+    import_configuration(
+        site.container.catalogue, json.dumps({"format": "amr-scheduler/1", "schedules": [schedule]}).encode()
+    )
 
 
 def sent(site) -> list[object]:
@@ -67,6 +77,7 @@ def questions(site) -> list[str]:
         if method == "GET" and ("/missions/" in path or "/positions" in path):
             seen.append(path)
         return handle(robot, method, path)
+
     site.network.fate_of = fate_of
     return seen
 
@@ -83,7 +94,9 @@ def test_a_robot_that_changes_its_map_just_before_the_start_is_asked_again(site,
     take(site, {"Position": "Line 1"}, start="2026-11-23T06:10")
     site.container.robot_missions.parameters(1, GO_TO_POSITION)
     site.run(585)
-    site.container.parameters.learn(1, GO_TO_POSITION, client := site.container.make_client(site.container.catalogue.robots()[0]))
+    site.container.parameters.learn(
+        1, GO_TO_POSITION, client := site.container.make_client(site.container.catalogue.robots()[0])
+    )
     client.close()
     site.machines["R1"].map_id = HALL_B
     site.run(60)
@@ -122,7 +135,7 @@ def test_a_robot_that_answers_400_is_asked_what_the_mission_needs_now(site, robo
     site.container.parameters.keep({(robot.id, GO_TO_POSITION): (MissionParameter("Position"),)})
     take(site, {"Position": "Line 1"}, recurrence="FREQ=DAILY")
     site.run(600)
-    row, = site.executions(State.FAILED)
+    (row,) = site.executions(State.FAILED)
     assert (row.reason.code, len(site.network.posts())) == (ReasonCode.REFUSED, 1)
     site.run(DAY)
     assert (len(site.executions(State.COMPLETED)), sent(site)) == (1, [line_1["guid"]])
@@ -143,27 +156,35 @@ def test_what_another_machine_has_said_is_forgotten_with_its_serial_number(site,
 def test_a_robot_that_keeps_it_from_this_user_judges_for_itself(site, mission, line_1, monkeypatch, call, error):
     def refused(*_args: object, **_values: object) -> None:
         raise error
+
     monkeypatch.setattr(RobotClient, call, refused)
     take(site, {"Position": line_1["guid"]})
     site.run(900)
-    row, = site.executions(State.COMPLETED)
+    (row,) = site.executions(State.COMPLETED)
     assert (row.attempts, sent(site)) == (1, [line_1["guid"]])
 
 
 def test_another_robot_is_sent_nothing(site, mission, line_1, monkeypatch):
     def refused(*_args: object, **_values: object) -> None:
         raise AnotherRobot(expected="1", found="2")
+
     monkeypatch.setattr(RobotClient, "parameters", refused)
     take(site, {"Position": line_1["guid"]})
     site.run(900)
-    row, = site.executions(State.FAILED)
+    (row,) = site.executions(State.FAILED)
     assert (row.reason.code, site.network.posts()) == (ReasonCode.WRONG_ROBOT, [])
 
 
 # ---------------------------------------------------------------------- defaults
 def test_a_default_on_another_map_is_a_default(site, mission, line_1, hall_b, monkeypatch):
-    monkeypatch.setattr(RobotClient, "parameters", lambda _client, _guid: [
-        MissionParameter("Position", default=line_1["guid"], sets="position"), MissionParameter("Speed", default=1.0)])
+    monkeypatch.setattr(
+        RobotClient,
+        "parameters",
+        lambda _client, _guid: [
+            MissionParameter("Position", default=line_1["guid"], sets="position"),
+            MissionParameter("Speed", default=1.0),
+        ],
+    )
     site.machines["R1"].map_id = HALL_B
     site.network.down.add("R1")
     take(site, {"Speed": 2.0})

@@ -1,5 +1,6 @@
 """Parameters that a mission does not have, or values that it can't take: refused where they are entered, by what robots say, and by no
 robot's silence. What gets past that is refused when it is to be sent, and nothing is sent."""
+
 from __future__ import annotations
 
 import json
@@ -39,23 +40,27 @@ def asked(site) -> list[str]:
         if method == "GET" and path.startswith("/missions/"):
             seen.append(f"{robot} {path}")
         return handle(robot, method, path)
+
     site.network.fate_of = fate_of
     return seen
 
 
 def take(site, *schedules, **sections):
-    return import_configuration(site.container.catalogue, json.dumps(
-        {"format": "amr-scheduler/1", **sections, "schedules": schedules}).encode())
+    return import_configuration(
+        site.container.catalogue, json.dumps({"format": "amr-scheduler/1", **sections, "schedules": schedules}).encode()
+    )
 
 
 def schedule(parameters, **values):
     return {"name": "S", "robot": "R1", "mission": "Go to position", "start": START, "parameters": parameters, **values}
 
 
-WRONG = [({"Position": "Line 1", "Speed": 1}, "Go to position has no parameter Speed; it takes Position"),
-         ({"Position": "Nowhere"}, "Go to position can't take Nowhere for Position: Choose one of "),
-         ({"Position": 7}, "Go to position can't take 7 for Position: Choose one of "),
-         ({"Position": ""}, "Position is missing: the robot does not start Go to position without it")]
+WRONG = [
+    ({"Position": "Line 1", "Speed": 1}, "Go to position has no parameter Speed; it takes Position"),
+    ({"Position": "Nowhere"}, "Go to position can't take Nowhere for Position: Choose one of "),
+    ({"Position": 7}, "Go to position can't take 7 for Position: Choose one of "),
+    ({"Position": ""}, "Position is missing: the robot does not start Go to position without it"),
+]
 
 
 @pytest.mark.parametrize(("parameters", "problem"), WRONG)
@@ -87,7 +92,9 @@ def test_a_schedule_that_is_saved_is_refused_by_what_is_known(site, robot, missi
 
 def test_an_idle_mission_may_not_ask_for_anything(site, robot, mission):
     rule = {"name": "R1", "idle": {"mission": "Go to position"}}
-    with pytest.raises(InvalidInput, match="Go to position asks for Position, which only a schedule or Run now can give"):
+    with pytest.raises(
+        InvalidInput, match="Go to position asks for Position, which only a schedule or Run now can give"
+    ):
         take(site, robots=[rule])
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     with pytest.raises(InvalidInput, match="Go to position asks for Position"):
@@ -99,11 +106,15 @@ def test_a_position_is_kept_by_its_name_and_sent_by_its_guid(site, robot, missio
     take(site, schedule({"Position": "line 1"}))
     assert site.container.catalogue.schedules()[0].parameters == {"Position": "line 1"}
     site.run(900)
-    row, = site.executions(State.COMPLETED)
-    item, = site.machines["R1"].queue
-    by_name = {name: guid for guid, name in site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)[0].choices}
+    (row,) = site.executions(State.COMPLETED)
+    (item,) = site.machines["R1"].queue
+    by_name = {
+        name: guid for guid, name in site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)[0].choices
+    }
     assert (row.parameters, json.loads(json.dumps(item.parameters))) == (
-        {"Position": "line 1"}, [{"input_name": "Position", "value": by_name["Line 1"]}])
+        {"Position": "line 1"},
+        [{"input_name": "Position", "value": by_name["Line 1"]}],
+    )
 
 
 # ---------------------------------------------------------------------- robots that do not answer
@@ -118,9 +129,11 @@ def test_a_start_of_which_the_robot_never_said_anything_is_asked_for_and_refused
     take(site, schedule({"Speed": 1}))
     site.at(60, lambda: site.network.down.clear())
     site.run(400)
-    row, = site.executions(State.FAILED)
+    (row,) = site.executions(State.FAILED)
     assert (row.reason.code, sentence(row.reason, "UTC")) == (
-        ReasonCode.REFUSED, "The robot refused it: Go to position has no parameter Speed; it takes Position")
+        ReasonCode.REFUSED,
+        "The robot refused it: Go to position has no parameter Speed; it takes Position",
+    )
     assert site.network.posts() == []
 
 
@@ -129,7 +142,7 @@ def test_one_that_cannot_be_asked_waits_as_for_any_silent_robot(site, mission):
     take(site, schedule({"Position": "Line 1"}))
     site.at(300 + 120, lambda: site.network.down.clear())
     site.run(900)
-    row, = site.executions(State.COMPLETED)
+    (row,) = site.executions(State.COMPLETED)
     assert row.submitted_at.minute == 7
 
 
@@ -157,8 +170,10 @@ def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_firs
     site.container.parameters.keep(before)
     take(site, schedule({"Speed": 1}, recurrence="FREQ=DAILY"))
     site.run(600)
-    row, = site.executions(State.FAILED)
-    assert sentence(row.reason, "UTC") == "The robot refused it: Go to position has no parameter Speed; it takes Position"
+    (row,) = site.executions(State.FAILED)
+    assert (
+        sentence(row.reason, "UTC") == "The robot refused it: Go to position has no parameter Speed; it takes Position"
+    )
     assert len(site.network.posts()) == 1
     site.run(86_400)
     assert [row.reason.code for row in site.executions(State.FAILED)] == [ReasonCode.REFUSED] * 2
@@ -187,7 +202,7 @@ def test_a_robot_that_has_not_been_asked_yet_is_asked_before_the_instant(site, m
     take(site, schedule({"Position": "Line 1"}))
     site.at(60, lambda: site.network.down.clear())
     site.run(900)
-    post, = site.network.posts()
+    (post,) = site.network.posts()
     assert 0 <= post.at - 300 < 0.1
 
 
@@ -196,7 +211,7 @@ def test_a_robot_that_does_not_say_what_a_mission_asks_for_judges_for_itself(sit
     monkeypatch.setattr(RobotClient, "parameters", lambda _client, _guid: None)
     take(site, schedule({"Speed": 1}))
     site.run(900)
-    row, = site.executions(State.FAILED)
+    (row,) = site.executions(State.FAILED)
     assert (row.reason.code, len(site.network.posts())) == (ReasonCode.REFUSED, 1)
     assert "the robot answered: Internal server error (status 500)" in sentence(row.reason, "UTC")
 
@@ -205,7 +220,10 @@ def test_robots_that_hang_hold_up_a_file_for_some_seconds_at_most(hall, monkeypa
     waits = Event()
     monkeypatch.setattr(RobotClient, "parameters", lambda _client, _guid: [] if waits.wait(30) else None)
     began = time.monotonic()
-    assert hall.container.parameters.ask([(robot, ["a", "b"]) for robot in hall.container.catalogue.robots()], within=0.3) == {}
+    assert (
+        hall.container.parameters.ask([(robot, ["a", "b"]) for robot in hall.container.catalogue.robots()], within=0.3)
+        == {}
+    )
     waits.set()
     assert time.monotonic() - began < 5
 
@@ -222,8 +240,8 @@ def test_of_a_group_each_robot_gets_its_own_position(hall):
     go = hall.container.catalogue.save_mission(Mission("Go to position", GO_TO_POSITION))
     hall.plan(mission_id=go.id, parameters={"Position": "Line 1"})
     hall.run(900)
-    row, = hall.executions(State.COMPLETED)
-    item, = hall.items()
+    (row,) = hall.executions(State.COMPLETED)
+    (item,) = hall.items()
     assert (row.parameters, len(item.parameters[0]["value"])) == ({"Position": "Line 1"}, 36)
 
 
@@ -231,8 +249,11 @@ def test_a_group_of_which_no_robot_takes_it_refuses_it(hall):
     hall.container.catalogue.save_mission(Mission("Go to position", GO_TO_POSITION))
     hall.run(10)
     with pytest.raises(InvalidInput, match="Go to position has no parameter Speed"):
-        take(hall, {"name": "G", "group": "Hall", "mission": "Go to position", "start": START, "parameters": {"Speed": 1}})
-    hall.plan(mission_id=1, parameters={"Speed": 1})                  # nothing is known of Deliver
+        take(
+            hall,
+            {"name": "G", "group": "Hall", "mission": "Go to position", "start": START, "parameters": {"Speed": 1}},
+        )
+    hall.plan(mission_id=1, parameters={"Speed": 1})  # nothing is known of Deliver
     hall.run(900)
     row = hall.run_of("A")
     assert (row.reason.code, hall.network.posts()) == (ReasonCode.REFUSED, [])

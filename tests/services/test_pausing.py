@@ -1,4 +1,5 @@
 """Pause until: starts before it are skipped with their row, none of them runs, and the pause can be ended at any time."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -19,20 +20,23 @@ from app.services.live.gaps import Gap
 from tests.support.clock import VirtualClock
 from tests.support.planner import insert_due
 
-NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)            # Monday
+NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)  # Monday
 WEDNESDAY = datetime(2026, 11, 25, tzinfo=UTC)
 
 
 class Plant:
     def __init__(self, path) -> None:
         self.clock = VirtualClock(NOW)
-        self.container = Container(Database.open(path / "a.db", clock=self.clock, durable=False, threaded=False), self.clock)
+        self.container = Container(
+            Database.open(path / "a.db", clock=self.clock, durable=False, threaded=False), self.clock
+        )
         self.container.catalogue.change_settings(timezone="UTC")
         self.container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), "secret")
         self.container.catalogue.save_mission(Mission("Deliver", "guid-1"))
         self.skipping = Pausing(self.container.db, self.clock, self.container.changes)
         self.daily = self.container.catalogue.save_schedule(
-            Schedule("Daily", 1, 1, datetime(2026, 11, 23, 6, 30), "UTC", "FREQ=DAILY"))
+            Schedule("Daily", 1, 1, datetime(2026, 11, 23, 6, 30), "UTC", "FREQ=DAILY")
+        )
 
     def rows(self):
         return list(self.container.repositories.executions.stream(self.container.db.read()))
@@ -59,9 +63,12 @@ def test_starts_of_a_pause_are_skipped_with_their_row_and_the_next_one_runs(plan
     for day in (23, 24, 25):
         plant.go_to(datetime(2026, 11, day, 6, 30, 1, tzinfo=UTC))
     assert [(row.state, row.reason and row.reason.code) for row in plant.rows()] == [
-        (State.SKIPPED, ReasonCode.HOLD), (State.SKIPPED, ReasonCode.HOLD), (State.WAITING, None)]
+        (State.SKIPPED, ReasonCode.HOLD),
+        (State.SKIPPED, ReasonCode.HOLD),
+        (State.WAITING, None),
+    ]
     assert reasons.sentence(plant.rows()[0].reason, "UTC") == "The schedule was paused until 25 Nov 2026"
-    assert plant.container.alarms.open() == []        # who pauses a schedule knows it
+    assert plant.container.alarms.open() == []  # who pauses a schedule knows it
 
 
 def test_a_pause_is_ended_at_once(plant):
@@ -83,9 +90,13 @@ def test_starts_of_a_pause_were_not_missed_when_the_app_was_off(plant):
     plant.skipping.pause(plant.daily.id, WEDNESDAY)
     plant.container.downtime.add(Gap(NOW, NOW + timedelta(days=4)))
     plant.go_to(NOW + timedelta(days=4))
-    assert [(row.planned_at.day, row.state, row.starts) for row in plant.rows()] == [(24, State.SKIPPED, 2), (26, State.MISSED, 2)]
+    assert [(row.planned_at.day, row.state, row.starts) for row in plant.rows()] == [
+        (24, State.SKIPPED, 2),
+        (26, State.MISSED, 2),
+    ]
     assert reasons.sentence(plant.rows()[0].reason, "UTC") == (
-        "2 starts were skipped, 23–24 November: the schedule was paused until 25 Nov 2026")
+        "2 starts were skipped, 23–24 November: the schedule was paused until 25 Nov 2026"
+    )
     [alarm] = [alarm for alarm in plant.container.alarms.open() if alarm.code == "executions_missed"]
     assert alarm.details["count"] == 2
 
@@ -95,7 +106,9 @@ def test_it_survives_a_restart_and_an_edit_of_the_schedule(plant, tmp_path):
     plant.container.catalogue.save_schedule(replace(plant.stored(), name="Other"))
     assert plant.stored().paused_until == WEDNESDAY
     plant.container.close()
-    plant.container = Container(Database.open(tmp_path / "a.db", clock=plant.clock, durable=False, threaded=False), plant.clock)
+    plant.container = Container(
+        Database.open(tmp_path / "a.db", clock=plant.clock, durable=False, threaded=False), plant.clock
+    )
     assert plant.stored().paused_until == WEDNESDAY
 
 
@@ -115,7 +128,9 @@ def test_a_schedule_that_is_gone_is_reported(plant):
 
 
 @given(st.integers(1, 14 * 24), st.integers(0, 14 * 24), st.integers(0, 23))
-def test_nothing_runs_within_a_pause_and_every_start_has_one_row(tmp_path_factory, pause_hours, resume_after_hours, minute_hour):
+def test_nothing_runs_within_a_pause_and_every_start_has_one_row(
+    tmp_path_factory, pause_hours, resume_after_hours, minute_hour
+):
     """However long it is, and whenever it is ended: skipped exactly when it stood at that instant."""
     plant = Plant(tmp_path_factory.mktemp("plant"))
     until = NOW + timedelta(hours=pause_hours)
@@ -135,7 +150,9 @@ def test_nothing_runs_within_a_pause_and_every_start_has_one_row(tmp_path_factor
     for row in rows:
         assert row.planned_at.weekday() < 5
         stood = row.planned_at < ends
-        assert (row.state is State.SKIPPED and row.reason.code is ReasonCode.HOLD and "paused_until" in row.reason.details) == stood
+        assert (
+            row.state is State.SKIPPED and row.reason.code is ReasonCode.HOLD and "paused_until" in row.reason.details
+        ) == stood
     plant.container.close()
 
 
@@ -201,21 +218,32 @@ def planned(plant, count: int = 3) -> list[int]:
 
 def reopened(plant, path) -> None:
     plant.container.close()
-    plant.container = Container(Database.open(path / "a.db", clock=plant.clock, durable=False, threaded=False), plant.clock)
+    plant.container = Container(
+        Database.open(path / "a.db", clock=plant.clock, durable=False, threaded=False), plant.clock
+    )
     plant.skipping = Pausing(plant.container.db, plant.clock, plant.container.changes)
 
 
 def test_a_later_start_is_skipped_and_only_that_one(plant, tmp_path):
     plant.skipping.skip(plant.daily.id, at(25))
     assert (plant.stored().next_at, planned(plant)) == (at(23), [23, 24, 26])
-    assert [(row.planned_at, row.state, row.reason.code) for row in plant.rows()] == [(at(25), State.SKIPPED, ReasonCode.HOLD)]
+    assert [(row.planned_at, row.state, row.reason.code) for row in plant.rows()] == [
+        (at(25), State.SKIPPED, ReasonCode.HOLD)
+    ]
     reopened(plant, tmp_path)
     for day in (23, 24, 25, 26):
         plant.go_to(at(day) + timedelta(seconds=1))
     assert {row.planned_at.day: row.state for row in plant.rows()} == {
-        23: State.WAITING, 24: State.SKIPPED, 25: State.SKIPPED, 26: State.SKIPPED}      # 24, 26: the first one is still open
+        23: State.WAITING,
+        24: State.SKIPPED,
+        25: State.SKIPPED,
+        26: State.SKIPPED,
+    }  # 24, 26: the first one is still open
     assert [row.reason.code for row in plant.rows() if row.planned_at.day in (24, 25, 26)] == [
-        ReasonCode.OVERLAP, ReasonCode.HOLD, ReasonCode.OVERLAP]
+        ReasonCode.OVERLAP,
+        ReasonCode.HOLD,
+        ReasonCode.OVERLAP,
+    ]
     assert len(plant.rows()) == 4
 
 
@@ -229,7 +257,7 @@ def test_a_later_skip_that_is_undone_runs(plant):
 
 def test_undoing_a_later_skip_leaves_a_start_that_is_due_just_now(plant):
     plant.skipping.skip(plant.daily.id, at(24))
-    plant.clock.step((at(23) + timedelta(seconds=1) - plant.clock.now()).total_seconds())        # and not planned yet
+    plant.clock.step((at(23) + timedelta(seconds=1) - plant.clock.now()).total_seconds())  # and not planned yet
     plant.skipping.take_again(plant.daily.id, at(24))
     insert_due(plant.container)
     assert [(row.planned_at, row.state) for row in plant.rows()] == [(at(23), State.WAITING)]
@@ -289,7 +317,9 @@ def test_a_one_time_start_that_is_skipped_is_over(plant):
 
 
 @given(st.lists(st.tuples(st.sampled_from(["skip", "again", "next", "go"]), st.integers(0, 4)), max_size=12))
-def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exactly_if_it_is_not_skipped(tmp_path_factory, steps):
+def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exactly_if_it_is_not_skipped(
+    tmp_path_factory, steps
+):
     plant = Plant(tmp_path_factory.mktemp("plant"))
     plant.container.catalogue.save_schedule(replace(plant.stored(), overlap=Overlap.QUEUE))
     days, skipped = [at(day) for day in range(23, 28)], set()
@@ -311,22 +341,28 @@ def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exa
         if day > plant.clock.now():
             plant.go_to(day + timedelta(seconds=1))
     assert {row.planned_at: row.state for row in plant.rows()} == {
-        day: State.SKIPPED if day in skipped else State.WAITING for day in days}
+        day: State.SKIPPED if day in skipped else State.WAITING for day in days
+    }
     assert len(plant.rows()) == len(days)
     plant.container.close()
 
 
-@pytest.mark.parametrize(("change", "why"), [
-    ({"enabled": False}, "this schedule is switched off: switch it on first"),
-    ({"start": datetime(2026, 11, 23, 8, 0)}, "this schedule has no such start any more"),
-])
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"enabled": False}, "this schedule is switched off: switch it on first"),
+        ({"start": datetime(2026, 11, 23, 8, 0)}, "this schedule has no such start any more"),
+    ],
+)
 def test_a_skipped_start_that_would_not_run_all_the_same_is_not_planned_again(plant, change, why):
     at = datetime(2026, 11, 24, 6, 30, tzinfo=UTC)
     plant.skipping.skip(plant.daily.id, at)
     plant.container.catalogue.save_schedule(replace(plant.stored(), **change))
     with pytest.raises(InvalidInput, match=why):
         plant.skipping.take_again(plant.daily.id, at, must_run=True)
-    assert (plant.daily.id, at) in plant.container.repositories.schedules.skips(plant.container.db.read(), [plant.daily.id])
+    assert (plant.daily.id, at) in plant.container.repositories.schedules.skips(
+        plant.container.db.read(), [plant.daily.id]
+    )
 
 
 def test_a_skipped_start_of_a_pause_is_not_planned_again_before_the_pause_is_ended(plant):
@@ -344,11 +380,19 @@ def test_a_skipped_start_of_a_pause_is_not_planned_again_before_the_pause_is_end
 def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_before(plant):
     plant.go_to(datetime(2026, 11, 23, 6, 30, 1, tzinfo=UTC))
     [today] = plant.rows()
-    plant.container.db.write(lambda c: plant.container.repositories.executions.change(
-        c, today.id, [State.WAITING], state=State.COMPLETED, ended_at=plant.clock.now()))
+    plant.container.db.write(
+        lambda c: plant.container.repositories.executions.change(
+            c, today.id, [State.WAITING], state=State.COMPLETED, ended_at=plant.clock.now()
+        )
+    )
     tomorrow, kpis, now = plant.skipping.skip_next(plant.daily.id), plant.container.kpis, plant.clock.now()
-    assert [(row.planned_at, row.ended_at) for row in plant.rows() if row.state is State.SKIPPED] == [(tomorrow, tomorrow)]
-    day_of_skip, day_of_start = KpiFilter(end=datetime(2026, 11, 24, tzinfo=UTC)), KpiFilter(datetime(2026, 11, 24, tzinfo=UTC))
+    assert [(row.planned_at, row.ended_at) for row in plant.rows() if row.state is State.SKIPPED] == [
+        (tomorrow, tomorrow)
+    ]
+    day_of_skip, day_of_start = (
+        KpiFilter(end=datetime(2026, 11, 24, tzinfo=UTC)),
+        KpiFilter(datetime(2026, 11, 24, tzinfo=UTC)),
+    )
     for period in (None, day_of_skip, KpiFilter(now - timedelta(days=1))):
         assert (kpis.adherence(period).planned, kpis.adherence(period).rate) == (1, 1.0)
         assert [(day.day, day.total) for day in kpis.per_day(period)] == [(date(2026, 11, 23), 1)]
@@ -358,11 +402,11 @@ def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_befo
     assert (report.skipped, report.runs, report.adherence.planned) == (0, [], 1)
 
     plant.go_to(tomorrow + timedelta(seconds=1))
-    assert kpis.adherence(day_of_skip).rate == 1.0                     # that day's figure never moves
+    assert kpis.adherence(day_of_skip).rate == 1.0  # that day's figure never moves
     assert kpis.adherence(day_of_start).not_run == {ReasonCode.HOLD: 1}
     report = plant.container.shift_reports.make(ReportPeriod.TODAY)
     assert (report.skipped, [row.planned_at for row in report.runs], report.more_runs) == (1, [tomorrow], 0)
-    assert [row.id for row in plant.container.history.last_finished(5)] == [today.id]      # what is skipped has not run
+    assert [row.id for row in plant.container.history.last_finished(5)] == [today.id]  # what is skipped has not run
 
 
 def test_a_skip_taken_back_leaves_no_figure_behind(plant):

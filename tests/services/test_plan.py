@@ -1,4 +1,5 @@
 """What is planned, however far ahead one looks."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -12,7 +13,9 @@ from app.screens.scheduler.facts import SchedulerServices, Window, read
 FAR = datetime(2027, 4, 12, 6, tzinfo=UTC)
 
 
-@pytest.mark.parametrize(("recurrence", "number"), [("FREQ=MINUTELY;INTERVAL=5", 288), ("FREQ=HOURLY", 24), ("FREQ=DAILY", 1)])
+@pytest.mark.parametrize(
+    ("recurrence", "number"), [("FREQ=MINUTELY;INTERVAL=5", 288), ("FREQ=HOURLY", 24), ("FREQ=DAILY", 1)]
+)
 def test_a_day_months_ahead_is_as_full_as_tomorrow(site, plan, recurrence, number):
     plan("2026-11-23T06:05", recurrence, respect_working_days=False)
     for day in (datetime(2026, 11, 24, 6, tzinfo=UTC), FAR):
@@ -42,9 +45,15 @@ def test_more_starts_than_can_be_computed_are_shared_out_and_said(site, plan):
 def test_where_all_can_be_computed_nothing_is_said_to_be_missing(site, plan):
     schedule = plan("2026-11-23T06:05", "FREQ=MINUTELY;COUNT=10", respect_working_days=False)
     now = site.clock.now()
-    assert [len(site.container.plan.between(now, now + timedelta(days=7), most=most).runs) for most in (11, 10, 9)] == [10, 10, 9]
+    assert [len(site.container.plan.between(now, now + timedelta(days=7), most=most).runs) for most in (11, 10, 9)] == [
+        10,
+        10,
+        9,
+    ]
     assert site.container.plan.between(now, now + timedelta(days=7), most=10).more == {}
-    assert site.container.plan.between(now, now + timedelta(days=7), most=9).more == {schedule.id: now + timedelta(minutes=14)}
+    assert site.container.plan.between(now, now + timedelta(days=7), most=9).more == {
+        schedule.id: now + timedelta(minutes=14)
+    }
 
 
 def test_a_run_that_is_still_under_way_when_a_span_begins_is_in_it(site, plan):
@@ -54,7 +63,9 @@ def test_a_run_that_is_still_under_way_when_a_span_begins_is_in_it(site, plan):
     found = [run.at for run in site.container.plan.between(FAR, FAR + timedelta(hours=1)).runs]
     assert found == [FAR - timedelta(minutes=55), FAR + timedelta(minutes=5)]
     now = site.clock.now()
-    assert site.container.plan.between(now + timedelta(minutes=1), now + timedelta(hours=1)).runs[0].at == now + timedelta(minutes=5)
+    assert site.container.plan.between(now + timedelta(minutes=1), now + timedelta(hours=1)).runs[
+        0
+    ].at == now + timedelta(minutes=5)
 
 
 @pytest.mark.parametrize("ahead", [timedelta(), timedelta(days=3), timedelta(days=200)])

@@ -1,4 +1,5 @@
 """The plan as an .ics file: to the letter of RFC 5545, read back by another hand, with UIDs that stay."""
+
 from __future__ import annotations
 
 import io
@@ -18,7 +19,7 @@ from app.services.files.plan_export import PlanFiles, write_plan
 from app.services.planning.plan import PlannedRun
 from tests.support.clock import VirtualClock
 
-NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday
 INSTALL = "6f0f8a52-5f0e-4e6c-9d2f-000000000001"
 NAMES = st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"]), min_size=1, max_size=80)
 
@@ -41,9 +42,19 @@ def files(container, tmp_path):
 
 
 def plan(container, **values):
-    return container.catalogue.save_schedule(Schedule(**{
-        "name": "Morning", "robot_id": 1, "mission_id": 1, "start": datetime(2026, 11, 23, 6, 30), "timezone": "Europe/Helsinki",
-        "recurrence": "FREQ=DAILY", **values}))
+    return container.catalogue.save_schedule(
+        Schedule(
+            **{
+                "name": "Morning",
+                "robot_id": 1,
+                "mission_id": 1,
+                "start": datetime(2026, 11, 23, 6, 30),
+                "timezone": "Europe/Helsinki",
+                "recurrence": "FREQ=DAILY",
+                **values,
+            }
+        )
+    )
 
 
 def events_of(path):
@@ -53,13 +64,19 @@ def events_of(path):
 def test_every_start_of_thirty_days_is_an_event(container, files, tmp_path):
     plan(container)
     done = files.export()
-    assert (done.path, done.count, done.is_cut) == (tmp_path / "amr-scheduler-plan-2026-11-20.ics", 20, False)       # working days only
+    assert (done.path, done.count, done.is_cut) == (
+        tmp_path / "amr-scheduler-plan-2026-11-20.ics",
+        20,
+        False,
+    )  # working days only
     found = events_of(done.path)
     first = found[0]
-    assert first.start == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)                # 06:30 in Helsinki
-    assert first.end == datetime(2026, 11, 23, 4, 35, tzinfo=UTC)                  # never ran: five minutes are assumed
+    assert first.start == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)  # 06:30 in Helsinki
+    assert first.end == datetime(2026, 11, 23, 4, 35, tzinfo=UTC)  # never ran: five minutes are assumed
     assert (first["SUMMARY"], first["DESCRIPTION"]) == (
-        "Deliver; kits, 2 · Aino", "Morning: Every day at 06:30, on working days only")
+        "Deliver; kits, 2 · Aino",
+        "Morning: Every day at 06:30, on working days only",
+    )
     assert first.DTSTAMP == NOW
     assert first["UID"].endswith("@amr-scheduler")
     assert len({event["UID"] for event in found}) == 20
@@ -91,7 +108,7 @@ def test_without_schedules_it_is_an_empty_calendar(files):
 
 
 def test_a_mission_every_minute_is_cut_and_says_so(container, files, monkeypatch):
-    monkeypatch.setattr(plan_export, "MOST_EVENTS", 3000)              # more than the plan on screen would look through
+    monkeypatch.setattr(plan_export, "MOST_EVENTS", 3000)  # more than the plan on screen would look through
     plan(container, recurrence="FREQ=MINUTELY", start=datetime(2026, 11, 20, 6, 0), respect_working_days=False)
     done = files.export()
     assert (done.count, done.is_cut, len(events_of(done.path))) == (3000, True, 3000)

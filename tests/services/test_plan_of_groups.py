@@ -1,4 +1,5 @@
 """The plan of groups: which robot a start will probably get, and what finds none."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -10,7 +11,7 @@ from app.domain.models import Group, Mission, Overlap, Place, Schedule, Wait
 from app.services.files.plan_export import PlanFiles
 from tests.support.site import Site
 
-DAY = datetime(2026, 11, 24, tzinfo=UTC)             # the next one
+DAY = datetime(2026, 11, 24, tzinfo=UTC)  # the next one
 
 
 @pytest.fixture
@@ -30,8 +31,18 @@ def hall(site):
 
 def kits(site, group, start, recurrence="FREQ=DAILY", **values):
     values = {"respect_working_days": False, "overlap": Overlap.PARALLEL, **values}
-    saved = site.container.catalogue.save_schedule(Schedule(
-        values.pop("name", ""), None, 1, datetime.fromisoformat(f"2026-11-23T{start}"), "UTC", recurrence, group_id=group.id, **values))
+    saved = site.container.catalogue.save_schedule(
+        Schedule(
+            values.pop("name", ""),
+            None,
+            1,
+            datetime.fromisoformat(f"2026-11-23T{start}"),
+            "UTC",
+            recurrence,
+            group_id=group.id,
+            **values,
+        )
+    )
     site.kick()
     return saved
 
@@ -49,7 +60,9 @@ def test_starts_at_one_time_lie_on_different_robots_and_say_that_this_is_a_guess
         kits(site, hall, "07:30")
     runs = planned(site)
     assert lanes(runs) == [("07:30", "R1", 1), ("07:30", "R2", 2), ("07:30", "R3", 3)]
-    assert all(run.is_approximate and run.group == hall and run.whose == "Hall 1" and run.begins == run.at for run in runs)
+    assert all(
+        run.is_approximate and run.group == hall and run.whose == "Hall 1" and run.begins == run.at for run in runs
+    )
 
 
 def test_one_that_waits_begins_when_a_robot_is_free_and_one_that_finds_none_in_time_has_a_lane_of_its_own(site, hall):
@@ -57,24 +70,32 @@ def test_one_that_waits_begins_when_a_robot_is_free_and_one_that_finds_none_in_t
         kits(site, hall, "07:30")
     kits(site, hall, "07:30", start_window_minutes=5, name="Short")
     runs = {run.schedule.name: run for run in planned(site)}
-    assert (runs["Short"].lane, runs["Short"].is_approximate, runs["Short"].robot.name) == (("group", hall.id), False, "Hall 1")
+    assert (runs["Short"].lane, runs["Short"].is_approximate, runs["Short"].robot.name) == (
+        ("group", hall.id),
+        False,
+        "Hall 1",
+    )
     waits = runs["Deliver on Hall 1 4"]
     assert (waits.begins - waits.at, waits.ends - waits.begins) == (timedelta(minutes=10), timedelta(minutes=10))
 
 
 def test_fixed_starts_keep_their_robot_and_groups_go_around_them(site, hall):
-    fixed = site.container.catalogue.save_schedule(Schedule("", 1, 1, datetime(2026, 11, 23, 7, 25), "UTC", "FREQ=DAILY",
-                                                            respect_working_days=False))
+    fixed = site.container.catalogue.save_schedule(
+        Schedule("", 1, 1, datetime(2026, 11, 23, 7, 25), "UTC", "FREQ=DAILY", respect_working_days=False)
+    )
     kits(site, hall, "07:30")
     runs = planned(site)
     assert [(run.schedule.id == fixed.id, run.robot.name, run.group is None, run.is_approximate) for run in runs] == [
-        (True, "R1", True, False), (False, "R2", False, True)]
+        (True, "R1", True, False),
+        (False, "R2", False, True),
+    ]
 
 
 def test_a_start_waits_for_a_place_that_a_fixed_one_on_another_robot_has(site, hall):
     site.container.catalogue.save_place(Place("Dock 2", 1, (1,)))
-    site.container.catalogue.save_schedule(Schedule("", 4, 1, datetime(2026, 11, 23, 7, 28), "UTC", "FREQ=DAILY",
-                                                    respect_working_days=False))
+    site.container.catalogue.save_schedule(
+        Schedule("", 4, 1, datetime(2026, 11, 23, 7, 28), "UTC", "FREQ=DAILY", respect_working_days=False)
+    )
     kits(site, hall, "07:30")
     assert [(run.robot.name, f"{run.begins:%H:%M}") for run in planned(site)] == [("R4", "07:28"), ("R1", "07:38")]
 
@@ -103,10 +124,12 @@ def test_a_robot_that_is_silent_now_is_not_expected_to_come_within_minutes(site,
 
 
 def test_a_mission_of_another_robot_means_what_that_robot_has_of_its_name(site, hall):
-    site.container.catalogue.save_mission(Mission("Deliver", "e0cb8c3c-1bbb-11f0-9ba0-000e8e9884ec", robot_id=1, usual_minutes=3))
+    site.container.catalogue.save_mission(
+        Mission("Deliver", "e0cb8c3c-1bbb-11f0-9ba0-000e8e9884ec", robot_id=1, usual_minutes=3)
+    )
     kits(site, hall, "07:30")
     [run] = planned(site)
-    assert (run.robot.name, run.usual_s) == ("R1", 180.0)                # sooner done than the others
+    assert (run.robot.name, run.usual_s) == ("R1", 180.0)  # sooner done than the others
 
 
 @pytest.mark.parametrize("hours", [1.0, 6.0, 24.0, 168.0])
@@ -115,8 +138,11 @@ def test_however_much_is_looked_at_a_start_has_the_same_robot(site, hall, hours)
         kits(site, hall, start, "FREQ=HOURLY;INTERVAL=3")
     at = DAY + timedelta(days=2, hours=7)
     seen = {(run.schedule.id, run.at): (run.lane, run.begins) for run in planned(site, at, hours)}
-    wanted = {(run.schedule.id, run.at): (run.lane, run.begins) for run in planned(site, DAY, 168.0)
-              if at <= run.at < at + timedelta(hours=1)}
+    wanted = {
+        (run.schedule.id, run.at): (run.lane, run.begins)
+        for run in planned(site, DAY, 168.0)
+        if at <= run.at < at + timedelta(hours=1)
+    }
     assert wanted
     assert {key: seen[key] for key in wanted} == wanted
 
@@ -141,7 +167,7 @@ def test_what_robots_do_at_present_counts_and_the_forecast_comes_true(site, hall
     expected = sorted((run.at, run.robot.name) for run in planned(site, now, 1.0))
     assert [name for _, name in expected] == ["R1", "R2", "R3"]
     site.run(310)
-    assert [run.robot.name for run in planned(site, site.clock.now(), 1.0)] == ["R3"]            # R1 and R2 are under way
+    assert [run.robot.name for run in planned(site, site.clock.now(), 1.0)] == ["R3"]  # R1 and R2 are under way
     site.run(120)
     assert sorted((row.planned_at, row.robot) for row in site.executions()) == expected
 
@@ -151,7 +177,7 @@ def test_what_waits_already_has_its_robot_before_what_is_still_to_come(site, hal
     kits(site, hall, "06:05")
     kits(site, hall, "06:05")
     kits(site, hall, "06:06", start_window_minutes=60)
-    site.run(305)                                                        # the second one waits for R1
+    site.run(305)  # the second one waits for R1
     assert [row.robot for row in site.executions()] == ["R1", ""]
     [run] = planned(site, site.clock.now(), 1.0)
     assert timedelta(minutes=13) < run.begins - run.at < timedelta(minutes=20)
@@ -162,7 +188,7 @@ def test_a_calendar_file_names_the_group(site, hall, tmp_path):
     found = PlanFiles(site.container.db, site.container.catalogue, site.clock, site.container.plan, tmp_path).export(1)
     text = found.path.read_text(encoding="utf-8")
     assert "SUMMARY:Deliver · Hall 1" in text
-    assert "Deliver on Hall 1" not in text                     # the name that was made says nothing more
+    assert "Deliver on Hall 1" not in text  # the name that was made says nothing more
 
 
 def test_where_too_many_starts_are_planned_those_after_the_last_that_was_computed_have_no_robot(site, hall):
@@ -173,8 +199,11 @@ def test_where_too_many_starts_are_planned_those_after_the_last_that_was_compute
 
 def test_what_waits_for_something_else_than_its_robot_keeps_it_from_no_start_to_come(site):
     group = site.container.catalogue.save_group(Group("Alone", (1,)))
-    site.container.catalogue.save_schedule(Schedule("Full", 1, 1, datetime(2026, 11, 23, 6, 5), "UTC", minimum_battery_percent=100,
-                                                    start_window_minutes=600))
+    site.container.catalogue.save_schedule(
+        Schedule(
+            "Full", 1, 1, datetime(2026, 11, 23, 6, 5), "UTC", minimum_battery_percent=100, start_window_minutes=600
+        )
+    )
     site.run(310)
     assert [row.wait for row in site.executions()] == [Wait.BATTERY]
     kits(site, group, "06:08", None, start_window_minutes=5)

@@ -1,4 +1,5 @@
 """What an older version planned by its rules, or with older zone data, goes on by those of now: nothing twice, nothing lost."""
+
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
@@ -9,7 +10,7 @@ from app.domain import rules
 from app.domain.models import Reason, ReasonCode, Schedule, State
 from tests.support.site import Site
 
-MONDAY = datetime(2026, 11, 23, tzinfo=UTC)          # 02:00 in Helsinki, where it is winter
+MONDAY = datetime(2026, 11, 23, tzinfo=UTC)  # 02:00 in Helsinki, where it is winter
 HOUR = timedelta(hours=1)
 
 
@@ -31,30 +32,44 @@ def skip(site, c, schedule, at):
     """As a person does in advance: the row in the history, and the note in the plan."""
     repositories, now = site.container.repositories, site.clock.now()
     robot, mission = repositories.robots.get(c, schedule.robot_id), repositories.missions.get(c, schedule.mission_id)
-    row = rules.scheduled(schedule, robot, mission, repositories.settings.load(c), repositories.settings.install_id(c), at, now)
+    row = rules.scheduled(
+        schedule, robot, mission, repositories.settings.load(c), repositories.settings.install_id(c), at, now
+    )
     repositories.executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}), at))
     repositories.schedules.skip(c, schedule.id, at)
 
 
-def restarted(site, schedule, next_at, planned_through, changed_at=datetime(2026, 5, 2, tzinfo=UTC), skipped=(), kept_back=()):
+def restarted(
+    site, schedule, next_at, planned_through, changed_at=datetime(2026, 5, 2, tzinfo=UTC), skipped=(), kept_back=()
+):
     """The next instant after a start on what an older version has stored."""
     saved = site.container.catalogue.save_schedule(schedule)
     site.container.db.write(lambda c: [skip(site, c, saved, at) for at in skipped])
-    site.container.db.write(lambda c: [site.container.repositories.schedules.keep_back(c, saved.id, at) for at in kept_back])
+    site.container.db.write(
+        lambda c: [site.container.repositories.schedules.keep_back(c, saved.id, at) for at in kept_back]
+    )
     values = [each and each.isoformat(timespec="microseconds") for each in (next_at, planned_through, changed_at)]
-    site.container.db.write(lambda c: c.execute("UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = ?", values))
+    site.container.db.write(
+        lambda c: c.execute("UPDATE schedules SET next_at = ?, planned_through = ?, changed_at = ?", values)
+    )
     site.switch_off()
     site.switch_on()
     return site.container.repositories.schedules.get(site.container.db.read(), saved.id).next_at
 
 
 def every_eight_hours():
-    return Schedule("S", 1, 1, datetime(2026, 5, 2, 6), "Europe/Helsinki", "FREQ=HOURLY;INTERVAL=8", respect_working_days=False)
+    return Schedule(
+        "S", 1, 1, datetime(2026, 5, 2, 6), "Europe/Helsinki", "FREQ=HOURLY;INTERVAL=8", respect_working_days=False
+    )
 
 
-@pytest.mark.parametrize(("last", "stored", "hour"), [
-    (at(-3), at(5), 6),                      # 21 and 05 o'clock in elapsed time are 22 and 06
-    (at(5), at(13), 14)])
+@pytest.mark.parametrize(
+    ("last", "stored", "hour"),
+    [
+        (at(-3), at(5), 6),  # 21 and 05 o'clock in elapsed time are 22 and 06
+        (at(5), at(13), 14),
+    ],
+)
 def test_each_start_takes_the_place_of_the_one_by_the_old_rule(site, last, stored, hour):
     assert restarted(site, every_eight_hours(), stored, last) == at(hour)
 
@@ -80,19 +95,25 @@ def test_a_day_that_was_closed_since_stays_due(site):
 
 def test_other_zone_data(site):
     """An hour later by the old ones: in winter Vancouver was 8 h behind UTC until 2026."""
-    schedule = Schedule("S", 1, 1, datetime(2026, 5, 2, 6), "America/Vancouver", "FREQ=DAILY", respect_working_days=False)
+    schedule = Schedule(
+        "S", 1, 1, datetime(2026, 5, 2, 6), "America/Vancouver", "FREQ=DAILY", respect_working_days=False
+    )
     assert restarted(site, schedule, MONDAY + 14 * HOUR, MONDAY - 10 * HOUR) == MONDAY + 13 * HOUR
 
 
 def test_a_single_start_follows_the_zone_data_too(site):
     schedule = Schedule("S", 1, 1, datetime(2026, 12, 1, 6), "America/Vancouver", respect_working_days=False)
-    assert restarted(site, schedule, datetime(2026, 12, 1, 14, tzinfo=UTC), None) == datetime(2026, 12, 1, 13, tzinfo=UTC)
+    assert restarted(site, schedule, datetime(2026, 12, 1, 14, tzinfo=UTC), None) == datetime(
+        2026, 12, 1, 13, tzinfo=UTC
+    )
 
 
 def started(site):
     """When R1 got its missions, and what was skipped."""
-    return ([row.planned_at for row in site.executions() if row.state is State.COMPLETED],
-            [row.planned_at for row in site.executions() if row.state is State.SKIPPED])
+    return (
+        [row.planned_at for row in site.executions() if row.state is State.COMPLETED],
+        [row.planned_at for row in site.executions() if row.state is State.SKIPPED],
+    )
 
 
 def test_a_skipped_start_stays_skipped_at_its_new_time(site):
@@ -119,7 +140,9 @@ def test_a_start_that_is_kept_back_stays_so_at_its_new_time(site):
 
 
 def test_a_skip_after_the_last_start_of_the_rule_moves_back(site):
-    schedule = Schedule("S", 1, 1, datetime(2026, 5, 2, 6), "America/Vancouver", "FREQ=DAILY;UNTIL=20261124", respect_working_days=False)
+    schedule = Schedule(
+        "S", 1, 1, datetime(2026, 5, 2, 6), "America/Vancouver", "FREQ=DAILY;UNTIL=20261124", respect_working_days=False
+    )
     first, last = MONDAY + 13 * HOUR, MONDAY + 37 * HOUR
     assert restarted(site, schedule, first + HOUR, MONDAY - 10 * HOUR, skipped=[last + HOUR]) == first
     site.run(48 * 3600)

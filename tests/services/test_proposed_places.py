@@ -1,4 +1,5 @@
 """Positions to which several missions drive, on several robots, are proposed as places."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -39,7 +40,10 @@ def test_the_one_with_the_most_missions_comes_first(hall):
     for name in ("Collect empties", "Wait at home"):
         hall.add_mission(name)
     hall.learn_stops()
-    assert proposed(hall) == [("Line 1", ["Collect empties", "Deliver", "Waste to compactor"]), ("Home", ["Home", "Wait at home"])]
+    assert proposed(hall) == [
+        ("Line 1", ["Collect empties", "Deliver", "Waste to compactor"]),
+        ("Home", ["Home", "Wait at home"]),
+    ]
 
 
 def test_robots_own_missions_of_one_name_are_several(hall):

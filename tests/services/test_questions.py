@@ -1,4 +1,5 @@
 """A robot's question is an alarm of high priority, with its answers, until it is answered or gone."""
+
 from __future__ import annotations
 
 import pytest
@@ -33,7 +34,11 @@ def test_a_question_is_an_alarm_until_it_is_answered(site, machine):
     ask(machine, LOADED)
     site.run(40)
     [alarm] = questions(site)
-    assert (alarm.priority, alarm.details["answers"], alarm_sentence(alarm)) == (Priority.HIGH, ["Yes", "No"], "R1 asks: Loaded?")
+    assert (alarm.priority, alarm.details["answers"], alarm_sentence(alarm)) == (
+        Priority.HIGH,
+        ["Yes", "No"],
+        "R1 asks: Loaded?",
+    )
     robot = site.container.catalogue.robots()[0]
     prompt = site.container.snapshots.get(robot.id).status.user_prompt
     site.container.operator.answer_prompt(robot.id, prompt.guid, "Yes")

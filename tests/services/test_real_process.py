@@ -1,4 +1,5 @@
 """The app as a real process: what the contract says about commands, signals, locks and damage, and SIGKILL at random moments."""
+
 from __future__ import annotations
 
 import base64
@@ -42,7 +43,7 @@ from tests.support.process import (
 )
 
 DATABASE = "amr-scheduler.db"
-STOPS_WITHIN = 8.0           # s; the contract says 5, the rest is this machine's
+STOPS_WITHIN = 8.0  # s; the contract says 5, the rest is this machine's
 
 
 @pytest.fixture
@@ -113,9 +114,11 @@ def test_the_lock_of_a_killed_process_is_free(site):
 
 # ---------------------------------------------------------------------- run now
 def test_run_now_waits_until_the_robot_has_it_and_prints_the_queue_id(site, robot):
-    done = run(site, "--run-now", robot.name, "Go to position", "--parameter", "Position=a1c4e006-5d0f-11ef-93c1-0001297b6e20")
+    done = run(
+        site, "--run-now", robot.name, "Go to position", "--parameter", "Position=a1c4e006-5d0f-11ef-93c1-0001297b6e20"
+    )
     assert (done.returncode, done.stderr) == (0, "")
-    item, = queue_of(robot)
+    (item,) = queue_of(robot)
     assert done.stdout == f"{item['id']}\n"
     assert [p["value"] for p in item["parameters"]] == ["a1c4e006-5d0f-11ef-93c1-0001297b6e20"]
 
@@ -124,9 +127,13 @@ def test_run_now_beside_a_running_app_is_handed_to_it(site, robot):
     with running(site):
         done = run(site, "--run-now", robot.name, "Home")
         assert (done.returncode, done.stderr) == (0, "")
-        item, = queue_of(robot)
+        (item,) = queue_of(robot)
         assert done.stdout == f"{item['id']}\n"
-        wait_for(lambda: "queued" in (log := run(site, "--export-log", "-").stdout) or "executing" in log or "completed" in log)
+        wait_for(
+            lambda: (
+                "queued" in (log := run(site, "--export-log", "-").stdout) or "executing" in log or "completed" in log
+            )
+        )
 
 
 def test_an_answer_lost_on_the_radio_does_not_make_run_now_send_twice(site, robot):
@@ -138,8 +145,11 @@ def test_an_answer_lost_on_the_radio_does_not_make_run_now_send_twice(site, robo
 
 def test_run_now_says_why_it_did_not_run(site, robot):
     import_configuration(site, {"format": "amr-scheduler/1", "missions": [{"name": "Fly", "guid": "00000000-1"}]})
-    for wanted, code, words in ((("Nobody", "Home"), 2, "no robot 'Nobody'"), ((robot.name, "Swim"), 2, "no mission 'Swim'"),
-                                ((robot.name, "Fly"), 1, "Fly on Aino was not started: ")):
+    for wanted, code, words in (
+        (("Nobody", "Home"), 2, "no robot 'Nobody'"),
+        ((robot.name, "Swim"), 2, "no mission 'Swim'"),
+        ((robot.name, "Fly"), 1, "Fly on Aino was not started: "),
+    ):
         done = run(site, "--run-now", *wanted)
         assert (done.returncode, done.stdout) == (code, "")
         assert is_one_line(done.stderr)
@@ -151,7 +161,7 @@ def test_run_now_on_a_group_without_robots_leaves_nothing_behind_that_may_start_
     import_configuration(site, {"format": "amr-scheduler/1", "groups": [{"name": "Hall", "robots": []}]})
     done = run(site, "--run-now", "Hall", "Home")
     assert (done.returncode, done.stdout, is_one_line(done.stderr)) == (1, "", True)
-    row, = csv.DictReader(io.StringIO(run(site, "--export-log", "-").stdout))
+    (row,) = csv.DictReader(io.StringIO(run(site, "--export-log", "-").stdout))
     assert (row["state"], row["reason_code"]) == ("cancelled", "robot_removed")
 
 
@@ -161,7 +171,7 @@ def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
     done = run(data, "--run-now", robot.name, "Home")
     assert (done.returncode, done.stdout) == (1, "")
     assert is_one_line(done.stderr)
-    row, = csv.DictReader(io.StringIO(run(data, "--export-log", "-").stdout))
+    (row,) = csv.DictReader(io.StringIO(run(data, "--export-log", "-").stdout))
     assert (row["state"], row["reason_code"], row["attempts"]) == ("failed", "retry_limit", "1")
 
 
@@ -172,7 +182,9 @@ def test_an_import_beside_a_running_app_is_taken_up_at_once_and_only_once(site, 
         assert "Now added" in import_configuration(site, schedules).stdout
         wait_for(lambda: len(queue_of(robot)) == 1, what="the robot has it")
         assert import_configuration(site, schedules).stdout == "nothing changed\n"
-        wrong = run(site, "--import-config", write_configuration(site.with_name("wrong.json"), {"format": "amr-scheduler/2"}))
+        wrong = run(
+            site, "--import-config", write_configuration(site.with_name("wrong.json"), {"format": "amr-scheduler/2"})
+        )
         assert wrong.returncode == 2
         assert is_one_line(wrong.stderr)
     with running(site):
@@ -181,7 +193,9 @@ def test_an_import_beside_a_running_app_is_taken_up_at_once_and_only_once(site, 
 
 def test_an_import_of_a_new_password_says_that_backups_hold_the_former_token(site, robot):
     def changed_to(password: str) -> str:
-        return import_configuration(site, {"format": "amr-scheduler/1", "robots": [{"name": robot.name, "password": password}]}).stdout
+        return import_configuration(
+            site, {"format": "amr-scheduler/1", "robots": [{"name": robot.name, "password": password}]}
+        ).stdout
 
     said = "backups made before still hold the former access tokens: the daily ones for a week, others until they are deleted\n"
     assert changed_to("another").endswith(said)
@@ -224,8 +238,14 @@ def test_a_forgotten_pin_is_removed_with_and_without_a_running_app(data):
 def test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers(site, robot, is_accepted):
     with running(site) as app:
         robot.control({"fault": {"kind": "hang", "count": None}})
-        asking = subprocess.Popen(command(site, "--run-now", robot.name, "Home"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                  encoding="utf-8", env=environment())
+        asking = subprocess.Popen(
+            command(site, "--run-now", robot.name, "Home"),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            env=environment(),
+        )
         try:
             if is_accepted:
                 wait_for(lambda: any(row["trigger"] == "manual" for row in history(site)), what="the app to accept it")
@@ -240,13 +260,22 @@ def test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers(site, r
             asking.communicate()
     assert (asking.returncode, stderr) == (0, "")
     assert [f"{item['id']}\n" for item in queue_of(robot)] == [stdout]
-    row, = (row for row in history(site) if row["trigger"] == "manual")
+    (row,) = (row for row in history(site) if row["trigger"] == "manual")
     assert row["queue_id"] == stdout.strip()
 
 
 def test_several_commands_at_one_instant_each_start_their_mission(site, robot):
-    asking = [subprocess.Popen(command(site, "--run-now", robot.name, "Home"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               encoding="utf-8", env=environment()) for _ in range(3)]
+    asking = [
+        subprocess.Popen(
+            command(site, "--run-now", robot.name, "Home"),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            env=environment(),
+        )
+        for _ in range(3)
+    ]
     said = [one.communicate(timeout=PATIENCE) for one in asking]
     assert [(one.returncode, stderr) for one, (_stdout, stderr) in zip(asking, said, strict=True)] == [(0, "")] * 3
     assert sorted(stdout for stdout, _stderr in said) == sorted(f"{item['id']}\n" for item in queue_of(robot))
@@ -307,9 +336,9 @@ def test_a_damaged_database_is_kept_aside_and_cured_by_its_backup_alone(site, ro
     first = run(site, "--headless")
     assert first.returncode == 2
     assert is_one_line(first.stderr), first.stderr
-    backup, = (site / "backups").glob("*.db")
+    (backup,) = (site / "backups").glob("*.db")
     assert f"--restore-backup {backup}" in first.stderr
-    kept, = site.glob(f"{DATABASE}.damaged-*")
+    (kept,) = site.glob(f"{DATABASE}.damaged-*")
     assert kept.read_bytes() == damaged
     for later in (("--headless",), ("--run-now", robot.name, "Home"), ("--export-log", "-"), ("--export-config", "-")):
         refused = run(site, *later)
@@ -336,21 +365,46 @@ def test_what_is_no_backup_is_not_restored(site, tmp_path):
 
 
 # ---------------------------------------------------------------------- usage
-@pytest.mark.parametrize("arguments", [
-    ("--headles",), ("--frobnicate",), ("--run-now", "R1"), ("--import-config",), ("--parameter", "a=b"),
-    ("--run-now", "R1", "M", "--parameter", "novalue"), ("--headless", "--export-log", "-"), ("--headless", "--kiosk"),
-    ("--headless", "--import-config", ""), ("--export-config", ""), ("--export-log", ""),
-    ("--import-config", "a.json", "--export-config", "-"), ("--import-config", "/nowhere/at/all.json"),
-    ("--export-log", "/nowhere/at/all.csv"), ("--export-config", "/nowhere/at/all.json"), ("stray",),
-])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--headles",),
+        ("--frobnicate",),
+        ("--run-now", "R1"),
+        ("--import-config",),
+        ("--parameter", "a=b"),
+        ("--run-now", "R1", "M", "--parameter", "novalue"),
+        ("--headless", "--export-log", "-"),
+        ("--headless", "--kiosk"),
+        ("--headless", "--import-config", ""),
+        ("--export-config", ""),
+        ("--export-log", ""),
+        ("--import-config", "a.json", "--export-config", "-"),
+        ("--import-config", "/nowhere/at/all.json"),
+        ("--export-log", "/nowhere/at/all.csv"),
+        ("--export-config", "/nowhere/at/all.json"),
+        ("stray",),
+    ],
+)
 def test_wrong_usage_is_one_line_and_2(data, arguments):
     done = run(data, *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert is_one_line(done.stderr), done.stderr
 
 
-@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"[]", b"{", b'{"format": 1}', b'{"format": "amr-scheduler/1", "robotz": []}',
-                                     b"[" * 100_000, b'{"format": "amr-scheduler/1", "settings": {"poll_interval_seconds": NaN}}'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\xff\xfe\x00",
+        b"[]",
+        b"{",
+        b'{"format": 1}',
+        b'{"format": "amr-scheduler/1", "robotz": []}',
+        b"[" * 100_000,
+        b'{"format": "amr-scheduler/1", "settings": {"poll_interval_seconds": NaN}}',
+    ],
+)
 def test_a_configuration_that_can_t_be_read_is_one_line_and_2(data, tmp_path, content):
     (tmp_path / "c.json").write_bytes(content)
     done = run(data, "--import-config", tmp_path / "c.json")
@@ -385,7 +439,12 @@ def test_secrets_are_in_the_database_and_its_backups_only(data, fleet, robot):
     path = write_configuration(data.with_name("configuration.json"), configuration)
     said = []
     with running(data) as app:
-        for arguments in (("--import-config", path), ("--run-now", robot.name, "Home"), ("--export-config", "-"), ("--export-log", "-")):
+        for arguments in (
+            ("--import-config", path),
+            ("--run-now", robot.name, "Home"),
+            ("--export-config", "-"),
+            ("--export-log", "-"),
+        ):
             done = run(data, *arguments)
             said.append(done.stdout + done.stderr)
         wait_for(lambda: app.said("unauthorized"), what="the robot refuses the password")
@@ -396,5 +455,7 @@ def test_secrets_are_in_the_database_and_its_backups_only(data, fleet, robot):
     for secret in (password, token, digest):
         assert not [text for text in said if secret in text]
         holders = {file.name for file in data.rglob("*") if file.is_file() and secret.encode() in file.read_bytes()}
-        assert {name for name in holders if not re.fullmatch(r"(amr-scheduler|daily-.*)\.db(-wal|-shm)?", name)} == set()
+        assert {
+            name for name in holders if not re.fullmatch(r"(amr-scheduler|daily-.*)\.db(-wal|-shm)?", name)
+        } == set()
         assert secret != password or not holders

@@ -1,4 +1,5 @@
 """What the app does otherwise because a check-up has found out how a robot differs."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -59,7 +60,9 @@ def alarms(site: Site) -> list[str]:
 def requests_of(site: Site) -> list[str]:
     """All requests from now on."""
     asked: list[str] = []
-    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    site.network.interrupt = lambda where: (
+        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    )
     return asked
 
 
@@ -109,6 +112,7 @@ def _others(site: Site):
             return send(*args, **values)
         finally:
             site.network.down = before
+
     client.enqueue = enqueue
     site.network.down = down
     return client
@@ -128,7 +132,9 @@ def test_a_token_that_comes_back_in_another_field_is_found_there(site, plan, fat
 
 @deviants("forgets-descriptions", "renames-descriptions")
 @pytest.mark.parametrize(("fate", "attempts"), [(Fate.ANSWER_LOST, 1), (Fate.LATE, 1), (Fate.LOST, 2)])
-def test_the_first_start_on_a_robot_that_is_known_to_forget_tokens_is_not_doubled_and_needs_no_alarm(site, plan, fate, attempts):
+def test_the_first_start_on_a_robot_that_is_known_to_forget_tokens_is_not_doubled_and_needs_no_alarm(
+    site, plan, fate, attempts
+):
     check_up(site, "forgets-descriptions")
     plan(START)
     site.network.next("POST", "/mission_queue", fate, 20.0 if fate is Fate.LATE else None)
@@ -165,13 +171,19 @@ def test_what_somebody_else_puts_there_is_no_copy(site, plan):
 
 @deviants("forgets-descriptions", "german-states")
 @pytest.mark.parametrize("is_known", [True, False])
-def test_a_start_that_the_network_has_doubled_is_told_although_the_robot_does_not_show_it_as_others_do(request, site, plan, is_known):
+def test_a_start_that_the_network_has_doubled_is_told_although_the_robot_does_not_show_it_as_others_do(
+    request, site, plan, is_known
+):
     if is_known:
         check_up(site, request.node.callspec.params["site"])
     plan(START)
     site.run_until(lambda: site.executions(State.QUEUED, State.EXECUTING), within=400)
     [run], machine = site.executions(), site.machines["R1"]
-    machine.order(run.mission_guid, next(row for row in machine.site.table("/users") if row["username"] == USER), description=run.token)
+    machine.order(
+        run.mission_guid,
+        next(row for row in machine.site.table("/users") if row["username"] == USER),
+        description=run.token,
+    )
     site.run(60)
     assert set(alarms(site)) & {"unmarked_copy", "duplicate_running", "duplicate_healed"}
 
@@ -206,8 +218,9 @@ def test_a_start_that_was_taken_and_can_not_be_found_is_never_sent_again(site, p
 
 # ---------------------------------------------------------------------- its words
 @deviants("cancelled", "german-states", "german-texts", "faithful")
-@pytest.mark.parametrize(("end", "code"), [
-    ("cancelled", ReasonCode.USER_CANCELLED), ("failed", ReasonCode.ROBOT_ABORTED), ("done", None)])
+@pytest.mark.parametrize(
+    ("end", "code"), [("cancelled", ReasonCode.USER_CANCELLED), ("failed", ReasonCode.ROBOT_ABORTED), ("done", None)]
+)
 def test_how_a_run_ended_is_understood_in_the_robot_s_own_words(request, site, plan, end, code):
     check_up(site, request.node.callspec.params["site"])
     plan(START)

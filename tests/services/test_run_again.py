@@ -1,4 +1,5 @@
 """A run that failed is run again: the same mission with its parameters, on the same robot or on any of the same group."""
+
 from __future__ import annotations
 
 import pytest
@@ -23,7 +24,11 @@ def test_it_runs_once_more_and_what_has_failed_stays(site, plan):
     again = site.container.operator.run_again(row.id)
     site.run(600)
     assert [(run.id, run.state) for run in site.executions()] == [(row.id, State.FAILED), (again.id, State.COMPLETED)]
-    assert (again.mission_guid, again.robot_id, dict(again.parameters)) == (row.mission_guid, row.robot_id, dict(row.parameters))
+    assert (again.mission_guid, again.robot_id, dict(again.parameters)) == (
+        row.mission_guid,
+        row.robot_id,
+        dict(row.parameters),
+    )
 
 
 def test_of_a_group_any_robot_may_have_it(hall):
@@ -32,7 +37,10 @@ def test_of_a_group_any_robot_may_have_it(hall):
     again = hall.container.operator.run_again(row.id)
     hall.run(600)
     assert (again.group_id, again.mission) == (hall.group.id, "Deliver")
-    assert [(run.id, run.state) for run in hall.executions()] == [(row.id, State.CANCELLED), (again.id, State.COMPLETED)]
+    assert [(run.id, run.state) for run in hall.executions()] == [
+        (row.id, State.CANCELLED),
+        (again.id, State.COMPLETED),
+    ]
 
 
 def test_where_it_can_not_be_a_sentence_says_why(site, plan):

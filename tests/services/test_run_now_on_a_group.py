@@ -1,4 +1,5 @@
 """``--run-now GROUP MISSION`` as a process of its own."""
+
 from __future__ import annotations
 
 import socket
@@ -21,7 +22,12 @@ def test_a_robot_that_hangs_keeps_run_now_from_no_other_robot_of_its_group(tmp_p
     looks at one after the other, and has forgotten the first when the last one has timed out. It gives up when the window closes."""
     with socket.create_server(("127.0.0.1", 0)) as hangs:
         configuration = configuration_of(fleet)
-        dead = {"name": "Zelda", "address": f"http://127.0.0.1:{hangs.getsockname()[1]}", "username": "distributor", "password": "x"}
+        dead = {
+            "name": "Zelda",
+            "address": f"http://127.0.0.1:{hangs.getsockname()[1]}",
+            "username": "distributor",
+            "password": "x",
+        }
         configuration["robots"].append(dead)
         configuration["groups"] = [{"name": "Hall", "robots": [robot["name"] for robot in configuration["robots"]]}]
         prepared(tmp_path / "data", configuration)
@@ -40,7 +46,9 @@ def test_robots_that_are_slow_to_answer_end_no_run_now_of_their_group(tmp_path, 
         configuration = configuration_of(fleet)
         for name, hangs in (("Yara", first), ("Zelda", second)):
             address = f"http://127.0.0.1:{hangs.getsockname()[1]}"
-            configuration["robots"].append({"name": name, "address": address, "username": "distributor", "password": "x"})
+            configuration["robots"].append(
+                {"name": name, "address": address, "username": "distributor", "password": "x"}
+            )
         configuration["groups"] = [{"name": "Hall", "robots": ["Yara", "Zelda"]}]
         prepared(tmp_path / "data", configuration)
         with pytest.raises(subprocess.TimeoutExpired):

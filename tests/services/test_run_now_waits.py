@@ -1,4 +1,5 @@
 """What ``--run-now`` says on stderr while its mission waits, whichever process carries it out."""
+
 from __future__ import annotations
 
 import contextlib
@@ -80,7 +81,9 @@ def test_a_stderr_that_stands_still_holds_up_nothing(tmp_path):
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     configuration = configuration_of()
-    configuration["robots"] = [{"name": "R1", "address": f"http://127.0.0.1:{port}", "username": "distributor", "password": "distributor"}]
+    configuration["robots"] = [
+        {"name": "R1", "address": f"http://127.0.0.1:{port}", "username": "distributor", "password": "distributor"}
+    ]
     prepared(tmp_path / "data", configuration)
     reader, full = os.pipe()
     os.set_blocking(full, False)
@@ -89,8 +92,23 @@ def test_a_stderr_that_stands_still_holds_up_nothing(tmp_path):
             os.write(full, b"x" * 4096)
     os.set_blocking(full, True)
     process = subprocess.Popen(
-        [sys.executable, "-c", NOTES_THAT_IT_WAITS, "--data-dir", tmp_path / "data", "--run-now", "R1", "Home", tmp_path / "waits"],
-        stdout=subprocess.PIPE, stderr=full, cwd=ROOT, env=environment(), text=True)
+        [
+            sys.executable,
+            "-c",
+            NOTES_THAT_IT_WAITS,
+            "--data-dir",
+            tmp_path / "data",
+            "--run-now",
+            "R1",
+            "Home",
+            tmp_path / "waits",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=full,
+        cwd=ROOT,
+        env=environment(),
+        text=True,
+    )
     try:
         wait_for((tmp_path / "waits").exists)
         with mir_sim.serve(robots=1, port=port):
@@ -101,4 +119,3 @@ def test_a_stderr_that_stands_still_holds_up_nothing(tmp_path):
         process.kill()
         os.close(reader)
         os.close(full)
-

@@ -1,4 +1,5 @@
 """The threads around engine and workers: a cycle reaches every robot, in turns when there are many, and nobody waits for a dead one."""
+
 from __future__ import annotations
 
 import threading
@@ -31,7 +32,7 @@ class CountingWorker:
         self._poll_wanted = True
         self.acts: Callable[[], None] = lambda: None
         self.told: list[type] = []
-        self.untaken: Sequence[Execution] | None = None          # what it was closed with
+        self.untaken: Sequence[Execution] | None = None  # what it was closed with
 
     def handle(self, message: messages.Message) -> None:
         self.told.append(type(message))
@@ -81,8 +82,17 @@ class TrustingGuard:
 class App:
     """Engine and runner over so many robots."""
 
-    def __init__(self, container: Container, polls: Counter[int], count: int, *, every: float, planner: QuietPlanner,
-                 acts: Callable[[Robot], None], reading: Callable[[App], object]) -> None:
+    def __init__(
+        self,
+        container: Container,
+        polls: Counter[int],
+        count: int,
+        *,
+        every: float,
+        planner: QuietPlanner,
+        acts: Callable[[Robot], None],
+        reading: Callable[[App], object],
+    ) -> None:
         self.container, self.changes, self.workers = container, Changes(), {}
         self.robots = [Robot(f"R{number}", "http://r", id=number) for number in range(count)]
 
@@ -94,11 +104,22 @@ class App:
         def read_robots() -> list[Robot]:
             reading(self)
             return list(self.robots)
+
         clock, alarms = container.clock, container.alarms
-        self.engine = Engine(planner=planner, guard=TrustingGuard(), ledger=container.ledger, clock=clock,  # type: ignore[arg-type]
-                             alarms=alarms, changes=self.changes, robots=read_robots, make_worker=make_worker,  # type: ignore[arg-type]
-                             poll_interval=lambda: every, probe=lambda: None, whereabouts=container.whereabouts,
-                             allocator=container.allocator)
+        self.engine = Engine(
+            planner=planner,
+            guard=TrustingGuard(),
+            ledger=container.ledger,
+            clock=clock,  # type: ignore[arg-type]
+            alarms=alarms,
+            changes=self.changes,
+            robots=read_robots,
+            make_worker=make_worker,  # type: ignore[arg-type]
+            poll_interval=lambda: every,
+            probe=lambda: None,
+            whereabouts=container.whereabouts,
+            allocator=container.allocator,
+        )
         self.runner = Runner(container.db, self.engine, clock, alarms)
         self.runner.start()
 
@@ -119,10 +140,19 @@ def start(tmp_path, polls) -> Iterator[Callable[..., App]]:
     """Start an app over so many robots."""
     apps, container = [], Container(Database.open(tmp_path / "a.db", durable=False))
 
-    def make(count: int, *, every: float = 0.2, planner: QuietPlanner | None = None, acts: Callable[[Robot], None] = lambda robot: None,
-             reading: Callable[[App], object] = lambda app: None) -> App:
-        apps.append(App(container, polls, count, every=every, planner=planner or QuietPlanner(), acts=acts, reading=reading))
+    def make(
+        count: int,
+        *,
+        every: float = 0.2,
+        planner: QuietPlanner | None = None,
+        acts: Callable[[Robot], None] = lambda robot: None,
+        reading: Callable[[App], object] = lambda app: None,
+    ) -> App:
+        apps.append(
+            App(container, polls, count, every=every, planner=planner or QuietPlanner(), acts=acts, reading=reading)
+        )
         return apps[-1]
+
     yield make
     for app in apps:
         app.runner.stop()
@@ -163,7 +193,7 @@ def test_a_worker_that_meets_an_unexpected_error_goes_on(start, polls, monkeypat
     app = start(3, acts=trouble)
     wait_for(lambda: len(polls) == 3 and min(polls.values()) >= 3)
     assert left == {1: 0}
-    assert app.workers[1].told.count(messages.Recover) == 3              # what a round did not get to, the next one takes up
+    assert app.workers[1].told.count(messages.Recover) == 3  # what a round did not get to, the next one takes up
     assert messages.Recover not in app.workers[2].told
     assert sum(record.exc_info is not None for record in caplog.records) == 3
     assert alarm_of(app) == (1, True)
@@ -204,12 +234,21 @@ def test_what_is_posted_arrives_in_its_order(start, polls):
     app = start(1, every=60.0)
     wait_for(lambda: len(polls) == 1)
     app.workers[0].told.clear()
-    posted = [messages.Start((), 1), messages.LedgerChanged(), messages.Start((), 2), messages.Prefetch(), messages.TimeLost()] * 20
+    posted = [
+        messages.Start((), 1),
+        messages.LedgerChanged(),
+        messages.Start((), 2),
+        messages.Prefetch(),
+        messages.TimeLost(),
+    ] * 20
     for message in posted:
         app.runner.post(0, message)
 
     def told() -> list[type]:
-        return [kind for kind in app.workers[0].told if kind is not messages.Poll]       # which the engine may ask for meanwhile
+        return [
+            kind for kind in app.workers[0].told if kind is not messages.Poll
+        ]  # which the engine may ask for meanwhile
+
     wait_for(lambda: len(told()) == len(posted))
     assert told() == [type(message) for message in posted]
 
@@ -224,6 +263,7 @@ def test_a_robots_new_worker_begins_when_the_one_before_has_ended(start, polls):
     def hang() -> None:
         hangs.set()
         free.wait()
+
     before.acts = hang
     app.engine.poll(1)
     hangs.wait()
@@ -249,6 +289,7 @@ def test_an_intent_that_reaches_no_worker_any_more_is_handed_back(start, polls):
     def hang() -> None:
         busy.set()
         free.wait()
+
     worker, intent = app.workers[0], object()
     worker.acts = hang
     app.engine.poll(0)
@@ -258,10 +299,12 @@ def test_an_intent_that_reaches_no_worker_any_more_is_handed_back(start, polls):
     free.set()
     wait_for(lambda: worker.untaken is not None)
     assert worker.untaken == [intent]
-    app.runner.post(0, messages.Poll())               # nobody is there: it is lost without harm
+    app.runner.post(0, messages.Poll())  # nobody is there: it is lost without harm
 
 
-@pytest.mark.parametrize(("change", "is_new"), [({"name": "Other"}, False), ({"enabled": False}, False), ({"address": "http://q"}, True)])
+@pytest.mark.parametrize(
+    ("change", "is_new"), [({"name": "Other"}, False), ({"enabled": False}, False), ({"address": "http://q"}, True)]
+)
 def test_a_robot_that_is_edited_keeps_its_worker_unless_its_connection_changed(start, polls, change, is_new):
     app = start(2, every=60.0)
     wait_for(lambda: len(polls) == 2)
@@ -304,11 +347,14 @@ def test_while_nothing_works_there_is_an_alarm(start, monkeypatch):
 
     def unreadable(_app: App) -> None:
         raise ValueError("'nonsense' is not a valid IdentifiedBy")
+
     app = start(1, reading=unreadable)
     wait_for(lambda: app.container.alarms.open())
     assert alarm_of(app) == (1, False)
-    assert alarm_sentence(app.container.alarms.open()[0]) == ("A part of the app does not work and is tried again: "
-                                                              "scheduler: ValueError: 'nonsense' is not a valid IdentifiedBy")
+    assert alarm_sentence(app.container.alarms.open()[0]) == (
+        "A part of the app does not work and is tried again: "
+        "scheduler: ValueError: 'nonsense' is not a valid IdentifiedBy"
+    )
 
 
 class SlowPlanner(QuietPlanner):
@@ -359,7 +405,7 @@ def test_what_the_scheduler_plans_does_not_wake_itself_but_what_others_plan_does
         seen = planner.beats
         app.changes.publish(Topic.SCHEDULES)
         wait_for(lambda seen=seen: planner.beats > seen)
-    assert app.engine.plan_version == version + 3              # only those of others
+    assert app.engine.plan_version == version + 3  # only those of others
 
 
 def test_when_the_window_stops_asking_robots_are_polled_all_the_same(start, polls):

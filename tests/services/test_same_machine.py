@@ -1,4 +1,5 @@
 """Two robots of the list that are one machine raise an alarm as soon as both have shown their serial number."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -20,12 +21,18 @@ def site(tmp_path):
 
 
 def alarms(site: Site) -> list[str]:
-    return [alarm_sentence(alarm) for alarm in site.container.alarms.open() if alarm.code == "same_machine" and alarm.cleared_at is None]
+    return [
+        alarm_sentence(alarm)
+        for alarm in site.container.alarms.open()
+        if alarm.code == "same_machine" and alarm.cleared_at is None
+    ]
 
 
 def said(site: Site) -> str:
-    return (f"R1, R3 have the same serial number, {site.machines['R1'].serial_number}: they are one machine, and starts for both end "
-            "up in its one queue")
+    return (
+        f"R1, R3 have the same serial number, {site.machines['R1'].serial_number}: they are one machine, and starts for both end "
+        "up in its one queue"
+    )
 
 
 def test_both_are_named_at_once(site):

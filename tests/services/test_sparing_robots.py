@@ -1,4 +1,5 @@
 """What happens while a robot with a profile is asked or waited for: starts are taken back or sent, and it may come back as another."""
+
 from __future__ import annotations
 
 import math
@@ -19,6 +20,7 @@ def meanwhile(site: Site, act: Callable[[], None]) -> None:  # noqa: F811
     def time_out(seconds: float) -> None:
         act()
         pause(seconds)
+
     for pace in site._paces.values():
         pace._pause = time_out
 
@@ -33,6 +35,7 @@ def test_what_is_taken_back_while_a_refusal_is_asked_about_leaves_the_others_alo
     def act() -> None:
         if site.executions(State.SUBMITTING) and not removed:
             removed.append(site.container.catalogue.remove_schedule(saved[1].id))
+
     meanwhile(site, act)
     site.run(900)
     assert removed
@@ -48,6 +51,7 @@ def test_nothing_is_sent_that_is_taken_back_while_it_waits_for_its_turn(site, pl
     def act() -> None:
         if site.executions(State.SUBMITTING) and not removed:
             removed.append(site.container.catalogue.remove_schedule(saved.id))
+
     meanwhile(site, act)
     site.run(900)
     assert removed

@@ -1,4 +1,5 @@
 """When the disk is full, read-only or broken: no durable intent, no POST; an alarm; and it recovers when the disk does."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -35,7 +36,9 @@ def app(tmp_path, robot) -> Iterator[Container]:
     known = container.catalogue.save_robot(Robot(robot.name, robot.url, "distributor"), password=PASSWORD)
     mission = container.catalogue.save_mission(Mission(HOME.name, HOME.guid))
     tomorrow = (container.clock.now() + timedelta(days=1)).replace(tzinfo=None, second=0, microsecond=0)
-    container.catalogue.save_schedule(Schedule("S", known.id, mission.id, tomorrow, "UTC", "FREQ=DAILY", respect_working_days=False))
+    container.catalogue.save_schedule(
+        Schedule("S", known.id, mission.id, tomorrow, "UTC", "FREQ=DAILY", respect_working_days=False)
+    )
     container.runner.start()
     wait_for(lambda: container.engine.is_ready)
     yield container
@@ -65,6 +68,7 @@ def _with_writer(app: Container, writer: Writer) -> Callable[[], None]:
     def mend() -> None:
         app.db._writer = usual
         writer.close()
+
     return mend
 
 
@@ -77,6 +81,7 @@ class _Broken:
 
 def fill_up(app: Container) -> Callable[[], None]:
     """There is no room for another page, and the next row is large."""
+
     def work(c: sqlite3.Connection) -> None:
         c.execute("UPDATE schedules SET name = ?", ("S" * 50_000,))
         c.execute(f"PRAGMA max_page_count = {c.execute('PRAGMA page_count').fetchone()[0]}")
@@ -98,8 +103,10 @@ def test_nothing_is_sent_while_nothing_can_be_written_and_it_is_sent_once_when_i
     assert app.db.read().execute("SELECT count(*) FROM executions").fetchone()[0] == 0
     mend()
     wait_for(lambda: len(robot.state()["queue"]) == 1, what="sent after all")
-    wait_for(lambda: [alarm.cleared_at is not None for alarm in app.alarms.open() if alarm.code == "database"] == [True],
-             what="the alarm is over, and waits for a person to see it")
+    wait_for(
+        lambda: [alarm.cleared_at is not None for alarm in app.alarms.open() if alarm.code == "database"] == [True],
+        what="the alarm is over, and waits for a person to see it",
+    )
     wait_for(lambda: [row[0] for row in app.db.read().execute("SELECT state FROM executions")] == ["completed"])
     assert len(robot.state()["queue"]) == 1
 

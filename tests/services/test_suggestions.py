@@ -1,4 +1,5 @@
 """Suggestions from four weeks of the ledger: found, worded, answered, kept silent, and what came of them."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -15,7 +16,7 @@ from app.services.suggestions.find import Cause, Kind
 from app.services.suggestions.words import action, promise, sentence, since_then
 from tests.support.clock import VirtualClock
 
-NOW = datetime(2026, 11, 20, 20, 0, tzinfo=UTC)                        # Friday evening
+NOW = datetime(2026, 11, 20, 20, 0, tzinfo=UTC)  # Friday evening
 
 
 def plan(container):
@@ -44,9 +45,22 @@ def container(tmp_path, clock):
 
 def ran(container, mission, at, begins, ends, **values):
     values = {"robot_id": 1, "schedule_id": None, "trigger": Trigger.MANUAL, "state": State.COMPLETED, **values}
-    row = Execution(robot="Aino", mission=mission, mission_guid="g", planned_at=at, closes_at=at + timedelta(minutes=30), created_at=at,
-                    token=f"{mission} {at} {values['robot_id']}", timezone="UTC", submitted_at=at, started_at=begins, ended_at=ends,
-                    duration_s=(ends - begins).total_seconds(), robot_delay_s=(begins - at).total_seconds(), **values)
+    row = Execution(
+        robot="Aino",
+        mission=mission,
+        mission_guid="g",
+        planned_at=at,
+        closes_at=at + timedelta(minutes=30),
+        created_at=at,
+        token=f"{mission} {at} {values['robot_id']}",
+        timezone="UTC",
+        submitted_at=at,
+        started_at=begins,
+        ended_at=ends,
+        duration_s=(ends - begins).total_seconds(),
+        robot_delay_s=(begins - at).total_seconds(),
+        **values,
+    )
     container.db.write(lambda c: container.repositories.executions.add(c, row))
 
 
@@ -64,17 +78,30 @@ def usually_late(container, days=None, wait=9, schedule_id=1):
     """Somebody starts the waste by hand at 07:15; the kits wait for it."""
     for day in mornings() if days is None else days:
         ran(container, "Waste to compactor", at(day, 435), at(day, 435), at(day, 450 + wait))
-        ran(container, "Kits to line 2", at(day, 450), at(day, 450 + wait), at(day, 455 + wait), schedule_id=schedule_id,
-            trigger=Trigger.SCHEDULED, schedule="Kits")
+        ran(
+            container,
+            "Kits to line 2",
+            at(day, 450),
+            at(day, 450 + wait),
+            at(day, 455 + wait),
+            schedule_id=schedule_id,
+            trigger=Trigger.SCHEDULED,
+            schedule="Kits",
+        )
 
 
 def test_what_often_came_late_is_told_with_its_cause_and_what_would_have_been(container):
     usually_late(container)
     [suggestion] = container.suggestions.compute().suggestions
-    assert sentence(suggestion) == "Kits came late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
+    assert (
+        sentence(suggestion)
+        == "Kits came late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
+    )
     assert [(action(change), promise(change)) for change in suggestion.changes] == [
-        ("Move to 07:35", "At 07:35 it would never have been late"), ("Use Sisu", "On Sisu it would never have been late"),
-        ("Any of Hall 1", "On any robot of Hall 1 it would never have been late")]
+        ("Move to 07:35", "At 07:35 it would never have been late"),
+        ("Use Sisu", "On Sisu it would never have been late"),
+        ("Any of Hall 1", "On any robot of Hall 1 it would never have been late"),
+    ]
     assert container.suggestions.latest is not None
 
 
@@ -83,7 +110,10 @@ def test_each_change_is_a_schedule_that_can_be_saved_as_it_is(container):
     [suggestion] = container.suggestions.compute().suggestions
     drafts = [change.draft for change in suggestion.changes]
     assert [(draft.id, draft.start.time(), draft.robot_id, draft.group_id) for draft in drafts] == [
-        (1, time(7, 35), 1, None), (1, time(7, 30), 2, None), (1, time(7, 30), None, 1)]
+        (1, time(7, 35), 1, None),
+        (1, time(7, 30), 2, None),
+        (1, time(7, 30), None, 1),
+    ]
     for draft in drafts:
         assert container.catalogue.save_schedule(draft).id == 1
 
@@ -100,9 +130,15 @@ def changed(container, **values):
     container.catalogue.save_schedule(replace(container.catalogue.schedules()[0], **values))
 
 
-@pytest.mark.parametrize("prepare", [
-    lambda container: usually_late(container, mornings(count=9)), lambda container: usually_late(container, wait=4),
-    lambda container: changed(container, enabled=False), lambda container: changed(container, start=datetime(2026, 10, 12, 7, 40))])
+@pytest.mark.parametrize(
+    "prepare",
+    [
+        lambda container: usually_late(container, mornings(count=9)),
+        lambda container: usually_late(container, wait=4),
+        lambda container: changed(container, enabled=False),
+        lambda container: changed(container, start=datetime(2026, 10, 12, 7, 40)),
+    ],
+)
 def test_too_few_late_starts_one_that_is_off_and_one_that_has_just_been_changed_are_left_alone(container, prepare):
     prepare(container)
     assert container.suggestions.compute().suggestions == ()
@@ -113,13 +149,26 @@ def test_a_robot_that_is_off_or_lacks_the_mission_is_not_proposed(container):
     container.catalogue.set_robot_enabled(3, False)
     container.catalogue.save_group(replace(container.catalogue.groups()[0], members=(1, 3)))
     [suggestion] = container.suggestions.compute().suggestions
-    assert [(change.option.kind, change.robot or change.group) for change in suggestion.changes] == [(Kind.TIME, ""), (Kind.ROBOT, "Sisu")]
+    assert [(change.option.kind, change.robot or change.group) for change in suggestion.changes] == [
+        (Kind.TIME, ""),
+        (Kind.ROBOT, "Sisu"),
+    ]
 
 
-@pytest.mark.parametrize(("activity", "cause"), [("executing", Cause.OTHER), ("offline", Cause.SILENT), ("error", Cause.STOPPED)])
+@pytest.mark.parametrize(
+    ("activity", "cause"), [("executing", Cause.OTHER), ("offline", Cause.SILENT), ("error", Cause.STOPPED)]
+)
 def test_what_the_robot_was_seen_doing_is_a_cause_where_none_of_ours_ran(container, activity, cause):
     for day in mornings():
-        ran(container, "Kits to line 2", at(day, 450), at(day, 459), at(day, 464), schedule_id=1, trigger=Trigger.SCHEDULED)
+        ran(
+            container,
+            "Kits to line 2",
+            at(day, 450),
+            at(day, 459),
+            at(day, 464),
+            schedule_id=1,
+            trigger=Trigger.SCHEDULED,
+        )
     spans = [ActivitySpan(activity, at(day, 440), at(day, 459)) for day in mornings()]
     container.db.write(lambda c: ActivityRepository().save(c, 1, spans))
     [suggestion] = container.suggestions.compute().suggestions
@@ -139,8 +188,22 @@ def test_the_edges_of_our_own_runs_are_nobody_elses(container):
 def test_starts_that_were_skipped_count_but_not_those_that_a_person_or_the_tablet_left_out(container):
     def lost(code):
         for day in mornings():
-            row = Execution(Trigger.SCHEDULED, 1, "Aino", "Kits to line 2", "g", at(day, 450), at(day, 480), at(day, 450), f"{code} {day}",
-                            "UTC", State.SKIPPED, schedule_id=1, reason=Reason(code), ended_at=at(day, 480))
+            row = Execution(
+                Trigger.SCHEDULED,
+                1,
+                "Aino",
+                "Kits to line 2",
+                "g",
+                at(day, 450),
+                at(day, 480),
+                at(day, 450),
+                f"{code} {day}",
+                "UTC",
+                State.SKIPPED,
+                schedule_id=1,
+                reason=Reason(code),
+                ended_at=at(day, 480),
+            )
             container.db.write(lambda c, row=row: container.repositories.executions.add(c, row))
         found = container.suggestions.compute().suggestions
         container.db.write(lambda c: c.execute("DELETE FROM executions"))
@@ -154,14 +217,23 @@ def test_starts_that_were_skipped_count_but_not_those_that_a_person_or_the_table
 def test_at_most_three_at_once(container):
     for number in range(2, 6):
         container.clock.advance(-40 * 86_400)
-        container.catalogue.save_schedule(Schedule(f"Kits {number}", 1, 1, datetime(2026, 10, 12, 7, 30), "UTC", "FREQ=DAILY"))
+        container.catalogue.save_schedule(
+            Schedule(f"Kits {number}", 1, 1, datetime(2026, 10, 12, 7, 30), "UTC", "FREQ=DAILY")
+        )
         container.clock.advance(40 * 86_400)
     for day in mornings():
         ran(container, "Waste to compactor", at(day, 435), at(day, 435), at(day, 459))
         for number in range(1, 6):
             begins = at(day, 458 + number)
-            ran(container, f"Kits {number}", at(day, 450), begins, begins + timedelta(minutes=1), schedule_id=number,
-                trigger=Trigger.SCHEDULED)
+            ran(
+                container,
+                f"Kits {number}",
+                at(day, 450),
+                begins,
+                begins + timedelta(minutes=1),
+                schedule_id=number,
+                trigger=Trigger.SCHEDULED,
+            )
     assert len(container.suggestions.compute().suggestions) == 3
 
 
@@ -169,7 +241,15 @@ def test_at_most_three_at_once(container):
 def test_not_now_is_silent_for_60_days_unless_it_doubles_and_can_be_undone(container, clock):
     usually_late(container, mornings()[10:])
     for day in mornings()[:10]:
-        ran(container, "Kits to line 2", at(day, 450), at(day, 450), at(day, 455), schedule_id=1, trigger=Trigger.SCHEDULED)
+        ran(
+            container,
+            "Kits to line 2",
+            at(day, 450),
+            at(day, 450),
+            at(day, 455),
+            schedule_id=1,
+            trigger=Trigger.SCHEDULED,
+        )
     suggestions = container.suggestions
     [half] = suggestions.compute().suggestions
     assert (half.finding.late, half.finding.starts) == (10, 20)
@@ -181,13 +261,21 @@ def test_not_now_is_silent_for_60_days_unless_it_doubles_and_can_be_undone(conta
     suggestions.dismiss(half)
     clock.advance(59 * 86_400)
     usually_late(container, mornings(clock.now(), 19)[:19])
-    assert len(suggestions.compute().suggestions) == 1                   # all of them: it has doubled
+    assert len(suggestions.compute().suggestions) == 1  # all of them: it has doubled
     container.db.write(lambda c: c.execute("DELETE FROM executions"))
     for number, day in enumerate(mornings(clock.now(), 19)):
         if number % 2:
             usually_late(container, [day])
         else:
-            ran(container, "Kits to line 2", at(day, 450), at(day, 450), at(day, 455), schedule_id=1, trigger=Trigger.SCHEDULED)
+            ran(
+                container,
+                "Kits to line 2",
+                at(day, 450),
+                at(day, 450),
+                at(day, 455),
+                schedule_id=1,
+                trigger=Trigger.SCHEDULED,
+            )
     assert suggestions.compute().suggestions == ()
     clock.advance(2 * 86_400)
     assert len(suggestions.compute().suggestions) == 1
@@ -218,7 +306,15 @@ def test_after_one_was_accepted_only_what_comes_then_counts_and_after_two_weeks_
     days = mornings(clock.now(), 9)
     for number, day in enumerate(days):
         late = 9 if number == 4 else 0
-        ran(container, "Kits to line 2", at(day, 455), at(day, 455 + late), at(day, 460 + late), schedule_id=1, trigger=Trigger.SCHEDULED)
+        ran(
+            container,
+            "Kits to line 2",
+            at(day, 455),
+            at(day, 455 + late),
+            at(day, 460 + late),
+            schedule_id=1,
+            trigger=Trigger.SCHEDULED,
+        )
     assert container.suggestions.compute().results == ()
     clock.advance(2 * 86_400)
     [result] = container.suggestions.compute().results
@@ -227,8 +323,17 @@ def test_after_one_was_accepted_only_what_comes_then_counts_and_after_two_weeks_
     assert container.suggestions.compute().results == ()
 
 
-@pytest.mark.parametrize("wrong", ["starts = 0", "answered_at = 'soon'", "answered_at = '2026-11-20'", "option = '['", "option = '[]'",
-                                   """option = '{"late": "x"}'"""])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "starts = 0",
+        "answered_at = 'soon'",
+        "answered_at = '2026-11-20'",
+        "option = '['",
+        "option = '[]'",
+        """option = '{"late": "x"}'""",
+    ],
+)
 def test_an_answer_that_cannot_be_read_keeps_nothing_silent_and_ends_nothing(container, wrong):
     usually_late(container)
     [suggestion] = container.suggestions.compute().suggestions
@@ -239,7 +344,9 @@ def test_an_answer_that_cannot_be_read_keeps_nothing_silent_and_ends_nothing(con
 
 def test_rows_without_a_readable_instant_are_left_out(container):
     usually_late(container)
-    container.db.write(lambda c: ActivityRepository().save(c, 1, [ActivitySpan("error", at(mornings()[0], 1), at(mornings()[0], 2))]))
+    container.db.write(
+        lambda c: ActivityRepository().save(c, 1, [ActivitySpan("error", at(mornings()[0], 1), at(mornings()[0], 2))])
+    )
     container.db.write(lambda c: c.execute("UPDATE activity_spans SET ended_at = 'soon'"))
     container.db.write(lambda c: c.execute("UPDATE executions SET planned_at = '2026-11-19 soon' WHERE id IN (1, 2)"))
     [suggestion] = container.suggestions.compute().suggestions
@@ -263,7 +370,9 @@ def test_a_schedule_several_times_a_day_is_moved_by_minutes_and_one_with_given_h
     usually_late(container)
     [suggestion] = container.suggestions.compute().suggestions
     assert (action(suggestion.changes[0]), promise(suggestion.changes[0])) == (
-        "Move 5 min later", "5 min later it would never have been late")
+        "Move 5 min later",
+        "5 min later it would never have been late",
+    )
     clock.advance(-40 * 86_400)
     container.catalogue.save_schedule(replace(hourly, recurrence="FREQ=DAILY;BYHOUR=7,9"))
     clock.advance(40 * 86_400)

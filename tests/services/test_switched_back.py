@@ -1,4 +1,5 @@
 """Undoing that a schedule was switched off or on: it is as it was, and what waited runs once."""
+
 from __future__ import annotations
 
 from dataclasses import replace

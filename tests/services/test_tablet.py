@@ -1,4 +1,5 @@
 """A data directory that was copied from another tablet, as commands and a headless app see it."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -21,7 +22,9 @@ def fleet():
 def copied(tmp_path, fleet) -> Path:
     """A data directory that lives on another machine."""
     data = tmp_path / "data"
-    assert run(data, "--import-config", write_configuration(tmp_path / "c.json", configuration_of(fleet))).returncode == 0
+    assert (
+        run(data, "--import-config", write_configuration(tmp_path / "c.json", configuration_of(fleet))).returncode == 0
+    )
     db = Database.open(data / DATABASE_NAME)
     db.write(lambda c: SettingsRepository().put(c, "machine", "another tablet"))
     db.close()

@@ -1,4 +1,5 @@
 """Which time zone the tablet has: on Linux, in a container and on Windows; and what a first start makes of it."""
+
 from __future__ import annotations
 
 import json
@@ -46,9 +47,17 @@ def machine(tmp_path):
 
 
 # ---------------------------------------------------------------------- /etc/localtime and the note beside it
-@pytest.mark.parametrize("target", [
-    f"{ZONES}/Europe/Helsinki", "../usr/share/zoneinfo/Europe/Helsinki", f"{ZONES}/posix/Europe/Helsinki", f"{ZONES}/right/Europe/Helsinki",
-    "/etc/zoneinfo/Europe/Helsinki", "/var/db/timezone/zoneinfo/Europe/Helsinki"])
+@pytest.mark.parametrize(
+    "target",
+    [
+        f"{ZONES}/Europe/Helsinki",
+        "../usr/share/zoneinfo/Europe/Helsinki",
+        f"{ZONES}/posix/Europe/Helsinki",
+        f"{ZONES}/right/Europe/Helsinki",
+        "/etc/zoneinfo/Europe/Helsinki",
+        "/var/db/timezone/zoneinfo/Europe/Helsinki",
+    ],
+)
 def test_the_link_counts_and_not_the_note_that_is_not_kept_up(machine, target):
     machine.link(LOCALTIME, target).file(NOTE, "Etc/UTC\n")
     assert machine.zone() == TabletZone("Europe/Helsinki", LOCALTIME, True)
@@ -81,15 +90,24 @@ def test_no_plant_lies_in_utc_which_an_image_has_that_was_never_set_up(machine):
 
 def test_a_link_is_right_though_the_systems_data_are_old(machine):
     """Since 2026 Vancouver keeps its summer time."""
-    machine.link(LOCALTIME, f"{ZONES}/America/Vancouver").file(f"{ZONES}/America/Vancouver", zone_file("America/Los_Angeles"))
+    machine.link(LOCALTIME, f"{ZONES}/America/Vancouver").file(
+        f"{ZONES}/America/Vancouver", zone_file("America/Los_Angeles")
+    )
     assert machine.zone() == TabletZone("America/Vancouver", LOCALTIME, True)
 
 
-@pytest.mark.parametrize(("name", "found", "is_certain"), [
-    ("Europe/Helsinki", "Europe/Helsinki", False),           # Mariehamn has the same times
-    ("Europe/Vienna", "Europe/Vienna", True),                # changed the hour of a change in 1980 only
-    ("Asia/Tokyo", "Asia/Tokyo", True), ("Asia/Calcutta", "Asia/Kolkata", True), ("America/Vancouver", "America/Vancouver", True),
-    ("Europe/London", "Europe/London", False), ("Etc/UTC", "UTC", False)])
+@pytest.mark.parametrize(
+    ("name", "found", "is_certain"),
+    [
+        ("Europe/Helsinki", "Europe/Helsinki", False),  # Mariehamn has the same times
+        ("Europe/Vienna", "Europe/Vienna", True),  # changed the hour of a change in 1980 only
+        ("Asia/Tokyo", "Asia/Tokyo", True),
+        ("Asia/Calcutta", "Asia/Kolkata", True),
+        ("America/Vancouver", "America/Vancouver", True),
+        ("Europe/London", "Europe/London", False),
+        ("Etc/UTC", "UTC", False),
+    ],
+)
 def test_a_copy_is_compared_with_the_known_zones(machine, name, found, is_certain):
     machine.file(LOCALTIME, zone_file(name))
     assert machine.zone() == TabletZone(found, LOCALTIME, is_certain)
@@ -98,12 +116,16 @@ def test_a_copy_is_compared_with_the_known_zones(machine, name, found, is_certai
 def test_a_copy_is_compared_with_the_systems_own_data_first(machine):
     """They may be older than the app's."""
     old = file_of_rule("XST-5")
-    machine.file(LOCALTIME, old).file(f"{ZONES}/Asia/Karachi", old).file(f"{ZONES}/Asia/Tashkent", zone_file("Asia/Tashkent"))
+    machine.file(LOCALTIME, old).file(f"{ZONES}/Asia/Karachi", old).file(
+        f"{ZONES}/Asia/Tashkent", zone_file("Asia/Tashkent")
+    )
     assert machine.zone().name == "Asia/Karachi"
 
 
-@pytest.mark.parametrize(("note", "is_certain"), [
-    ("Europe/Helsinki\n", True), ("# the zone\nEurope/Mariehamn\n", True), ("Etc/UTC\n", False)])
+@pytest.mark.parametrize(
+    ("note", "is_certain"),
+    [("Europe/Helsinki\n", True), ("# the zone\nEurope/Mariehamn\n", True), ("Etc/UTC\n", False)],
+)
 def test_the_note_tells_zones_apart_that_equal_a_copy(machine, note, is_certain):
     machine.file(LOCALTIME, zone_file("Europe/Helsinki")).file(NOTE, note)
     zone = machine.zone()
@@ -129,16 +151,31 @@ def test_nothing_says_it(machine):
 
 
 # ---------------------------------------------------------------------- TZ
-@pytest.mark.parametrize("variable", ["Europe/Helsinki", ":Europe/Helsinki", f":{ZONES}/Europe/Helsinki", f"{ZONES}/Europe/Helsinki",
-                                      "posix/Europe/Helsinki"])
+@pytest.mark.parametrize(
+    "variable",
+    [
+        "Europe/Helsinki",
+        ":Europe/Helsinki",
+        f":{ZONES}/Europe/Helsinki",
+        f"{ZONES}/Europe/Helsinki",
+        "posix/Europe/Helsinki",
+    ],
+)
 def test_the_variable_counts_before_the_file(machine, variable):
     machine.link(LOCALTIME, f"{ZONES}/Etc/UTC")
     assert machine.zone(TZ=variable) == TabletZone("Europe/Helsinki", "TZ", True)
 
 
-@pytest.mark.parametrize(("rule", "language", "found", "is_certain"), [
-    (RULE, "fi_FI.UTF-8", "Europe/Helsinki", False), (RULE, "el_GR", "Europe/Athens", False), ("JST-9", "", "Asia/Tokyo", True),
-    ("XXX-2YYY,M3.5.0/3,M10.5.0/4", "fi_FI", "Europe/Helsinki", False), ("UTC0", "", "UTC", True)])
+@pytest.mark.parametrize(
+    ("rule", "language", "found", "is_certain"),
+    [
+        (RULE, "fi_FI.UTF-8", "Europe/Helsinki", False),
+        (RULE, "el_GR", "Europe/Athens", False),
+        ("JST-9", "", "Asia/Tokyo", True),
+        ("XXX-2YYY,M3.5.0/3,M10.5.0/4", "fi_FI", "Europe/Helsinki", False),
+        ("UTC0", "", "UTC", True),
+    ],
+)
 def test_a_rule_is_compared_with_the_known_zones(machine, rule, language, found, is_certain):
     machine.link(LOCALTIME, f"{ZONES}/Etc/UTC")
     assert machine.zone(TZ=rule, LANG=language) == TabletZone(found, "TZ", is_certain)
@@ -165,11 +202,20 @@ def test_an_empty_one_says_nothing(machine):
 
 
 # ---------------------------------------------------------------------- Windows
-@pytest.mark.parametrize(("key", "country", "found", "is_certain"), [
-    ("FLE Standard Time", "FI", "Europe/Helsinki", True), ("FLE Standard Time", "EE", "Europe/Tallinn", True),
-    ("FLE Standard Time", "", "Europe/Kiev", False), ("W. Europe Standard Time", "DE", "Europe/Berlin", True),
-    ("W. Europe Standard Time", "SE", "Europe/Stockholm", True), ("Tokyo Standard Time", "", "Asia/Tokyo", True),
-    ("UTC", "FI", "Etc/UTC", False), ("A Zone Of Tomorrow", "FI", "UTC", False), ("", "", "UTC", False)])
+@pytest.mark.parametrize(
+    ("key", "country", "found", "is_certain"),
+    [
+        ("FLE Standard Time", "FI", "Europe/Helsinki", True),
+        ("FLE Standard Time", "EE", "Europe/Tallinn", True),
+        ("FLE Standard Time", "", "Europe/Kiev", False),
+        ("W. Europe Standard Time", "DE", "Europe/Berlin", True),
+        ("W. Europe Standard Time", "SE", "Europe/Stockholm", True),
+        ("Tokyo Standard Time", "", "Asia/Tokyo", True),
+        ("UTC", "FI", "Etc/UTC", False),
+        ("A Zone Of Tomorrow", "FI", "UTC", False),
+        ("", "", "UTC", False),
+    ],
+)
 def test_windows_own_name_and_the_region(machine, key, country, found, is_certain):
     zone = machine.zone(windows=WindowsZone(key, country))
     assert (zone.name, zone.is_certain) == (found, is_certain)
@@ -199,8 +245,13 @@ class Tablet:
 
     def plan(self, zone: str) -> Schedule:
         c = self.container
-        robot, mission = c.catalogue.save_robot(Robot("R1", "10.0.0.1", "u"), password="p"), c.catalogue.save_mission(Mission("Go", "g"))
-        saved = c.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime(2026, 11, 23, 9), "Asia/Tokyo", "FREQ=DAILY"))
+        robot, mission = (
+            c.catalogue.save_robot(Robot("R1", "10.0.0.1", "u"), password="p"),
+            c.catalogue.save_mission(Mission("Go", "g")),
+        )
+        saved = c.catalogue.save_schedule(
+            Schedule("S", robot.id, mission.id, datetime(2026, 11, 23, 9), "Asia/Tokyo", "FREQ=DAILY")
+        )
         c.db.write(lambda c: c.execute("UPDATE schedules SET timezone = ?", (zone,)))
         return saved
 

@@ -1,4 +1,5 @@
 """The thesis's own test scenarios (section 6.2), end to end under a virtual clock: real services, simulated robot."""
+
 from __future__ import annotations
 
 from datetime import timedelta
@@ -36,7 +37,7 @@ def test_a_one_time_mission_runs_at_its_time_and_only_then(site, plan):
     site.run(3)
     [run] = site.executions()
     assert run.trigger is Trigger.SCHEDULED
-    assert run.submitted_at - run.planned_at < timedelta(seconds=1)        # at once, not at the next poll
+    assert run.submitted_at - run.planned_at < timedelta(seconds=1)  # at once, not at the next poll
     site.run_until(lambda: site.executions(State.COMPLETED))
     site.run(2 * 3600)
     assert len(site.executions()) == len(robot_items(site)) == 1
@@ -45,17 +46,21 @@ def test_a_one_time_mission_runs_at_its_time_and_only_then(site, plan):
 
 def test_recurring_missions_run_at_each_interval_and_the_next_entry_follows(site, plan):
     site.keep_charged()
-    site.container.catalogue.change_settings(poll_interval_seconds=1800)    # a week in seconds; dispatch does not wait for polls
+    site.container.catalogue.change_settings(
+        poll_interval_seconds=1800
+    )  # a week in seconds; dispatch does not wait for polls
     plan("2026-11-23T06:05", "FREQ=DAILY", name="daily")
     plan("2026-11-23T07:00", "FREQ=WEEKLY;BYDAY=MO,WE", name="weekly")
     site.run(8 * 86400)
     days = {"daily": [], "weekly": []}
     for run in site.executions(State.COMPLETED):
         days[run.schedule].append(run.planned_at.strftime("%a"))
-    assert days["daily"] == ["Mon", "Tue", "Wed", "Thu", "Fri", "Mon"]     # working days only
+    assert days["daily"] == ["Mon", "Tue", "Wed", "Thu", "Fri", "Mon"]  # working days only
     assert days["weekly"] == ["Mon", "Wed", "Mon"]
     assert len(robot_items(site)) == 9
-    nexts = [s.next_at.strftime("%a %H:%M") for s in site.container.repositories.schedules.all(site.container.db.read())]
+    nexts = [
+        s.next_at.strftime("%a %H:%M") for s in site.container.repositories.schedules.all(site.container.db.read())
+    ]
     assert nexts == ["Tue 06:05", "Wed 07:00"]
 
 
@@ -83,7 +88,7 @@ def test_the_retry_limit_ends_it_as_failed_and_recorded(site, plan):
     assert robot_items(site) == []
     site.network.down.clear()
     site.run(86400)
-    assert [r.state for r in site.executions()] == [State.FAILED, State.COMPLETED]      # the next occurrence is untouched
+    assert [r.state for r in site.executions()] == [State.FAILED, State.COMPLETED]  # the next occurrence is untouched
 
 
 def test_a_failing_mission_is_recorded_with_the_robots_message(site, plan):
@@ -129,9 +134,9 @@ def test_idle_automation_starts_its_mission_once_after_the_set_time(site):
     [run] = site.executions()
     assert (run.trigger, run.mission) == (Trigger.IDLE, "Home")
     site.run(3600)
-    assert len(site.executions()) == 1                                     # once per idle period
+    assert len(site.executions()) == 1  # once per idle period
     deliver = next(m for m in container.repositories.missions.all(container.db.read()) if m.name == "Deliver")
-    container.operator.run_now(robot.id, deliver.id)                       # anything else ends the period
+    container.operator.run_now(robot.id, deliver.id)  # anything else ends the period
     site.kick()
     site.run(3600)
     assert [r.trigger for r in site.executions()] == [Trigger.IDLE, Trigger.MANUAL, Trigger.IDLE]

@@ -1,4 +1,5 @@
 """Many executions of one robot are followed in one request, or one by one where that can't be."""
+
 from __future__ import annotations
 
 import pytest
@@ -8,7 +9,7 @@ from app.mir.client import RobotClient
 from app.mir.errors import Unreadable
 from app.services.dispatch.following import MANY
 
-DUE = 300.0              # s from the beginning: 06:05
+DUE = 300.0  # s from the beginning: 06:05
 COUNT = 2 * MANY
 
 
@@ -19,7 +20,9 @@ def asked(site, plan) -> list[str]:
         plan("2026-11-23T06:05", name=f"S{number}")
     site.run(DUE + 1.0)
     asked: list[str] = []
-    site.network.interrupt = lambda where: asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    site.network.interrupt = lambda where: (
+        asked.append(where.removeprefix("before ")) if where.startswith("before ") else None
+    )
     return asked
 
 
@@ -34,6 +37,7 @@ def test_many_are_followed_in_one_request(site, asked):
 def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
     def too_many(client, floor):
         raise Unreadable(problem="more than 5000 queue items")
+
     monkeypatch.setattr(RobotClient, "items_after", too_many)
     site.run(3600.0)
     assert {path for path in asked if path.startswith("GET /mission_queue/")}

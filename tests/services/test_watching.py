@@ -1,4 +1,5 @@
 """What the app says of its own process: a lock that protects no more, and fewer open files than its robots need."""
+
 from __future__ import annotations
 
 import resource
@@ -46,7 +47,9 @@ def test_a_lock_file_that_was_deleted_is_an_alarm_with_and_without_a_second_app(
 
 
 # ---------------------------------------------------------------------- open files
-@pytest.mark.parametrize(("robots", "allowed", "is_enough"), [(300, 1024, True), (400, 1024, False), (500, 4096, True), (500, None, True)])
+@pytest.mark.parametrize(
+    ("robots", "allowed", "is_enough"), [(300, 1024, True), (400, 1024, False), (500, 4096, True), (500, None, True)]
+)
 def test_each_robot_needs_three_open_files(robots, allowed, is_enough):
     assert (too_few_files(robots, allowed) is None) == is_enough
 
@@ -55,10 +58,18 @@ def test_each_robot_needs_three_open_files(robots, allowed, is_enough):
 def limited(data: Path, ulimit: str) -> Iterator[subprocess.Popen[str]]:
     """Headless with twenty robots that don't answer, after this command of the shell."""
     configuration = configuration_of()
-    configuration["robots"] = [{"name": f"R{n}", "address": f"127.0.0.1:{n}", "username": "u", "password": "p"} for n in range(1, 21)]
+    configuration["robots"] = [
+        {"name": f"R{n}", "address": f"127.0.0.1:{n}", "username": "u", "password": "p"} for n in range(1, 21)
+    ]
     prepared(data, configuration)
-    with subprocess.Popen(["sh", "-c", f'{ulimit}; exec "$@"', "sh", *command(data, "--headless")], stdout=subprocess.PIPE,
-                          stderr=subprocess.DEVNULL, text=True, env=environment(), cwd=ROOT) as app:
+    with subprocess.Popen(
+        ["sh", "-c", f'{ulimit}; exec "$@"', "sh", *command(data, "--headless")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env=environment(),
+        cwd=ROOT,
+    ) as app:
         try:
             assert app.stdout is not None
             assert app.stdout.readline() == "ready\n"
@@ -71,15 +82,24 @@ def limited(data: Path, ulimit: str) -> Iterator[subprocess.Popen[str]]:
 
 def test_it_takes_as_many_open_files_as_the_system_lets_it_have(tmp_path):
     with limited(tmp_path / "data", "ulimit -Sn 40; ulimit -Hn 400") as app:
-        line, = (line for line in Path(f"/proc/{app.pid}/limits").read_text().splitlines() if line.startswith("Max open files"))
+        (line,) = (
+            line
+            for line in Path(f"/proc/{app.pid}/limits").read_text().splitlines()
+            if line.startswith("Max open files")
+        )
         assert line.split()[3:5] == ["400", "400"]
         assert "open files" not in (tmp_path / "data" / LOG).read_text()
 
 
 def test_where_that_is_too_few_an_alarm_says_so(tmp_path):
     with limited(tmp_path / "data", "ulimit -n 140"):
-        wait_for(lambda: "alarm: 20 robots need about 160 open files and connections, and the system allows 140: starts may not be sent"
-                 in (tmp_path / "data" / LOG).read_text(), what="the alarm")
+        wait_for(
+            lambda: (
+                "alarm: 20 robots need about 160 open files and connections, and the system allows 140: starts may not be sent"
+                in (tmp_path / "data" / LOG).read_text()
+            ),
+            what="the alarm",
+        )
 
 
 def test_a_database_that_can_not_be_opened_for_that_reason_says_so(tmp_path):
@@ -87,7 +107,9 @@ def test_a_database_that_can_not_be_opened_for_that_reason_says_so(tmp_path):
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (0, hard))
     try:
-        with pytest.raises(DatabaseUnavailable, match="can't be opened because too many files are open: raise the limit"):
+        with pytest.raises(
+            DatabaseUnavailable, match="can't be opened because too many files are open: raise the limit"
+        ):
             db.read()
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))

@@ -1,4 +1,5 @@
 """What a worker's rounds leave undone: with fifty robots and hundreds of missions a minute, everything needless makes others late."""
+
 from __future__ import annotations
 
 from itertools import pairwise
@@ -14,7 +15,7 @@ from app.services.dispatch.timing import LIVE_EVERY, PUT_OFF_AT_MOST
 from app.services.dispatch.worker import RobotWorker
 from tests.support.seen import robot_of
 
-DUE = 300.0              # s from the beginning: 06:05
+DUE = 300.0  # s from the beginning: 06:05
 COUNT = 10
 
 
@@ -46,7 +47,7 @@ def test_what_is_held_is_sent_without_opening_the_ledger(site, plan, ledger):
     wait = worker.advance()
     assert [run.state for run in site.executions()] == [State.QUEUED]
     assert ledger.looks == 0
-    assert 0.5 * LIVE_EVERY <= wait <= 1.5 * LIVE_EVERY          # then its way is followed
+    assert 0.5 * LIVE_EVERY <= wait <= 1.5 * LIVE_EVERY  # then its way is followed
 
 
 def test_what_could_not_be_sent_is_taken_up_again(site, plan, ledger):
@@ -59,7 +60,7 @@ def test_what_could_not_be_sent_is_taken_up_again(site, plan, ledger):
     assert (site.executions()[0].state, site.executions()[0].attempts) == (State.WAITING, 1)
     site.network.down.clear()
     site.clock.advance(wait)
-    worker.advance()                               # without a message that its time has come
+    worker.advance()  # without a message that its time has come
     assert site.executions()[0].state is State.QUEUED
 
 
@@ -75,13 +76,13 @@ def test_what_waits_for_a_robot_that_is_gone_is_one_write_a_try(site, plan, ledg
     ledger.writes.clear()
     site.run(60.0)
     assert all(run.queue_id for run in site.executions())
-    assert ledger.writes[:2] == [STARTED_TOGETHER, COUNT - STARTED_TOGETHER]           # their intents
+    assert ledger.writes[:2] == [STARTED_TOGETHER, COUNT - STARTED_TOGETHER]  # their intents
 
 
 def test_what_comes_for_a_robot_that_does_not_answer_is_judged_together(site, ledger):
     robot, mission = robot_of(site), site.add_mission("Home")
     site.network.down.add("R1")
-    site.run(2 * 30.0)                             # polls that failed
+    site.run(2 * 30.0)  # polls that failed
     ledger.looks = 0
     for number in range(COUNT):
         site.at(0.05 * number, lambda: site.container.operator.run_now(robot.id, mission.id))
@@ -90,7 +91,7 @@ def test_what_comes_for_a_robot_that_does_not_answer_is_judged_together(site, le
     assert ledger.looks <= 3
     ledger.looks = 0
     site.run(20.0)
-    assert sum(run.attempts for run in site.executions()) >= 3 * COUNT         # 2, 4 and 8 s later
+    assert sum(run.attempts for run in site.executions()) >= 3 * COUNT  # 2, 4 and 8 s later
     assert ledger.looks <= 6, "not one by one"
     site.network.down.clear()
     site.run(60.0)
@@ -150,6 +151,7 @@ def test_a_look_that_breaks_off_keeps_what_it_has_seen(site, plan, monkeypatch):
 
 def test_many_robots_are_looked_at_evenly_over_time():
     """Also when all of them were sent to in one moment; the one on screen keeps its two seconds."""
+
     def pause(number: int, watched: bool = False) -> float:
         return RobotWorker._apart(SimpleNamespace(_watched=watched, robot=SimpleNamespace(id=number)), LIVE_EVERY)
 

@@ -4,6 +4,7 @@
 One line per seed, with its verdict, and one of totals; exit 1 when any seed has a violation. A seed can be run again alone: same seed,
 same story.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -22,7 +23,9 @@ from tests.simulation.world import World
 def simulate(seed: int, hours: float, profile: Profile | None = None, stop_at: str | None = None) -> Findings:
     logging.disable(logging.CRITICAL)
     try:
-        with tempfile.TemporaryDirectory(prefix="amr-simulation-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None) as directory:
+        with tempfile.TemporaryDirectory(
+            prefix="amr-simulation-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None
+        ) as directory:
             return World(Path(directory), seed, profile).run(hours, stop_at)
     finally:
         logging.disable(logging.NOTSET)
@@ -50,18 +53,30 @@ def main() -> int:
     parser.add_argument("--hours", type=float, default=100, help="of each seed")
     parser.add_argument("--seeds", default="1", help="one number, or first-last")
     parser.add_argument("--calm", action="store_true", help="hours in which less happens")
-    parser.add_argument("--groups", action="store_true", help="starts for any of three to five robots beside those for one")
-    parser.add_argument("--deviants", action="store_true", help="some robots differ from the faithful one, checked up or not")
-    parser.add_argument("--every", type=int, help="minutes between the starts of each robot's first schedule; else drawn by the seed")
+    parser.add_argument(
+        "--groups", action="store_true", help="starts for any of three to five robots beside those for one"
+    )
+    parser.add_argument(
+        "--deviants", action="store_true", help="some robots differ from the faithful one, checked up or not"
+    )
+    parser.add_argument(
+        "--every", type=int, help="minutes between the starts of each robot's first schedule; else drawn by the seed"
+    )
     parser.add_argument("--poll", type=int, help="s between polls; else drawn by the seed")
     parser.add_argument("--per-hour", type=float, help="things that people do, and that happen, each")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     options = parser.parse_args()
     first, _, last = options.seeds.partition("-")
     seeds = range(int(first), int(last or first) + 1)
-    wanted = {"every_minutes": options.every, "poll_interval": options.poll, "acts_per_hour": options.per_hour,
-              "events_per_hour": options.per_hour}
-    profile = replace(CALM if options.calm else Profile(), **{name: value for name, value in wanted.items() if value is not None})
+    wanted = {
+        "every_minutes": options.every,
+        "poll_interval": options.poll,
+        "acts_per_hour": options.per_hour,
+        "events_per_hour": options.per_hour,
+    }
+    profile = replace(
+        CALM if options.calm else Profile(), **{name: value for name, value in wanted.items() if value is not None}
+    )
     profile = profile.with_groups() if options.groups else profile
     profile = replace(profile, deviants=options.deviants)
     found: list[Findings] = []

@@ -5,6 +5,7 @@ real engine and workers.
 each answer, what of its state matters for what comes next, and whether what came out is right. The judgement reads the robot's own history
 and a diary of the operator's acts, and of the app only its rows.
 """
+
 from __future__ import annotations
 
 import math
@@ -21,19 +22,20 @@ from tests.simulation.world import ShakyWriter
 from tests.support.network import Fate, Network, Planned, Submission
 from tests.support.site import Site
 
-BEGIN = datetime.fromisoformat("2026-11-23T06:00:50+00:00")        # a Monday, ten seconds before the first start
+BEGIN = datetime.fromisoformat("2026-11-23T06:00:50+00:00")  # a Monday, ten seconds before the first start
 FIRST = BEGIN + timedelta(seconds=10)
-READ_TIMEOUT = 5.0       # s, the client's
-GRACE = 1.0              # s after which something that was taken back must not leave any more
-OFF_FOR = (1.0, 45.0)    # s that the tablet is off after a crash
-SETTLES_WITHIN = 900.0   # s of virtual time in which everything has ended
-LOOKED_AFTER = 35.0      # s that the site is watched once everything has ended
+READ_TIMEOUT = 5.0  # s, the client's
+GRACE = 1.0  # s after which something that was taken back must not leave any more
+OFF_FOR = (1.0, 45.0)  # s that the tablet is off after a crash
+SETTLES_WITHIN = 900.0  # s of virtual time in which everything has ended
+LOOKED_AFTER = 35.0  # s that the site is watched once everything has ended
 
 
 @dataclass(frozen=True)
 class Scenario:
     """``apart``: minutes between the two starts. ``quiet``: s after which a start that was not found may be sent again. ``robots``: of
     more than one, as a group, the starts are."""
+
     apart: int = 0
     robots: int = 1
     quiet: int = 8
@@ -58,6 +60,7 @@ class Decisions(Protocol):
 @dataclass
 class Wanted:
     """A start as the plan has it. ``taken_back``: seconds of true time at which the operator's act was over."""
+
     schedule: str
     instant: datetime
     taken_back: float = math.inf
@@ -65,6 +68,7 @@ class Wanted:
 
 class _ChosenNetwork(Network):
     """Each request meets what the decisions say."""
+
     decisions: Decisions
 
     def fate_of(self, robot: str, method: str, path: str) -> Planned:
@@ -80,10 +84,12 @@ class ChoiceSite(Site):
         self.decisions: Decisions = Undisturbed()
         self.scenario, self.is_operator_acting = scenario, False
         self.wanted: list[Wanted] = []
-        self.off: list[tuple[float, float]] = []               # true times between which the tablet was off
+        self.off: list[tuple[float, float]] = []  # true times between which the tablet was off
         self.commits = 0
         network.decisions = self.decisions
-        super().__init__(directory, robots=scenario.robots, now=BEGIN, network=network, robot_speed=scenario.robot_speed)
+        super().__init__(
+            directory, robots=scenario.robots, now=BEGIN, network=network, robot_speed=scenario.robot_speed
+        )
         self._furnish()
         self.run(5.0)
         self.switched_on = self._watch_commits
@@ -95,12 +101,24 @@ class ChoiceSite(Site):
         scenario, catalogue = self.scenario, self.container.catalogue
         robots, mission = self.add_robots(), self.add_mission("Deliver")
         group = catalogue.save_group(Group("Any", tuple(robot.id for robot in robots))) if len(robots) > 1 else None
-        catalogue.change_settings(poll_interval_seconds=scenario.poll_interval, unknown_outcome_quiet_seconds=scenario.quiet,
-                                  start_window_minutes=scenario.window_minutes, timezone="UTC")
+        catalogue.change_settings(
+            poll_interval_seconds=scenario.poll_interval,
+            unknown_outcome_quiet_seconds=scenario.quiet,
+            start_window_minutes=scenario.window_minutes,
+            timezone="UTC",
+        )
         for number, name in enumerate("AB"):
             instant = FIRST + timedelta(minutes=number * scenario.apart)
-            catalogue.save_schedule(Schedule(name, None if group else robots[0].id, mission.id, instant.replace(tzinfo=None), "UTC",
-                                             group_id=group and group.id))
+            catalogue.save_schedule(
+                Schedule(
+                    name,
+                    None if group else robots[0].id,
+                    mission.id,
+                    instant.replace(tzinfo=None),
+                    "UTC",
+                    group_id=group and group.id,
+                )
+            )
             self.wanted.append(Wanted(name, instant))
 
     # ------------------------------------------------------------------ where something else may happen
@@ -150,7 +168,9 @@ class ChoiceSite(Site):
     def move(self, name: str) -> None:
         """To four minutes after it was first planned, and a minute further each time."""
         later = FIRST + timedelta(minutes=3 + sum(wanted.schedule == name for wanted in self.wanted))
-        self.container.catalogue.save_schedule(replace(self.schedule(name), start=later.replace(tzinfo=None), enabled=True))
+        self.container.catalogue.save_schedule(
+            replace(self.schedule(name), start=later.replace(tzinfo=None), enabled=True)
+        )
         self._took_back(name)
         self.wanted.append(Wanted(name, later))
 
@@ -158,7 +178,9 @@ class ChoiceSite(Site):
         """The robot with this name is no member of the group any more, which the other one stays."""
         [group] = self.container.catalogue.groups()
         robot = next(robot for robot in self.container.catalogue.robots() if robot.name == name)
-        self.container.catalogue.save_group(replace(group, members=tuple(key for key in group.members if key != robot.id)))
+        self.container.catalogue.save_group(
+            replace(group, members=tuple(key for key in group.members if key != robot.id))
+        )
 
     def switch_robot_off(self, name: str) -> None:
         robot = next(robot for robot in self.container.catalogue.robots() if robot.name == name)
@@ -216,8 +238,12 @@ class ChoiceSite(Site):
     def is_settled(self) -> bool:
         """Nothing is planned, open, on the robot or on its way any more."""
         db = self.container.db.read()
-        is_open = db.execute("SELECT 1 FROM executions WHERE ended_at IS NULL UNION SELECT 1 FROM schedules WHERE next_at IS NOT NULL")
-        return is_open.fetchone() is None and not self._flying() and all(item.finished for _robot, item in self._items())
+        is_open = db.execute(
+            "SELECT 1 FROM executions WHERE ended_at IS NULL UNION SELECT 1 FROM schedules WHERE next_at IS NOT NULL"
+        )
+        return (
+            is_open.fetchone() is None and not self._flying() and all(item.finished for _robot, item in self._items())
+        )
 
     def _items(self) -> list[tuple[str, Any]]:
         """Of all robots, each with its robot's name."""
@@ -227,12 +253,18 @@ class ChoiceSite(Site):
 
     def _flying(self) -> list[Submission]:
         """Requests that the app gave up, and that arrive later."""
-        return [late for late in self.network.submissions if late.lands_at is not None and late.lands_at >= self.seconds()]
+        return [
+            late for late in self.network.submissions if late.lands_at is not None and late.lands_at >= self.seconds()
+        ]
 
     def _beyond(self) -> set[str]:
         """Tokens of those that arrived, or will, after the quiet time."""
         longest = READ_TIMEOUT + self.scenario.quiet
-        return {late.token for late in self.network.submissions if late.lands_at is not None and late.lands_at - late.at > longest}
+        return {
+            late.token
+            for late in self.network.submissions
+            if late.lands_at is not None and late.lands_at - late.at > longest
+        }
 
     # ------------------------------------------------------------------ what matters for what comes next
     def durable(self, grain: float) -> tuple[object, ...]:
@@ -240,11 +272,21 @@ class ChoiceSite(Site):
         ``grain`` s."""
         c, now = self.container.db.read(), self.seconds()
         names = {row[0]: row[1] for row in c.execute("SELECT token, schedule || planned_at FROM executions")}
-        rows = [tuple(row) for row in c.execute("SELECT schedule, planned_at, state, reason_code, wait, attempts, queue_floor, queue_id,"
-                                                " cancel_code, revoked, hold_until IS NULL, robot, json_extract(tried, '$.1.tries'),"
-                                                " json_extract(tried, '$.2.tries') FROM executions ORDER BY id")]
+        rows = [
+            tuple(row)
+            for row in c.execute(
+                "SELECT schedule, planned_at, state, reason_code, wait, attempts, queue_floor, queue_id,"
+                " cancel_code, revoked, hold_until IS NULL, robot, json_extract(tried, '$.1.tries'),"
+                " json_extract(tried, '$.2.tries') FROM executions ORDER BY id"
+            )
+        ]
         members = [tuple(row) for row in c.execute("SELECT * FROM group_members")]
-        plan = [tuple(row) for row in c.execute("SELECT name, start, enabled, next_at, planned_through, started_through FROM schedules")]
+        plan = [
+            tuple(row)
+            for row in c.execute(
+                "SELECT name, start, enabled, next_at, planned_through, started_through FROM schedules"
+            )
+        ]
         robots = [tuple(row) for row in c.execute("SELECT enabled, last_queue_id FROM robots")]
         items = [(robot, item.id, names.get(item.description), str(item.state)) for robot, item in self._items()]
         flights = [(names.get(late.token), rounded((late.lands_at or 0.0) - now, grain)) for late in self._flying()]
@@ -254,8 +296,12 @@ class ChoiceSite(Site):
 
     def _progress(self, grain: float) -> tuple[tuple[float, ...], ...]:
         """Of the missions that robots execute."""
-        return tuple((machine.run.next_action, rounded(machine.run.elapsed(machine.now) / self.scenario.robot_speed, grain))
-                     if machine.run else () for machine in self.machines.values())
+        return tuple(
+            (machine.run.next_action, rounded(machine.run.elapsed(machine.now) / self.scenario.robot_speed, grain))
+            if machine.run
+            else ()
+            for machine in self.machines.values()
+        )
 
     def memory(self, grain: float) -> object:
         """What the app remembers besides."""
@@ -263,8 +309,14 @@ class ChoiceSite(Site):
         inboxes = [(key, [type(message).__name__ for message in inbox]) for key, inbox in self._inboxes.items()]
         due = [(key, rounded(at - mono, grain)) for key, at in self._due.items()]
         blocked = sorted(worker.robot.id for worker in self._blocked)
-        return (memory_of(self.engine, mono, wall, grain), inboxes, due, rounded(self._next_round - mono, grain), blocked,
-                self.container.holds.active() is not None)
+        return (
+            memory_of(self.engine, mono, wall, grain),
+            inboxes,
+            due,
+            rounded(self._next_round - mono, grain),
+            blocked,
+            self.container.holds.active() is not None,
+        )
 
     # ------------------------------------------------------------------ the judgement
     def violations(self) -> Iterator[str]:
@@ -273,9 +325,13 @@ class ChoiceSite(Site):
         beyond = self._beyond()
         by_start = {(row.schedule, row.planned_at): row for row in rows}
         for row in rows:
-            yield from self._about_row(row, [(robot, item) for robot, item in items if item.description == row.token], row.token in beyond)
+            yield from self._about_row(
+                row, [(robot, item) for robot, item in items if item.description == row.token], row.token in beyond
+            )
         tokens = {row.token for row in rows}
-        yield from (f"an item that no row knows: {robot} {item.id}" for robot, item in items if item.description not in tokens)
+        yield from (
+            f"an item that no row knows: {robot} {item.id}" for robot, item in items if item.description not in tokens
+        )
         for wanted in self.wanted:
             row = by_start.get((wanted.schedule, wanted.instant))
             if wanted.taken_back == math.inf:
@@ -284,10 +340,17 @@ class ChoiceSite(Site):
                 elif row.state is not State.COMPLETED and not self._was_overlapped(row, rows):
                     yield f"did not run: {told(row)}"
             elif row is not None:
-                yield from (f"sent {post.at - wanted.taken_back:.1f} s after it was taken back: {told(row)}"
-                            for post in self.network.submissions if post.token == row.token and post.at > wanted.taken_back + GRACE)
-        yield from (f"sent early: {told(row)}" for row in rows for post in self.network.submissions
-                    if post.token == row.token and post.at < (row.planned_at - BEGIN).total_seconds() - 0.001)
+                yield from (
+                    f"sent {post.at - wanted.taken_back:.1f} s after it was taken back: {told(row)}"
+                    for post in self.network.submissions
+                    if post.token == row.token and post.at > wanted.taken_back + GRACE
+                )
+        yield from (
+            f"sent early: {told(row)}"
+            for row in rows
+            for post in self.network.submissions
+            if post.token == row.token and post.at < (row.planned_at - BEGIN).total_seconds() - 0.001
+        )
 
     def _about_row(self, row: Execution, items: list[tuple[str, Any]], was_beyond: bool) -> Iterator[str]:
         done = [(robot, item.id) for robot, item in items if item.state == "Done"]
@@ -306,9 +369,18 @@ class ChoiceSite(Site):
     @staticmethod
     def _was_overlapped(row: Execution, rows: list[Execution]) -> bool:
         """Whether an earlier start of the same schedule, whose runs don't overlap, was still with the robot, or may have been."""
-        return row.reason is not None and row.reason.code is ReasonCode.OVERLAP and any(
-            other.schedule == row.schedule and other.planned_at < row.planned_at and other.attempts > 0
-            and other.ended_at is not None and other.ended_at > row.planned_at for other in rows)
+        return (
+            row.reason is not None
+            and row.reason.code is ReasonCode.OVERLAP
+            and any(
+                other.schedule == row.schedule
+                and other.planned_at < row.planned_at
+                and other.attempts > 0
+                and other.ended_at is not None
+                and other.ended_at > row.planned_at
+                for other in rows
+            )
+        )
 
     def _is_told(self, row: Execution) -> bool:
         codes = self.container.db.read().execute("SELECT code FROM alarms WHERE key = ?", (f"execution:{row.id}",))
@@ -334,14 +406,23 @@ class Undisturbed:
 
 
 ACTS: dict[str, Callable[[ChoiceSite], None]] = {
-    f"{name} {schedule}": (lambda site, act=act, schedule=schedule: act(site, schedule))      # type: ignore[misc]
+    f"{name} {schedule}": (lambda site, act=act, schedule=schedule: act(site, schedule))  # type: ignore[misc]
     for schedule in "AB"
-    for name, act in (("switch off", ChoiceSite.switch_schedule_off), ("cancel", ChoiceSite.cancel), ("move", ChoiceSite.move))}
+    for name, act in (
+        ("switch off", ChoiceSite.switch_schedule_off),
+        ("cancel", ChoiceSite.cancel),
+        ("move", ChoiceSite.move),
+    )
+}
 
 
 GROUP_ACTS: dict[str, Callable[[ChoiceSite], None]] = {
-    "switch off A": ACTS["switch off A"], "cancel A": ACTS["cancel A"], "move A": ACTS["move A"],
-    "leave R1": lambda site: site.leave("R1"), "switch R1 off": lambda site: site.switch_robot_off("R1")}
+    "switch off A": ACTS["switch off A"],
+    "cancel A": ACTS["cancel A"],
+    "move A": ACTS["move A"],
+    "leave R1": lambda site: site.leave("R1"),
+    "switch R1 off": lambda site: site.switch_robot_off("R1"),
+}
 
 
 def told(row: Execution) -> str:

@@ -55,7 +55,9 @@ class Wishes:
 
     plans: dict[int, Schedule] = field(default_factory=dict)
     off: set[str] = field(default_factory=set)  # robots
-    holds: dict[str | None, datetime | None] = field(default_factory=dict)  # robot (None: all), until when by the tablet's clock
+    holds: dict[str | None, datetime | None] = field(
+        default_factory=dict
+    )  # robot (None: all), until when by the tablet's clock
     paused: dict[int, datetime] = field(default_factory=dict)
     skipped: set[Key] = field(default_factory=set)
     stopped: set[Key] = field(default_factory=set)  # for good, by a pause or a robot that was switched off
@@ -110,7 +112,9 @@ class Diary:
         self.guids: dict[int, str] = {}
         self.wishes: list[tuple[float, Wishes]] = [(0.0, Wishes())]
         self.troubles: list[Trouble] = []
-        self.clock: list[tuple[float, float]] = [(0.0, 0.0)]  # true time, and what the tablet's clock is ahead from then on
+        self.clock: list[tuple[float, float]] = [
+            (0.0, 0.0)
+        ]  # true time, and what the tablet's clock is ahead from then on
         self.excused: dict[str, str] = {}  # tokens of which the robot lost or hid what it did, and how
         self.uncertain: set[str] = set()  # tokens whose cancellation may or may not have been noted
         self.by_person: set[str] = set()  # tokens that a person cancelled or kept back, or was about to
@@ -134,12 +138,20 @@ class Diary:
     def between(self, start: float, end: float) -> list[Wishes]:
         """What held at any moment of this time."""
         begins = [at for at, _wishes in self.wishes] + [math.inf]
-        return [wishes for (at, wishes), until in zip(self.wishes, begins[1:], strict=True) if at <= end and until >= start]
+        return [
+            wishes for (at, wishes), until in zip(self.wishes, begins[1:], strict=True) if at <= end and until >= start
+        ]
 
     def wants(self, wishes: Wishes, key: Key, days: bool = True) -> bool:
         """Whether that start is planned; ``days`` False: whatever days are working days."""
         plan, instant = wishes.plans.get(key[0]), key[1]
-        if plan is None or not plan.enabled or self.robots_of(plan, wishes) <= wishes.off or key in wishes.skipped or key in wishes.stopped:
+        if (
+            plan is None
+            or not plan.enabled
+            or self.robots_of(plan, wishes) <= wishes.off
+            or key in wishes.skipped
+            or key in wishes.stopped
+        ):
             return False
         if instant < wishes.paused.get(key[0], instant):
             return False
@@ -179,7 +191,9 @@ class Diary:
             for schedule_id in self.ids:
                 if (schedule_id, hour) not in self._made:
                     self._made.add((schedule_id, hour))
-                    self._tokens |= {self.token(key): key for key in ((schedule_id, hour + minute * MINUTE) for minute in range(60))}
+                    self._tokens |= {
+                        self.token(key): key for key in ((schedule_id, hour + minute * MINUTE) for minute in range(60))
+                    }
         return self._tokens.get(token)
 
     def is_of_restored_time(self, instant: datetime) -> bool:
@@ -196,7 +210,9 @@ class Diary:
             if each.end > start and each.start < end and each.robot in (None, robot) and each.kind not in but:
                 yield each
 
-    def clear_spans(self, robot: str, start: float, end: float, but: tuple[str, ...] = ("slow",)) -> list[tuple[float, float]]:
+    def clear_spans(
+        self, robot: str, start: float, end: float, but: tuple[str, ...] = ("slow",)
+    ) -> list[tuple[float, float]]:
         """Times in which nothing was wrong for that robot."""
         spans, at = [], start
         for trouble in sorted(self._in_the_way(robot, start, end, but), key=lambda each: each.start):
@@ -209,7 +225,10 @@ class Diary:
         return start < end and next(self._in_the_way(robot, start, end, but), None) is None
 
     def was_wrong(self, kind: str, robot: str | None, start: float, end: float) -> bool:
-        return any(each.kind == kind and robot in (None, each.robot) and each.start < end and each.end > start for each in self.troubles)
+        return any(
+            each.kind == kind and robot in (None, each.robot) and each.start < end and each.end > start
+            for each in self.troubles
+        )
 
     def ahead(self, at: float) -> float:
         """s by which the tablet's clock was ahead of true time."""
@@ -217,7 +236,10 @@ class Diary:
 
     def most_back(self) -> float:
         """s by which the clock has been set back at most."""
-        return max((before[1] - after[1] for before, after in zip(self.clock, self.clock[1:], strict=False)), default=0.0) + 2.0
+        return (
+            max((before[1] - after[1] for before, after in zip(self.clock, self.clock[1:], strict=False)), default=0.0)
+            + 2.0
+        )
 
     def is_steady(self, since: float) -> bool:
         """Whether the tablet's clock has not been set since then, but for some seconds."""

@@ -6,6 +6,7 @@ allowed have happened. A state that was met before with as many faults left is n
 database's rows, the robot's queue, requests still on their way, everything that the engine and its workers remember, the place in the code,
 and the time, with times rounded to ``grain`` seconds.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -38,6 +39,7 @@ class Known(BaseException):
 @dataclass
 class Found:
     """What an exploration brought. ``traces``: for each violation what was chosen, as ``--replay`` takes it."""
+
     states: int = 0
     transitions: int = 0
     ends: int = 0
@@ -54,25 +56,43 @@ class Found:
 
     def line(self) -> str:
         verdict = "0 violations" if not self.violations else f"{len(self.violations)} VIOLATIONS"
-        return (f"{self.states} states, {self.transitions} transitions, {self.ends} runs to the end, {self.points} steps, "
-                f"{self.seconds:.0f} s: {verdict}")
+        return (
+            f"{self.states} states, {self.transitions} transitions, {self.ends} runs to the end, {self.points} steps, "
+            f"{self.seconds:.0f} s: {verdict}"
+        )
 
 
 class Explorer:
     """``acts``: what the operator may do; ``grain`` in s. ``most``: violations after which it ends. ``coarse``: beside requests that are
     lost, nothing happens between two reads or before a commit. ``off_for``: s that the tablet is off after a crash."""
 
-    def __init__(self, directory: Path, scenario: Scenario, faults: int, *, grain: float = 5.0, acts: tuple[str, ...] = tuple(ACTS),
-                 most: int = 20, coarse: bool = False, off_for: tuple[float, ...] = OFF_FOR,
-                 says_how_far: bool = False) -> None:
-        self._left, self._grain, self._most, self._coarse, self._says_how_far = faults, grain, most, coarse, says_how_far
+    def __init__(
+        self,
+        directory: Path,
+        scenario: Scenario,
+        faults: int,
+        *,
+        grain: float = 5.0,
+        acts: tuple[str, ...] = tuple(ACTS),
+        most: int = 20,
+        coarse: bool = False,
+        off_for: tuple[float, ...] = OFF_FOR,
+        says_how_far: bool = False,
+    ) -> None:
+        self._left, self._grain, self._most, self._coarse, self._says_how_far = (
+            faults,
+            grain,
+            most,
+            coarse,
+            says_how_far,
+        )
         self._acts, self._crashes = acts, [f"crash {seconds:g}" for seconds in off_for]
-        self._known: dict[bytes, int] = {}           # by state: faults that were left
-        self._new: dict[bytes, int] = {}             # of these, what the process that is waited for does not know yet
-        self._passed: set[bytes] = set()             # states of this run itself
+        self._known: dict[bytes, int] = {}  # by state: faults that were left
+        self._new: dict[bytes, int] = {}  # of these, what the process that is waited for does not know yet
+        self._passed: set[bytes] = set()  # states of this run itself
         self._trace: list[str] = []
-        self._number = 0                             # of the choice points of this run
-        self._report: int | None = None              # where a copy of the process writes what it found
+        self._number = 0  # of the choice points of this run
+        self._report: int | None = None  # where a copy of the process writes what it found
         self.found = Found()
         self.site = ChoiceSite(directory, scenario, self)
         # Opened once and never closed: with the first close this process would lose SQLite's locks.
@@ -82,7 +102,7 @@ class Explorer:
         self._began = _processor_time()
         gc.collect()
         gc.freeze()
-        gc.disable()                 # it would touch, and so copy, every page of every copy of the process
+        gc.disable()  # it would touch, and so copy, every page of every copy of the process
         try:
             self.site.run_to_the_end()
             self.found.ends += 1
@@ -100,7 +120,7 @@ class Explorer:
                 with os.fdopen(self._report, "wb") as pipe:
                     pickle.dump((self.found, self._new), pipe)
             finally:
-                os._exit(0)                          # whatever happens: nobody else's work is done by a copy
+                os._exit(0)  # whatever happens: nobody else's work is done by a copy
         self.found.seconds = _processor_time() - self._began
         return self.found
 
@@ -203,7 +223,9 @@ class Explorer:
         return self._durable_state(), self.site.memory(self._grain), under_way()
 
     def _durable_state(self) -> object:
-        return self.site.durable(self._grain), rounded(self.site.clock.now().timestamp() - FIRST.timestamp(), self._grain)
+        return self.site.durable(self._grain), rounded(
+            self.site.clock.now().timestamp() - FIRST.timestamp(), self._grain
+        )
 
 
 def _processor_time() -> float:
@@ -219,8 +241,10 @@ class Replay:
     """The decisions of one trace, each step told."""
 
     def __init__(self, trace: str) -> None:
-        self._chosen = {int(number): what.replace("_", " ") if not what.startswith("answer") else what
-                        for number, _, what in (part.partition(":") for part in trace.split())}
+        self._chosen = {
+            int(number): what.replace("_", " ") if not what.startswith("answer") else what
+            for number, _, what in (part.partition(":") for part in trace.split())
+        }
         self._number = 0
         self.site: ChoiceSite
 
@@ -241,7 +265,9 @@ class Replay:
 def explore(scenario: Scenario, faults: int, **options: object) -> Found:
     logging.disable(logging.CRITICAL)
     try:
-        with tempfile.TemporaryDirectory(prefix="amr-explorer-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None) as directory:
+        with tempfile.TemporaryDirectory(
+            prefix="amr-explorer-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None
+        ) as directory:
             return Explorer(Path(directory), scenario, faults, **options).run()  # type: ignore[arg-type]
     finally:
         logging.disable(logging.NOTSET)
@@ -261,13 +287,19 @@ def replay(scenario: Scenario, trace: str) -> list[str]:
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.simulation.explorer", description=__doc__)
     parser.add_argument("--faults", type=int, default=1)
-    parser.add_argument("--grain", type=float, default=5.0, help="s to which times are rounded when states are compared")
+    parser.add_argument(
+        "--grain", type=float, default=5.0, help="s to which times are rounded when states are compared"
+    )
     parser.add_argument("--robots", type=int, default=1, help="more than one: the starts are for any of them")
     parser.add_argument("--apart", type=int, default=0, help="minutes between the two starts")
-    parser.add_argument("--quiet", type=int, default=Scenario.quiet, help="s after which a start that was not found may be sent again")
+    parser.add_argument(
+        "--quiet", type=int, default=Scenario.quiet, help="s after which a start that was not found may be sent again"
+    )
     parser.add_argument("--acts", help="those of the operator, all by default")
     parser.add_argument("--most", type=int, default=20, help="violations after which it ends")
-    parser.add_argument("--off", default=",".join(f"{seconds:g}" for seconds in OFF_FOR), help="s that the tablet is off after a crash")
+    parser.add_argument(
+        "--off", default=",".join(f"{seconds:g}" for seconds in OFF_FOR), help="s that the tablet is off after a crash"
+    )
     parser.add_argument("--coarse", action="store_true", help="nothing happens between two reads")
     parser.add_argument("--replay", default=None, help="a violation's trace")
     options = parser.parse_args()
@@ -279,8 +311,16 @@ def main() -> int:
         return 1 if problems else 0
     given = ",".join(ACTS if options.robots == 1 else GROUP_ACTS) if options.acts is None else options.acts
     acts, off_for = tuple(filter(None, given.split(","))), tuple(map(float, options.off.split(",")))
-    found = explore(scenario, options.faults, grain=options.grain, acts=acts, most=options.most, coarse=options.coarse, off_for=off_for,
-                    says_how_far=options.faults > 1)
+    found = explore(
+        scenario,
+        options.faults,
+        grain=options.grain,
+        acts=acts,
+        most=options.most,
+        coarse=options.coarse,
+        off_for=off_for,
+        says_how_far=options.faults > 1,
+    )
     print(found.line())
     return 1 if found.violations else 0
 

@@ -36,7 +36,9 @@ class GroupPerson(Person):
         for group_id, members in wishes.groups.items():
             if members <= wishes.off:
                 self._doubt_due([plan for plan in wishes.plans.values() if plan.group_id == group_id])
-                self.diary.uncertain |= {token for token, manual in wishes.manual.items() if manual.group_id == group_id}
+                self.diary.uncertain |= {
+                    token for token, manual in wishes.manual.items() if manual.group_id == group_id
+                }
 
     def _group(self) -> Group:
         groups = self._app.catalogue.groups()
@@ -67,9 +69,12 @@ class GroupPerson(Person):
     def delete_group(self) -> None:
         group = self._group()
         plans = [plan for plan in self.diary.now.plans.values() if plan.group_id == group.id]
-        self.diary.uncertain |= {token for token, manual in self.diary.now.manual.items() if manual.group_id == group.id}
+        self.diary.uncertain |= {
+            token for token, manual in self.diary.now.manual.items() if manual.group_id == group.id
+        }
         removed = self._decide(
-            lambda: self._app.catalogue.remove_group(group.id), lambda wishes: [wishes.plans.pop(plan.id) for plan in plans]
+            lambda: self._app.catalogue.remove_group(group.id),
+            lambda wishes: [wishes.plans.pop(plan.id) for plan in plans],
         )
         self._undo_later(removed, plans, self.rng.choice((1.0, 20.0, 100.0)), must=True)
 
@@ -116,16 +121,25 @@ class GroupPerson(Person):
         )
 
     def give_to(self) -> None:
-        waiting = [row for row in self._app.history.open() if row.state is State.WAITING and row.group_id and row.robot_id is None]
+        waiting = [
+            row
+            for row in self._app.history.open()
+            if row.state is State.WAITING and row.group_id and row.robot_id is None
+        ]
         row = self.rng.choice(waiting) if waiting else None
         if row is None:
             raise LookupError
-        self._decide(lambda: self._app.operator.give_to(row.id, self._id(self._robot())), lambda wishes: wishes.given.add(row.token))
+        self._decide(
+            lambda: self._app.operator.give_to(row.id, self._id(self._robot())),
+            lambda wishes: wishes.given.add(row.token),
+        )
 
     def start_on_another(self) -> None:
         """Of one that is stuck, or that ended so."""
         rows = [row for row in self.world.site.executions() if row.state is State.SUBMITTING]
-        rows += [row for row in self.world.site.executions() if row.reason and row.reason.code is ReasonCode.UNKNOWN_OUTCOME]
+        rows += [
+            row for row in self.world.site.executions() if row.reason and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
+        ]
         row = self.rng.choice(rows) if rows else None
         if row is None:
             raise LookupError

@@ -5,12 +5,29 @@ from __future__ import annotations
 from tests.simulation.mutants import SUBMISSION, Mutant
 from tests.simulation.profile import Profile
 
-BASE = {"fleet": "normal", "every_minutes": 20, "poll_interval": 30, "quiet_s": 90, "history_limit": None, "with_window": False}
-LOST = Profile(events_per_hour=60).only(acts="", events="lost_request", fault_rate=0.0, crash_rate=0.0, site=BASE).with_groups()
-SILENT = Profile(events_per_hour=120, longest_outage=300.0).only(
-    acts="", events="lost_request outage outage", fault_rate=0.0, crash_rate=0.0, site=BASE
-).with_groups()
-CRASHES = Profile(events_per_hour=30, crash_rate=0.01).only(acts="", events="lost_request", fault_rate=0.0, site=BASE).with_groups()
+BASE = {
+    "fleet": "normal",
+    "every_minutes": 20,
+    "poll_interval": 30,
+    "quiet_s": 90,
+    "history_limit": None,
+    "with_window": False,
+}
+LOST = (
+    Profile(events_per_hour=60)
+    .only(acts="", events="lost_request", fault_rate=0.0, crash_rate=0.0, site=BASE)
+    .with_groups()
+)
+SILENT = (
+    Profile(events_per_hour=120, longest_outage=300.0)
+    .only(acts="", events="lost_request outage outage", fault_rate=0.0, crash_rate=0.0, site=BASE)
+    .with_groups()
+)
+CRASHES = (
+    Profile(events_per_hour=30, crash_rate=0.01)
+    .only(acts="", events="lost_request", fault_rate=0.0, site=BASE)
+    .with_groups()
+)
 CALM = Profile(acts_per_hour=0, events_per_hour=0).only(fault_rate=0.0, crash_rate=0.0, site=BASE).with_groups()
 
 GROUP_MUTANTS = (

@@ -45,7 +45,9 @@ class GroupJudge:
         self._stopped_since: dict[str, float] = {}  # robots by when they were first seen unable to work
         self._stopped_at: dict[str, list[float]] = defaultdict(list)
         self._together: Counter[tuple[Key, str]] = Counter()
-        self._passed_by: list[tuple[float, str, str]] = []  # at what time, the token of the one that waited, what to say
+        self._passed_by: list[
+            tuple[float, str, str]
+        ] = []  # at what time, the token of the one that waited, what to say
 
     # ------------------------------------------------------------------ what is what
     def goes_at_once(self, plan: Schedule, start: float, end: float) -> bool:
@@ -68,8 +70,16 @@ class GroupJudge:
 
     def _is_judged(self, token: str) -> bool:
         """Nobody made it uncertain, and no request of it arrives later than promised."""
-        late = any(post.lands_at is not None and post.lands_at - post.at > self.world.nature.quiet_s for post in self._posts.get(token, ()))
-        return not late and token not in self.diary.excused and token not in self.diary.uncertain and token not in self.diary.now.cancelled
+        late = any(
+            post.lands_at is not None and post.lands_at - post.at > self.world.nature.quiet_s
+            for post in self._posts.get(token, ())
+        )
+        return (
+            not late
+            and token not in self.diary.excused
+            and token not in self.diary.uncertain
+            and token not in self.diary.now.cancelled
+        )
 
     def _open_items(self, robot: str) -> list[QueueItem]:
         machine = self.world.site.machines[robot]
@@ -86,7 +96,9 @@ class GroupJudge:
             self._judge_state(post, name)
             self._judge_metres(post, name)
             wishes = self.diary.between(post.at - 10.0, post.at)
-            if not any(group_id in each.at_once or post.token in each.given for each in wishes) and self._is_judged(post.token):
+            if not any(group_id in each.at_once or post.token in each.given for each in wishes) and self._is_judged(
+                post.token
+            ):
                 self._judge_order(post, group_id, name)
         self._posts[post.token].append(post)
 
@@ -108,11 +120,15 @@ class GroupJudge:
     def _judge_metres(self, post: Submission, name: str) -> None:
         """How far away the robot is was said as it is, where it was chosen a moment ago: one that is free stands still."""
         row = self.world.site.container.ledger.by_token(post.token)
-        if row is None or row.bound_at is None or (self.world.site.clock.now() - row.bound_at).total_seconds() > BINDING:
+        if (
+            row is None
+            or row.bound_at is None
+            or (self.world.site.clock.now() - row.bound_at).total_seconds() > BINDING
+        ):
             return
-        if self._open_items(post.robot):                     # sent a moment before, and on its way
+        if self._open_items(post.robot):  # sent a moment before, and on its way
             return
-        if self.diary.was_wrong("slow", None, post.at - SLOWEST, post.at):      # a late answer tells where it was
+        if self.diary.was_wrong("slow", None, post.at - SLOWEST, post.at):  # a late answer tells where it was
             return
         [mission] = [mission for mission in MISSIONS if mission.guid == post.mission_id]
         goal, pose = STATIONS[mission.actions[0].parameters["position"]].pose, self.world.site.machines[post.robot].pose
@@ -143,10 +159,13 @@ class GroupJudge:
         plan = self.diary.now.plans[key[0]]
         left = self._closes(plan, key, post.at) - post.at
         if left <= LAST_CALL:
-            self._last_called.add(post.token)            # into a queue, also ahead of one that is to be sent a moment later
+            self._last_called.add(post.token)  # into a queue, also ahead of one that is to be sent a moment later
         elif not self._was_edited(plan, post.at):
             others = {item.description for item in self._open_items(post.robot)} - {post.token} - self._last_called
-            if any(self._posts.get(token) and self._group_of(token) is not None and self._is_judged(token) for token in others):
+            if any(
+                self._posts.get(token) and self._group_of(token) is not None and self._is_judged(token)
+                for token in others
+            ):
                 self.judge.object(f"safety: a second start of a group on one robot: {name}")
             self._judge_priority(post, plan, group_id, name)
 
@@ -155,12 +174,17 @@ class GroupJudge:
         if not all(self.diary.is_clear(robot, post.at - 60.0, post.at, but=()) for robot in robots):
             return
         for other, key in self._waiting(group_id, post.at - BINDING):
-            is_longer = self._is_kept(post.robot, other, post.at)           # and does not fit before what is planned
+            is_longer = self._is_kept(post.robot, other, post.at)  # and does not fit before what is planned
             if other.priority > plan.priority and other.minimum_battery_percent is None and not is_longer:
-                self._passed_by.append((post.at, self.diary.token(key), f"safety: {key[0]} of higher priority waited when {name} was sent"))
+                self._passed_by.append(
+                    (post.at, self.diary.token(key), f"safety: {key[0]} of higher priority waited when {name} was sent")
+                )
 
     def _was_edited(self, plan: Schedule, at: float) -> bool:
-        return any(each.plans.get(plan.id) != plan or each.groups != self.diary.now.groups for each in self.diary.between(at - 20.0, at))
+        return any(
+            each.plans.get(plan.id) != plan or each.groups != self.diary.now.groups
+            for each in self.diary.between(at - 20.0, at)
+        )
 
     def _closes(self, plan: Schedule, key: Key, at: float) -> float:
         minutes = 15 if plan.start_window_minutes is None else max(1, plan.start_window_minutes)
@@ -171,7 +195,9 @@ class GroupJudge:
         """Starts of a group of which nothing has been sent, that nothing but a robot keeps waiting, and that did so then already."""
         now, wall = self.world.site.seconds(), self.world.site.clock.now()
         for plan in self.diary.now.plans.values():
-            waits_for_more = plan.mission_id == self._at_the_place or plan.finish_by_minutes or plan.overlap is not Overlap.PARALLEL
+            waits_for_more = (
+                plan.mission_id == self._at_the_place or plan.finish_by_minutes or plan.overlap is not Overlap.PARALLEL
+            )
             if plan.group_id != group_id or waits_for_more:
                 continue
             minutes = 15 if plan.start_window_minutes is None else max(1, plan.start_window_minutes)
@@ -233,7 +259,11 @@ class GroupJudge:
                         yield key, robot
 
     def _is_free(self, robot: str, now: float) -> bool:
-        if robot in self.diary.now.off or not self._works(robot) or self.world.site.machines[robot].state is not StateId.READY:
+        if (
+            robot in self.diary.now.off
+            or not self._works(robot)
+            or self.world.site.machines[robot].state is not StateId.READY
+        ):
             return False
         return not self._open_items(robot) and self.diary.is_clear(robot, now - 30.0, now, but=())
 
@@ -253,7 +283,12 @@ class GroupJudge:
         """A time in which one of its robots was well to the end of its window, in which it goes into its queue at the latest."""
         start, wishes = due - 60.0, self.diary.between(due - 60.0, closes)
         token = self.diary.token(key)
-        if plan.mission_id == self._at_the_place or plan.finish_by_minutes or plan.overlap is Overlap.QUEUE or start < 60.0:
+        if (
+            plan.mission_id == self._at_the_place
+            or plan.finish_by_minutes
+            or plan.overlap is Overlap.QUEUE
+            or start < 60.0
+        ):
             return None
         if token in self._posts or any(token in each.given for each in wishes):
             return None  # where that request got lost, its robot keeps it

@@ -1,4 +1,5 @@
 """What the app remembers, as plain values that can be compared: for the explorer, which must know when it has met a state before."""
+
 from __future__ import annotations
 
 import math
@@ -13,10 +14,25 @@ from app.services.dispatch.engine import Engine
 
 _KEPT_FROM = ("app.services.dispatch.",)
 _NOT_KEPT = ("Shared", "Ledger", "Planner", "IdleWatch", "ClockReading")
-_WITHOUT_EFFECT = frozenset({          # here: when housekeeping was done last, and counters of which only the difference counts
-    "_beat_at", "_chores_at", "_evaluated", "_first_at", "_last_heartbeat", "_looked_at", "_matched_version", "_pruned_at",
-    "_robots_version", "_spans_saved_at", "_tidied_at", "_writes_to_prune", "plan_version", "user_name"})
-OLDEST = 130.0               # s; what lies further back is all the same
+_WITHOUT_EFFECT = frozenset(
+    {  # here: when housekeeping was done last, and counters of which only the difference counts
+        "_beat_at",
+        "_chores_at",
+        "_evaluated",
+        "_first_at",
+        "_last_heartbeat",
+        "_looked_at",
+        "_matched_version",
+        "_pruned_at",
+        "_robots_version",
+        "_spans_saved_at",
+        "_tidied_at",
+        "_writes_to_prune",
+        "plan_version",
+        "user_name",
+    }
+)
+OLDEST = 130.0  # s; what lies further back is all the same
 
 
 def rounded(seconds: float, grain: float) -> float:
@@ -31,13 +47,15 @@ def remembered(value: Any, now: tuple[float, datetime, float], seen: set[int]) -
     if isinstance(value, int):
         return value
     if isinstance(value, float):
-        return rounded(value - mono, grain) if value > 900.0 else round(value, 1)          # the virtual clock begins at 1000
+        return rounded(value - mono, grain) if value > 900.0 else round(value, 1)  # the virtual clock begins at 1000
     if isinstance(value, datetime):
         return rounded((value - wall).total_seconds(), grain)
     if isinstance(value, Execution):
         return value.id, value.state.value, value.attempts
     if isinstance(value, dict):
-        return tuple((str(key), remembered(item, now, seen)) for key, item in value.items()) + _attributes(value, now, seen)
+        return tuple((str(key), remembered(item, now, seen)) for key, item in value.items()) + _attributes(
+            value, now, seen
+        )
     if isinstance(value, (set, frozenset)):
         return tuple(sorted(map(str, value)))
     if isinstance(value, (list, tuple)):
@@ -50,7 +68,10 @@ def _attributes(value: Any, now: tuple[float, datetime, float], seen: set[int]) 
     if not kind.__module__.startswith(_KEPT_FROM) or kind.__name__ in _NOT_KEPT or id(value) in seen:
         return ()
     seen.add(id(value))
-    names = [*getattr(value, "__dict__", ()), *(name for base in kind.__mro__ for name in getattr(base, "__slots__", ()))]
+    names = [
+        *getattr(value, "__dict__", ()),
+        *(name for base in kind.__mro__ for name in getattr(base, "__slots__", ())),
+    ]
     names = [name for name in names if name not in _WITHOUT_EFFECT]
     return (kind.__name__, *((name, remembered(getattr(value, name), now, seen)) for name in names))
 
@@ -74,5 +95,7 @@ def under_way() -> tuple[tuple[str, int], ...]:
 def memory_of(engine: Engine, mono: float, wall: datetime, grain: float) -> object:
     """Everything that the engine and its workers hold that is no connection and no service. Times rounded to ``grain`` s."""
     it: Any = engine
-    held = [attempt.plan_version - it.plan_version for worker in it._workers.values() for attempt in _attempts_of(worker)]
+    held = [
+        attempt.plan_version - it.plan_version for worker in it._workers.values() for attempt in _attempts_of(worker)
+    ]
     return remembered(engine, (mono, wall, grain), set()), it._matched_version == it._robots_version, held

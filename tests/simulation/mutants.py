@@ -46,10 +46,18 @@ BUSY = Profile(acts_per_hour=60, events_per_hour=20).only(
     site={"quiet_s": 90, "fleet": "normal", "robots": 2, "poll_interval": 30, "every_minutes": 3},
 )
 KEPT_BACK = Profile(acts_per_hour=60, events_per_hour=20).only(
-    acts="keep_back", events="outage", fault_rate=0.0, crash_rate=0.0, site={"quiet_s": 90, "fleet": "normal", "every_minutes": 3}
+    acts="keep_back",
+    events="outage",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"quiet_s": 90, "fleet": "normal", "every_minutes": 3},
 )
 LOST = Profile(events_per_hour=40).only(
-    acts="run_now", events="lost_request very_late_request", fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3, "fleet": "normal"}
+    acts="run_now",
+    events="lost_request very_late_request",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"every_minutes": 3, "fleet": "normal"},
 )
 FLAT_ROBOTS = Profile(acts_per_hour=20, events_per_hour=12).only(
     acts="change_battery",
@@ -66,7 +74,9 @@ OUTAGES = Profile(events_per_hour=30).only(
     longest_outage=90.0,
     site={"every_minutes": 3, "fleet": "normal", "retry_limit": 10, "poll_interval": 30},
 )
-CRASHES = Profile(crash_rate=0.01).only(acts="run_now", events="lost_request", fault_rate=0.0, site={"every_minutes": 3, "fleet": "normal"})
+CRASHES = Profile(crash_rate=0.01).only(
+    acts="run_now", events="lost_request", fault_rate=0.0, site={"every_minutes": 3, "fleet": "normal"}
+)
 ROBOTS = Profile(events_per_hour=30).only(
     acts="run_now idle_rule",
     events="another_robot robot_pauses mission_fails person_queues person_cancels poison low_battery very_late_request",
@@ -112,7 +122,9 @@ WINDOW = Profile(events_per_hour=12).only(
 FORGETFUL = Profile(events_per_hour=40).only(
     acts="", events="lost_request", fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3, "fleet": "forgetful"}
 )
-CALM = Profile(acts_per_hour=0, events_per_hour=0, rough_s=900, calm_s=900).only(fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3})
+CALM = Profile(acts_per_hour=0, events_per_hour=0, rough_s=900, calm_s=900).only(
+    fault_rate=0.0, crash_rate=0.0, site={"every_minutes": 3}
+)
 
 
 @dataclass(frozen=True)
@@ -144,9 +156,14 @@ def planted(mutant: Mutant) -> Iterator[None]:
     if source.count(mutant.old) != 1:
         raise LookupError(f"{mutant.name}: {mutant.old!r} is {source.count(mutant.old)} times in {mutant.target}")
     made: dict[str, object] = {}
-    code = compile(source.replace(mutant.old, mutant.new), mutant.target, "exec", flags=future.annotations.compiler_flag)
+    code = compile(
+        source.replace(mutant.old, mutant.new), mutant.target, "exec", flags=future.annotations.compiler_flag
+    )
     exec(code, vars(module), made)
-    owners = [owner, *(each for key, each in [*sys.modules.items()] if key.startswith("app.") and vars(each).get(name) is original)]
+    owners = [
+        owner,
+        *(each for key, each in [*sys.modules.items()] if key.startswith("app.") and vars(each).get(name) is original),
+    ]
     for each in owners:
         setattr(each, name, made[name])
     try:
@@ -166,7 +183,11 @@ ROW_MAKER, GUARD, COPIES = (
     "services.dispatch.clock_guard:ClockGuard",
     "services.dispatch.copies:Copies",
 )
-FOLLOWING, ENGINE, HOLDS = "services.dispatch.following:Following", "services.dispatch.engine:Engine", "services.live.holds:Holds"
+FOLLOWING, ENGINE, HOLDS = (
+    "services.dispatch.following:Following",
+    "services.dispatch.engine:Engine",
+    "services.live.holds:Holds",
+)
 SCHEDULES, EXECUTIONS = "database.schedules:ScheduleRepository", "database.executions:ExecutionRepository"
 EDIT, RULES = "services.catalogue.schedule_edit:ScheduleEdit", "domain.rules"
 
@@ -356,8 +377,24 @@ MUTANTS = (
         "never ran",
         CALM,
     ),
-    Mutant("in doubt for ever", f"{SUBMISSION}._reconcile", "min(RECONCILE_EVERY, quiet_left)", "1e9", "open for", LOST, seed=3),
-    Mutant("what the robot took is not written", f"{SUBMISSION}.note", "if not accepted:", "if True:", "open for", CALM, seed=2),
+    Mutant(
+        "in doubt for ever",
+        f"{SUBMISSION}._reconcile",
+        "min(RECONCILE_EVERY, quiet_left)",
+        "1e9",
+        "open for",
+        LOST,
+        seed=3,
+    ),
+    Mutant(
+        "what the robot took is not written",
+        f"{SUBMISSION}.note",
+        "if not accepted:",
+        "if True:",
+        "open for",
+        CALM,
+        seed=2,
+    ),
     Mutant(
         "an aborted mission never ends",
         f"{FOLLOWING}._moves",
@@ -379,8 +416,8 @@ MUTANTS = (
     Mutant(
         "only what ran is planned anew",
         f"{SCHEDULES}.planned_beyond",
-        "WHERE planned_through > ? OR changed_at > ?\", to_text(now), ",
-        "WHERE planned_through > ?\", ",
+        'WHERE planned_through > ? OR changed_at > ?", to_text(now), ',
+        'WHERE planned_through > ?", ',
         "never ran",
         CLOCKS,
         seed=12,
@@ -394,7 +431,14 @@ MUTANTS = (
         CALM,
     ),
     # ------------------------------------------------------------------ nothing that is not wanted
-    Mutant("sent as soon as it is on disk", f"{SUBMISSION}._hold", "ahead = min(", "ahead = 0.0 * min(", "before its instant", CALM),
+    Mutant(
+        "sent as soon as it is on disk",
+        f"{SUBMISSION}._hold",
+        "ahead = min(",
+        "ahead = 0.0 * min(",
+        "before its instant",
+        CALM,
+    ),
     Mutant(
         "the window does not close",
         f"{RULES}:closes_at",
@@ -502,8 +546,22 @@ MUTANTS = (
             site={"fleet": "normal", "poll_interval": 30, "every_minutes": 60},
         ),
     ),
-    Mutant("what is kept back is sent", "services.dispatch.ledger:Ledger.hold", '"held": held,', '"held": False,', "kept back", KEPT_BACK),
-    Mutant("a low battery is enough", f"{RULES}:battery_allows", "return minimum is None or", "return True or", "low battery", ROBOTS),
+    Mutant(
+        "what is kept back is sent",
+        "services.dispatch.ledger:Ledger.hold",
+        '"held": held,',
+        '"held": False,',
+        "kept back",
+        KEPT_BACK,
+    ),
+    Mutant(
+        "a low battery is enough",
+        f"{RULES}:battery_allows",
+        "return minimum is None or",
+        "return True or",
+        "low battery",
+        ROBOTS,
+    ),
     Mutant(
         "starts overlap",
         f"{PLANNER}._row",
@@ -589,7 +647,20 @@ MUTANTS = (
         "return mono - ",
         "return True or mono - ",
         "truth",
-        Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.1, crash_rate=0.0, site={"every_minutes": 3, "fleet": "normal"}),
+        Profile(
+            acts_per_hour=0,
+            events_per_hour=0,
+            fault_rate=0.1,
+            crash_rate=0.0,
+            site={"every_minutes": 3, "fleet": "normal"},
+        ),
     ),
-    Mutant("a lost answer is a refusal", f"{SUBMISSION}._post", "elif error.delivery is Delivery.REFUSED:", "elif True:", "truth", LOST),
+    Mutant(
+        "a lost answer is a refusal",
+        f"{SUBMISSION}._post",
+        "elif error.delivery is Delivery.REFUSED:",
+        "elif True:",
+        "truth",
+        LOST,
+    ),
 )

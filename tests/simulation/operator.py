@@ -129,7 +129,11 @@ class Person:
     def other_robot(self) -> None:
         plan = self._plan()
         overlap = Overlap.SKIP if plan.overlap is Overlap.PARALLEL else plan.overlap
-        self._edit(plan, robot_id=self._id(self._robot()), **({} if plan.group_id is None else {"group_id": None, "overlap": overlap}))
+        self._edit(
+            plan,
+            robot_id=self._id(self._robot()),
+            **({} if plan.group_id is None else {"group_id": None, "overlap": overlap}),
+        )
 
     def switch_schedule(self) -> None:
         plan = self._plan()
@@ -168,7 +172,9 @@ class Person:
     def import_plan(self) -> None:
         """A file with one schedule, a new one or a changed one."""
         plan = self._plan()
-        changed = replace(plan, start_window_minutes=self.rng.choice(WINDOWS[1:]), priority=self.rng.randrange(5), enabled=True)
+        changed = replace(
+            plan, start_window_minutes=self.rng.choice(WINDOWS[1:]), priority=self.rng.randrange(5), enabled=True
+        )
         document = {
             "format": "amr-scheduler/1",
             "schedules": [
@@ -199,14 +205,17 @@ class Person:
         self._remove(self._plan(), undo_after=self.rng.choice((None, 0.0, 3.0, 40.0, 200.0)))
 
     def _remove(self, plan: Schedule, undo_after: float | None = None) -> None:
-        removed = self._decide(lambda: self._app.catalogue.remove_schedule(plan.id), lambda wishes: wishes.plans.pop(plan.id))
+        removed = self._decide(
+            lambda: self._app.catalogue.remove_schedule(plan.id), lambda wishes: wishes.plans.pop(plan.id)
+        )
         self._undo_later(removed, [plan], undo_after)
 
     def delete_mission(self) -> None:
         mission_id = self._mission()
         plans = [plan for plan in self.diary.now.plans.values() if plan.mission_id == mission_id]
         removed = self._decide(
-            lambda: self._app.catalogue.remove_mission(mission_id), lambda wishes: [wishes.plans.pop(plan.id) for plan in plans]
+            lambda: self._app.catalogue.remove_mission(mission_id),
+            lambda wishes: [wishes.plans.pop(plan.id) for plan in plans],
         )
         self._undo_later(removed, plans, self.rng.choice((1.0, 20.0, 100.0)), must=True)
 
@@ -227,7 +236,14 @@ class Person:
             wishes.cancelled |= gone
 
         removed = self._decide(lambda: self._app.catalogue.remove_robot(robot_id), note)
-        self._undo_later(removed, plans, self.rng.choice((1.0, 20.0, 100.0)), must=True, on_again=None if was_off else robot, wanted=gone)
+        self._undo_later(
+            removed,
+            plans,
+            self.rng.choice((1.0, 20.0, 100.0)),
+            must=True,
+            on_again=None if was_off else robot,
+            wanted=gone,
+        )
 
     def _undo_later(
         self,
@@ -279,10 +295,17 @@ class Person:
             self.world.site.at(self.rng.choice((0.5, 30.0, 400.0)), lambda: self._switch_on(robot))
 
     def _switch_on(self, robot: str) -> None:
-        if not self.world.is_on or robot not in self.diary.now.off or self._app.catalogue.robot(self._id(robot)) is None:
+        if (
+            not self.world.is_on
+            or robot not in self.diary.now.off
+            or self._app.catalogue.robot(self._id(robot)) is None
+        ):
             return
         try:
-            self._decide(lambda: self._app.catalogue.set_robot_enabled(self._id(robot), True), lambda wishes: wishes.off.discard(robot))
+            self._decide(
+                lambda: self._app.catalogue.set_robot_enabled(self._id(robot), True),
+                lambda wishes: wishes.off.discard(robot),
+            )
         except (InvalidInput, DatabaseError):
             self.world.site.at(60.0, lambda: self._switch_on(robot))
 
@@ -311,7 +334,8 @@ class Person:
         robot = self.rng.choice((None, *self.diary.names.values()))
         until = self.rng.choice((None, self._wall + timedelta(seconds=self.rng.choice((5, 60, 600)))))
         self._decide(
-            lambda: self._app.holds.hold("a meeting", until, robot and self._id(robot)), lambda wishes: wishes.holds.update({robot: until})
+            lambda: self._app.holds.hold("a meeting", until, robot and self._id(robot)),
+            lambda wishes: wishes.holds.update({robot: until}),
         )
         self.world.note_holds()
         self.world.site.at(self.rng.choice((20.0, 200.0, 1200.0)), lambda: self.release(robot))
@@ -319,7 +343,9 @@ class Person:
     def release(self, robot: str | None = None) -> None:
         if self.world.is_on and robot in self.diary.now.holds:
             try:
-                self._decide(lambda: self._app.holds.release(robot and self._id(robot)), lambda wishes: wishes.holds.pop(robot))
+                self._decide(
+                    lambda: self._app.holds.release(robot and self._id(robot)), lambda wishes: wishes.holds.pop(robot)
+                )
             except DatabaseError:
                 self.world.site.at(60.0, lambda: self.release(robot))
             self.world.note_holds()
@@ -328,7 +354,11 @@ class Person:
     def run_now(self) -> None:
         robot, mission_id = self._robot(), self._mission()
         token = str(uuid.UUID(int=self.rng.getrandbits(128), version=4))
-        parameters = {"Time": "00:00:30.000000"} if self.world.missions[mission_id] == "Wait at home" and self.rng.random() < 0.5 else {}
+        parameters = (
+            {"Time": "00:00:30.000000"}
+            if self.world.missions[mission_id] == "Wait at home" and self.rng.random() < 0.5
+            else {}
+        )
         self._decide(
             lambda: self._app.operator.run_now(self._id(robot), mission_id, parameters, token),
             lambda wishes: wishes.manual.update({token: self.world.manual(robot, mission_id)}),
@@ -358,7 +388,10 @@ class Person:
     def _let_go(self, row_id: int, token: str) -> None:
         if self.world.is_on and token in self.diary.now.kept_back:
             try:
-                self._decide(lambda: self._app.operator.hold_starts([row_id], False), lambda wishes: wishes.kept_back.discard(token))
+                self._decide(
+                    lambda: self._app.operator.hold_starts([row_id], False),
+                    lambda wishes: wishes.kept_back.discard(token),
+                )
             except DatabaseError:
                 self.world.site.at(60.0, lambda: self._let_go(row_id, token))
 
@@ -380,11 +413,18 @@ class Person:
                 wishes.idle[robot] = self.world.idle_guid
 
         home = next(key for key, guid in self.diary.guids.items() if guid == self.world.idle_guid)
-        self._decide(lambda: self._app.catalogue.save_idle_rule(self._id(robot), home, self.rng.choice((5, 8)), is_on), note)
+        self._decide(
+            lambda: self._app.catalogue.save_idle_rule(self._id(robot), home, self.rng.choice((5, 8)), is_on), note
+        )
 
     def working_days(self) -> None:
-        days = self.rng.choice((("MO", "TU", "WE", "TH", "FR"), ("MO", "TU", "WE", "TH", "FR", "SA", "SU"), ("SA", "SU", "MO")))
-        self._decide(lambda: self._app.catalogue.change_settings(working_days=days), lambda wishes: setattr(wishes, "working_days", days))
+        days = self.rng.choice(
+            (("MO", "TU", "WE", "TH", "FR"), ("MO", "TU", "WE", "TH", "FR", "SA", "SU"), ("SA", "SU", "MO"))
+        )
+        self._decide(
+            lambda: self._app.catalogue.change_settings(working_days=days),
+            lambda wishes: setattr(wishes, "working_days", days),
+        )
         if len(days) < 7:
             self.world.site.at(600.0, self._work_every_day)
 
@@ -393,7 +433,8 @@ class Person:
         if self.world.is_on and self.diary.now.working_days != days:
             try:
                 self._decide(
-                    lambda: self._app.catalogue.change_settings(working_days=days), lambda wishes: setattr(wishes, "working_days", days)
+                    lambda: self._app.catalogue.change_settings(working_days=days),
+                    lambda wishes: setattr(wishes, "working_days", days),
                 )
             except DatabaseError:
                 self.world.site.at(60.0, self._work_every_day)

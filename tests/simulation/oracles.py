@@ -50,7 +50,9 @@ class Judge:
         self._ran: set[Key] = set()
         self._items_of: dict[str, list[Found]] = defaultdict(list)  # by token
         self._copied: dict[str, None] = {}  # tokens of more than one item
-        self._taken: dict[int, tuple[Iterable[QueueItem], int]] = {}  # lists of items by identity, and how many of each are in these
+        self._taken: dict[
+            int, tuple[Iterable[QueueItem], int]
+        ] = {}  # lists of items by identity, and how many of each are in these
         self._known: set[int] = set()  # items, by identity: of a queue that began anew, most were taken before
         self._late: set[str] = set()  # tokens of requests that may arrive yet
         self._idle: set[str] = set()  # tokens
@@ -61,7 +63,9 @@ class Judge:
     def object(self, what: str) -> None:
         if what not in self._said:
             self._said.add(what)
-            self.findings.violations.append(f"{what} (at {self.world.site.seconds():.1f} s, {self.world.site.clock.now():%d %H:%M:%S})")
+            self.findings.violations.append(
+                f"{what} (at {self.world.site.seconds():.1f} s, {self.world.site.clock.now():%d %H:%M:%S})"
+            )
 
     def came_back(self, away_since: float) -> None:
         self._away_since, self._back_at = away_since, self.world.site.seconds()
@@ -116,10 +120,16 @@ class Judge:
             self.object(f"safety: an idle mission without a rule: {name}")
         machine = self.world.site.machines[post.robot]
         machine.catch_up()
-        last = next((item.description for item in reversed(list(machine.queue))
-                     if item.description != post.token and not (item.description in self._late and self._is_called_off(item))), None)
+        last = next(
+            (
+                item.description
+                for item in reversed(list(machine.queue))
+                if item.description != post.token and not (item.description in self._late and self._is_called_off(item))
+            ),
+            None,
+        )
         if self.world.nature.fleet == "forgetful" and last in self._late:
-            return                               # a late copy; without its token nothing tells it from a use by somebody else
+            return  # a late copy; without its token nothing tells it from a use by somebody else
         if last in self._idle and not self.diary.restores and last not in self.diary.excused:
             self.object(f"safety: two idle missions and nothing between: {name}")
         self._idle.add(post.token)
@@ -135,12 +145,16 @@ class Judge:
         """While the tablet's clock is far ahead and robots could say so, nothing leaves."""
         ahead = self.diary.ahead(post.at)
         since = next((at for at, offset in reversed(self.diary.clock) if abs(offset - ahead) > 60), 0.0)
-        since = max(since, *(each.end for each in self.diary.troubles if each.kind == "app" and each.end < post.at), 0.0)
+        since = max(
+            since, *(each.end for each in self.diary.troubles if each.kind == "app" and each.end < post.at), 0.0
+        )
         could_ask = any(
             until - start > CLOCK_ASKED
             for name in self.diary.names.values()
             if not self.diary.was_wrong("robot's clock", name, since, post.at)
-            for start, until in self.diary.clear_spans(name, since, post.at, but=("slow", "clock", "battery", "hold", "queue", "disk"))
+            for start, until in self.diary.clear_spans(
+                name, since, post.at, but=("slow", "clock", "battery", "hold", "queue", "disk")
+            )
         )
         if ahead > 60.0 * GENERAL_WINDOW + 60 and could_ask:
             self.object(f"safety: sent while the clock was {ahead:.0f} s ahead: {name}")
@@ -149,7 +163,9 @@ class Judge:
         name = f"{post.robot} {self._shown(key)}"
         wanted = [each for each in wishes if self.diary.wants(each, key, days=False)]
         due = self._true(key[1], post.at)
-        if not wanted or not any(self.diary.wants(each, key) for each in self.diary.between(min(due, post.at) - 5.0, post.at)):
+        if not wanted or not any(
+            self.diary.wants(each, key) for each in self.diary.between(min(due, post.at) - 5.0, post.at)
+        ):
             self.object(f"safety: sent though it had been taken back: {name}")
             return
         plans = [each.plans[key[0]] for each in wanted]
@@ -168,7 +184,9 @@ class Judge:
             and not self.diary.was_wrong("hold", post.robot, self._back_at, post.at)
             and self._back_at - self._away_since > ABSENCE
             and post.at < self._back_at + LISTED_FOR
-            and not any(post.token in each.given | each.kept_back for each in self.diary.between(self._back_at, post.at))
+            and not any(
+                post.token in each.given | each.kept_back for each in self.diary.between(self._back_at, post.at)
+            )
         ):
             self.object(f"safety: started late after an absence without the list: {name}")
         if all((plan.minimum_battery_percent or 0) > FLAT for plan in plans) and any(
@@ -183,7 +201,8 @@ class Judge:
     def _judge_overlap(self, key: Key, due: float, post: Submission, name: str) -> None:
         """The start before it, of a schedule that does not overlap, was with the robot when it fell due and is there still."""
         tokens = {
-            self.diary.token((key[0], instant)) for instant in instants(self.diary.now.plans[key[0]], key[1] - timedelta(hours=2), key[1])
+            self.diary.token((key[0], instant))
+            for instant in instants(self.diary.now.plans[key[0]], key[1] - timedelta(hours=2), key[1])
         }
         tokens -= self.diary.excused.keys() | self.diary.uncertain
         queues = [self.world.site.machines[name].queue for name in self.diary.robots_of(self.diary.now.plans[key[0]])]
@@ -199,7 +218,9 @@ class Judge:
 
     def _in_window(self, name: str, wall: datetime, planned: datetime, minutes: int) -> None:
         early = (planned - wall).total_seconds()
-        if early > 0.001 and not self.diary.was_wrong("clock", None, self.world.site.seconds() - 2.0, self.world.site.seconds()):
+        if early > 0.001 and not self.diary.was_wrong(
+            "clock", None, self.world.site.seconds() - 2.0, self.world.site.seconds()
+        ):
             self.object(f"safety: sent {early:.1f} s before its instant: {name}")
         if early < -60.0 * max(1, minutes) - 0.05:
             self.object(f"safety: sent after its window: {name}")
@@ -238,7 +259,15 @@ class Judge:
         if not all(self.diary.wants(each, key) and token not in each.kept_back for each in wishes):
             return False
         plans = [each.plans[key[0]] for each in wishes]
-        same = ("robot_id", "group_id", "start_window_minutes", "start", "recurrence", "minimum_battery_percent", "overlap")
+        same = (
+            "robot_id",
+            "group_id",
+            "start_window_minutes",
+            "start",
+            "recurrence",
+            "minimum_battery_percent",
+            "overlap",
+        )
         return len({tuple(getattr(plan, name) for name in same) for plan in plans}) == 1
 
     def _judge_liveness(self, sent: Set[str]) -> None:
@@ -247,7 +276,9 @@ class Judge:
             return
         for plan in self.diary.now.plans.values():
             minutes = GENERAL_WINDOW if plan.start_window_minutes is None else plan.start_window_minutes
-            for instant in instants(plan, wall - timedelta(minutes=min(minutes, 120) + 15), wall - timedelta(seconds=self._together)):
+            for instant in instants(
+                plan, wall - timedelta(minutes=min(minutes, 120) + 15), wall - timedelta(seconds=self._together)
+            ):
                 key = (plan.id, instant)
                 if key in self._ran:
                     continue
@@ -255,9 +286,15 @@ class Judge:
                     self._ran.add(key)
                     self.findings.occurrences += 1
                     self.findings.judged += self._chance(key, max(1, minutes)) is not None
-                elif token not in self.diary.excused and token not in self.diary.uncertain and (span := self._chance(key, max(1, minutes))):
+                elif (
+                    token not in self.diary.excused
+                    and token not in self.diary.uncertain
+                    and (span := self._chance(key, max(1, minutes)))
+                ):
                     self._ran.add(key)
-                    self.object(f"liveness: never ran: {plan.name} {self._shown(key)}, well from {span[0]:.0f} to {span[1]:.0f} s")
+                    self.object(
+                        f"liveness: never ran: {plan.name} {self._shown(key)}, well from {span[0]:.0f} to {span[1]:.0f} s"
+                    )
 
     @property
     def _together(self) -> float:
@@ -269,15 +306,28 @@ class Judge:
         now, plan = self.world.site.seconds(), self.diary.now.plans[key[0]]
         due = self._true(key[1], now)
         end = min(now, due + 60.0 * minutes)
-        if due < 60 or not self.diary.is_steady(due - 60.0) or not self._is_settled(key, due - 2.0, end) or key in self.diary.now.stopped:
+        if (
+            due < 60
+            or not self.diary.is_steady(due - 60.0)
+            or not self._is_settled(key, due - 2.0, end)
+            or key in self.diary.now.stopped
+        ):
             return None
-        edited_at = next((at for at, wishes in reversed(self.diary.wishes) if wishes.plans.get(key[0]) != plan), -math.inf)
+        edited_at = next(
+            (at for at, wishes in reversed(self.diary.wishes) if wishes.plans.get(key[0]) != plan), -math.inf
+        )
         if (plan.overlap is Overlap.SKIP and self._may_overlap(key, due)) or edited_at > due - self.diary.most_back():
             return None  # it was past when it was planned so, before the clock was set back
         if self.groups is not None and not self.groups.goes_at_once(plan, due - 90.0, end):
             return self.groups.chance(plan, key, due, due + 60.0 * minutes) if now > due + 60.0 * minutes else None
-        robot = self.diary.names[self.diary.between(due, end)[-1].plans[key[0]].robot_id or 0]          # it may be another one's by now
-        shown = [at for at in self._times_shown(key[1]) if not self.diary.is_clear(robot, at - 2.0, at + 600.0, but=("slow", "clock"))]
+        robot = self.diary.names[
+            self.diary.between(due, end)[-1].plans[key[0]].robot_id or 0
+        ]  # it may be another one's by now
+        shown = [
+            at
+            for at in self._times_shown(key[1])
+            if not self.diary.is_clear(robot, at - 2.0, at + 600.0, but=("slow", "clock"))
+        ]
         first = min([due, *shown])  # it may have been given up then, before the clock was set back
         for start, until in self.diary.clear_spans(robot, due, end):
             if until - start < self._together or self._gave_up(robot, first, start):
@@ -285,7 +335,9 @@ class Judge:
             others = self.diary.names.values() if self.diary.is_of_restored_time(key[1]) else ()
             if not all(self.diary.is_clear(other, start, until) for other in others):
                 continue  # each has to say that it does not have it
-            between = next(instants(plan, key[1] + timedelta(seconds=1), key[1] + timedelta(seconds=start - due + 35.0)), None)
+            between = next(
+                instants(plan, key[1] + timedelta(seconds=1), key[1] + timedelta(seconds=start - due + 35.0)), None
+            )
             if between is None or start == due:
                 return start, until
         return None
@@ -293,7 +345,9 @@ class Judge:
     def _gave_up(self, robot: str, due: float, start: float) -> bool:
         """Whether what was wrong before may have used up its tries, or have hidden what became of them."""
         nature = self.world.nature
-        at_starts = sum(each.kind == "app" and due <= each.end <= start for each in self.diary.troubles)      # at each it is tried at once
+        at_starts = sum(
+            each.kind == "app" and due <= each.end <= start for each in self.diary.troubles
+        )  # at each it is tried at once
         tries = sum(min(2.0**attempt, nature.poll_interval) for attempt in range(1, nature.retry_limit + 1 - at_starts))
         if nature.fleet != "normal" and start > due:
             return True
@@ -365,7 +419,9 @@ class Judge:
 
     def _judge_copies(self, token: str, items: list[Found]) -> None:
         posts = [post for post in self.world.site.network.submissions if post.token == token]
-        late = [post for post in posts if post.lands_at is not None and post.lands_at - post.at > self.world.nature.quiet_s]
+        late = [
+            post for post in posts if post.lands_at is not None and post.lands_at - post.at > self.world.nature.quiet_s
+        ]
         shown = [f"{found.robot}#{found.item.id} {found.item.state}" for found in items]
         if token in self.diary.excused:
             return

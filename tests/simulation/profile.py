@@ -120,7 +120,9 @@ class Profile:
     events: Mapping[str, float] = field(default_factory=lambda: dict(EVENTS))
     site: Mapping[str, object] = field(default_factory=dict)  # what the seed would draw otherwise
     groups: bool = False  # the robots are also a group
-    deviants: bool = False  # some robots differ from the faithful one, with what a check-up has found of them or without
+    deviants: bool = (
+        False  # some robots differ from the faithful one, with what a check-up has found of them or without
+    )
 
     def only(self, acts: str = "", events: str = "", **values: object) -> Profile:
         """The same world with these acts and events alone, by their names."""
@@ -150,7 +152,9 @@ class Nature:
     zone: str
     fleet: str  # normal; forgetful: tokens are not given back; short lists: no search, oldest items only; deviant: some robots differ
     groups: bool = False
-    deviants: Mapping[str, tuple[str, bool]] = field(default_factory=dict)  # by robot: how it differs, and whether it is checked up
+    deviants: Mapping[str, tuple[str, bool]] = field(
+        default_factory=dict
+    )  # by robot: how it differs, and whether it is checked up
 
     @classmethod
     def drawn(cls, rng: random.Random, profile: Profile) -> Nature:

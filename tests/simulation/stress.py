@@ -4,6 +4,7 @@ The app is a process (``tests.simulation.stress_tablet`` with operators that act
 import beside it), which is killed and started again at random moments while simulated robots answer slowly, lose requests and answers, and
 boot. At the end everything has to come to rest, and the robots' own histories are compared with the operators' diary and the app's ledger.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -36,14 +37,16 @@ from tests.support.process import (
 )
 
 MISSION = "Home"
-TIME_SCALE = 20.0        # simulated seconds per second, so that a mission lasts a moment
-QUIET = 5                # s, the shortest there is
-LATEST = 1.0             # s, after which the network delivers at the latest
-SLOWEST = 3.0            # s that a good answer takes at most
-GRACE = 1.0 + LATEST + SLOWEST + 0.5     # s after which nothing that was taken back arrives any more; the last for seeing it
-LIFE = (0.5, 12.0)       # s
-LONG_LIFE = 25.0         # s, one of eight: what the life before left in doubt is known 15 s after the start at the earliest
-REBOOT = 1.0             # s that one takes: were robots away for as long as all tries last, starts would fail rightly
+TIME_SCALE = 20.0  # simulated seconds per second, so that a mission lasts a moment
+QUIET = 5  # s, the shortest there is
+LATEST = 1.0  # s, after which the network delivers at the latest
+SLOWEST = 3.0  # s that a good answer takes at most
+GRACE = (
+    1.0 + LATEST + SLOWEST + 0.5
+)  # s after which nothing that was taken back arrives any more; the last for seeing it
+LIFE = (0.5, 12.0)  # s
+LONG_LIFE = 25.0  # s, one of eight: what the life before left in doubt is known 15 s after the start at the earliest
+REBOOT = 1.0  # s that one takes: were robots away for as long as all tries last, starts would fail rightly
 OPERATORS = 3
 FAULTS = ("drop_request", "drop_response", "late", "status_503", "html", "truncate", "garbage")
 TAKES_BACK = ("off", "remove", "cancel", "clear", "robot off")
@@ -60,9 +63,11 @@ class Result:
 
     def line(self) -> str:
         verdict = "ok" if not self.problems else f"{len(self.problems)} VIOLATIONS"
-        return (f"{self.seconds / 60:.1f} min, {self.kills} kills, {sum(self.acts.values())} acts "
-                f"({', '.join(f'{name} {count}' for name, count in sorted(self.acts.items()))}), {self.items} items on robots; rows: "
-                f"{', '.join(f'{name} {count}' for name, count in sorted(self.states.items()))}; verdict: {verdict}")
+        return (
+            f"{self.seconds / 60:.1f} min, {self.kills} kills, {sum(self.acts.values())} acts "
+            f"({', '.join(f'{name} {count}' for name, count in sorted(self.acts.items()))}), {self.items} items on robots; rows: "
+            f"{', '.join(f'{name} {count}' for name, count in sorted(self.states.items()))}; verdict: {verdict}"
+        )
 
 
 class Robots(threading.Thread):
@@ -99,8 +104,17 @@ class Robots(threading.Thread):
                 robot.control({"fault": {"kind": rng.choice(FAULTS), "count": 2, "seconds": LATEST}})
             case _:
                 kind = rng.choice(FAULTS)
-                robot.control({"fault": {"kind": kind, "method": "POST", "path": "/mission_queue", "count": 3,
-                                         "seconds": rng.uniform(0.05, LATEST)}})
+                robot.control(
+                    {
+                        "fault": {
+                            "kind": kind,
+                            "method": "POST",
+                            "path": "/mission_queue",
+                            "count": 3,
+                            "seconds": rng.uniform(0.05, LATEST),
+                        }
+                    }
+                )
 
     def calm_down(self) -> None:
         self._calm.set()
@@ -118,8 +132,14 @@ class Tablet:
 
     def __init__(self, data_dir: Path, diary: Path, name: str, operators: int) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.simulation.stress_tablet", str(data_dir), str(diary), name, str(operators)], cwd=ROOT, text=True,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment())
+            [sys.executable, "-m", "tests.simulation.stress_tablet", str(data_dir), str(diary), name, str(operators)],
+            cwd=ROOT,
+            text=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=environment(),
+        )
         self.stderr: list[str] = []
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -181,22 +201,39 @@ class Stress:
 
     def _live_headless(self, life: int, fleet: mir_sim.Fleet, for_seconds: float) -> None:
         """The app itself, with an import beside it, which it may take over just as it dies."""
-        schedules = [once_now(self._rng.choice(fleet.robots).name, MISSION, f"import-{life}-{number}") for number in range(5)]
-        path = write_configuration(self._data.with_name("import.json"), {"format": "amr-scheduler/1", "schedules": schedules})
+        schedules = [
+            once_now(self._rng.choice(fleet.robots).name, MISSION, f"import-{life}-{number}") for number in range(5)
+        ]
+        path = write_configuration(
+            self._data.with_name("import.json"), {"format": "amr-scheduler/1", "schedules": schedules}
+        )
         app = App(self._data)
-        importing = subprocess.Popen(command(self._data, "--import-config", path), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                     text=True, env=environment())
+        importing = subprocess.Popen(
+            command(self._data, "--import-config", path),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=environment(),
+        )
         time.sleep(for_seconds)
         app.kill()
-        importing.communicate(timeout=300)     # a bound, no measure: the machine may be busy
+        importing.communicate(timeout=300)  # a bound, no measure: the machine may be busy
         self._read_errors(app.stderr)
 
     def _come_to_rest(self, patience: float) -> None:
         tablet = Tablet(self._data, self._diary, f"{self._seed}.calm", 0)
         tablet.wait_ready()
         try:
-            wait_for(lambda: not self._rows("SELECT 1 FROM executions WHERE ended_at IS NULL UNION ALL SELECT 1 FROM schedules"
-                                            " WHERE next_at IS NOT NULL"), patience, "everything has ended")
+            wait_for(
+                lambda: (
+                    not self._rows(
+                        "SELECT 1 FROM executions WHERE ended_at IS NULL UNION ALL SELECT 1 FROM schedules"
+                        " WHERE next_at IS NOT NULL"
+                    )
+                ),
+                patience,
+                "everything has ended",
+            )
         except AssertionError as error:
             self.result.problems.append(str(error))
         finally:
@@ -206,7 +243,7 @@ class Stress:
     def _read_errors(self, stderr: list[str]) -> None:
         for number, line in enumerate(stderr):
             if "Traceback" in line:
-                self.result.problems.append("".join(stderr[number:number + 40]))
+                self.result.problems.append("".join(stderr[number : number + 40]))
                 return
 
     # ------------------------------------------------------------------ the judgement
@@ -228,7 +265,9 @@ class Stress:
         if (found := self._rows("PRAGMA integrity_check")[0][0]) != "ok":
             self.result.problems.append(found)
         problems = self.result.problems
-        problems += [f"{len(copies)} items with one token: {token}" for token, copies in items.items() if len(copies) > 1]
+        problems += [
+            f"{len(copies)} items with one token: {token}" for token, copies in items.items() if len(copies) > 1
+        ]
         problems += [f"an item of nobody: {token}" for token in items.keys() - {row["token"] for row in rows}]
         problems += list(_about_rows(rows, items))
         problems += list(_not_run(events, rows, items))
@@ -242,7 +281,9 @@ def _about_rows(rows: list[sqlite3.Row], items: dict[str, list[tuple[str, Any]]]
             yield f"the robot says {states}, the row {_told(row)}"
 
 
-def _not_run(events: list[dict[str, Any]], rows: list[sqlite3.Row], items: dict[str, list[tuple[str, Any]]]) -> Iterator[str]:
+def _not_run(
+    events: list[dict[str, Any]], rows: list[sqlite3.Row], items: dict[str, list[tuple[str, Any]]]
+) -> Iterator[str]:
     """What was certainly added, and what nobody even began to take back, has been on its robot."""
     by_name = {row["schedule"]: row for row in rows if row["schedule"]}
     by_token = {row["token"]: row for row in rows}
@@ -257,17 +298,31 @@ def _not_run(events: list[dict[str, Any]], rows: list[sqlite3.Row], items: dict[
                 yield f"never ran: {_told(row)}"
 
 
-def _sent_though_taken_back(events: list[dict[str, Any]], rows: list[sqlite3.Row], items: dict[str, list[tuple[str, Any]]],
-                            first_seen: dict[tuple[str, int], float]) -> Iterator[str]:
+def _sent_though_taken_back(
+    events: list[dict[str, Any]],
+    rows: list[sqlite3.Row],
+    items: dict[str, list[tuple[str, Any]]],
+    first_seen: dict[tuple[str, int], float],
+) -> Iterator[str]:
     """What arrived at its robot so long after it had been taken back, under a hold, or at a robot that was switched off."""
     schedule_of = {row["token"]: row["schedule"] for row in rows}
-    arrived = [(first_seen.get((robot, item.id), 0.0), robot, token) for token, copies in items.items() for robot, item in copies]
+    arrived = [
+        (first_seen.get((robot, item.id), 0.0), robot, token)
+        for token, copies in items.items()
+        for robot, item in copies
+    ]
     ends = {"off": None, "remove": "undo", "hold": "release", "robot off": "robot on"}
     for number, event in enumerate(events):
         if event["event"] != "done" or event["act"] not in ends:
             continue
-        until = next((later["at"] for later in events[number:] if later["act"] == ends[event["act"]] and later["about"] == event["about"]),
-                     float("inf"))
+        until = next(
+            (
+                later["at"]
+                for later in events[number:]
+                if later["act"] == ends[event["act"]] and later["about"] == event["about"]
+            ),
+            float("inf"),
+        )
         for at, robot, token in arrived:
             is_about = event["act"] == "hold" or event["about"] in (robot, schedule_of.get(token))
             if is_about and event["at"] + GRACE < at < until:

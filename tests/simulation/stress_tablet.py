@@ -3,6 +3,7 @@
 ``python -m tests.simulation.stress_tablet DATA_DIR DIARY SEED OPERATORS``: with no operators it only works off what is planned. Each act is
 written to the diary before it begins and when it is over, so that whoever kills this process knows what was certainly done.
 """
+
 from __future__ import annotations
 
 import json
@@ -24,7 +25,7 @@ from app.domain.models import InvalidInput, Overlap, Schedule
 from app.mir.errors import RobotError
 
 MISSION = "Home"
-LONGEST_HOLD = 4.0       # s
+LONGEST_HOLD = 4.0  # s
 
 
 class Diary:
@@ -48,17 +49,26 @@ class Operator(threading.Thread):
 
     def run(self) -> None:
         acts: list[tuple[Callable[[], None], int]] = [
-            (self._add, 12), (self._run_now, 4), (self._switch_off, 3), (self._remove, 3), (self._cancel, 3), (self._change, 2),
-            (self._look, 4), (self._hold, 1), (self._robot_off, 1), (self._clear, 1)]
+            (self._add, 12),
+            (self._run_now, 4),
+            (self._switch_off, 3),
+            (self._remove, 3),
+            (self._cancel, 3),
+            (self._change, 2),
+            (self._look, 4),
+            (self._hold, 1),
+            (self._robot_off, 1),
+            (self._clear, 1),
+        ]
         choices, weights = zip(*acts, strict=True)
         while True:
             time.sleep(self._rng.uniform(0.0, 0.25))
             try:
                 self._rng.choices(choices, weights)[0]()
             except (RobotError, InvalidInput, LookupError):
-                continue                             # shown to a person, who may try again
+                continue  # shown to a person, who may try again
             except Exception:
-                traceback.print_exc()                # the parent looks for it
+                traceback.print_exc()  # the parent looks for it
 
     def _act(self, act: str, about: str, do: Callable[[], object], robot: str = "") -> None:
         self._diary.note(act, about, "begun", robot)
@@ -72,7 +82,9 @@ class Operator(threading.Thread):
         catalogue, robot = self._container.catalogue, self._rng.choice(self._container.catalogue.robots())
         name = f"{self.name}-{self._count}"
         start = datetime.now(UTC).replace(second=0, microsecond=0, tzinfo=None)
-        schedule = Schedule(name, robot.id, self._mission_id(), start, "UTC", overlap=Overlap.QUEUE, respect_working_days=False)
+        schedule = Schedule(
+            name, robot.id, self._mission_id(), start, "UTC", overlap=Overlap.QUEUE, respect_working_days=False
+        )
         self._act("add", name, lambda: catalogue.save_schedule(schedule), robot.name)
 
     def _mission_id(self) -> int:
@@ -96,7 +108,9 @@ class Operator(threading.Thread):
     def _change(self) -> None:
         """Another priority: the start stays."""
         schedule, catalogue = self._any(), self._container.catalogue
-        catalogue.edit(lambda edit: edit.save_schedule(replace(edit.the_schedule(schedule.id), priority=self._rng.randrange(9))))
+        catalogue.edit(
+            lambda edit: edit.save_schedule(replace(edit.the_schedule(schedule.id), priority=self._rng.randrange(9)))
+        )
 
     def _cancel(self) -> None:
         if rows := self._container.history.open():
@@ -115,9 +129,13 @@ class Operator(threading.Thread):
 
     def _robot_off(self) -> None:
         robot = self._container.catalogue.robots()[0]
-        self._act("robot off", robot.name, lambda: self._container.catalogue.set_robot_enabled(robot.id, False), robot.name)
+        self._act(
+            "robot off", robot.name, lambda: self._container.catalogue.set_robot_enabled(robot.id, False), robot.name
+        )
         time.sleep(self._rng.uniform(0.0, LONGEST_HOLD))
-        self._act("robot on", robot.name, lambda: self._container.catalogue.set_robot_enabled(robot.id, True), robot.name)
+        self._act(
+            "robot on", robot.name, lambda: self._container.catalogue.set_robot_enabled(robot.id, True), robot.name
+        )
 
     def _clear(self) -> None:
         robot = self._container.catalogue.robots()[0]
@@ -146,7 +164,7 @@ def main() -> None:
     for person in people:
         person.start()
     print("ready", flush=True)
-    sys.stdin.read()                                 # until the parent goes or says so
+    sys.stdin.read()  # until the parent goes or says so
     container.close()
 
 

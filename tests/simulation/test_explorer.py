@@ -1,4 +1,5 @@
 """Every order of faults at a small site, and the proof that such a search would find a bug if there were one."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -41,7 +42,9 @@ def is_found(words: str, faults: int = 1, acts: tuple[str, ...] = ()) -> bool:
 
 def test_a_blind_retry_is_found(monkeypatch):
     """Whatever failed is sent again, as if the robot certainly did not have it."""
-    monkeypatch.setattr(Submission, "_reconcile", lambda self, row: self._failed([row], message("no answer"), waited=True))
+    monkeypatch.setattr(
+        Submission, "_reconcile", lambda self, row: self._failed([row], message("no answer"), waited=True)
+    )
     assert is_found("2 items")
 
 
@@ -52,6 +55,7 @@ def test_an_intent_that_is_not_committed_is_found(monkeypatch):
     def forgetful(self, c, executions):
         added = add(self, c, [replace(row, state=State.WAITING, attempts=0) for row in executions])
         return [replace(row, state=State.SUBMITTING, attempts=1) for row in added]
+
     monkeypatch.setattr(ExecutionRepository, "add_each_once", forgetful)
     monkeypatch.setattr(Moves, "accepted", lambda *given: replace(accepted(*given), expected=NOT_WITH_THE_ROBOT))
     assert is_found("2 items")
@@ -59,8 +63,10 @@ def test_an_intent_that_is_not_committed_is_found(monkeypatch):
 
 def test_what_an_earlier_run_sent_and_nobody_looks_for_is_found(monkeypatch):
     """After a crash what was on its way is taken for not sent."""
+
     def recover(self):
         self._release(self._ledger.open_for(self._robot_id, (State.SUBMITTING,)))
+
     monkeypatch.setattr(Submission, "recover", recover)
     assert is_found("2 items")
 

@@ -29,7 +29,8 @@ def test_each_of_them_can_be_planted():
 
 
 @pytest.mark.parametrize(
-    "mutant", [pytest.param(mutant, id=mutant.name, marks=() if mutant.name in QUICK else pytest.mark.long) for mutant in ALL]
+    "mutant",
+    [pytest.param(mutant, id=mutant.name, marks=() if mutant.name in QUICK else pytest.mark.long) for mutant in ALL],
 )
 def test_a_planted_bug_is_found(mutant):
     with planted(mutant):

@@ -11,7 +11,8 @@ from tests.simulation.world import World
 
 
 @pytest.mark.parametrize(
-    ("seed", "hours"), [(24, 2.0), (11, 3.0), *(pytest.param(seed, 5.0, marks=pytest.mark.long) for seed in (6, 12, 18))]
+    ("seed", "hours"),
+    [(24, 2.0), (11, 3.0), *(pytest.param(seed, 5.0, marks=pytest.mark.long) for seed in (6, 12, 18))],
 )
 def test_whatever_happens_nothing_is_doubled_or_lost_and_rows_tell_the_truth(seed, hours):
     """Each is as many simulated hours; any number by hand: ``python -m tests.simulation``."""
@@ -30,7 +31,9 @@ def test_nor_where_any_of_several_robots_may_take_a_start(seed):
     assert found.submissions > 50
 
 
-@pytest.mark.parametrize(("seed", "hours"), [(3, 1.0), *(pytest.param(seed, 5.0, marks=pytest.mark.long) for seed in (4, 5))])
+@pytest.mark.parametrize(
+    ("seed", "hours"), [(3, 1.0), *(pytest.param(seed, 5.0, marks=pytest.mark.long) for seed in (4, 5))]
+)
 def test_nor_on_robots_that_differ_checked_up_or_not(seed, hours):
     """The same with ``--deviants``."""
     found = simulate(seed, hours, Profile(deviants=True))
@@ -40,7 +43,11 @@ def test_nor_on_robots_that_differ_checked_up_or_not(seed, hours):
 
 def test_in_calm_weather_every_start_is_on_time():
     found = simulate(
-        1, 0.5, Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.0, crash_rate=0.0, site={"robots": 2, "every_minutes": 3})
+        1,
+        0.5,
+        Profile(
+            acts_per_hour=0, events_per_hour=0, fault_rate=0.0, crash_rate=0.0, site={"robots": 2, "every_minutes": 3}
+        ),
     )
     assert found.violations == []
     assert found.submissions >= 20

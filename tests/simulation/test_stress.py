@@ -1,4 +1,5 @@
 """The app's real threads and sockets, with operators at random, robots that answer slowly, and kills."""
+
 from __future__ import annotations
 
 import pytest

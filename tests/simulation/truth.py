@@ -36,7 +36,9 @@ class Truth:
                 self._judge_ended(row, found)
         if self.world.keeps_history and not self.diary.restores:
             for token in items.keys() - {row.token for row in rows} - self.diary.excused.keys():
-                if self.diary.key_of(token, self.world.site.clock.now()) or any(token in each.manual for _at, each in self.diary.wishes):
+                if self.diary.key_of(token, self.world.site.clock.now()) or any(
+                    token in each.manual for _at, each in self.diary.wishes
+                ):
                     self.judge_.object(f"truth: an item without a row: {token[:8]}")
         self._judge_absences(rows)
         self._count_again(rows)
@@ -53,28 +55,51 @@ class Truth:
             if row.starts == 1 or row.reason is None:
                 continue
             first = datetime.fromisoformat(row.reason.details["first"])
-            others = [each for each in rows if each.schedule_id == row.schedule_id and first <= each.planned_at <= row.planned_at]
+            others = [
+                each
+                for each in rows
+                if each.schedule_id == row.schedule_id and first <= each.planned_at <= row.planned_at
+            ]
             others.remove(row)
             for other in others:
-                if (row.schedule_id, other.planned_at) not in self.diary.now.skipped and other.token not in self.diary.by_person:
-                    self.judge_.object(f"truth: {self._shown(other)}, and {row.starts} from {first:%d %H:%M} on: {self._shown(row)}")
+                if (
+                    row.schedule_id,
+                    other.planned_at,
+                ) not in self.diary.now.skipped and other.token not in self.diary.by_person:
+                    self.judge_.object(
+                        f"truth: {self._shown(other)}, and {row.starts} from {first:%d %H:%M} on: {self._shown(row)}"
+                    )
             if row.token not in self._counted:
                 self._counted.add(row.token)
                 self.judge_.findings.absences += 1
                 apart = {each.planned_at for each in others}
-                numbers = {self._number(each, row.schedule_id or 0, first, row.planned_at, apart) for _at, each in self.diary.wishes}
+                numbers = {
+                    self._number(each, row.schedule_id or 0, first, row.planned_at, apart)
+                    for _at, each in self.diary.wishes
+                }
                 if row.starts not in numbers:
-                    self.judge_.object(f"truth: {self._shown(row)} for {row.starts} starts from {first:%d %H:%M} on, by hand {numbers}")
+                    self.judge_.object(
+                        f"truth: {self._shown(row)} for {row.starts} starts from {first:%d %H:%M} on, by hand {numbers}"
+                    )
 
-    def _number(self, wishes: Wishes, schedule_id: int, first: datetime, last: datetime, apart: Collection[datetime]) -> int:
+    def _number(
+        self, wishes: Wishes, schedule_id: int, first: datetime, last: datetime, apart: Collection[datetime]
+    ) -> int:
         """Of the schedule's starts in that time, as people wanted it then, without those that have rows of their own, or had one that the
         history may have forgotten."""
         plan = wishes.plans.get(schedule_id)
         if plan is None:
             return 0
-        keys = [(schedule_id, instant) for instant in instants(plan, first, last + timedelta(seconds=1)) if instant not in apart]
+        keys = [
+            (schedule_id, instant)
+            for instant in instants(plan, first, last + timedelta(seconds=1))
+            if instant not in apart
+        ]
         is_left_out = [key in wishes.skipped or self.diary.token(key) in wishes.cancelled for key in keys]
-        return sum(not out and self.diary.is_on_its_days(wishes, plan, key[1]) for key, out in zip(keys, is_left_out, strict=True))
+        return sum(
+            not out and self.diary.is_on_its_days(wishes, plan, key[1])
+            for key, out in zip(keys, is_left_out, strict=True)
+        )
 
     def _is_of_restored_time(self, row: Execution) -> bool:
         return any(each.start - timedelta(hours=4) <= row.planned_at <= each.end for each in self.diary.restores)
@@ -84,7 +109,8 @@ class Truth:
         world = self.world
         age = (world.site.clock.now() - row.planned_at).total_seconds()
         is_busy = any(
-            self.judge_.is_open(each) or self.judge_._ended_before(each, world.site.seconds()) < JUST_NOW + world.nature.poll_interval
+            self.judge_.is_open(each)
+            or self.judge_._ended_before(each, world.site.seconds()) < JUST_NOW + world.nature.poll_interval
             for each in found
         )
         now = world.site.seconds()
@@ -93,14 +119,22 @@ class Truth:
         is_bound = row.robot_id is not None  # else it waits for a robot of its group, however long that is away
         if is_bound and age > ENDS_WITHIN and since >= ENDS_WITHIN and not is_busy and is_clear and not is_kept_back:
             self.judge_.object(f"liveness: open for {age:.0f} s: {self._shown(row)}")
-        if row.state in (State.QUEUED, State.EXECUTING) and not found and row.token not in self.diary.excused and is_clear:
+        if (
+            row.state in (State.QUEUED, State.EXECUTING)
+            and not found
+            and row.token not in self.diary.excused
+            and is_clear
+        ):
             self.judge_.object(f"truth: no such item: {self._shown(row)}")
 
     def _judge_ended(self, row: Execution, found: list[Found]) -> None:
         states = {each.item.state for each in found}
         if self.world.nature.fleet != "normal":
             return  # which item is whose can't be known there
-        if any(self.judge_._ended_before(each, self.world.site.seconds()) < JUST_NOW + self.world.nature.poll_interval for each in found):
+        if any(
+            self.judge_._ended_before(each, self.world.site.seconds()) < JUST_NOW + self.world.nature.poll_interval
+            for each in found
+        ):
             return
         match row.state:
             case State.COMPLETED:
@@ -121,8 +155,14 @@ class Truth:
         now = self.world.site.clock.now()
         kpis = self.world.site.container.kpis.thesis()
         count = Counter(row.state for row in rows if row.ended_at is None or row.ended_at <= now)
-        if (kpis.completed, kpis.failed, kpis.cancelled) != (count[State.COMPLETED], count[State.FAILED], count[State.CANCELLED]):
-            self.judge_.object(f"truth: KPIs count {kpis.completed}/{kpis.failed}/{kpis.cancelled}, the rows say {dict(count)}")
+        if (kpis.completed, kpis.failed, kpis.cancelled) != (
+            count[State.COMPLETED],
+            count[State.FAILED],
+            count[State.CANCELLED],
+        ):
+            self.judge_.object(
+                f"truth: KPIs count {kpis.completed}/{kpis.failed}/{kpis.cancelled}, the rows say {dict(count)}"
+            )
 
     def count(self) -> None:
         self.world.findings.states = Counter(row.state.value for row in self.world.site.executions())

@@ -1,4 +1,5 @@
 """What happens to robots, network, tablet and disk, drawn by the seed; each time in which something was wrong goes into the diary."""
+
 from __future__ import annotations
 
 import random
@@ -14,9 +15,9 @@ from tests.support.network import QUEUE, Fate
 if TYPE_CHECKING:
     from tests.simulation.world import World
 
-SPEED = 16.0                 # of the robots against the tablet
-FULL, LOW, FLAT = 90.0, 40.0, 10.0      # %; below the second some schedules don't start
-WRONG_CLOCK_S = 600.0        # from here on the tablet's clock counts as wrong
+SPEED = 16.0  # of the robots against the tablet
+FULL, LOW, FLAT = 90.0, 40.0, 10.0  # %; below the second some schedules don't start
+WRONG_CLOCK_S = 600.0  # from here on the tablet's clock counts as wrong
 YEAR = 365 * 86400.0
 
 
@@ -30,7 +31,7 @@ class PowerOff(BaseException):
 class Weather:
     def __init__(self, world: World, rng: random.Random) -> None:
         self.world, self.rng, self.diary = world, rng, world.diary
-        self._cures: list[Callable[[], None]] = []        # of what lasts
+        self._cures: list[Callable[[], None]] = []  # of what lasts
         self._charged_at = 0.0
 
     def strike(self, name: str) -> None:
@@ -59,12 +60,14 @@ class Weather:
 
     def _lasts(self, seconds: float, trouble: Trouble, cure: Callable[[], object], recovery: float = 0.0) -> None:
         """It is over then, or when everything clears up."""
+
         def end() -> None:
             if end in self._cures:
                 self._cures.remove(end)
             if trouble.end == float("inf"):
                 cure()
                 trouble.end = self.world.site.seconds() + recovery
+
         self._cures.append(end)
         self.world.site.at(seconds, end)
 
@@ -74,7 +77,11 @@ class Weather:
         if name in down:
             return
         down.add(name)
-        self._lasts(self.rng.uniform(5, self.world.profile.longest_outage), self._trouble("network", name), lambda: down.discard(name))
+        self._lasts(
+            self.rng.uniform(5, self.world.profile.longest_outage),
+            self._trouble("network", name),
+            lambda: down.discard(name),
+        )
 
     def very_late_request(self) -> None:
         self.world.site.network.next("POST", QUEUE, Fate.LATE, self.rng.uniform(60, 700), robot=self._name())
@@ -84,8 +91,14 @@ class Weather:
         self.world.site.network.next("POST", QUEUE, fate, self.rng.uniform(5, 80), robot=self._name())
 
     def slow_answers(self) -> None:
-        self.world.site.network.next(self.rng.choice(("*", "GET", "POST")), "*", Fate.SLOW, self.rng.uniform(1, 9), robot=self._name(),
-                                     count=self.rng.randrange(1, 5))
+        self.world.site.network.next(
+            self.rng.choice(("*", "GET", "POST")),
+            "*",
+            Fate.SLOW,
+            self.rng.uniform(1, 9),
+            robot=self._name(),
+            count=self.rng.randrange(1, 5),
+        )
 
     # ------------------------------------------------------------------ robots
     def reboot(self) -> None:
@@ -104,7 +117,12 @@ class Weather:
         if self.diary.was_wrong("battery", name, self.world.site.seconds(), float("inf")):
             return
         self._machine(name).set_battery(FLAT)
-        self._lasts(self.rng.uniform(60, 2400), self._trouble("battery", name), lambda: self._machine(name).set_battery(FULL), 5.0)
+        self._lasts(
+            self.rng.uniform(60, 2400),
+            self._trouble("battery", name),
+            lambda: self._machine(name).set_battery(FULL),
+            5.0,
+        )
 
     def attend(self, but_flat: bool = True) -> None:
         """Somebody on the floor: clears errors, lets robots go on, plugs them in. He comes by the tablet's clock, which stands still while
@@ -140,7 +158,7 @@ class Weather:
         item = self.rng.choice(items)
         place = (name, item.id)
         self.diary.excused[item.description] = "it could not be read"
-        if self.rng.random() < .5:
+        if self.rng.random() < 0.5:
             network.unreadable.add(place)
         else:
             network.shown[place] = {"state": None}
@@ -148,9 +166,10 @@ class Weather:
         def cure() -> None:
             network.unreadable.discard(place)
             network.shown.pop(place, None)
-        if self.rng.random() < .5:
+
+        if self.rng.random() < 0.5:
             self._lasts(self.rng.uniform(20, 1500), self._trouble("slow", name), cure)
-        else:                                             # however calm it is
+        else:  # however calm it is
             self.world.site.at(self.rng.uniform(2000, 6000), cure)
 
     def queue_begins_anew(self) -> None:
@@ -172,20 +191,28 @@ class Weather:
         name, site = self._name(), self.world.site
         if name in site.network.impostors:
             return
-        other = SimulatedRobot(f"X{self.rng.randrange(1000)}", seed=self.rng.randrange(10**6), clock=lambda: site.seconds() * SPEED,
-                               start=site.machines[name].clock.start, battery=FULL)
+        other = SimulatedRobot(
+            f"X{self.rng.randrange(1000)}",
+            seed=self.rng.randrange(10**6),
+            clock=lambda: site.seconds() * SPEED,
+            start=site.machines[name].clock.start,
+            battery=FULL,
+        )
         site.network.impostors[name] = other
         self.world.impostors.append((name, other))
 
         def cure() -> None:
             del site.network.impostors[name]
+
         trouble = self._trouble("impostor", name)
-        trouble.start -= 15000.0                          # what was due before ends as "wrong robot" too
+        trouble.start -= 15000.0  # what was due before ends as "wrong robot" too
         self._lasts(self.rng.uniform(20, 600), trouble, cure, 5.0)
 
     def wrong_clock(self) -> None:
         """One of at least three robots has another time."""
-        if len(self.world.site.machines) < 3 or self.diary.was_wrong("robot's clock", None, self.world.site.seconds(), float("inf")):
+        if len(self.world.site.machines) < 3 or self.diary.was_wrong(
+            "robot's clock", None, self.world.site.seconds(), float("inf")
+        ):
             return
         name = self._name()
         clock = self._machine(name).clock
@@ -194,12 +221,13 @@ class Weather:
 
         def cure() -> None:
             clock.offset -= by
+
         self._lasts(self.rng.uniform(300, 3000), self._trouble("robot's clock", name), cure)
 
     # ------------------------------------------------------------------ the tablet
     def nap(self) -> None:
         if self.world.is_on:
-            seconds = self.rng.choice((3.0, 45.0, 300.0, 3000.0)) * self.rng.uniform(.5, 1.5)
+            seconds = self.rng.choice((3.0, 45.0, 300.0, 3000.0)) * self.rng.uniform(0.5, 1.5)
             self._trouble("app", None, seconds + 5.0)
             self.world.site.suspend(seconds)
             self.world.woke_up(seconds)
@@ -220,8 +248,12 @@ class Weather:
             return
         trouble = self._trouble("clock", None)
         self._step(by, 5.0)
-        self._lasts(self.rng.choice((0.5, 20.0, 60.0, 600.0, 1800.0)), trouble,
-                    lambda: self._step(back - self.diary.ahead(self.world.site.seconds()), 60.0), 60.0)
+        self._lasts(
+            self.rng.choice((0.5, 20.0, 60.0, 600.0, 1800.0)),
+            trouble,
+            lambda: self._step(back - self.diary.ahead(self.world.site.seconds()), 60.0),
+            60.0,
+        )
 
     def _step(self, by: float, trouble: float) -> None:
         now = self.world.site.seconds()
@@ -246,6 +278,7 @@ class Weather:
             if site.container is container and self.world.is_on:
                 mend()
             self.world.container_with_bad_disk = None
+
         self._lasts(self.rng.uniform(3, 400), self._trouble("disk", None), cure, 15.0)
 
     def power_cut(self) -> None:

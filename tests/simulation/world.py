@@ -127,7 +127,12 @@ class World:
         with self.without_crash(), suppress(DatabaseError):  # a disk may fail
             for robot in self.site.container.repositories.robots.all(self.site.container.db.read()):
                 name, is_known = self.nature.deviants.get(robot.name, ("", False))
-                if is_known and robot.known is None and robot.serial_number and robot.name not in self.site.network.impostors:
+                if (
+                    is_known
+                    and robot.known is None
+                    and robot.serial_number
+                    and robot.name not in self.site.network.impostors
+                ):
                     self.site.check_up(robot, checked_up(name, robot.serial_number, robot.software))
 
     # ------------------------------------------------------------------ the plan
@@ -165,7 +170,13 @@ class World:
             )
             self.plan(
                 Schedule(
-                    f"Nightly {robot.name}", robot.id, deliver, first.replace(hour=3, minute=30), nature.zone, "FREQ=DAILY", priority=5
+                    f"Nightly {robot.name}",
+                    robot.id,
+                    deliver,
+                    first.replace(hour=3, minute=30),
+                    nature.zone,
+                    "FREQ=DAILY",
+                    priority=5,
                 )
             )
             self.plan(
@@ -204,9 +215,14 @@ class World:
         wishes.groups[group.id] = frozenset(self.diary.names[key] for key in members)
         deliver, other, _home = self.missions
         catalogue.edit(lambda edit: edit.save_place(Place("Dock", PLACE_FOR, (other,))))
-        site.container.db.write(lambda c: StopRepository().keep(c, {mission.guid: stops_of(mission) for mission in MISSIONS_OF_ROBOTS}))
+        site.container.db.write(
+            lambda c: StopRepository().keep(c, {mission.guid: stops_of(mission) for mission in MISSIONS_OF_ROBOTS})
+        )
         local = START.astimezone(ZoneInfo(nature.zone)).replace(tzinfo=None)
-        minutes, are_equal = self.rng.choice((2, 3, 5)) * (10 if nature.every_minutes >= 60 else 1), self.rng.random() < 0.5
+        minutes, are_equal = (
+            self.rng.choice((2, 3, 5)) * (10 if nature.every_minutes >= 60 else 1),
+            self.rng.random() < 0.5,
+        )
         kinds = (*("burst",) * (len(ids) + 3), "dock", "dock", "dock", "one by one", "one by one")
         for number, kind in enumerate(kinds):
             self.plan(

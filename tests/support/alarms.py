@@ -1,4 +1,5 @@
 """Alarms with everything that their sentences may tell, around the moment of ``home_facts``."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -10,8 +11,19 @@ from tests.support.home_facts import ago
 
 def alarm(code: str, key: str = "robot:1", **values: Any) -> Alarm:
     """Raised two minutes ago; an event comes cleared, as the service raises it."""
-    details = {"robot": "Aino", "mission": "Deliver", "reason": "why", "problem": "it broke", "found": "2", "expected": "1", "count": 3,
-               "queue_id": 7, "seconds": 40, "start": ago(hours=2).isoformat(), "end": ago(hours=1).isoformat()}
+    details = {
+        "robot": "Aino",
+        "mission": "Deliver",
+        "reason": "why",
+        "problem": "it broke",
+        "found": "2",
+        "expected": "1",
+        "count": 3,
+        "queue_id": 7,
+        "seconds": 40,
+        "start": ago(hours=2).isoformat(),
+        "end": ago(hours=1).isoformat(),
+    }
     cleared = ago(minutes=2) if code in EVENTS else None
     given = {"raised_at": ago(minutes=2), "details": details, "id": 1, "cleared_at": cleared, **values}
     return Alarm(code, key, SENTENCES[code][0], **given)

@@ -1,4 +1,5 @@
 """A simulated robot with a client, on a virtual clock and without sockets; every request that changes something is noted."""
+
 from __future__ import annotations
 
 import json as json_module
@@ -23,7 +24,7 @@ from mir_sim.exchange import Fate, exchange
 from tests.support.clock import VirtualClock
 
 START = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
-ZONE = "Europe/Copenhagen"               # of the faithful robot
+ZONE = "Europe/Copenhagen"  # of the faithful robot
 LATENCY = 0.02
 TOKEN = Token.derive("distributor", "distributor")
 
@@ -34,28 +35,53 @@ class AskedRobot:
     def __init__(self, profile: Profile | None = None, *, history: int = 400, **values: Any) -> None:
         self.clock = VirtualClock(START)
         profile = profile or Profile()
-        self.machine = SimulatedRobot("Aino", seed=1, battery=80.0, history=history, time_scale=1, clock=self.clock.elapsed, start=START,
-                                      profile=replace(profile, **values))
+        self.machine = SimulatedRobot(
+            "Aino",
+            seed=1,
+            battery=80.0,
+            history=history,
+            time_scale=1,
+            clock=self.clock.elapsed,
+            start=START,
+            profile=replace(profile, **values),
+        )
         self.writes: list[str] = []
         self.requests: list[str] = []
         self.meddle: Callable[[str, str, Response], Response] = lambda method, path, answer: answer
         self.before: Callable[[str, str], None] = lambda method, path: None
 
     def client(self, robot: Robot | None = None) -> RobotClient:
-        client = RobotClient(Address.parse("http://10.0.0.1"), TOKEN, transport=_Direct(self), clock=self.clock.monotonic)
+        client = RobotClient(
+            Address.parse("http://10.0.0.1"), TOKEN, transport=_Direct(self), clock=self.clock.monotonic
+        )
         client.timeouts = PATIENT
         return client
 
     def look(self, **values: Any) -> Look:
-        return Look(Probe(self.client(), self.clock.monotonic, self.clock.advance), ZONE, self.clock.now, self.clock.advance, **values)
+        return Look(
+            Probe(self.client(), self.clock.monotonic, self.clock.advance),
+            ZONE,
+            self.clock.now,
+            self.clock.advance,
+            **values,
+        )
 
 
 class _Direct:
     def __init__(self, asked: AskedRobot) -> None:
         self._asked = asked
 
-    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
+    def send(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: Mapping[str, str] | None = None,
+        json: Any = None,
+        timeout: Timeouts,
+        is_wanted: Callable[[], bool] | None = None,
+        with_credentials: bool = True,
+    ) -> Response:
         asked = self._asked
         asked.before(method, path)
         asked.requests.append(f"{method} {path}")
@@ -75,7 +101,9 @@ class _Direct:
         if result.response is None or result.fate is not Fate.ANSWERED:
             raise ConnectionLost(address="10.0.0.1")
         offset = asked.machine.clock.error(asked.clock.elapsed())
-        date = format_datetime((START + timedelta(seconds=asked.clock.elapsed() + offset)).replace(microsecond=0), usegmt=True)
+        date = format_datetime(
+            (START + timedelta(seconds=asked.clock.elapsed() + offset)).replace(microsecond=0), usegmt=True
+        )
         answer = Response(result.response.status, result.response.body, {**result.response.headers, "Date": date})
         return asked.meddle(method, path, answer)
 

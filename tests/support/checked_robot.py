@@ -1,4 +1,5 @@
 """A simulated robot with the app that knows it, on a virtual clock: for check-ups, and what is to be as it was after them."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -43,6 +44,10 @@ class CheckedRobot:
         """What a trial changes on the robot, and has to put back."""
         self.machine.catch_up()
         site = self.machine.site
-        return {"missions": sorted(row["guid"] for row in site.table("/missions")), "is_paused": self.machine.paused,
-                "actions": len(list(site.table("/missions/{mission_id}/actions"))), "state": self.machine.state.name,
-                "open": [item.id for item in self.machine.queue if str(item.state) not in ENDED]}
+        return {
+            "missions": sorted(row["guid"] for row in site.table("/missions")),
+            "is_paused": self.machine.paused,
+            "actions": len(list(site.table("/missions/{mission_id}/actions"))),
+            "state": self.machine.state.name,
+            "open": [item.id for item in self.machine.queue if str(item.state) not in ENDED],
+        }

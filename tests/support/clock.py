@@ -1,11 +1,12 @@
 """A clock that tests move by hand; wall, monotonic and true time can part, as on a tablet whose clock is set or that sleeps."""
+
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
 
 
 class VirtualClock:
-    def __init__(self, now: datetime = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)) -> None:      # a Monday
+    def __init__(self, now: datetime = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)) -> None:  # a Monday
         self._now, self._mono, self._true = now, 1000.0, 0.0
 
     def now(self) -> datetime:

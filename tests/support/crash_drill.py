@@ -1,4 +1,5 @@
 """The real app, killed at random moments while it sends to simulated robots over a bad network; then its ledger against their histories."""
+
 from __future__ import annotations
 
 import random
@@ -13,24 +14,36 @@ from pathlib import Path
 from typing import Any
 
 import mir_sim
-from tests.support.process import App, command, configuration_of, environment, import_configuration, once_now, wait_for, write_configuration
+from tests.support.process import (
+    App,
+    command,
+    configuration_of,
+    environment,
+    import_configuration,
+    once_now,
+    wait_for,
+    write_configuration,
+)
 
-MISSION = "Home"             # the shortest
-TIME_SCALE = 50.0            # simulated seconds per second, so that a mission lasts a moment
-QUIET = 5                    # s, the shortest there is: after it the app may send again what it did not find
-LATEST = 1.0                 # s, after which the network delivers at the latest
+MISSION = "Home"  # the shortest
+TIME_SCALE = 50.0  # simulated seconds per second, so that a mission lasts a moment
+QUIET = 5  # s, the shortest there is: after it the app may send again what it did not find
+LATEST = 1.0  # s, after which the network delivers at the latest
 KINDS = ("drop_request", "drop_response", "delay", "late", "status_503", "html", "truncate", "garbage")
 
 
 @dataclass
 class Verdict:
     """What became of the occurrences. ``doubled`` and ``lost`` must be empty."""
+
     occurrences: int
     kills: int
     starts: int = 0
-    doubled: list[str] = field(default_factory=list)      # tokens with more than one item on the robots
-    lost: list[str] = field(default_factory=list)         # schedules without exactly one row that is completed and on its robot
-    strange: list[str] = field(default_factory=list)      # items that no row knows, rows whose item says something else
+    doubled: list[str] = field(default_factory=list)  # tokens with more than one item on the robots
+    lost: list[str] = field(
+        default_factory=list
+    )  # schedules without exactly one row that is completed and on its robot
+    strange: list[str] = field(default_factory=list)  # items that no row knows, rows whose item says something else
     tracebacks: list[str] = field(default_factory=list)
     integrity: str = ""
     attempts: int = 0
@@ -40,12 +53,16 @@ class Verdict:
         return not (self.doubled or self.lost or self.strange or self.tracebacks) and self.integrity == "ok"
 
 
-def drill(data_dir: Path, seed: int, *, kills: int = 8, occurrences: int = 60, robots: int = 3, patience: float = 60.0) -> Verdict:
+def drill(
+    data_dir: Path, seed: int, *, kills: int = 8, occurrences: int = 60, robots: int = 3, patience: float = 60.0
+) -> Verdict:
     """Kill the app ``kills`` times, each time after a random moment of life; then let it finish and compare."""
     chance = random.Random(seed)
     verdict = Verdict(occurrences, kills)
     with mir_sim.serve(robots=robots, time_scale=TIME_SCALE, seed=seed) as fleet:
-        import_configuration(data_dir, configuration_of(fleet, poll_interval_seconds=1, unknown_outcome_quiet_seconds=QUIET))
+        import_configuration(
+            data_dir, configuration_of(fleet, poll_interval_seconds=1, unknown_outcome_quiet_seconds=QUIET)
+        )
         schedules = [once_now(fleet.robots[n % robots].name, MISSION, f"S{n}") for n in range(occurrences)]
         batches = [schedules[n::3] for n in range(3)]
         for life in range(kills):
@@ -78,16 +95,33 @@ def _make_trouble(fleet: mir_sim.Fleet, chance: random.Random) -> None:
         robot.control({"fault": None})
         for _ in range(6):
             kind = chance.choice([*KINDS, "delay", "delay"])
-            robot.control({"fault": {"kind": kind, "method": "POST", "path": "/mission_queue", "seconds": chance.uniform(0.05, LATEST)}})
-        robot.control({"fault": {"kind": "delay", "method": "POST", "path": "/mission_queue", "count": None, "seconds": 0.1}})
+            robot.control(
+                {
+                    "fault": {
+                        "kind": kind,
+                        "method": "POST",
+                        "path": "/mission_queue",
+                        "seconds": chance.uniform(0.05, LATEST),
+                    }
+                }
+            )
+        robot.control(
+            {"fault": {"kind": "delay", "method": "POST", "path": "/mission_queue", "count": None, "seconds": 0.1}}
+        )
 
 
 def _import_beside(data_dir: Path, schedules: Sequence[dict[str, Any]]) -> subprocess.Popen[str]:
     """Handed to the app that is just starting, which may die over it."""
-    path = write_configuration(data_dir.with_name(f"batch-{schedules[0]['name']}.json"),
-                               {"format": "amr-scheduler/1", "schedules": schedules})
-    return subprocess.Popen(command(data_dir, "--import-config", path), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                            env=environment())
+    path = write_configuration(
+        data_dir.with_name(f"batch-{schedules[0]['name']}.json"), {"format": "amr-scheduler/1", "schedules": schedules}
+    )
+    return subprocess.Popen(
+        command(data_dir, "--import-config", path),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+    )
 
 
 def _rows(data_dir: Path, sql: str) -> list[sqlite3.Row]:
@@ -97,7 +131,9 @@ def _rows(data_dir: Path, sql: str) -> list[sqlite3.Row]:
 
 
 def _all_ended(data_dir: Path, occurrences: int) -> bool:
-    return [tuple(row) for row in _rows(data_dir, "SELECT count(*), count(ended_at) FROM executions")] == [(occurrences, occurrences)]
+    return [tuple(row) for row in _rows(data_dir, "SELECT count(*), count(ended_at) FROM executions")] == [
+        (occurrences, occurrences)
+    ]
 
 
 def _compare(data_dir: Path, fleet: mir_sim.Fleet, names: Sequence[str], verdict: Verdict) -> None:
@@ -114,6 +150,8 @@ def _compare(data_dir: Path, fleet: mir_sim.Fleet, names: Sequence[str], verdict
         if row["state"] == "completed" and item and item["description"] == row["token"] and item["state"] == "Done":
             good.add(row["schedule"])
         else:
-            verdict.strange.append(f"{row['schedule']}: {row['state']} {row['reason_code']}, on the robot {item and item['state']}")
+            verdict.strange.append(
+                f"{row['schedule']}: {row['state']} {row['reason_code']}, on the robot {item and item['state']}"
+            )
     verdict.lost = [name for name in names if of_schedule[name] != 1 or name not in good]
     verdict.strange += [f"item of nobody: {token}" for token in copies.keys() - {row["token"] for row in rows}]

@@ -1,4 +1,5 @@
 """How thoroughly hypothesis looks."""
+
 from __future__ import annotations
 
 from typing import Any

@@ -1,9 +1,10 @@
 """A small Finnish catalogue with everything that a .po file may have."""
+
 from __future__ import annotations
 
 from pathlib import Path
 
-FINNISH = r'''
+FINNISH = r"""
 msgid ""
 msgstr ""
 "Content-Type: text/plain; charset=UTF-8\n"
@@ -38,7 +39,7 @@ msgstr ""
 
 #~ msgid "Gone"
 #~ msgstr "Poissa"
-'''
+"""
 
 
 def write_finnish(locale: Path) -> Path:

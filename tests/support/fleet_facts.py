@@ -1,4 +1,5 @@
 """Many robots at the invented plant, as Home's facts: most of them work, some need a person."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -12,16 +13,30 @@ from tests.support import home_facts as sample
 
 NAMES = ("Aino", "Eino", "Helmi", "Ilmari", "Kaisa", "Lempi", "Onni", "Sisu", "Toivo", "Urho", "Veikko", "Väinö")
 USUAL = DurationEstimate(420.0, 480.0)
-TASKS = ("Deliver kits to line 2", "Collect empties", "Bring pallet to dock", "Waste to compactor", "Move coils to press")
+TASKS = (
+    "Deliver kits to line 2",
+    "Collect empties",
+    "Bring pallet to dock",
+    "Waste to compactor",
+    "Move coils to press",
+)
 PAUSED = replace(sample.READY, state=RobotState.PAUSE, mission_text="Paused")
 DRIVEN = replace(sample.READY, state=RobotState.MANUAL_CONTROL, mission_text="Driven by hand from its own screen")
 
 
 def robots(count: int) -> tuple[Robot, ...]:
     """As many with names of their own as there are; of more, the plant's three and others with numbers."""
-    numbered = tuple(Robot(NAMES[n] if count <= len(NAMES) else f"Robot {n + 1}" if n % 9 else f"Trukki hallissa {n + 1}",
-                           f"http://10.40.12.{21 + n}", id=n + 1, model="MiR250", token="x") for n in range(count))
-    return numbered if count <= len(NAMES) else sample.FACTS.robots + numbered[len(sample.FACTS.robots):]
+    numbered = tuple(
+        Robot(
+            NAMES[n] if count <= len(NAMES) else f"Robot {n + 1}" if n % 9 else f"Trukki hallissa {n + 1}",
+            f"http://10.40.12.{21 + n}",
+            id=n + 1,
+            model="MiR250",
+            token="x",
+        )
+        for n in range(count)
+    )
+    return numbered if count <= len(NAMES) else sample.FACTS.robots + numbered[len(sample.FACTS.robots) :]
 
 
 def troubled(robot: Robot) -> RobotSnapshot | None:
@@ -60,8 +75,17 @@ def facts(count: int, *, well: bool = False) -> HomeFacts:
             guid = f"task-{number % len(TASKS)}"
             item = QueueItem(1000 + number, QueueState.EXECUTING, mission_id=guid)
             snapshots[number] = sample.snapshot(number, replace(sample.EXECUTING, battery_percentage=battery), (item,))
-            runs.append(sample.execution(1000 + number, robot, TASKS[number % len(TASKS)], State.EXECUTING, guid=guid, queue_id=item.id,
-                                         started_at=sample.ago(seconds=20 + number * 53 % 400)))
+            runs.append(
+                sample.execution(
+                    1000 + number,
+                    robot,
+                    TASKS[number % len(TASKS)],
+                    State.EXECUTING,
+                    guid=guid,
+                    queue_id=item.id,
+                    started_at=sample.ago(seconds=20 + number * 53 % 400),
+                )
+            )
     return replace(sample.FACTS, robots=everybody, snapshots=snapshots, open=tuple(runs))
 
 

@@ -1,4 +1,5 @@
 """Simulated robots in a process of their own, where what they keep is not measured with the app."""
+
 from __future__ import annotations
 
 import subprocess
@@ -16,6 +17,7 @@ from tests.support.process import PATIENCE, ROOT, environment
 @dataclass(frozen=True)
 class DistantRobot:
     """``control`` as that of ``mir_sim.FleetRobot``, from outside."""
+
     name: str
     url: str
 
@@ -39,8 +41,9 @@ class DistantFleet:
 def serve_apart(robots: int, *, time_scale: float = 1.0) -> Iterator[DistantFleet]:
     """``python -m mir_sim`` on free ports until the block ends."""
     arguments = ["--seed", "1", "--robots", str(robots), "--port", "0", "--time-scale", str(time_scale)]
-    with subprocess.Popen([sys.executable, "-m", "mir_sim", *arguments], stdout=subprocess.PIPE, text=True, env=environment(),
-                          cwd=ROOT) as process:
+    with subprocess.Popen(
+        [sys.executable, "-m", "mir_sim", *arguments], stdout=subprocess.PIPE, text=True, env=environment(), cwd=ROOT
+    ) as process:
         try:
             assert process.stdout is not None
             lines = [process.stdout.readline().split() for _robot in range(robots)]

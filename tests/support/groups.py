@@ -1,4 +1,5 @@
 """A site with one group of robots, for the tests of ``tests/services/test_groups*``."""
+
 from __future__ import annotations
 
 from datetime import datetime
@@ -19,11 +20,18 @@ class Hall(Site):
     def plan(self, name: str = "A", at: str = "2026-11-23T06:05", **values) -> Schedule:
         where = {"robot_id": None, "group_id": self.group.id} | values
         return self.container.catalogue.save_schedule(
-            Schedule(name, mission_id=where.pop("mission_id", 1), start=datetime.fromisoformat(at), timezone="UTC", **where))
+            Schedule(
+                name, mission_id=where.pop("mission_id", 1), start=datetime.fromisoformat(at), timezone="UTC", **where
+            )
+        )
 
     def queues(self) -> dict[str, list[str]]:
         """Tokens of the items of each robot that has any."""
-        return {name: [item.description for item in machine.queue] for name, machine in self.machines.items() if len(machine.queue)}
+        return {
+            name: [item.description for item in machine.queue]
+            for name, machine in self.machines.items()
+            if len(machine.queue)
+        }
 
     def items(self) -> list:
         return [item for machine in self.machines.values() for item in machine.queue]

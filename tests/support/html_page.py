@@ -1,4 +1,5 @@
 """A reader of pages to print that takes nothing wrong."""
+
 from __future__ import annotations
 
 from html.parser import HTMLParser

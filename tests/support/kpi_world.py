@@ -1,4 +1,5 @@
 """A database for figures: rows are put in, figures asked for. Two robots, Helsinki, noon of Monday 23 Nov 2026."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -16,10 +17,14 @@ from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Trigg
 from app.services.history.kpi import Kpis
 from tests.support.clock import VirtualClock
 
-NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)                     # a Monday
+NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)  # a Monday
 HELSINKI = ZoneInfo("Europe/Helsinki")
-REASONS = {State.FAILED: ReasonCode.ROBOT_ABORTED, State.CANCELLED: ReasonCode.USER_CANCELLED, State.SKIPPED: ReasonCode.BATTERY_LOW,
-           State.MISSED: ReasonCode.APP_DOWN}
+REASONS = {
+    State.FAILED: ReasonCode.ROBOT_ABORTED,
+    State.CANCELLED: ReasonCode.USER_CANCELLED,
+    State.SKIPPED: ReasonCode.BATTERY_LOW,
+    State.MISSED: ReasonCode.APP_DOWN,
+}
 
 
 class World:
@@ -28,16 +33,32 @@ class World:
         self.db = Database.open(path / "data" / "a.db", clock=self.clock, threaded=False, durable=False)
         self.db.write(lambda c: SettingsRepository().save(c, timezone="Europe/Helsinki"))
         for number, name in ((1, "Bella"), (2, "Aino")):
-            self.db.write(lambda c, number=number, name=name: RobotRepository().add(c, Robot(name, "http://x", id=number)))
+            self.db.write(
+                lambda c, number=number, name=name: RobotRepository().add(c, Robot(name, "http://x", id=number))
+            )
         self.kpis, self._made = Kpis(self.db, self.clock), 0
 
     def row(self, state: State, hours: float = 0.0, **values: object) -> Execution:
         """One that was planned ``hours`` after noon and ended then, unless it says otherwise."""
         self._made += 1
         at = NOON + timedelta(hours=hours)
-        row = Execution(Trigger.SCHEDULED, 1, "Bella", "Deliver", "g", at, at, at, f"token-{self._made}", "UTC", state=state,
-                        schedule_id=self._made, schedule="S", ended_at=None if state.is_open else at,
-                        reason=Reason(REASONS[state]) if state in REASONS else None)
+        row = Execution(
+            Trigger.SCHEDULED,
+            1,
+            "Bella",
+            "Deliver",
+            "g",
+            at,
+            at,
+            at,
+            f"token-{self._made}",
+            "UTC",
+            state=state,
+            schedule_id=self._made,
+            schedule="S",
+            ended_at=None if state.is_open else at,
+            reason=Reason(REASONS[state]) if state in REASONS else None,
+        )
         return self.add(replace(row, **values))
 
     def add(self, row: Execution) -> Execution:

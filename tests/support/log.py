@@ -1,4 +1,5 @@
 """The log as a process has it, for tests in this one: the root logger and Python's hooks are as they were afterwards."""
+
 from __future__ import annotations
 
 import logging

@@ -5,6 +5,7 @@ HTTP and calls a simulated robot's request handler directly, so that a request t
 clock. What robots may do to a reader (items that can't be read, short lists, lost descriptions, other words) is declared on
 ``Network`` too.
 """
+
 from __future__ import annotations
 
 import json as json_module
@@ -29,27 +30,28 @@ from tests.support.clock import VirtualClock
 if TYPE_CHECKING:
     from tests.support.site import Site
 
-LATENCY = 0.02           # s
-MANY = 20                # requests of one client without a pause
-LONGEST_ANSWER = 9.0     # s, of a robot that answers slowly but well
+LATENCY = 0.02  # s
+MANY = 20  # requests of one client without a pause
+LONGEST_ANSWER = 9.0  # s, of a robot that answers slowly but well
 QUEUE = "/mission_queue"
 
 
 class Fate(StrEnum):
     """What happens to one request."""
+
     FINE = "fine"
-    REFUSED = "refused"              # no connection
-    LOST = "lost"                    # connected, the request never arrives
-    ANSWER_LOST = "answer_lost"      # handled, the answer never arrives
-    LATE = "late"                    # the app gives up, the request is handled later
-    ERROR_BEFORE = "error_before"    # 5xx, not handled
-    SAYS_WHY = "says_why"            # 500 with a sentence of the robot's, not handled
-    ERROR_AFTER = "error_after"      # handled, then 5xx
-    PAGE = "page"                    # handled, then a web page instead of the answer
-    CUT = "cut"                      # handled, then half of the answer
-    SLOW = "slow"                    # handled, a good answer after ``seconds``, within the time-outs
-    NOT_FOUND = "not_found"          # 404, not handled: a robot whose interface has only just come up
-    ASLEEP = "asleep"                # connected, then the tablet sleeps for ``seconds``; the request leaves when it wakes
+    REFUSED = "refused"  # no connection
+    LOST = "lost"  # connected, the request never arrives
+    ANSWER_LOST = "answer_lost"  # handled, the answer never arrives
+    LATE = "late"  # the app gives up, the request is handled later
+    ERROR_BEFORE = "error_before"  # 5xx, not handled
+    SAYS_WHY = "says_why"  # 500 with a sentence of the robot's, not handled
+    ERROR_AFTER = "error_after"  # handled, then 5xx
+    PAGE = "page"  # handled, then a web page instead of the answer
+    CUT = "cut"  # handled, then half of the answer
+    SLOW = "slow"  # handled, a good answer after ``seconds``, within the time-outs
+    NOT_FOUND = "not_found"  # 404, not handled: a robot whose interface has only just come up
+    ASLEEP = "asleep"  # connected, then the tablet sleeps for ``seconds``; the request leaves when it wakes
 
 
 HARMFUL = tuple(fate for fate in Fate if fate not in (Fate.FINE, Fate.SLOW, Fate.NOT_FOUND, Fate.ASLEEP, Fate.SAYS_WHY))
@@ -59,6 +61,7 @@ HARMFUL = tuple(fate for fate in Fate if fate not in (Fate.FINE, Fate.SLOW, Fate
 class Planned:
     """What the next request of a kind meets. ``*``: any method, path or robot. ``seconds``: of a slow answer, of the tablet's sleep, or
     until a late request is handled, counted from when it was sent; None: drawn by the seed."""
+
     method: str
     path: str
     fate: Fate
@@ -66,50 +69,64 @@ class Planned:
     robot: str = "*"
 
     def fits(self, robot: str, method: str, path: str) -> bool:
-        return all(wanted in ("*", given) for wanted, given in ((self.robot, robot), (self.method, method), (self.path, path)))
+        return all(
+            wanted in ("*", given) for wanted, given in ((self.robot, robot), (self.method, method), (self.path, path))
+        )
 
 
 @dataclass(frozen=True)
 class Submission:
     """A POST to a robot's queue that left the tablet. ``at`` is true time in seconds since the site began."""
+
     at: float
     robot: str
     mission_id: str
     token: str
     fate: Fate = Fate.FINE
-    lands_at: float | None = None    # of a late one: true time at which the robot handles it
+    lands_at: float | None = None  # of a late one: true time at which the robot handles it
 
 
 @dataclass
 class Network:
     """``rate`` of the requests meet a fault, drawn by ``seed``; outages of a robot are added by name."""
+
     rate: float = 0.0
     seed: int = 1
-    latest: float = 60.0             # s after which a late request is handled at most
+    latest: float = 60.0  # s after which a late request is handled at most
     fates: tuple[Fate, ...] = HARMFUL
     only: Callable[[str, str], bool] = lambda method, path: True
     site: Site | None = None
     counts: Counter[str] = field(default_factory=Counter)
-    answered: dict[str, float] = field(default_factory=dict)               # by robot: when it was last asked about its queue, in true time
+    answered: dict[str, float] = field(
+        default_factory=dict
+    )  # by robot: when it was last asked about its queue, in true time
     down: set[str] = field(default_factory=set)
     planned: list[Planned] = field(default_factory=list)
-    interrupt: Callable[[str], None] = lambda where: None                  # the simulation crashes the app here
-    submissions: list[Submission] = field(default_factory=list)            # every POST to a queue that left, arrived or not
-    submitted: Callable[[Submission], None] = lambda submission: None      # called for each of them as it leaves
-    met: Callable[[str, Planned], None] = lambda robot, planned: None      # called for every request that meets something
-    others_wait: bool = True         # while one robot's worker waits for a time-out; as the app is, they don't
+    interrupt: Callable[[str], None] = lambda where: None  # the simulation crashes the app here
+    submissions: list[Submission] = field(default_factory=list)  # every POST to a queue that left, arrived or not
+    submitted: Callable[[Submission], None] = lambda submission: None  # called for each of them as it leaves
+    met: Callable[[str, Planned], None] = lambda robot, planned: None  # called for every request that meets something
+    others_wait: bool = True  # while one robot's worker waits for a time-out; as the app is, they don't
     # what robots are like
-    forgets_descriptions: bool = False                                     # they don't give back what they were sent
-    short_lists: int | None = None      # no search, and a list is always the oldest so many items, whatever page is asked for
-    unreadable: set[tuple[str, int]] = field(default_factory=set)          # (robot, queue id): asked for, that item answers 500
-    shown: dict[tuple[str, int], dict[str, Any]] = field(default_factory=dict)     # fields of an item as the robot gives them
-    words: dict[str, str] = field(default_factory=dict)                    # its own words for states of items
-    impostors: dict[str, SimulatedRobot] = field(default_factory=dict)     # other machines that answer at a robot's address
+    forgets_descriptions: bool = False  # they don't give back what they were sent
+    short_lists: int | None = (
+        None  # no search, and a list is always the oldest so many items, whatever page is asked for
+    )
+    unreadable: set[tuple[str, int]] = field(default_factory=set)  # (robot, queue id): asked for, that item answers 500
+    shown: dict[tuple[str, int], dict[str, Any]] = field(
+        default_factory=dict
+    )  # fields of an item as the robot gives them
+    words: dict[str, str] = field(default_factory=dict)  # its own words for states of items
+    impostors: dict[str, SimulatedRobot] = field(
+        default_factory=dict
+    )  # other machines that answer at a robot's address
 
     def __post_init__(self) -> None:
         self.rng = random.Random(self.seed)
 
-    def next(self, method: str, path: str, fate: Fate, seconds: float | None = None, *, robot: str = "*", count: int = 1) -> None:
+    def next(
+        self, method: str, path: str, fate: Fate, seconds: float | None = None, *, robot: str = "*", count: int = 1
+    ) -> None:
         """The next ``count`` requests of this kind meet this fate."""
         self.planned += [Planned(method, path, fate, seconds, robot)] * count
 
@@ -122,7 +139,9 @@ class Network:
             return self._counted(Planned(method, path, Fate.REFUSED, robot=robot))
         if self.rate and self.only(method, path) and self.rng.random() < self.rate:
             fate = self.rng.choice(self.fates)
-            return self._counted(Planned(method, path, fate, self.rng.uniform(0.5, LONGEST_ANSWER) if fate is Fate.SLOW else None, robot))
+            return self._counted(
+                Planned(method, path, fate, self.rng.uniform(0.5, LONGEST_ANSWER) if fate is Fate.SLOW else None, robot)
+            )
         return Planned(method, path, Fate.FINE)
 
     def _counted(self, planned: Planned) -> Planned:
@@ -148,7 +167,9 @@ class Network:
         if not body or not path.startswith(QUEUE) or not (self.forgets_descriptions or self.shown or self.words):
             return body
         answer = json_module.loads(body)
-        found = [self._item(robot, entry) for entry in answer] if isinstance(answer, list) else self._item(robot, answer)
+        found = (
+            [self._item(robot, entry) for entry in answer] if isinstance(answer, list) else self._item(robot, answer)
+        )
         return json_module.dumps(found).encode()
 
     def _item(self, robot: str, item: Any) -> Any:
@@ -170,12 +191,21 @@ class SimulatedTransport:
     def __init__(self, machine: SimulatedRobot, network: Network, clock: VirtualClock, name: str, token: Token) -> None:
         self._machine, self._network, self._clock, self._name = machine, network, clock, name
         self._in_a_row, self._asked_at = 0, 0.0
-        self._slowness = random.Random(name)                # of a robot whose every answer takes long
+        self._slowness = random.Random(name)  # of a robot whose every answer takes long
         self._headers = {"content-type": "application/json", "accept-language": "en_US"}
         self._credentials = {"authorization": token.header}
 
-    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: Callable[[], bool] | None = None, with_credentials: bool = True) -> Response:
+    def send(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: Mapping[str, str] | None = None,
+        json: Any = None,
+        timeout: Timeouts,
+        is_wanted: Callable[[], bool] | None = None,
+        with_credentials: bool = True,
+    ) -> Response:
         network, body = self._network, b"" if json is None else json_module.dumps(json).encode()
         network.interrupt(f"before {method} {path}")
         planned = network.fate_of(self._name, method, path)
@@ -193,7 +223,10 @@ class SimulatedTransport:
             self._note(planned, json)
 
         def handle() -> Response:
-            return self._handle(method, path, query or {}, body, self._headers | (self._credentials if with_credentials else {}))
+            return self._handle(
+                method, path, query or {}, body, self._headers | (self._credentials if with_credentials else {})
+            )
+
         match fate:
             case Fate.LOST:
                 network.time_out(timeout.read)
@@ -222,7 +255,9 @@ class SimulatedTransport:
             case Fate.ERROR_AFTER:
                 return Response(503, b'{"error_code": "service_unavailable", "error_human": "busy"}', {})
             case Fate.PAGE:
-                return Response(200, b"<html><body>Sign in to the guest network</body></html>", {"Content-Type": "text/html"})
+                return Response(
+                    200, b"<html><body>Sign in to the guest network</body></html>", {"Content-Type": "text/html"}
+                )
             case Fate.CUT:
                 raise ConnectionLost(address=self._name)
             case Fate.SLOW:
@@ -253,10 +288,16 @@ class SimulatedTransport:
         self._network.submissions.append(submission)
         self._network.submitted(submission)
 
-    def _handle(self, method: str, path: str, query: Mapping[str, str], body: bytes, headers: Mapping[str, str]) -> Response:
+    def _handle(
+        self, method: str, path: str, query: Mapping[str, str], body: bytes, headers: Mapping[str, str]
+    ) -> Response:
         """What the robot answers now."""
         network, machine = self._network, self._network.impostors.get(self._name, self._machine)
-        if path.startswith(f"{QUEUE}/") and method == "GET" and (self._name, int(path.rsplit("/", 1)[1])) in network.unreadable:
+        if (
+            path.startswith(f"{QUEUE}/")
+            and method == "GET"
+            and (self._name, int(path.rsplit("/", 1)[1])) in network.unreadable
+        ):
             return Response(500, b'{"error_code": "internal", "error_human": "Internal server error"}', self._date())
         if network.short_lists is not None and path == f"{QUEUE}/search":
             return Response(404, b'{"error_code": "not_found", "error_human": "Not found"}', self._date())
@@ -264,12 +305,16 @@ class SimulatedTransport:
             asked = {name: value for name, value in query.items() if name == "whitelist"}
             query = {**asked, "sort_by": "id", "limit": str(network.short_lists)}
         answer = api.handle(machine, Request(method, unquote(f"{api.BASE}{path}"), query, headers, body))
-        return Response(answer.status, network.as_given(self._name, path, answer.body), {**answer.headers, **self._date()})
+        return Response(
+            answer.status, network.as_given(self._name, path, answer.body), {**answer.headers, **self._date()}
+        )
 
     def _date(self) -> dict[str, str]:
         """The header that tells the robot's clock: true time and that clock's error, however fast the robot is simulated."""
         clock, elapsed = self._machine.clock, self._clock.elapsed()
-        return {"Date": _http_date((clock.start + timedelta(seconds=elapsed + clock.error(elapsed))).replace(microsecond=0))}
+        return {
+            "Date": _http_date((clock.start + timedelta(seconds=elapsed + clock.error(elapsed))).replace(microsecond=0))
+        }
 
     def kept(self) -> object:
         """As if the connection to a machine stayed open until another one answers."""

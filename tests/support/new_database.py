@@ -1,4 +1,5 @@
 """New databases as copies of the first one that this process has migrated."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -14,7 +15,9 @@ _copying = Lock()
 
 def migrate(connection: sqlite3.Connection, path: Path, migrations: tuple[str, ...], now: datetime) -> None:
     """As that of ``app.database.migrations``, which does the work wherever there is anything already."""
-    if connection.execute("SELECT (SELECT count(*) FROM sqlite_schema) + user_version FROM pragma_user_version").fetchone()[0]:
+    if connection.execute(
+        "SELECT (SELECT count(*) FROM sqlite_schema) + user_version FROM pragma_user_version"
+    ).fetchone()[0]:
         real.migrate(connection, path, migrations, now)
         return
     with _copying:

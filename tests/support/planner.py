@@ -1,4 +1,5 @@
 """The planner of an app alone, without the engine's rounds and without robots' workers."""
+
 from __future__ import annotations
 
 from app.container import Container
@@ -8,7 +9,18 @@ from app.services.dispatch.planner import DueBatch, Planner
 def insert_due(container: Container) -> DueBatch:
     """What has fallen due gets its rows; no robot is ready for anything."""
     stored = container.repositories
-    planner = Planner(container.db, schedules=stored.schedules, executions=stored.executions, robots=stored.robots,
-                      missions=stored.missions, settings=stored.settings, clock=container.clock, downtime=container.downtime,
-                      alarms=container.alarms, ledger=container.ledger, changes=container.changes, hold_late_starts=False)
+    planner = Planner(
+        container.db,
+        schedules=stored.schedules,
+        executions=stored.executions,
+        robots=stored.robots,
+        missions=stored.missions,
+        settings=stored.settings,
+        clock=container.clock,
+        downtime=container.downtime,
+        alarms=container.alarms,
+        ledger=container.ledger,
+        changes=container.changes,
+        hold_late_starts=False,
+    )
     return planner.insert_due(lambda robot_id: None, lambda intents: None)

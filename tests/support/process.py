@@ -1,4 +1,5 @@
 """The app as a real process, as an integrator starts it, and configurations to give it."""
+
 from __future__ import annotations
 
 import json
@@ -22,7 +23,7 @@ from app.services.catalogue import configuration
 from mir_sim import MISSIONS, Fleet
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 20.0          # s that any single step may take on a busy machine
+PATIENCE = 20.0  # s that any single step may take on a busy machine
 
 
 def environment() -> dict[str, str]:
@@ -35,10 +36,20 @@ def command(data_dir: Path, *arguments: object) -> list[str]:
     return [sys.executable, str(ROOT / "main.py"), "--data-dir", str(data_dir), *map(str, arguments)]
 
 
-def run(data_dir: Path, *arguments: object, timeout: float = 60.0, before: Sequence[str] = ()) -> subprocess.CompletedProcess[str]:
+def run(
+    data_dir: Path, *arguments: object, timeout: float = 60.0, before: Sequence[str] = ()
+) -> subprocess.CompletedProcess[str]:
     """A one-shot command, to its end; ``before`` it the command that starts it."""
-    return subprocess.run([*before, *command(data_dir, *arguments)], capture_output=True, text=True, encoding="utf-8", timeout=timeout,
-                          env=environment(), cwd=ROOT, check=False)
+    return subprocess.run(
+        [*before, *command(data_dir, *arguments)],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=timeout,
+        env=environment(),
+        cwd=ROOT,
+        check=False,
+    )
 
 
 @contextmanager
@@ -60,11 +71,21 @@ class App:
 
     def __init__(self, data_dir: Path, *arguments: object) -> None:
         self.data_dir = data_dir
-        self.process = subprocess.Popen(command(data_dir, "--headless", *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                        text=True, encoding="utf-8", env=environment(), cwd=ROOT)
+        self.process = subprocess.Popen(
+            command(data_dir, "--headless", *arguments),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            env=environment(),
+            cwd=ROOT,
+        )
         self.stderr: list[str] = []
         self._stdout: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._readers = [threading.Thread(target=self._read_stdout, daemon=True), threading.Thread(target=self._read_stderr, daemon=True)]
+        self._readers = [
+            threading.Thread(target=self._read_stdout, daemon=True),
+            threading.Thread(target=self._read_stderr, daemon=True),
+        ]
         for reader in self._readers:
             reader.start()
 
@@ -129,18 +150,34 @@ def wait_for(condition: Callable[[], Any], within: float = PATIENCE, what: str =
 
 
 # ---------------------------------------------------------------------- configurations
-def configuration_of(fleet: Fleet | None = None, *, schedules: Sequence[dict[str, Any]] = (), **settings: Any) -> dict[str, Any]:
+def configuration_of(
+    fleet: Fleet | None = None, *, schedules: Sequence[dict[str, Any]] = (), **settings: Any
+) -> dict[str, Any]:
     """Robots of a fleet, all missions that simulated robots have, and schedules."""
-    robots = [{"name": robot.name, "address": robot.url, "username": "distributor", "password": "distributor"}
-              for robot in (fleet.robots if fleet else ())]
-    return {"format": "amr-scheduler/1", "settings": {"timezone": "UTC", "history_limit": None, **settings}, "robots": robots,
-            "missions": [{"name": mission.name, "guid": mission.guid} for mission in MISSIONS], "schedules": list(schedules)}
+    robots = [
+        {"name": robot.name, "address": robot.url, "username": "distributor", "password": "distributor"}
+        for robot in (fleet.robots if fleet else ())
+    ]
+    return {
+        "format": "amr-scheduler/1",
+        "settings": {"timezone": "UTC", "history_limit": None, **settings},
+        "robots": robots,
+        "missions": [{"name": mission.name, "guid": mission.guid} for mission in MISSIONS],
+        "schedules": list(schedules),
+    }
 
 
 def once_now(robot: str, mission: str, name: str, **values: Any) -> dict[str, Any]:
     """A schedule whose one start is this very minute: due as soon as it is imported."""
-    return {"name": name, "robot": robot, "mission": mission, "start": f"{datetime.now(UTC):%Y-%m-%dT%H:%M}", "timezone": "UTC",
-            "respect_working_days": False, **values}
+    return {
+        "name": name,
+        "robot": robot,
+        "mission": mission,
+        "start": f"{datetime.now(UTC):%Y-%m-%dT%H:%M}",
+        "timezone": "UTC",
+        "respect_working_days": False,
+        **values,
+    }
 
 
 def write_configuration(path: Path, content: dict[str, Any]) -> Path:
@@ -149,7 +186,11 @@ def write_configuration(path: Path, content: dict[str, Any]) -> Path:
 
 
 def import_configuration(data_dir: Path, content: dict[str, Any]) -> subprocess.CompletedProcess[str]:
-    done = run(data_dir, "--import-config", write_configuration(data_dir.with_name(data_dir.name + "-configuration.json"), content))
+    done = run(
+        data_dir,
+        "--import-config",
+        write_configuration(data_dir.with_name(data_dir.name + "-configuration.json"), content),
+    )
     assert (done.returncode, done.stderr) == (0, ""), done
     return done
 

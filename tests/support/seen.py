@@ -1,4 +1,5 @@
 """What a person or the world can see of a site: the robots' own histories, the rows, the alarms."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator

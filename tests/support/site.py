@@ -2,6 +2,7 @@
 
 Nothing here waits: time passes when a worker asks for it (``clock.sleep``), when an answer takes time, or when the test says so.
 """
+
 from __future__ import annotations
 
 import heapq
@@ -30,8 +31,10 @@ from mir_sim import MISSIONS, Profile, SimulatedRobot
 from tests.support.clock import VirtualClock
 from tests.support.network import Network, SimulatedTransport
 
-AHEAD = 1.05             # s before something is due, at which the app's own second finds that out
-ROUND_EVERY = 60.0       # s between the engine's rounds when nothing is due; the app's own second would make a simulated week long
+AHEAD = 1.05  # s before something is due, at which the app's own second finds that out
+ROUND_EVERY = (
+    60.0  # s between the engine's rounds when nothing is due; the app's own second would make a simulated week long
+)
 USER, PASSWORD = "distributor", "distributor"
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}
 
@@ -39,9 +42,18 @@ GUIDS = {mission.name: mission.guid for mission in MISSIONS}
 class Site:
     """Robots, network, tablet. ``run`` lets time pass as the app's own threads would: ticks, cycles, workers, each at its instant."""
 
-    def __init__(self, directory: Path, *, robots: int = 1, now: datetime | None = None, network: Network | None = None,
-                 with_window: bool = False, timezone: str = "UTC", robot_speed: float = 1.0,
-                 profiles: Mapping[str, Profile] | None = None) -> None:
+    def __init__(
+        self,
+        directory: Path,
+        *,
+        robots: int = 1,
+        now: datetime | None = None,
+        network: Network | None = None,
+        with_window: bool = False,
+        timezone: str = "UTC",
+        robot_speed: float = 1.0,
+        profiles: Mapping[str, Profile] | None = None,
+    ) -> None:
         self.clock = VirtualClock(now) if now else VirtualClock()
         self.network = network or Network()
         self.network.site = self
@@ -49,12 +61,19 @@ class Site:
         self.machines: dict[str, SimulatedRobot] = {}
         for number in range(1, robots + 1):
             name, own = f"R{number}", (profiles or {}).get(f"R{number}")
-            self.machines[name] = SimulatedRobot(name, seed=number, clock=lambda: self.seconds() * robot_speed, start=self.clock.now(),
-                                                 profile=own or Profile(), timezone=timezone if own is None else None, battery=90.0)
+            self.machines[name] = SimulatedRobot(
+                name,
+                seed=number,
+                clock=lambda: self.seconds() * robot_speed,
+                start=self.clock.now(),
+                profile=own or Profile(),
+                timezone=timezone if own is None else None,
+                battery=90.0,
+            )
         self._paces: dict[str, Pace] = {}
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
-        self.switched_on: Callable[[], None] = lambda: None       # the simulation makes the database shaky here
+        self.switched_on: Callable[[], None] = lambda: None  # the simulation makes the database shaky here
         self.container: Container
         self.switch_on()
 
@@ -72,15 +91,17 @@ class Site:
     def switch_on(self) -> None:
         """Start the app on whatever the database holds."""
         db = Database.open(self.directory / "amr-scheduler.db", clock=self.clock, threaded=False, durable=False)
-        self.container = Container(db, self.clock, make_client=self._client, with_window=self._with_window, machine=self.tablet)
+        self.container = Container(
+            db, self.clock, make_client=self._client, with_window=self._with_window, machine=self.tablet
+        )
         self.container.first_start()
         self._workers: dict[int, RobotWorker] = {}
         self._inboxes: dict[int, list[messages.Message]] = {}
-        self._due: dict[int, float] = {}           # when each worker is to go on
+        self._due: dict[int, float] = {}  # when each worker is to go on
         self._next_round = self.clock.monotonic()
-        self._acting: int | None = None            # the worker that is going on
-        self._blocked: set[RobotWorker] = set()    # those that wait for an answer
-        self._closing: dict[RobotWorker, list[Execution]] = {}     # no longer needed, and what they were not given
+        self._acting: int | None = None  # the worker that is going on
+        self._blocked: set[RobotWorker] = set()  # those that wait for an answer
+        self._closing: dict[RobotWorker, list[Execution]] = {}  # no longer needed, and what they were not given
         self.engine.attach(self, self._wake)
         self.switched_on()
         self.engine.start()
@@ -105,9 +126,14 @@ class Site:
 
     def close(self, robot_id: int) -> None:
         del self._due[robot_id]
-        intents = [intent for message in self._inboxes.pop(robot_id) if isinstance(message, messages.Start) for intent in message.intents]
+        intents = [
+            intent
+            for message in self._inboxes.pop(robot_id)
+            if isinstance(message, messages.Start)
+            for intent in message.intents
+        ]
         worker = self._workers.pop(robot_id)
-        if worker in self._blocked:                # its thread ends when it has its answer
+        if worker in self._blocked:  # its thread ends when it has its answer
             self._closing[worker] = intents
         else:
             worker.close(intents)
@@ -125,8 +151,16 @@ class Site:
         token = Token.from_header(robot.token or "")
         transport = SimulatedTransport(self.machines[name], self.network, self.clock, name, token)
         pace = self._paces.setdefault(name, Pace(self.clock.monotonic, self.network.time_out))
-        return RobotClient(Address.parse(robot.address), token, serial_number=robot.serial_number, identified_by=robot.identified_by,
-                           transport=transport, clock=self.clock.monotonic, profile=robot.known, pace=pace)
+        return RobotClient(
+            Address.parse(robot.address),
+            token,
+            serial_number=robot.serial_number,
+            identified_by=robot.identified_by,
+            transport=transport,
+            clock=self.clock.monotonic,
+            profile=robot.known,
+            pace=pace,
+        )
 
     # ------------------------------------------------------------------ furnishing
     def add_robots(self) -> list[Robot]:
@@ -138,8 +172,12 @@ class Site:
 
     def check_up(self, robot: Robot, profile: RobotProfile) -> None:
         """As if a check-up had found this of the robot."""
+
         def put(c: sqlite3.Connection) -> None:
-            CheckUpRepository().put(c, robot.id, Report(robot.name, robot.address, "", self.clock.now(), 60.0, (), profile))
+            CheckUpRepository().put(
+                c, robot.id, Report(robot.name, robot.address, "", self.clock.now(), 60.0, (), profile)
+            )
+
         self.container.db.write(put)
         self.container.changes.publish(Topic.ROBOTS)
 
@@ -233,15 +271,15 @@ class Site:
         return sorted((row for row in rows if not states or row.state in states), key=lambda row: row.id)
 
     # ------------------------------------------------------------------ the world
-    tablet = "the tablet"         # which machine the app runs on
+    tablet = "the tablet"  # which machine the app runs on
 
     def others_go_on(self, seconds: float) -> None:
         """An answer takes so long. Meanwhile who asked waits and everybody else goes on."""
-        if self._acting is None:                  # a person's request, on a connection of its own
+        if self._acting is None:  # a person's request, on a connection of its own
             self.run(seconds)
             return
         acting, worker = self._acting, self._acting_worker
-        self._acting = None                       # what others do meanwhile its worker is told
+        self._acting = None  # what others do meanwhile its worker is told
         self._blocked.add(worker)
         try:
             self.run(seconds)
@@ -260,7 +298,9 @@ class Site:
     def suspend(self, seconds: float) -> None:
         """The tablet sleeps. Robots go on; nothing of the app does, and its monotonic clock stands still."""
         self.clock.suspend(seconds)
-        self._next_round = min(self._next_round, self.clock.monotonic() + LONGEST_WAIT)        # of the app's own seconds one is over soon
+        self._next_round = min(
+            self._next_round, self.clock.monotonic() + LONGEST_WAIT
+        )  # of the app's own seconds one is over soon
         for machine in self.machines.values():
             machine.catch_up()
 
@@ -270,7 +310,9 @@ class Site:
         self.stay_off(seconds)
         self.switch_on()
 
-    def stranger_queues(self, mission: str = "Deliver", robot: str = "R1", *, description: str = "", user: str = "admin") -> int:
+    def stranger_queues(
+        self, mission: str = "Deliver", robot: str = "R1", *, description: str = "", user: str = "admin"
+    ) -> int:
         """Somebody else puts a mission on a robot; returns the number of its item."""
         machine = self.machines[robot]
         machine.catch_up()

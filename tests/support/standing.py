@@ -1,4 +1,5 @@
 """The alarms that the app would have of what a sample shows, so that its banner and its bell agree with its robots."""
+
 from __future__ import annotations
 
 from contextlib import suppress
@@ -43,7 +44,9 @@ def issues_of(facts: HomeFacts) -> OpenIssues:
     raised, changes, robots = Raised(facts), Changes(), {robot.id: robot for robot in facts.robots}
     snapshots = Snapshots(changes)
     Questions(snapshots, raised, changes, robots.get)
-    shared: Any = SimpleNamespace(clock=VirtualClock(ago()), snapshots=snapshots, alarms=raised, settings=lambda: facts.settings)
+    shared: Any = SimpleNamespace(
+        clock=VirtualClock(ago()), snapshots=snapshots, alarms=raised, settings=lambda: facts.settings
+    )
     for robot in facts.robots:
         snapshot = facts.snapshots.get(robot.id)
         if robot.enabled and snapshot is not None and snapshot.status is not None:
@@ -53,6 +56,7 @@ def issues_of(facts: HomeFacts) -> OpenIssues:
 
 def _observe(robot: Robot, connection: Connection, status: RobotStatus, shared: Any) -> None:
     """Twice: what happens once is no silence yet."""
+
     def answer() -> RobotStatus:
         if connection is Connection.UNREACHABLE:
             raise Unreachable(code="no_answer", address=robot.address.removeprefix("http://"))

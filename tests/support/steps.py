@@ -1,4 +1,5 @@
 """How much work something is, counted instead of timed: lines of the app that run."""
+
 from __future__ import annotations
 
 import sys

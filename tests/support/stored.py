@@ -1,4 +1,5 @@
 """What a database holds, put back for each test of those that share one."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -39,7 +40,9 @@ class Stored:
 
 def _tables(c: sqlite3.Connection) -> Iterator[tuple[str, Rows]]:
     """All but SQLite's own, which see to it that no id comes back."""
-    for table, in c.execute("SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%' ORDER BY rowid").fetchall():
+    for (table,) in c.execute(
+        "SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%' ORDER BY rowid"
+    ).fetchall():
         yield table, [tuple(row) for row in c.execute(f"SELECT * FROM {table}").fetchall()]
 
 
@@ -47,4 +50,8 @@ def bring_over(new: Database, old: Database) -> None:
     """The executions, in the columns that the older database has."""
     names = [row["name"] for row in old.read().execute("PRAGMA table_info(executions)")]
     rows = [tuple(row) for row in new.read().execute(f"SELECT {', '.join(names)} FROM executions")]
-    old.write(lambda c: c.executemany(f"INSERT INTO executions ({', '.join(names)}) VALUES ({', '.join('?' * len(names))})", rows))
+    old.write(
+        lambda c: c.executemany(
+            f"INSERT INTO executions ({', '.join(names)}) VALUES ({', '.join('?' * len(names))})", rows
+        )
+    )

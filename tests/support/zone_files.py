@@ -1,4 +1,5 @@
 """Files of time zone data, as a system has them."""
+
 from __future__ import annotations
 
 import struct
@@ -13,8 +14,17 @@ def zone_file(name: str) -> bytes:
 
 def file_of_rule(rule: str) -> bytes:
     """A zone that has always had this POSIX rule, such as EET-2EEST,M3.5.0/3,M10.5.0/4 (RFC 9636)."""
+
     def block(version: bytes) -> bytes:
-        return b"TZif" + version + bytes(15) + struct.pack(">6l", 0, 0, 0, 0, 1, 4) + struct.pack(">lBB", 0, 0, 0) + b"UTC\0"
+        return (
+            b"TZif"
+            + version
+            + bytes(15)
+            + struct.pack(">6l", 0, 0, 0, 0, 1, 4)
+            + struct.pack(">lBB", 0, 0, 0)
+            + b"UTC\0"
+        )
+
     return block(b"2") + block(b"2") + b"\n" + rule.encode("ascii") + b"\n"
 
 

@@ -4,6 +4,7 @@ Clipped text, broken words, text under 14 sp, text and widgets that leave their 
 (64 with gloves), gaps between targets under 8 dp, hidden widgets that swallow touches, and the contrast of every pair of colours that the
 widgets use; fields that are not level, and bars over buttons. What else a canvas draws it does not see.
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -26,18 +27,22 @@ from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
 from app.widgets.tokens import COLOURS, THEMES, TONES, tk
 
-SLACK = 1.5                              # px: rounding is no fault
-GAP = 8                                  # dp
-LONGEST_WORD = 30                        # characters, also in Finnish
+SLACK = 1.5  # px: rounding is no fault
+GAP = 8  # dp
+LONGEST_WORD = 30  # characters, also in Finnish
 
 
 def name_of(widget: Widget) -> str:
-    words = next((getattr(widget, name) for name in ("text", "title", "label", "mission", "name") if getattr(widget, name, "")), "")
+    words = next(
+        (getattr(widget, name) for name in ("text", "title", "label", "mission", "name") if getattr(widget, name, "")),
+        "",
+    )
     return f"{type(widget).__name__} {str(words)[:40]!r}"
 
 
 def shown(root: Widget) -> Iterator[tuple[Widget, tuple[Widget, ...]]]:
     """Every widget that can be seen, with its ancestors from the outermost in."""
+
     def walk(widget: Widget, above: tuple[Widget, ...]):
         if not widget.opacity or widget.width < 2 or widget.height < 2:
             return
@@ -103,11 +108,12 @@ def swallowed_touches(root: Widget) -> Iterator[str]:
     A layout hands touches to what it holds wherever that lies, and a disabled widget keeps those on it (Widget.on_touch_down); only scroll
     views and screens look whether a touch is theirs. So every hidden part is touched wherever it has something that could take a touch.
     """
+
     def walk(widget: Widget, above: tuple[Widget, ...]) -> Iterator[str]:
         if why := _why_hidden(widget, above):
             yield from _kept_by(widget, above, why)
             return
-        if not (widget.disabled and takes_touches(widget)):      # what is seen keeps the touches of what it holds itself
+        if not (widget.disabled and takes_touches(widget)):  # what is seen keeps the touches of what it holds itself
             for child in widget.children:
                 yield from walk(child, (*above, widget))
 
@@ -171,12 +177,12 @@ def _reachable_area(widget: Widget, above: tuple[Widget, ...]) -> tuple[float, f
     if (place := visible_area(widget, above)) is None:
         return None
     x, y, right, top = place
-    x, y, right, top = max(x, 0.), max(y, 0.), min(right, float(Window.width)), min(top, float(Window.height))
+    x, y, right, top = max(x, 0.0), max(y, 0.0), min(right, float(Window.width)), min(top, float(Window.height))
     return (x, y, right, top) if right - x > SLACK and top - y > SLACK else None
 
 
 def _text_problems(label: Label, above: tuple[Widget, ...]) -> Iterator[str]:
-    if label.font_size < sp(14) - .1:
+    if label.font_size < sp(14) - 0.1:
         yield f"small text {label.font_size:.0f} px: {name_of(label)}"
     wide, high = label.texture_size
     if wide > label.width + SLACK or high > label.height + SLACK:
@@ -189,8 +195,10 @@ def _text_problems(label: Label, above: tuple[Widget, ...]) -> Iterator[str]:
             return
         bx, by, bright, btop = area(box)
         if x < bx - SLACK or right > bright + SLACK or y < by - SLACK or top > btop + SLACK:
-            yield (f"{name_of(label)} leaves {name_of(box)}: {x:.0f}–{right:.0f}, {y:.0f}–{top:.0f} "
-                   f"/ {bx:.0f}–{bright:.0f}, {by:.0f}–{btop:.0f}")
+            yield (
+                f"{name_of(label)} leaves {name_of(box)}: {x:.0f}–{right:.0f}, {y:.0f}–{top:.0f} "
+                f"/ {bx:.0f}–{bright:.0f}, {by:.0f}–{btop:.0f}"
+            )
             return
 
 
@@ -200,17 +208,27 @@ def broken_words(label: Label) -> list[str]:
     room = label.text_size[0]
     if label.markup or not room:
         return []
-    return [word for word in label.text.split() if len(word) <= LONGEST_WORD and len(word) * label.font_size > room
-            and max(line_width(part, label.font_name, label.font_size) for part in SEAM.split(word)) > room + 1]
+    return [
+        word
+        for word in label.text.split()
+        if len(word) <= LONGEST_WORD
+        and len(word) * label.font_size > room
+        and max(line_width(part, label.font_name, label.font_size) for part in SEAM.split(word)) > room + 1
+    ]
 
 
 def _box_problems(box: BoxLayout) -> Iterator[str]:
     children = [child for child in box.children if child.opacity and child.width >= 2 and child.height >= 2]
     for child in children:
-        if child.x < box.x - SLACK or child.right > box.right + SLACK or child.y < box.y - SLACK or child.top > box.top + SLACK:
+        if (
+            child.x < box.x - SLACK
+            or child.right > box.right + SLACK
+            or child.y < box.y - SLACK
+            or child.top > box.top + SLACK
+        ):
             yield f"{name_of(child)} leaves {name_of(box)}: {child.pos} {child.size} / {box.pos} {box.size}"
     for n, a in enumerate(children):
-        for b in children[n + 1:]:
+        for b in children[n + 1 :]:
             if min(a.right, b.right) - max(a.x, b.x) > SLACK and min(a.top, b.top) - max(a.y, b.y) > SLACK:
                 yield f"{name_of(a)} overlaps {name_of(b)}"
 
@@ -227,7 +245,7 @@ def _gap_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[
     seen = [(widget, above, visible_area(widget, above)) for widget, above in targets]
     seen = [(widget, above, place) for widget, above, place in seen if place is not None]
     for n, (a, a_above, (ax, ay, aright, atop)) in enumerate(seen):
-        for b, b_above, (bx, by, bright, btop) in seen[n + 1:]:
+        for b, b_above, (bx, by, bright, btop) in seen[n + 1 :]:
             if a in b_above or b in a_above or _one_field(a_above, b_above):
                 continue
             gap = max(bx - aright, ax - bright, by - atop, ay - btop)
@@ -241,7 +259,12 @@ def _bar_problems(targets: list[tuple[Widget, tuple[Widget, ...]]]) -> Iterator[
         if not isinstance(widget, CommandButton) or widget.line_color[3] == 0:
             continue
         for view in above:
-            if isinstance(view, ScrollView) and view.bar_width and view.do_scroll_y and view.viewport_size[1] > view.height + SLACK:
+            if (
+                isinstance(view, ScrollView)
+                and view.bar_width
+                and view.do_scroll_y
+                and view.viewport_size[1] > view.height + SLACK
+            ):
                 bar = area(view)[2] - view.bar_margin
                 _left, low, right, high = area(widget)
                 if right > bar - view.bar_width + SLACK and min(high, area(view)[3]) - max(low, area(view)[1]) > SLACK:
@@ -256,29 +279,38 @@ def _one_field(a_above: tuple[Widget, ...], b_above: tuple[Widget, ...]) -> bool
 # ---------------------------------------------------------------------- contrast of the tokens
 def luminance(colour: str) -> float:
     """Relative luminance of "#RRGGBB" (WCAG 2.2)."""
-    channels = [int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5)]
-    linear = [c / 12.92 if c <= .04045 else ((c + .055) / 1.055) ** 2.4 for c in channels]
-    return .2126 * linear[0] + .7152 * linear[1] + .0722 * linear[2]
+    channels = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 def contrast_ratio(a: str, b: str) -> float:
     high, low = sorted((luminance(a), luminance(b)), reverse=True)
-    return (high + .05) / (low + .05)
+    return (high + 0.05) / (low + 0.05)
 
 
 TEXT_PAIRS = [
     *((ink, ground) for ink in ("ink", "ink2", "ink3", *TONES) for ground in ("bg", "surface", "surface2")),
     *((f"{tone}_on", f"{tone}_bg") for tone in TONES),
     *(("solid_ink", f"{tone}_solid") for tone in ("fault", "action", "done", "neutral", "offline", "accent")),
-    ("ink2", "map_floor"), ("ink2", "closed"), ("accent_ink", "accent"), ("ink", "accent_soft"), ("amber_ink", "attention_solid"),
-    ("snack_ink", "snack"), ("snack_accent", "snack"),
+    ("ink2", "map_floor"),
+    ("ink2", "closed"),
+    ("accent_ink", "accent"),
+    ("ink", "accent_soft"),
+    ("amber_ink", "attention_solid"),
+    ("snack_ink", "snack"),
+    ("snack_accent", "snack"),
 ]
 PART_PAIRS = [
     *(("outline", ground) for ground in ("bg", "surface", "surface2")),
     *(("accent", ground) for ground in ("bg", "surface", "track", "map_floor")),
     *(("accent_solid", ground) for ground in ("bg", "surface", "surface2")),
-    ("accent_mid", "surface"), ("map_wall", "map_floor"), ("disabled", "surface"), ("fault_solid", "surface"),
-    ("fault", "map_floor"), ("neutral_solid", "surface"),
+    ("accent_mid", "surface"),
+    ("map_wall", "map_floor"),
+    ("disabled", "surface"),
+    ("fault_solid", "surface"),
+    ("fault", "map_floor"),
+    ("neutral_solid", "surface"),
 ]
 
 
@@ -286,7 +318,7 @@ def contrast_problems() -> list[str]:
     """Pairs of tokens below WCAG's ratios: text 4.5 (high contrast 7), parts of controls and data 3."""
     found = []
     for column, theme in enumerate(THEMES):
-        for pairs, need in ((TEXT_PAIRS, 7. if theme == "contrast" else 4.5), (PART_PAIRS, 3.)):
+        for pairs, need in ((TEXT_PAIRS, 7.0 if theme == "contrast" else 4.5), (PART_PAIRS, 3.0)):
             for a, b in pairs:
                 ratio = contrast_ratio(COLOURS[a][column], COLOURS[b][column])
                 if ratio < need:

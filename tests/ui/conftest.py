@@ -1,4 +1,5 @@
 """The window of the UI tests. Importing this file installs it, and nothing else does: other tests never import kivy."""
+
 from __future__ import annotations
 
 import gc
@@ -31,9 +32,9 @@ from tests.ui.driver import Driver  # noqa: E402
 from tests.ui.integrator import tablet  # noqa: E402
 from tests.ui.whole_app import Plant, shown  # noqa: E402
 
-PENDING = 200.0                          # s of virtual time, longer than any animation and than kivy's caches keep what they drew
-LET_GO_WITHIN = 20.0                     # s, in which threads of the test before end
-_shown_before: list[str] = []            # the last test that had the window
+PENDING = 200.0  # s of virtual time, longer than any animation and than kivy's caches keep what they drew
+LET_GO_WITHIN = 20.0  # s, in which threads of the test before end
+_shown_before: list[str] = []  # the last test that had the window
 
 
 def living_widgets() -> Counter[str]:
@@ -49,7 +50,7 @@ class Stage(MDApp):
 @pytest.fixture(scope="session")
 def stage() -> MDApp:
     app.widgets.load()
-    Driver()                                 # virtual time from the first frame on
+    Driver()  # virtual time from the first frame on
     gc.freeze()
     return Stage()
 
@@ -87,8 +88,8 @@ def _window(stage: MDApp, user: str, session: pytest.Session) -> Iterator[Driver
     driver = Driver(stage)
     yield driver
     clear_window()
-    Window.property("focus").dispatch(Window)        # as when another window comes to the front: no key is held any more
-    for _event in range(3):                  # what was to happen, the animation that this began, and the caches
+    Window.property("focus").dispatch(Window)  # as when another window comes to the front: no key is held any more
+    for _event in range(3):  # what was to happen, the animation that this began, and the caches
         driver.skip(PENDING)
     App._running_app = None
     EventLoop.status = "idle"
@@ -99,8 +100,8 @@ def _nothing_left(stage: MDApp, user: str, session: pytest.Session) -> None:
     After a failure its traceback may."""
     ends = time.monotonic() + LET_GO_WITHIN
     while (alive := living_widgets()) and not session.testsfailed and time.monotonic() < ends:
-        Driver(stage).advance()              # a thread that ends hands its result to the next frame
-        time.sleep(.01)
+        Driver(stage).advance()  # a thread that ends hands its result to the next frame
+        time.sleep(0.01)
     assert not alive or session.testsfailed, f"{_shown_before} left alive: {dict(alive)}"
     _shown_before[:] = [user]
 
@@ -161,6 +162,6 @@ def silent_robots() -> Iterator[None]:
 def clear_window() -> None:
     for child in list(Window.children):
         if isinstance(child, MDDialog):
-            child.dismiss()                  # lets go of the window's keys
+            child.dismiss()  # lets go of the window's keys
         Window.remove_widget(child)
     Window.release_all_keyboards()

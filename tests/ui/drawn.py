@@ -1,4 +1,5 @@
 """What the tests of widgets share: who was told of what, fingers on a chart, and what is drawn there."""
+
 from __future__ import annotations
 
 from kivy.graphics import Rectangle
@@ -47,4 +48,8 @@ def textures(group) -> list:
 
 def words_of(chart) -> list[tuple[float, object]]:
     """Where names of bars are seen to begin, and which."""
-    return [(one.pos[0] + chart._drawing.moved, one.texture) for one in instructions(chart._drawing._words) if isinstance(one, Rectangle)]
+    return [
+        (one.pos[0] + chart._drawing.moved, one.texture)
+        for one in instructions(chart._drawing._words)
+        if isinstance(one, Rectangle)
+    ]

@@ -1,10 +1,11 @@
 """Hands and eyes of a test: virtual time, taps, typing, keys, and what can be seen.
 
-    def test_cancel(ui):
-        row = ui.show(Factory.QueueRow(mission="Deliver"))
-        ui.tap(ui.find(IconButton))
-        assert "Deliver" in ui.texts()
+def test_cancel(ui):
+    row = ui.show(Factory.QueueRow(mission="Deliver"))
+    ui.tap(ui.find(IconButton))
+    assert "Deliver" in ui.texts()
 """
+
 from __future__ import annotations
 
 import time
@@ -22,7 +23,7 @@ from kivy.uix.widget import Widget
 from app.widgets.rest import rest
 
 FRAME = 1 / 60
-_WATCHERS = (kinetic, scroll, motionevent, button)      # kivy's modules that ask the wall clock how long a touch took
+_WATCHERS = (kinetic, scroll, motionevent, button)  # kivy's modules that ask the wall clock how long a touch took
 
 
 class VirtualTime:
@@ -30,6 +31,7 @@ class VirtualTime:
 
     One instance per process: time that ran backwards between two tests would leave the later one waiting for ever.
     """
+
     _only: VirtualTime | None = None
 
     def __new__(cls):
@@ -37,8 +39,8 @@ class VirtualTime:
             cls._only = self = super().__new__(cls)
             self.now = time.perf_counter()
             Clock.time = lambda: self.now
-            Clock._max_fps = 0               # Clock.idle() must not sleep
-            for module in _WATCHERS:         # a fling of 100 px in no wall time would be one of the speed of light
+            Clock._max_fps = 0  # Clock.idle() must not sleep
+            for module in _WATCHERS:  # a fling of 100 px in no wall time would be one of the speed of light
                 module.time = lambda: self.now
         return cls._only
 
@@ -50,7 +52,7 @@ class Driver:
         self._time = VirtualTime()
 
     # ------------------------------------------------------------------ time
-    def advance(self, seconds: float = 0.) -> None:
+    def advance(self, seconds: float = 0.0) -> None:
         """Run the frames of ``seconds``, at least three, so that layouts settle. Only the last is drawn: nobody sees the others, and in
         software each costs as much as all the rest of a frame."""
         frames = max(3, round(seconds / FRAME))
@@ -84,14 +86,14 @@ class Driver:
         Window.unbind(on_draw=note)
         return len(drawn)
 
-    def wait(self, condition: Callable[[], object], seconds: float = 60.) -> None:
+    def wait(self, condition: Callable[[], object], seconds: float = 60.0) -> None:
         """Run frames until ``condition()`` holds that another thread brings about; AssertionError after ``seconds`` of wall time."""
-        end, pause = time.monotonic() + seconds, .002
+        end, pause = time.monotonic() + seconds, 0.002
         while not condition():
             assert time.monotonic() < end, f"still not after {seconds} s: {condition}"
             self.advance()
             time.sleep(pause)
-            pause = min(pause * 1.05, .02)   # what takes long needs no more frames than it takes to see it soon
+            pause = min(pause * 1.05, 0.02)  # what takes long needs no more frames than it takes to see it soon
 
     # ------------------------------------------------------------------ the stage
     def show(self, widget: Widget, size: tuple[float, float] | None = None) -> Widget:
@@ -107,14 +109,17 @@ class Driver:
         return widget
 
     # ------------------------------------------------------------------ hands
-    def tap(self, widget: Widget, hold: float = .05) -> None:
+    def tap(self, widget: Widget, hold: float = 0.05) -> None:
         """Touch the middle of ``widget`` for ``hold`` seconds, once the page stands still. It must be on screen."""
         self.press(widget)(hold)
 
     def press(self, widget: Widget) -> Callable[[float], None]:
         """Put a finger down on ``widget``; call what comes back to lift it after so many seconds."""
         from kivy.tests.common import UnitTestTouch
-        while rest.is_on or any(getattr(part, "has_just_moved", False) for top in Window.children for part in (top, *top.children)):
+
+        while rest.is_on or any(
+            getattr(part, "has_just_moved", False) for top in Window.children for part in (top, *top.children)
+        ):
             self.advance()
         x, y = widget.to_window(*widget.center)
         on_screen = 0 <= x <= Window.width and 0 <= y <= Window.height
@@ -123,26 +128,28 @@ class Driver:
         touch.touch_down()
         self.advance()
 
-        def lift(after: float = .05) -> None:
+        def lift(after: float = 0.05) -> None:
             self.advance(after)
             touch.touch_up()
-            self.advance(.3)
+            self.advance(0.3)
 
         return lift
 
     def tap_at(self, x: float, y: float) -> None:
         """Touch a point of the window."""
         from kivy.tests.common import UnitTestTouch
+
         touch = UnitTestTouch(x, y)
         touch.touch_down()
-        self.advance(.05)
+        self.advance(0.05)
         touch.touch_up()
-        self.advance(.3)
+        self.advance(0.3)
 
-    def tap_twice(self, place: tuple[float, float], gap: float, hold: float = .05) -> None:
+    def tap_twice(self, place: tuple[float, float], gap: float, hold: float = 0.05) -> None:
         """A double tap on that point of the window: ``gap`` s from the beginning of the first to that of the second."""
         from kivy.tests.common import UnitTestTouch
-        for pause in (gap - hold, .4):       # a page that scrolls hands on a tap a little later
+
+        for pause in (gap - hold, 0.4):  # a page that scrolls hands on a tap a little later
             touch = UnitTestTouch(*place)
             touch.touch_down()
             self.advance(hold)
@@ -152,10 +159,11 @@ class Driver:
     def wheel(self, widget: Widget, notches: int) -> None:
         """Turn the mouse's wheel over the middle of ``widget``: by so many notches downwards, or upwards (< 0)."""
         from kivy.tests.common import UnitTestTouch
+
         for _n in range(abs(notches)):
             touch = UnitTestTouch(*widget.to_window(*widget.center))
             touch.profile = [*touch.profile, "button"]
-            touch.button = "scrollup" if notches > 0 else "scrolldown"       # as kivy calls them, after what the page does
+            touch.button = "scrollup" if notches > 0 else "scrolldown"  # as kivy calls them, after what the page does
             touch.touch_down()
             touch.touch_up()
             self.advance()
@@ -163,6 +171,7 @@ class Driver:
     def drag(self, widget: Widget, dx: float, dy: float, steps: int = 10) -> None:
         """Drag from the middle of ``widget`` by that many px, and let go after a moment of rest, so that nothing flies on."""
         from kivy.tests.common import UnitTestTouch
+
         x, y = widget.to_window(*widget.center)
         touch = UnitTestTouch(x, y)
         touch.touch_down()
@@ -170,7 +179,7 @@ class Driver:
         for n in range(1, steps + 1):
             touch.touch_move(x + dx * n / steps, y + dy * n / steps)
             self.advance()
-        self.advance(.5)
+        self.advance(0.5)
         touch.touch_up()
         self.advance(1)
 
@@ -181,16 +190,16 @@ class Driver:
     def type(self, field: Widget, text: str) -> None:
         """Focus ``field`` (anything with ``focus``) and type ``text`` at its end."""
         field.focus = True
-        self.advance(.4)
+        self.advance(0.4)
         for character in text:
             Window.dispatch("on_textinput", character)
-        self.advance(.1)
+        self.advance(0.1)
 
     def key(self, code: int, text: str = "") -> None:
         """Press and release a key: 27 Esc, 13 Enter, 8 backspace."""
         self.key_down(code, text)
         Window.dispatch("on_key_up", code, 0)
-        self.advance(.3)
+        self.advance(0.3)
 
     def key_down(self, code: int, text: str = "", modifiers: tuple[str, ...] = ()) -> None:
         """As kivy's window says it, again and again while a key is held."""
@@ -210,22 +219,31 @@ class Driver:
             widget = waiting.pop()
             if widget.opacity:
                 yield widget
-                waiting += widget.children                  # the last of them was added first
+                waiting += widget.children  # the last of them was added first
 
     def find_all(self, kind: type | None = None, root: Widget | None = None, **values) -> list[Widget]:
         """All that is shown of class ``kind`` with those property values, in reading order of the tree."""
         missing = object()
-        return [widget for widget in self.seen(root) if (kind is None or isinstance(widget, kind))
-                and all(getattr(widget, name, missing) == value for name, value in values.items())]
+        return [
+            widget
+            for widget in self.seen(root)
+            if (kind is None or isinstance(widget, kind))
+            and all(getattr(widget, name, missing) == value for name, value in values.items())
+        ]
 
     def find(self, kind: type | None = None, root: Widget | None = None, **values) -> Widget:
         """The first such widget; LookupError when there is none."""
         found = self.find_all(kind, root, **values)
         if not found:
-            raise LookupError(f"nothing shown is {kind.__name__ if kind else 'a widget'} with {values}; texts: {self.texts(root)}")
+            raise LookupError(
+                f"nothing shown is {kind.__name__ if kind else 'a widget'} with {values}; texts: {self.texts(root)}"
+            )
         return found[0]
 
     def texts(self, root: Widget | None = None) -> list[str]:
         """All texts that can be read, icons left out."""
-        return [widget.text for widget in self.seen(root)
-                if isinstance(widget, Label) and widget.text and widget.font_name != "Icons" and widget.width > 1]
+        return [
+            widget.text
+            for widget in self.seen(root)
+            if isinstance(widget, Label) and widget.text and widget.font_name != "Icons" and widget.width > 1
+        ]

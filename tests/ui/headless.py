@@ -4,6 +4,7 @@
 never touches SDL's video. What it changes in the environment is put back, so that child processes of other tests see none of it; what
 kivy would do to the root logger and to the home directory is kept off.
 """
+
 from __future__ import annotations
 
 import atexit
@@ -14,12 +15,20 @@ import sys
 import tempfile
 
 COMMON = {
-    "KIVY_NO_ARGS": "1", "KIVY_NO_CONFIG": "1", "KIVY_NO_ENV_CONFIG": "1", "KIVY_NO_FILELOG": "1", "KIVY_NO_CONSOLELOG": "1",
-    "KIVY_LOG_MODE": "PYTHON", "KIVY_CLIPBOARD": "dummy", "KIVY_METRICS_DENSITY": "1", "KIVY_METRICS_FONTSCALE": "1", "KIVY_DPI": "96",
+    "KIVY_NO_ARGS": "1",
+    "KIVY_NO_CONFIG": "1",
+    "KIVY_NO_ENV_CONFIG": "1",
+    "KIVY_NO_FILELOG": "1",
+    "KIVY_NO_CONSOLELOG": "1",
+    "KIVY_LOG_MODE": "PYTHON",
+    "KIVY_CLIPBOARD": "dummy",
+    "KIVY_METRICS_DENSITY": "1",
+    "KIVY_METRICS_FONTSCALE": "1",
+    "KIVY_DPI": "96",
 }
 MOCK = {"KIVY_GL_BACKEND": "mock", "KIVY_WINDOW": ""}
 OFFSCREEN = {"SDL_VIDEODRIVER": "offscreen"}
-LANE = os.environ.get("UI_LANE", "mock")     # or offscreen: real GL without a display
+LANE = os.environ.get("UI_LANE", "mock")  # or offscreen: real GL without a display
 
 
 class _MockNoise(logging.Filter):
@@ -33,6 +42,7 @@ def install(width: int = 1280, height: int = 800):
     """Make the one window of this process and return it; a second call returns the same."""
     if "kivy.core.window" in sys.modules:
         from kivy.core.window import Window
+
         return Window
     before = dict(os.environ)
     home = tempfile.mkdtemp(prefix="kivy-home-")
@@ -46,8 +56,9 @@ def install(width: int = 1280, height: int = 800):
 
 
 def _install(width: int, height: int):
-    logging.getLogger("kivy").addHandler(logging.NullHandler())      # which clipboards this machine lacks is no news here
+    logging.getLogger("kivy").addHandler(logging.NullHandler())  # which clipboards this machine lacks is no news here
     from kivy.config import Config
+
     Config.set("graphics", "width", str(width))
     Config.set("graphics", "height", str(height))
     Config.set("graphics", "multisamples", "0")
@@ -56,8 +67,10 @@ def _install(width: int, height: int):
         Config.remove_option("input", name)
 
     import kivy.core.window as core_window
+
     if LANE == "mock":
         from kivy.logger import Logger
+
         Logger.addFilter(_MockNoise())
         core_window.Window = _headless(core_window.WindowBase)()
     _read_environment()
@@ -69,6 +82,7 @@ def _read_environment() -> None:
     import kivy.core.clipboard
     import kivy.core.text  # noqa: F401
     from kivy.metrics import Metrics
+
     assert (Metrics.dpi, Metrics.density, Metrics.fontscale) == (96, 1, 1)
 
 

@@ -1,4 +1,5 @@
 """What the tests of Settings share: a tablet with two robots and a home directory, and an integrator's hands."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -35,7 +36,7 @@ def tablet(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Plant]:
     documents = directory / "Documents"
     documents.mkdir()
     monkeypatch.setattr("platformdirs.user_documents_path", lambda: documents)
-    monkeypatch.setattr(places, "MOUNTS", directory / "mounts")        # no stick and no share
+    monkeypatch.setattr(places, "MOUNTS", directory / "mounts")  # no stick and no share
     with plant(directory / "data", robots=2) as site:
         site.documents = documents
         yield site
@@ -45,14 +46,18 @@ def begin_anew(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
     """Show ``screen`` as a first start would, whatever the test before has entered, saved and left open."""
     app.shell.dialogs.close_all()
     app.shell.snackbars.clear()
-    app.shell.navigator.close()              # screens are built again: nothing that was typed, chosen or scrolled is left
+    app.shell.navigator.close()  # screens are built again: nothing that was typed, chosen or scrolled is left
     Window.release_all_keyboards()
     ui.advance()
     ui.wait(lambda: app.shell.background.idle)
     forget_all(site, ui)
     app.shell.go(screen)
     ui.wait(lambda: app.shell.background.idle)
-    ui.wait(lambda: not [widget for kind in (Overlay, Snackbar, AlarmBanner, DockedKeyboard) for widget in ui.find_all(kind)])
+    ui.wait(
+        lambda: (
+            not [widget for kind in (Overlay, Snackbar, AlarmBanner, DockedKeyboard) for widget in ui.find_all(kind)]
+        )
+    )
     assert (tk.theme, tk.gloves, translator.language) == (site.first_settings.theme, False, SOURCE_LANGUAGE)
 
 
@@ -68,7 +73,7 @@ def forget_all(site: Plant, ui: Driver) -> None:
     history = site.container.repositories.executions
     site.container.db.write(lambda c: history.drop_oldest(c, history.surplus(c, 0)))
     assert (robots(site), missions(site), schedules(site), settings(site)) == ([], [], [], site.first_settings)
-    ui.wait(lambda: _is_calm(site))          # a worker may just have noted something about a robot that is gone now
+    ui.wait(lambda: _is_calm(site))  # a worker may just have noted something about a robot that is gone now
 
 
 def _forget_catalogue(site: Plant) -> None:
@@ -123,7 +128,7 @@ def reveal(ui: Driver, widget) -> None:
     """Scroll the page until it can be seen."""
     scroll = next(parent for parent in widget.walk_reverse() if isinstance(parent, ScrollPage))
     scroll.scroll_to(widget, animate=False)
-    ui.advance(.3)
+    ui.advance(0.3)
 
 
 def enter_path(ui: Driver, row: FileRow, path: str) -> None:
@@ -131,7 +136,7 @@ def enter_path(ui: Driver, row: FileRow, path: str) -> None:
     if not row.model.typed:
         ui.wait(lambda: ui.find_all(ChoiceChip, row, text="Another place"))
         ui.tap(ui.find(ChoiceChip, row, text="Another place"))
-        ui.advance(.2)
+        ui.advance(0.2)
     enter(ui, ui.find(FormField, root=row), path)
 
 
@@ -145,7 +150,7 @@ def fill_in(ui: Driver, **values: str) -> RobotDialog:
 
 def keyboard(ui) -> DockedKeyboard:
     ui.wait(lambda: ui.find_all(DockedKeyboard))
-    ui.advance(.1)
+    ui.advance(0.1)
     return ui.find(DockedKeyboard)
 
 

@@ -1,4 +1,5 @@
 """What the tests of the Logs share: the screen on real services at an invented plant, and a reader's hands."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -41,14 +42,14 @@ def show_anew(app, ui: Driver, part: str = "runs") -> None:
     settle(app, ui)
     for scrolled in ui.find_all(ScrollView):
         scrolled.scroll_y = 1
-    ui.advance(.1)
+    ui.advance(0.1)
 
 
 def settle(app, ui: Driver) -> None:
-    for _reading in range(2):            # the figures are read after the runs
-        ui.advance(.4)
+    for _reading in range(2):  # the figures are read after the runs
+        ui.advance(0.4)
         ui.wait(lambda: app.shell.background.idle)
-    ui.advance(.1)
+    ui.advance(0.1)
 
 
 def tap(app, ui: Driver, widget) -> None:

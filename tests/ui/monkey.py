@@ -6,6 +6,7 @@ prints what the process has resident every ``WARM`` acts, with the same on scree
 exception, the first error in the log, or when memory has grown by more than ``MOST_GROWTH_MIB`` since act ``WARM``. The robots, which keep
 all they did, are in a process of their own. The same seed does the same, but for what robots answer meanwhile.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -45,14 +46,24 @@ from tests.ui.whole_app import GUIDS, Plant, shown  # noqa: E402
 
 ROBOTS = 5
 SCHEDULES = 12
-ROUNDS = 9                               # a dialog each
-WARM = 2_000                             # acts, after which caches are full
+ROUNDS = 9  # a dialog each
+WARM = 2_000  # acts, after which caches are full
 MOST_GROWTH_MIB = 10.0
-CHECK_UP_S = 600.0                       # that a check-up which was begun may take, of a robot in trouble
+CHECK_UP_S = 600.0  # that a check-up which was begun may take, of a robot in trouble
 SIZES = ((1280, 800), (800, 1280), (1024, 600), (1920, 1200), (600, 480))
-KEYS = {"tab": 9, "enter": 13, "escape": 27, "space": 32, "backspace": 8, "up": 273, "down": 274, "right": 275, "left": 276}
+KEYS = {
+    "tab": 9,
+    "enter": 13,
+    "escape": 27,
+    "space": 32,
+    "backspace": 8,
+    "up": 273,
+    "down": 274,
+    "right": 275,
+    "left": 276,
+}
 WELL = {"fault": None, "error": None, "emergency_stop": False, "user_prompt": None}
-PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2 ** 20
+PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 class Monkey:
@@ -62,15 +73,23 @@ class Monkey:
     def __init__(self, site: Plant, app: SchedulerApp, ui: Driver, seed: int) -> None:
         self._site, self._app, self._ui, self._rng = site, app, ui, random.Random(seed)
         self._acts: dict[Callable[[], object], int] = {
-            self.tap_target: 60, self.tap_anywhere: 8, self.double_tap: 3, self.hold: 2, self.drag: 12, self.wheel: 3, self.key: 8,
-            self.type: 3, self.turn: 1, self.trouble: 3,
+            self.tap_target: 60,
+            self.tap_anywhere: 8,
+            self.double_tap: 3,
+            self.hold: 2,
+            self.drag: 12,
+            self.wheel: 3,
+            self.key: 8,
+            self.type: 3,
+            self.turn: 1,
+            self.trouble: 3,
         }
         self.done = 0
         self._stored = Stored(site.container)
 
     def act(self) -> str:
         """One act; returns its name."""
-        what, = self._rng.choices(list(self._acts), list(self._acts.values()))
+        (what,) = self._rng.choices(list(self._acts), list(self._acts.values()))
         what()
         self.done += 1
         if self.done % 100 == 0:
@@ -105,6 +124,7 @@ class Monkey:
 
     def wheel(self) -> None:
         from kivy.tests.common import UnitTestTouch
+
         touch = UnitTestTouch(self._rng.uniform(0, Window.width), self._rng.uniform(0, Window.height))
         touch.profile, touch.button = ["pos", "button"], self._rng.choice(("scrollup", "scrolldown"))
         touch.touch_down()
@@ -114,7 +134,7 @@ class Monkey:
 
     def key(self) -> None:
         code = self._rng.choice(list(KEYS.values()))
-        self._ui.key_down(code, modifiers=("shift",) if self._rng.random() < .2 else ())
+        self._ui.key_down(code, modifiers=("shift",) if self._rng.random() < 0.2 else ())
         Window.dispatch("on_key_up", code, 0)
         self._ui.advance()
 
@@ -131,11 +151,19 @@ class Monkey:
     def trouble(self) -> None:
         """Something happens to a robot, or all is well with it again."""
         robot = self._rng.choice(self._site.fleet.robots)
-        robot.control(self._rng.choice((
-            {"battery": self._rng.uniform(1, 100)}, {"emergency_stop": True}, {"error": {"code": 7, "description": "Cart not found"}},
-            {"user_prompt": {"question": "May I go on?", "options": ["Yes", "No", "Later"], "timeout": 60}}, {"reboot_seconds": 2},
-            {"fault": {"kind": self._rng.choice(list(FaultKind)), "count": 3, "seconds": .2}},
-            *[WELL] * 4)))
+        robot.control(
+            self._rng.choice(
+                (
+                    {"battery": self._rng.uniform(1, 100)},
+                    {"emergency_stop": True},
+                    {"error": {"code": 7, "description": "Cart not found"}},
+                    {"user_prompt": {"question": "May I go on?", "options": ["Yes", "No", "Later"], "timeout": 60}},
+                    {"reboot_seconds": 2},
+                    {"fault": {"kind": self._rng.choice(list(FaultKind)), "count": 3, "seconds": 0.2}},
+                    *[WELL] * 4,
+                )
+            )
+        )
 
     # ------------------------------------------------------------------ around it
     def see_all(self) -> None:
@@ -145,13 +173,14 @@ class Monkey:
         for scale, theme, language in zip(FONT_SCALES, THEMES, ("en", "fi", "en"), strict=True):
             for size in SIZES:
                 self._furnish()
-                self._site.container.catalogue.change_settings(keyboard="on", font_scale_percent=scale, theme=theme, language=language,
-                                                               gloves=language == "fi")
+                self._site.container.catalogue.change_settings(
+                    keyboard="on", font_scale_percent=scale, theme=theme, language=language, gloves=language == "fi"
+                )
                 Window.size = size
                 wear.rounds(ROUNDS)
                 Window.size = size
                 wear.see_sections(self._site.container.catalogue.robots()[0].id)
-                self.rest()                  # the old window and the new one, from the fullest
+                self.rest()  # the old window and the new one, from the fullest
         self._app.shell.go("settings", section="robots", add=True)
         self._ui.wait(lambda: self._ui.find_all(FieldInput))
         self._ui.find(FieldInput).focus = True
@@ -165,7 +194,9 @@ class Monkey:
         for number in range(SCHEDULES):
             robot, mission = robots[number % len(robots)], missions[number % len(missions)]
             first = datetime(2026, 1, 1, number)
-            container.catalogue.save_schedule(Schedule(f"Plan {number}", robot.id, mission.id, first, "UTC", "FREQ=DAILY"))
+            container.catalogue.save_schedule(
+                Schedule(f"Plan {number}", robot.id, mission.id, first, "UTC", "FREQ=DAILY")
+            )
             container.operator.run_now(robot.id, mission.id)
         for robot in self._site.fleet.robots:
             robot.control({"error": {"code": 7, "description": "Cart not found"}})
@@ -188,23 +219,30 @@ class Monkey:
             with suppress(RobotError):
                 self._site.container.operator.cancel_execution(execution.id)
         self._stored.put_back()
-        self._app.shell.go("home", robot_id=self._site.container.catalogue.robots()[0].id)     # not all of them, a third of its widgets
+        self._app.shell.go(
+            "home", robot_id=self._site.container.catalogue.robots()[0].id
+        )  # not all of them, a third of its widgets
         self._ui.wait(lambda: self._app.shell.background.idle, CHECK_UP_S)
         self._app.shell.navigator.rebuild()
-        self._collect()                      # before everything is built a second time
-        for name, intent in (*(("settings", {"section": section}) for section in SECTIONS), ("scheduler", {}), ("logs", {}), ("home", {})):
+        self._collect()  # before everything is built a second time
+        for name, intent in (
+            *(("settings", {"section": section}) for section in SECTIONS),
+            ("scheduler", {}),
+            ("logs", {}),
+            ("home", {}),
+        ):
             self._app.shell.go(name, **intent)
             self._ui.wait(lambda: self._app.shell.background.idle, CHECK_UP_S)
         self._collect()
 
     def _collect(self) -> None:
-        self._ui.skip(200)                   # kivy's caches forget
+        self._ui.skip(200)  # kivy's caches forget
         self._ui.advance(1)
         for _n in range(3):
             gc.unfreeze()
             gc.collect()
             self._ui.advance()
-        gc.freeze()                          # as before
+        gc.freeze()  # as before
         give_back()
 
     def _keep_going(self) -> None:
@@ -218,8 +256,12 @@ class Monkey:
     def _targets(self) -> list:
         tops = [top for top in Window.children if getattr(top, "is_open", True)]
         last = next((n for n, top in enumerate(tops) if isinstance(top, Overlay)), len(tops) - 1)
-        return [widget for top in tops[:last + 1] for widget in self._ui.seen(top)
-                if isinstance(widget, ButtonBehavior) and not widget.disabled and widget.width > 1 and widget.height > 1]
+        return [
+            widget
+            for top in tops[: last + 1]
+            for widget in self._ui.seen(top)
+            if isinstance(widget, ButtonBehavior) and not widget.disabled and widget.width > 1 and widget.height > 1
+        ]
 
     @staticmethod
     def _place(target) -> tuple[float, float]:
@@ -227,6 +269,7 @@ class Monkey:
 
     def _touch(self, place: tuple[float, float], by: tuple[float, float] = (0, 0), frames: int = 4) -> None:
         from kivy.tests.common import UnitTestTouch
+
         touch = UnitTestTouch(*place)
         touch.touch_down()
         for n in range(1, frames + 1):
@@ -234,7 +277,7 @@ class Monkey:
             if any(by):
                 touch.touch_move(place[0] + by[0] * n / frames, place[1] + by[1] * n / frames)
         touch.touch_up()
-        self._ui.advance(self._rng.choice((0, .1, .5)))
+        self._ui.advance(self._rng.choice((0, 0.1, 0.5)))
 
 
 class Errors(logging.Handler):
@@ -248,14 +291,16 @@ class Errors(logging.Handler):
         self.said.append(f"{record.name}: {self.format(record)}")
 
 
-def play(directory: Path, ui: Driver, acts: int, seed: int, tell: Callable[[str], object] = lambda _line: None) -> tuple[list[str], float]:
+def play(
+    directory: Path, ui: Driver, acts: int, seed: int, tell: Callable[[str], object] = lambda _line: None
+) -> tuple[list[str], float]:
     """``acts`` acts on a fresh tablet; returns the errors in the log and the growth of resident memory since act ``WARM`` in MiB."""
-    share_one_heap()                         # as the app does
+    share_one_heap()  # as the app does
     errors = Errors()
     logging.getLogger().addHandler(errors)
     before, first, last = Path.cwd(), 0.0, 0.0
-    os.chdir(directory)                      # for what is exported to a name without a directory
-    home = mock.patch.dict(os.environ, HOME=str(directory))       # and with the one that is proposed
+    os.chdir(directory)  # for what is exported to a name without a directory
+    home = mock.patch.dict(os.environ, HOME=str(directory))  # and with the one that is proposed
     home.start()
     try:
         with serve_apart(ROBOTS, time_scale=20) as fleet, closing(Plant(directory / "data", fleet)) as site:
@@ -279,7 +324,9 @@ def play(directory: Path, ui: Driver, acts: int, seed: int, tell: Callable[[str]
                         monkey.rest()
                         last = resident()
                         first = first or last
-                        tell(f"{monkey.done:>6} acts, the last was {name}; resident {in_use:.1f} MiB in use, {last:.1f} at rest")
+                        tell(
+                            f"{monkey.done:>6} acts, the last was {name}; resident {in_use:.1f} MiB in use, {last:.1f} at rest"
+                        )
                 return errors.said, last - first
     finally:
         home.stop()

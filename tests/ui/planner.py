@@ -1,5 +1,6 @@
 """What the tests of the Scheduler share: the screen on real services at an invented plant on Friday 20 Nov 2026, 14:38, and a planner's
 hands."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -57,9 +58,9 @@ def show_anew(app, ui) -> None:
 
 
 def settle(app, ui) -> None:
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.wait(lambda: app.shell.background.idle)
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.wait(lambda: app.shell.background.idle)
 
 
@@ -75,11 +76,11 @@ def field(ui, label: str) -> PickField:
 def choose(app, ui, label: str, option: str) -> None:
     """Tap a field and, in the list that opens, one option."""
     ui.tap(field(ui, label))
-    ui.advance(.3)
+    ui.advance(0.3)
     dialog = ui.find(ChoiceDialog)
     if dialog.searchable:
         ui.type(ui.find(SearchField, dialog), option)
-        ui.advance(.2)
+        ui.advance(0.2)
     ui.tap(ui.find(OptionRow, dialog, text=option))
     settle(app, ui)
 
@@ -93,7 +94,7 @@ def pick_day(app, ui, label: str, day: date) -> None:
     ui.tap(field(ui, label))
     dialog = ui.find(DateDialog)
     dialog.year, dialog.month = day.year, day.month
-    ui.advance(.1)
+    ui.advance(0.1)
     ui.tap(ui.find(DayCell, dialog, day=day))
     press(app, ui, "Set")
 
@@ -132,27 +133,27 @@ def menu(app, ui, schedule: Schedule, word: str) -> None:
     """Once it has been looked at: rows that a press has moved take no tap for a moment."""
     ui.advance(1)
     ui.tap(ui.find(IconButton, row(ui, schedule), icon="dots-vertical"))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(MenuRow, text=word))
     settle(app, ui)
 
 
 def tap_bar(ui, key) -> None:
     timeline = ui.find(Timeline)
-    x, y, right, top, _key = next(hit for hit in timeline.boxes() if hit[4][:len(key)] == key)
+    x, y, right, top, _key = next(hit for hit in timeline.boxes() if hit[4][: len(key)] == key)
     ui.tap_at(*timeline.to_window((x + right) / 2, (y + top) / 2))
 
 
 def reveal(ui, widget) -> None:
     """Scroll the form's fields until it can be seen."""
-    ui.advance(.2)
+    ui.advance(0.2)
     ui.find(LowColumn, ui.find(FormCard)).scroll_to(widget, animate=False)
-    ui.advance(.2)
+    ui.advance(0.2)
 
 
 def card_of(ui) -> Menu:
     ui.wait(lambda: ui.find_all(Menu))
-    ui.advance(.3)
+    ui.advance(0.3)
     return ui.find(Menu)
 
 
@@ -205,6 +206,7 @@ def press_save(app, container, ui) -> None:
 @contextmanager
 def larger_controls(app, container, ui) -> Iterator[None]:
     """The screen is built anew."""
+
     def switch(on: bool) -> None:
         old = app.plan
         container.catalogue.change_settings(gloves=on)

@@ -1,4 +1,5 @@
 """Buttons that the ring goes round, and whether it is drawn."""
+
 from __future__ import annotations
 
 from kivy.core.window import Window

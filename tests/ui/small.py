@@ -1,4 +1,5 @@
 """Windows of other sizes than the usual one, with larger texts, in Finnish, or with gloves; and what can be reached in them."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -44,7 +45,9 @@ class Rig:
 
 
 @contextmanager
-def window(ui: Driver, size: tuple[int, int], scale: float = 1.0, language: str = "en", *, gloves: bool = False) -> Iterator[Rig]:
+def window(
+    ui: Driver, size: tuple[int, int], scale: float = 1.0, language: str = "en", *, gloves: bool = False
+) -> Iterator[Rig]:
     """What is shown is built at that size; nothing is resized."""
     before = Window.size
     Window.size, Metrics.fontscale = size, scale

@@ -1,4 +1,5 @@
 """Glove mode and size of texts: switched in Settings, at once and for good, and every screen stays whole in them."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -48,13 +49,13 @@ def test_glove_mode_is_switched_at_once_and_the_section_stays_open(site, app, ui
 def test_a_section_stays_where_it_was_scrolled_to(site, app, ui):
     go(ui, "display")
     ui.find(ScrollPage).scroll_y = 0
-    ui.advance(.2)
+    ui.advance(0.2)
     site.container.catalogue.change_settings(gloves=True)
     ui.wait(lambda: ui.find_all(SwitchRow, text="Glove mode", active=True))
-    ui.advance(.5)
+    ui.advance(0.5)
     page = ui.find(ScrollPage)
     assert page.content_height > page.height
-    assert page.scroll_y == pytest.approx(0, abs=.05)
+    assert page.scroll_y == pytest.approx(0, abs=0.05)
 
 
 def test_the_banner_keeps_its_button_inside_when_glove_mode_is_switched(site, app, ui):
@@ -63,7 +64,7 @@ def test_the_banner_keeps_its_button_inside_when_glove_mode_is_switched(site, ap
     for gloves in (True, False):
         site.container.catalogue.change_settings(gloves=gloves)
         ui.wait(lambda expected=gloves: tk.gloves is expected)
-        ui.advance(.2)
+        ui.advance(0.2)
         banner = ui.find(AlarmBanner)
         assert ui.find(CommandButton, banner, text=banner.action).height == tk.h_field <= banner.height
 
@@ -106,9 +107,12 @@ def test_a_schedule_that_is_being_edited_survives_a_change_of_the_size_of_texts(
     assert (form.editing, form.draft.priority) == (schedule.id, 7)
 
 
-@pytest.mark.parametrize("change", [{"gloves": True}, {"font_scale_percent": 115}, {"language": "fi"}, {"theme": "dark"}])
+@pytest.mark.parametrize(
+    "change", [{"gloves": True}, {"font_scale_percent": 115}, {"language": "fi"}, {"theme": "dark"}]
+)
 def test_what_the_screens_show_survives_a_change_of_the_appearance(site, app, ui, change):
     """Whether they are built again for it or not: the timeline's zoom, and the part of the Logs with its filters."""
+
     def model(name: str):
         app.shell.go(name)
         ui.wait(lambda: app.shell.background.idle)
@@ -123,7 +127,7 @@ def test_what_the_screens_show_survives_a_change_of_the_appearance(site, app, ui
     logs.choose_period("month")
     logs.toggle_search()
     logs.search("kits")
-    ui.advance(.5)
+    ui.advance(0.5)
     go(ui, "display")
     site.container.catalogue.change_settings(**change)
     ui.wait(lambda: app._shown == settings(site))
@@ -161,10 +165,16 @@ def test_a_change_of_anything_else_rebuilds_nothing(site, app, ui):
 @pytest.mark.parametrize("after", THEMES)
 def test_a_switch_of_the_theme_leaves_the_colours_that_the_theme_has(ui, before, after):
     """White ink that stays white is not taken over by the ink of the new theme's cards."""
+
     def pieces():
-        return [AlarmBanner(text="Aino is stopped", note="since 14:36", others="+3 more", action="Acknowledge", tone="fault"),
-                AlarmBanner(text="Nothing is sent", note="held", tone="attention"), CommandButton(style="filled", text="Run", icon="play"),
-                StatusBadge(text="Failed", icon="alert", tone="fault", loud=True)]
+        return [
+            AlarmBanner(
+                text="Aino is stopped", note="since 14:36", others="+3 more", action="Acknowledge", tone="fault"
+            ),
+            AlarmBanner(text="Nothing is sent", note="held", tone="attention"),
+            CommandButton(style="filled", text="Run", icon="play"),
+            StatusBadge(text="Failed", icon="alert", tone="fault", loud=True),
+        ]
 
     def inks(shown):
         return [[tuple(label.color) for label in piece.walk() if isinstance(label, Label)] for piece in shown]
@@ -176,7 +186,11 @@ def test_a_switch_of_the_theme_leaves_the_colours_that_the_theme_has(ui, before,
 
 
 # ---------------------------------------------------------------------- every screen stays whole
-MODES = {"gloves": {"gloves": True}, "large-text": {"font_scale_percent": 130}, "both": {"gloves": True, "font_scale_percent": 130}}
+MODES = {
+    "gloves": {"gloves": True},
+    "large-text": {"font_scale_percent": 130},
+    "both": {"gloves": True, "font_scale_percent": 130},
+}
 WINDOWS = {"landscape": (1280, 800), "portrait": (800, 1280), "small": (1024, 600)}
 SECTIONS = ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about")
 
@@ -191,14 +205,21 @@ def window(size: tuple[int, int]) -> Iterator[None]:
         Window.size = before
 
 
-@pytest.mark.parametrize(("mode", "size"), [
-    ("both", "small"), *(pytest.param(*way, marks=pytest.mark.long) for way in product(MODES, WINDOWS) if way != ("both", "small"))])
+@pytest.mark.parametrize(
+    ("mode", "size"),
+    [
+        ("both", "small"),
+        *(pytest.param(*way, marks=pytest.mark.long) for way in product(MODES, WINDOWS) if way != ("both", "small")),
+    ],
+)
 def test_nothing_is_clipped_overlaps_or_is_too_small(site, ui, mode, size):
     container = site.container
     robot, _other = site.add_robots()
     deliver, _home = site.add_missions("Deliver", "Home")
     start = container.clock.now().replace(tzinfo=None, second=0, microsecond=0) + timedelta(hours=2)
-    container.catalogue.save_schedule(Schedule("", robot.id, deliver.id, start, "UTC", "FREQ=DAILY", respect_working_days=False))
+    container.catalogue.save_schedule(
+        Schedule("", robot.id, deliver.id, start, "UTC", "FREQ=DAILY", respect_working_days=False)
+    )
     container.alarms.raise_("clock_stepped", "clock", seconds=40)
     container.catalogue.change_settings(**MODES[mode])
     found = []
@@ -218,7 +239,7 @@ def problems(ui, app, name: str) -> list[str]:
     """What stays wrong: a robot's answer of the last instant is laid out in the frame after it."""
     for _look in range(3):
         ui.wait(lambda: app.shell.background.idle)
-        ui.advance(.5)
+        ui.advance(0.5)
         if not (found := checks.problems(ui.find(Frame))):
             break
     return [f"{name}: {line}" for line in found]

@@ -1,4 +1,5 @@
 """The window as a whole: polls, starts late only when allowed, restores a damaged database, ends cleanly."""
+
 from __future__ import annotations
 
 import gc
@@ -52,17 +53,17 @@ def test_the_window_asks_for_a_cycle_every_poll_interval(tmp_path, ui, monkeypat
 def ask_for_cycles(site, ui, asked: list[bool]) -> None:
     site.container.catalogue.change_settings(poll_interval_seconds=10)
     with shown(site.container, ui):
-        assert asked                                          # at once
-        ui.advance(.5)
+        assert asked  # at once
+        ui.advance(0.5)
         asked.clear()
         ui.advance(31)
         assert asked == [True] * 3
         site.container.catalogue.change_settings(poll_interval_seconds=5)
-        ui.advance(.2)
+        ui.advance(0.2)
         ui.advance(10.1)
-        assert len(asked) == 3 + 1 + 2                        # a new interval begins with a cycle
+        assert len(asked) == 3 + 1 + 2  # a new interval begins with a cycle
     ui.advance(30)
-    assert len(asked) == 6                                    # closed: nobody asks any more
+    assert len(asked) == 6  # closed: nobody asks any more
 
 
 # ---------------------------------------------------------------------- survival
@@ -81,6 +82,7 @@ def test_a_flood_of_failures_is_reported_once_a_second_even_if_reporting_fails()
 
 def test_ctrl_c_still_ends_the_app():
     from kivy.base import ExceptionManager
+
     assert UiExceptionHandler(print).handle_exception(KeyboardInterrupt()) == ExceptionManager.RAISE
 
 
@@ -88,14 +90,25 @@ def test_ctrl_c_still_ends_the_app():
 def late_schedule(site, name: str = "Home", position: str = "") -> None:
     """A schedule that fell due while the app was off, still inside its start window; of a mission that is given a ``position``."""
     container = site.container
-    robot, = site.add_robots()
-    mission, = site.add_missions(name)
-    given = {asked.name: next(key for key, label in asked.choices if label == position)
-             for asked in (container.robot_missions.parameters(robot.id, mission.guid) if position else ())}
+    (robot,) = site.add_robots()
+    (mission,) = site.add_missions(name)
+    given = {
+        asked.name: next(key for key, label in asked.choices if label == position)
+        for asked in (container.robot_missions.parameters(robot.id, mission.guid) if position else ())
+    }
     now = container.clock.now()
     due = now - timedelta(minutes=2)
-    container.catalogue.save_schedule(Schedule("Late one", robot.id, mission.id, due.replace(tzinfo=None, second=0, microsecond=0),
-                                               "UTC", respect_working_days=False, parameters=given))
+    container.catalogue.save_schedule(
+        Schedule(
+            "Late one",
+            robot.id,
+            mission.id,
+            due.replace(tzinfo=None, second=0, microsecond=0),
+            "UTC",
+            respect_working_days=False,
+            parameters=given,
+        )
+    )
     heartbeat = now - timedelta(hours=1)
     container.db.write(lambda c: container.repositories.settings.set_heartbeat(c, heartbeat))
     container.runner.start()
@@ -134,7 +147,9 @@ def damaged_directory(path: Path, language: str = "en") -> DatabaseDamaged:
     db = Database.open(path / "amr-scheduler.db")
     db.close()
     with plant(path, start=False) as site:
-        site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, "distributor"), password="distributor")
+        site.container.catalogue.save_robot(
+            Robot("Aino", site.fleet.robots[0].url, "distributor"), password="distributor"
+        )
         site.container.catalogue.change_settings(language=language)
         back_up(site.container.db.path, path / "backups" / "daily-2026-11-20.db")
     for side in path.glob("amr-scheduler.db-*"):
@@ -159,10 +174,10 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
     app = SchedulerApp(None, damage=Damage(damage, restore), animate=False)
     app._run_prepare()
     try:
-        ui.advance(.2)
-        told, = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
+        ui.advance(0.2)
+        (told,) = (text for text in ui.texts() if text.startswith(f"The database {damage.path} is damaged ("))
         assert told.endswith(f"), kept as {damage.kept_as}")
-        assert not [text for text in ui.texts() if "main.py" in text]         # whoever stands there has a button, and no shell
+        assert not [text for text in ui.texts() if "main.py" in text]  # whoever stands there has a button, and no shell
         assert "The database is damaged; nothing is scheduled" in ui.texts()
         if by == "finger":
             ui.tap(ui.find(CommandButton, text="Restore"))
@@ -183,7 +198,7 @@ def test_the_screen_of_a_damaged_database_speaks_the_language_that_was_set(tmp_p
     app = window._rescue_app(DataDirectory(tmp_path), damage, lambda: None)
     app._run_prepare()
     try:
-        ui.advance(.2)
+        ui.advance(0.2)
         assert render(Damage(damage, print).sentence, translation("fi").gettext) in ui.texts()
         assert ui.find(CommandButton, text="Palauta")
     finally:
@@ -197,12 +212,14 @@ def test_without_a_backup_restore_is_off_and_a_failed_restore_says_why(tmp_path,
 
     app = SchedulerApp(None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn"), fails), animate=False)
     app._run_prepare()
-    ui.advance(.2)
+    ui.advance(0.2)
     assert ui.find(CommandButton, text="Restore").disabled
-    assert [text for text in ui.texts() if "--restore-backup FILE" in text]   # there is no other way
+    assert [text for text in ui.texts() if "--restore-backup FILE" in text]  # there is no other way
     app.dispatch("on_stop")
 
-    app = SchedulerApp(None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn", backup=tmp_path / "b.db"), fails), animate=False)
+    app = SchedulerApp(
+        None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn", backup=tmp_path / "b.db"), fails), animate=False
+    )
     ui.show(app.build())
     ui.tap(ui.find(CommandButton, text="Restore"))
     ui.wait(lambda: "the disk is full" in ui.texts())
@@ -247,7 +264,7 @@ def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_g
     app = SchedulerApp(opened[0], animate=False, restore=restore)
     app._run_prepare()
     try:
-        ui.advance(.2)
+        ui.advance(0.2)
         app.shell.go("settings", section="data")
         ui.wait(lambda: app.shell.background.idle)
         app.shell.restore(backup)
@@ -255,7 +272,7 @@ def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_g
         assert any(text.startswith("Restoring") for text in ui.texts())
         may.set()
         ui.wait(lambda: app.container is not None)
-        ui.advance(.3)
+        ui.advance(0.3)
         assert app.container is opened[1]
         assert names(app.container) == (["Aino"] if is_good else ["Aino", "Veikko"])
         assert any(backup.name in text for text in ui.texts())
@@ -273,9 +290,9 @@ def test_damage_that_is_found_while_it_runs_can_be_repaired_by_keys_alone(tmp_pa
     app = SchedulerApp(opened[0], animate=False, restore=restore)
     app._run_prepare()
     try:
-        ui.advance(.2)
+        ui.advance(0.2)
         app.container.runner.on_damage(DatabaseDamaged(tmp_path / "a.db", "torn", backup=backup))
-        ui.advance(.2)
+        ui.advance(0.2)
         assert "The database is damaged; nothing is scheduled" in ui.texts()
         ui.key(TAB)
         ui.key(ENTER)
@@ -326,10 +343,19 @@ def test_a_closed_window_lets_go_of_the_services(site, ui):
 
 
 def run_main(tmp_path: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess:
-    env = {name: value for name, value in os.environ.items()
-           if name not in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER") and not name.startswith("KIVY_")}
-    return subprocess.run([sys.executable, str(ROOT / "main.py"), "--data-dir", str(tmp_path / "data"), *arguments], check=False,
-                          capture_output=True, text=True, timeout=60, env={**env, "XDG_CACHE_HOME": str(tmp_path), **environment})
+    env = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER") and not name.startswith("KIVY_")
+    }
+    return subprocess.run(
+        [sys.executable, str(ROOT / "main.py"), "--data-dir", str(tmp_path / "data"), *arguments],
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={**env, "XDG_CACHE_HOME": str(tmp_path), **environment},
+    )
 
 
 @pytest.mark.parametrize("environment", [{}, {"DISPLAY": ":987"}])

@@ -1,4 +1,5 @@
 """The app as it is used: results come back, errors are survived, settings and alarms show at once, every screen is reached."""
+
 from __future__ import annotations
 
 import pytest
@@ -37,6 +38,7 @@ def shared_app(site, ui):
 @pytest.fixture
 def app(shared_app, site, ui):
     """On Home, with its robot at rest."""
+
     def put_back() -> None:
         site.calm_down(ui)
         shared_app.stored.put_back()
@@ -49,14 +51,14 @@ def app(shared_app, site, ui):
 
 # ---------------------------------------------------------------------- polling
 def test_results_of_a_cycle_come_back_to_the_screen(app, site, ui):
-    robot, = site.container.catalogue.robots()
+    (robot,) = site.container.catalogue.robots()
     site.container.snapshots.update(robot.id, queue=())
     site.fleet.robots[0].control({"battery": 41.0})
     ui.wait(lambda: "41 %" in ui.texts())
 
 
 def test_the_robot_on_screen_is_watched(app, site, ui):
-    robot, = site.container.catalogue.robots()
+    (robot,) = site.container.catalogue.robots()
     ui.wait(lambda: site.container.engine._watched == robot.id)
 
 
@@ -85,7 +87,7 @@ def test_theme_and_language_follow_the_settings_live(app, site, ui):
 
 
 def test_navigation_goes_everywhere_and_builds_each_screen_once(app, site, ui):
-    app.shell.navigator.rebuild()                             # as after a start: without those that other tests have shown
+    app.shell.navigator.rebuild()  # as after a start: without those that other tests have shown
     for name in ("scheduler", "logs", "settings", "home", "scheduler"):
         ui.tap(ui.find(NavItem, name=name))
         assert app.shell.navigator.current == name
@@ -106,7 +108,9 @@ def test_an_alarm_stays_until_it_is_acknowledged_and_over(app, site, ui):
 
 def test_the_list_of_alarms_acknowledges_each(app, site, ui):
     site.container.alarms.raise_("clock_stepped", "clock", seconds=40)
-    site.container.alarms.raise_("app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00")
+    site.container.alarms.raise_(
+        "app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00"
+    )
     ui.wait(lambda: ui.find_all(AlarmBanner))
     assert ui.find(AlarmBanner).others == "+1 more"
     ui.tap_text("+1 more")
@@ -116,13 +120,13 @@ def test_the_list_of_alarms_acknowledges_each(app, site, ui):
         before = len(dialog.rows)
         ui.tap(ui.find(CommandButton, dialog, text="Acknowledge"))
         ui.wait(lambda before=before: len(dialog.rows) < before)
-        ui.skip(STILL)                   # the next one has slid under the finger
+        ui.skip(STILL)  # the next one has slid under the finger
     assert "No alarms. Everything is as it should be." in ui.texts(dialog)
 
 
 # ---------------------------------------------------------------------- no robot
 def test_without_a_robot_home_invites_to_add_the_first(app, site, ui):
-    robot, = site.container.catalogue.robots()
+    (robot,) = site.container.catalogue.robots()
     site.container.catalogue.remove_robot(robot.id)
     ui.wait(lambda: "Add your first robot" in ui.texts())
     assert ui.find(TopBar).robot == "No robot"

@@ -1,4 +1,5 @@
 """Hardly anything is drawn while nothing happens: where the graphics are drawn by the processor a frame takes 30 ms of it."""
+
 from __future__ import annotations
 
 import pytest
@@ -10,7 +11,7 @@ from tests.ui.wear import SECTIONS
 from tests.ui.whole_app import shown
 
 SECONDS = 10
-AT_MOST = 1                              # frames in SECONDS: the line of the timeline that says what time it is
+AT_MOST = 1  # frames in SECONDS: the line of the timeline that says what time it is
 PLACES = [("home", {}), ("scheduler", {}), ("logs", {}), *[("settings", {"section": section}) for section in SECTIONS]]
 
 
@@ -18,7 +19,9 @@ def robots_answer(container) -> None:
     """All are ready, and have been read just now."""
     now = container.clock.now()
     for robot in container.catalogue.robots():
-        container.snapshots.update(robot.id, connection=Connection.CONNECTED, status=READY, read_at=now, queue=(), queue_read_at=now)
+        container.snapshots.update(
+            robot.id, connection=Connection.CONNECTED, status=READY, read_at=now, queue=(), queue_read_at=now
+        )
 
 
 @pytest.mark.parametrize("place", PLACES, ids=lambda place: "-".join([place[0], *place[1].values()]))
@@ -35,10 +38,10 @@ def test_neither_is_it_of_fifty_robots(container, silent_robots, ui):
 def at_rest(container, ui, name: str, intent: dict[str, str]) -> None:
     container.ledger.make([container.ledger.moves.completed(run, 240.0, 2.0) for run in container.history.open()])
     robots_answer(container)
-    container.clock.advance(5)               # words like "in 22 min" change after a full minute
+    container.clock.advance(5)  # words like "in 22 min" change after a full minute
     with shown(container, ui) as app:
         app.shell.go(name, **intent)
-        for _second in range(5):             # until all has been read and made
+        for _second in range(5):  # until all has been read and made
             ui.wait(lambda: app.shell.background.idle)
             ui.advance(1)
         drawn = 0

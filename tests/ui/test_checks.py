@@ -1,4 +1,5 @@
 """The eyes of the walk: that a planted fault is seen, and that what people do see is none."""
+
 from __future__ import annotations
 
 import pytest
@@ -11,12 +12,11 @@ HIDDEN = {
     "a transparent button that is off": "Button:\n            opacity: 0\n            disabled: True",
     "in a transparent box": "BoxLayout:\n            opacity: 0\n            Button:",
     "a label of a box that is off": "BoxLayout:\n            opacity: 0\n            disabled: True\n            Label:",
-    "a field that leaves a box without height":
-        "BoxLayout:\n            size_hint_y: None\n            height: 0\n            FieldInput:\n                size_hint: None, None\n"
-        "                size: 90, 50",
-    "a list beside its box":
-        "FloatLayout:\n            ScrollView:\n                size_hint: None, None\n                size: 90, 50\n"
-        "                pos: self.parent.right + 20, self.parent.y",
+    "a field that leaves a box without height": "BoxLayout:\n            size_hint_y: None\n            height: 0\n"
+    "            FieldInput:\n                size_hint: None, None\n"
+    "                size: 90, 50",
+    "a list beside its box": "FloatLayout:\n            ScrollView:\n                size_hint: None, None\n                size: 90, 50\n"
+    "                pos: self.parent.right + 20, self.parent.y",
 }
 SEEN = {
     "a button": "Button:",
@@ -24,19 +24,20 @@ SEEN = {
     "a command that is hidden": "CommandButton:\n            text: 'Go'\n            opacity: 0",
     "a command that is hidden and off": "IconButton:\n            icon: 'close'\n            opacity: 0\n            disabled: True",
     "what a box holds back": "SeenBox:\n            opacity: 0\n            disabled: True\n            Button:",
-    "a command without a width":
-        "CommandButton:\n            text: 'Go'\n            disabled: True\n            size_hint_x: None\n            width: 0",
-    "what is scrolled away":
-        "ScrollView:\n            BoxLayout:\n                size_hint_y: None\n                height: 4000\n"
-        "                orientation: 'vertical'\n                Button:\n                Button:",
+    "a command without a width": "CommandButton:\n            text: 'Go'\n            disabled: True\n"
+    "            size_hint_x: None\n            width: 0",
+    "what is scrolled away": "ScrollView:\n            BoxLayout:\n                size_hint_y: None\n                height: 4000\n"
+    "                orientation: 'vertical'\n                Button:\n                Button:",
 }
 
 
 def laid_out(ui, part: str):
-    root = Builder.load_string(f"FloatLayout:\n    BoxLayout:\n        size_hint: None, None\n        size: 300, 200\n"
-                               f"        pos: 100, 100\n        {part}")
+    root = Builder.load_string(
+        f"FloatLayout:\n    BoxLayout:\n        size_hint: None, None\n        size: 300, 200\n"
+        f"        pos: 100, 100\n        {part}"
+    )
     ui.show(root)
-    ui.advance(.1)
+    ui.advance(0.1)
     return root
 
 
@@ -52,13 +53,20 @@ def test_what_is_seen_or_lets_touches_through_is_no_fault(ui, part):
     assert list(checks.swallowed_touches(laid_out(ui, part))) == []
 
 
-@pytest.mark.parametrize("hidden", ["opacity: 0", "opacity: 0\n        disabled: True", "opacity: 0\n        busy: True",
-                                    "disabled: True\n        width: 0\n        size_hint_x: None\n        pos: 400, 300"])
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        "opacity: 0",
+        "opacity: 0\n        disabled: True",
+        "opacity: 0\n        busy: True",
+        "disabled: True\n        width: 0\n        size_hint_x: None\n        pos: 400, 300",
+    ],
+)
 def test_a_hidden_command_lets_the_touch_through_to_what_lies_under_it(ui, hidden):
     pressed = []
     root = Builder.load_string(f"FloatLayout:\n    Button:\n    CommandButton:\n        text: 'Go'\n        {hidden}")
     ui.show(root)
-    ui.advance(.1)
+    ui.advance(0.1)
     command, under = root.children
     under.bind(on_release=lambda _button: pressed.append("under"))
     command.bind(on_release=lambda _button: pressed.append("hidden"))
@@ -67,23 +75,29 @@ def test_a_hidden_command_lets_the_touch_through_to_what_lies_under_it(ui, hidde
 
 
 def test_fields_that_are_not_level_are_found(ui):
-    root = laid_out(ui, """MDGridLayout:
+    root = laid_out(
+        ui,
+        """MDGridLayout:
             cols: 2
             StepField:
                 label: 'Left'
                 help: 'several lines of help ' * 9
             StepField:
-                label: 'Right'""")
+                label: 'Right'""",
+    )
     assert [found for found in checks.problems(root) if "level" in found]
 
 
 def test_a_bar_over_an_edge_is_found_and_one_beside_it_is_none(ui):
-    root = laid_out(ui, """ScrollView:
+    root = laid_out(
+        ui,
+        """ScrollView:
             bar_width: 4
             CommandButton:
                 style: 'outlined'
                 text: 'Go'
-                height: 900""")
+                height: 900""",
+    )
     assert [found for found in checks.problems(root) if "the bar of" in found]
     root.children[0].children[0].bar_margin = -12
     assert not [found for found in checks.problems(root) if "the bar of" in found]

@@ -3,6 +3,7 @@
 Dialogs and menus of tests/screenshots are tapped twice at their buttons and beside them, above something that would take any touch; the
 ``long`` tests do that in every picture, and at a grid of points of each kind of dialog.
 """
+
 from __future__ import annotations
 
 import contextlib
@@ -20,11 +21,11 @@ from app.widgets.rest import DOUBLE_TAP
 from tests.screenshots.registry import Picture
 from tests.ui.walk import Walk
 
-GAPS = (.15, .3, .45, .58)               # s from the beginning of a tap to that of the next
-ALIKE = 2                                # of buttons of one class in a dialog
-GRID = 7                                 # points in each direction
+GAPS = (0.15, 0.3, 0.45, 0.58)  # s from the beginning of a tap to that of the next
+ALIKE = 2  # of buttons of one class in a dialog
+GRID = 7  # points in each direction
 PARTS = 8
-NO_DIALOGS = {Dialog, FormDialog}        # what dialogs are made of
+NO_DIALOGS = {Dialog, FormDialog}  # what dialogs are made of
 
 
 class Beneath(ButtonBehavior, Widget):
@@ -41,7 +42,9 @@ class Presses:
         def dispatch(widget: Widget, event: str, *values: object) -> object:
             if event == "on_release" and self.before is not None and self.has_changed:
                 self.wrong.append(f"{type(widget).__name__} {getattr(widget, 'text', '')}".strip())
-            with contextlib.suppress(AttributeError):        # a picture's services are stand-ins: what no picture needs they lack
+            with contextlib.suppress(
+                AttributeError
+            ):  # a picture's services are stand-ins: what no picture needs they lack
                 return EventDispatcher.dispatch(widget, event, *values)
             return None
 
@@ -58,7 +61,7 @@ def overlays() -> list[Overlay]:
 
 def lay_beneath(top: Overlay) -> None:
     """Put something that takes touches right behind that dialog."""
-    above = [*Window.children[:Window.children.index(top) + 1], top._scrim]
+    above = [*Window.children[: Window.children.index(top) + 1], top._scrim]
     for child in above:
         Window.remove_widget(child)
     for child in (Beneath(), *reversed(above)):
@@ -81,7 +84,7 @@ def middles(top: Overlay, ui) -> Iterator[tuple[float, float]]:
 def grid(top: Overlay) -> Iterator[tuple[float, float]]:
     for column in range(GRID):
         for row in range(GRID):
-            yield top.x + top.width * (column + .5) / GRID, top.y + top.height * (row + .5) / GRID
+            yield top.x + top.width * (column + 0.5) / GRID, top.y + top.height * (row + 0.5) / GRID
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +119,9 @@ def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, kinds: set
             while left and not presses.has_changed:
                 place, gap = left.pop(), next(gaps)
                 ui.tap_twice(place, gap)
-                found += [f"{picture.name}, {type(top).__name__} at {place} after {gap} s: {press}" for press in presses.wrong]
+                found += [
+                    f"{picture.name}, {type(top).__name__} at {place} after {gap} s: {press}" for press in presses.wrong
+                ]
                 presses.wrong.clear()
             presses.before = None
     return found
@@ -133,7 +138,9 @@ def test_the_second_tap_on_a_dialog_of_all_screens_presses_nothing(ui, walk, pre
 @pytest.mark.parametrize("part", range(PARTS))
 def test_nor_does_it_anywhere_on_any_dialog_or_menu(ui, walk, presses, part):
     kinds: set[type[Overlay]] = set()
-    found = [line for picture in walk.pictures[part::PARTS] for line in double_tapped(ui, walk, presses, picture, kinds)]
+    found = [
+        line for picture in walk.pictures[part::PARTS] for line in double_tapped(ui, walk, presses, picture, kinds)
+    ]
     assert not found, "\n".join(["", *found])
 
 

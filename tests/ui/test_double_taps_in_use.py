@@ -1,4 +1,5 @@
 """Double taps where they once started a mission or switched a schedule off: in the app, on real services and a simulated robot."""
+
 from __future__ import annotations
 
 import pytest
@@ -14,13 +15,14 @@ from tests.ui.home.operator import is_shown_pending, pend, press, run
 from tests.ui.planner import opened, settle
 from tests.ui.whole_app import plant, shown
 
-GAPS = [.2, .35, .5]
+GAPS = [0.2, 0.35, 0.5]
 
 
 def common_point(upper: Widget, lower: Widget) -> tuple[float, float] | None:
     """In the middle of what one of them covers of the other, px of the window; None: they lie apart."""
     (left, bottom, right, top), (x, y, end, height) = (
-        (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)) for widget in (upper, lower))
+        (*widget.to_window(*widget.pos), *widget.to_window(widget.right, widget.top)) for widget in (upper, lower)
+    )
     left, bottom, right, top = max(left, x), max(bottom, y), min(right, end), min(top, height)
     return ((left + right) / 2, (bottom + top) / 2) if left < right and bottom < top else None
 
@@ -32,7 +34,7 @@ def resized(ui):
 
     def resize(*size: int) -> None:
         Window.size = size
-        ui.advance(.5)
+        ui.advance(0.5)
 
     yield resize
     Window.size = before
@@ -59,11 +61,14 @@ def sent(app) -> list[str]:
 def test_a_mission_that_is_chosen_by_a_double_tap_is_not_sent(home, ui, gap):
     home.shell.navigator.screen("home").vm.pick_mission()
     ui.advance(2 * DOUBLE_TAP)
-    row, beneath = ui.find(OptionRow, ui.find(ChoiceDialog), text="Charge to 80 %"), ui.find(CommandButton, text="Choose a mission")
+    row, beneath = (
+        ui.find(OptionRow, ui.find(ChoiceDialog), text="Charge to 80 %"),
+        ui.find(CommandButton, text="Choose a mission"),
+    )
     ui.tap_twice(common_point(row, beneath), gap)
     ui.wait(lambda: home.shell.background.idle)
     assert (beneath.text, sent(home), ui.find_all(ChoiceDialog)) == ("Run on Aino", [], [])
-    press(ui, "Run on Aino")                                  # one tap later it is
+    press(ui, "Run on Aino")  # one tap later it is
     ui.wait(lambda: sent(home) == ["Charge to 80 %"])
 
 
@@ -91,9 +96,14 @@ def planned(container, ui, silent_robots):
 
 
 @pytest.mark.parametrize("gap", GAPS)
-@pytest.mark.parametrize(("size", "is_beneath"), [((1280, 800), lambda widget: isinstance(widget, Toggle)),
-                                                  ((800, 1280), lambda widget: getattr(widget, "text", "") == "Save schedule")],
-                         ids=["a switch", "the button that saves"])
+@pytest.mark.parametrize(
+    ("size", "is_beneath"),
+    [
+        ((1280, 800), lambda widget: isinstance(widget, Toggle)),
+        ((800, 1280), lambda widget: getattr(widget, "text", "") == "Save schedule"),
+    ],
+    ids=["a switch", "the button that saves"],
+)
 def test_set_of_the_time_dialog_presses_nothing_behind_it(planned, container, ui, resized, size, is_beneath, gap):
     resized(*size)
     planned.plan.form.set(mission_id=container.catalogue.missions()[0].id)

@@ -4,6 +4,7 @@ overlaps, icons that exist, texts from the catalogues.
 Walked are the four screens in all four sizes and every other picture in one; languages, themes and sizes of text in turn. Every picture in
 every size, language, theme and size of text: ``python -m tests.ui.walk``.
 """
+
 from __future__ import annotations
 
 import re
@@ -20,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 ICON = re.compile(r"""\bicon["']?\s*[:=]\s*"([a-z0-9-]+)\"""")
 GUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 PARTS = 12
-NAMES = {"Python", "SQLite", "Kivy", "KivyMD"}       # the same in every language
+NAMES = {"Python", "SQLite", "Kivy", "KivyMD"}  # the same in every language
 
 
 @pytest.fixture(scope="module")
@@ -39,10 +40,15 @@ def test_every_widget_keeps_its_place_its_size_and_its_language(ui, walk, name):
 
 @pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.long) for part in range(1, PARTS))])
 def test_so_does_that_of_every_state_and_dialog(ui, walk, part):
-    pictures = [(number, picture) for number, picture in enumerate(walk.pictures) if picture.name not in SCREENS][part::PARTS]
+    pictures = [(number, picture) for number, picture in enumerate(walk.pictures) if picture.name not in SCREENS][
+        part::PARTS
+    ]
     assert len(pictures) > 5
-    found = [f"{picture.name} {way}: {problem}" for number, picture in pictures
-             for way, problem in walk.look(picture, covering_ways(number, picture.name))]
+    found = [
+        f"{picture.name} {way}: {problem}"
+        for number, picture in pictures
+        for way, problem in walk.look(picture, covering_ways(number, picture.name))
+    ]
     assert not found, "\n".join(["", *found])
 
 
@@ -51,15 +57,21 @@ def test_every_pair_of_colours_has_its_contrast():
 
 
 def test_every_icon_that_is_named_exists():
-    named = {name: path.name for folder, kind in (("app", "*.py"), ("kv", "*.kv")) for path in sorted((ROOT / folder).rglob(kind))
-             for name in ICON.findall(path.read_text(encoding="utf-8"))}
+    named = {
+        name: path.name
+        for folder, kind in (("app", "*.py"), ("kv", "*.kv"))
+        for path in sorted((ROOT / folder).rglob(kind))
+        for name in ICON.findall(path.read_text(encoding="utf-8"))
+    }
     assert len(named) > 50
     assert {name: path for name, path in named.items() if name not in md_icons} == {}
 
 
 def test_no_text_of_a_layout_is_outside_the_catalogues():
     """Letters between quotes in kv are values of options, names of classes and icons, or arguments, as of ``tr``."""
-    shown = re.compile(r"^\s*(?:text|title|label|hint|help|note|action|message|value|unit|empty_text|problem|confirm|decline)\s*:\s*(.*)$")
+    shown = re.compile(
+        r"^\s*(?:text|title|label|hint|help|note|action|message|value|unit|empty_text|problem|confirm|decline)\s*:\s*(.*)$"
+    )
     found = []
     for path in sorted((ROOT / "kv").rglob("*.kv")):
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
@@ -67,6 +79,10 @@ def test_no_text_of_a_layout_is_outside_the_catalogues():
             if match is None:
                 continue
             rest = re.sub(r"""\.\w+\((?:[^()]|\([^()]*\))*\)""", "", match[1])
-            literals = [text for text in re.findall(r'"([^"]*)"', rest) if re.search(r"[A-Za-zÄÖäö]{2,}", text) and text not in NAMES]
+            literals = [
+                text
+                for text in re.findall(r'"([^"]*)"', rest)
+                if re.search(r"[A-Za-zÄÖäö]{2,}", text) and text not in NAMES
+            ]
             found += [f"{path.name}:{number}: {text!r}" for text in literals if not GUID.fullmatch(text)]
     assert found == []

@@ -1,4 +1,5 @@
 """What the app's fonts lack is shown in one of kivy's or of the machine's that has it."""
+
 from __future__ import annotations
 
 import os
@@ -19,12 +20,13 @@ from app.widgets.text import Body, Ico, line_width
 
 ROBOTO, DEJAVU = (str(Path(kivy_data_dir, "fonts", name)) for name in ("Roboto-Regular.ttf", "DejaVuSans.ttf"))
 ICONS = Path(fonts_path, "materialdesignicons-webfont.ttf")
-ICON, UMBRELLA, NOWHERE = "\U000F01D9", "☂", "\U000E0FFF"
+ICON, UMBRELLA, NOWHERE = "\U000f01d9", "☂", "\U000e0fff"
 
 
 @pytest.fixture
 def machine(ui, tmp_path, monkeypatch):
     """A folder with all of the machine's own fonts."""
+
     def forget() -> None:
         for remembered in (fonts.fonts_at_hand, fonts.font_for, runs_of):
             remembered.cache_clear()
@@ -38,15 +40,23 @@ def machine(ui, tmp_path, monkeypatch):
 def collection(font: bytes) -> bytes:
     """A file of several fonts, of which this is the first."""
     head = b"ttcf" + struct.pack(">HHII", 1, 0, 1, 16)
-    count, = struct.unpack_from(">4xH", font)
-    moved = b"".join(struct.pack(">4sIII", tag, check, offset + len(head), length)
-                     for tag, check, offset, length in struct.iter_unpack(">4sIII", font[12:12 + 16 * count]))
-    return head + font[:12] + moved + font[12 + 16 * count:]
+    (count,) = struct.unpack_from(">4xH", font)
+    moved = b"".join(
+        struct.pack(">4sIII", tag, check, offset + len(head), length)
+        for tag, check, offset, length in struct.iter_unpack(">4sIII", font[12 : 12 + 16 * count])
+    )
+    return head + font[:12] + moved + font[12 + 16 * count :]
 
 
 # ---------------------------------------------------------------------- files
-@pytest.mark.parametrize(("path", "has", "lacks"), [
-    (ROBOTO, "aÄжΩ–", UMBRELLA + "عא机"), (DEJAVU, "aÄж" + UMBRELLA + "عא", "机" + ICON), (str(ICONS), ICON, "机" + UMBRELLA)])
+@pytest.mark.parametrize(
+    ("path", "has", "lacks"),
+    [
+        (ROBOTO, "aÄжΩ–", UMBRELLA + "عא机"),
+        (DEJAVU, "aÄж" + UMBRELLA + "عא", "机" + ICON),
+        (str(ICONS), ICON, "机" + UMBRELLA),
+    ],
+)
 def test_which_characters_a_font_has(path, has, lacks):
     found = Characters(path)
     assert [character for character in has + lacks if character in found] == list(has)
@@ -58,7 +68,9 @@ def test_of_several_fonts_in_one_file_the_first_counts(tmp_path):
     assert UMBRELLA in Characters(str(both))
 
 
-@pytest.mark.parametrize("content", [b"", b"ttcf", b"no font at all, but long enough to be one", Path(DEJAVU).read_bytes()[:3000]])
+@pytest.mark.parametrize(
+    "content", [b"", b"ttcf", b"no font at all, but long enough to be one", Path(DEJAVU).read_bytes()[:3000]]
+)
 def test_a_broken_font_has_no_characters(tmp_path, content):
     path = tmp_path / "broken.ttf"
     path.write_bytes(content)
@@ -71,7 +83,11 @@ def test_only_what_is_missing_is_shown_in_another_font(machine):
 
 
 def test_words_from_right_to_left_stay_together(machine):
-    assert runs_of("Robot روبوت كبير 7", ROBOTO) == (Run("Robot ", ROBOTO), Run("روبوت كبير", DEJAVU, "Arab"), Run(" 7", ROBOTO))
+    assert runs_of("Robot روبوت كبير 7", ROBOTO) == (
+        Run("Robot ", ROBOTO),
+        Run("روبوت كبير", DEJAVU, "Arab"),
+        Run(" 7", ROBOTO),
+    )
 
 
 def test_a_font_of_the_machine_is_found_plain_ones_first(machine):
@@ -82,7 +98,7 @@ def test_a_font_of_the_machine_is_found_plain_ones_first(machine):
 
 def test_a_font_that_cannot_be_drawn_with_is_passed_over(machine):
     broken = machine / "Broken.ttf"
-    broken.write_bytes(ICONS.read_bytes().replace(b"head", b"dead", 1))      # one of its tables is missing
+    broken.write_bytes(ICONS.read_bytes().replace(b"head", b"dead", 1))  # one of its tables is missing
     assert ICON in Characters(str(broken))
     assert runs_of(ICON, ROBOTO) == (Run(ICON, ROBOTO),)
 
@@ -113,7 +129,9 @@ def test_a_label_has_room_for_the_higher_font(machine, ui):
 
 def test_many_ideographs_are_as_wide_as_measured_together(machine):
     for number in (1, 2, 7, 500):
-        assert line_width("机" * number, "Roboto", 16) == line_width("각" * number, "Roboto", 16)        # both are empty boxes
+        assert line_width("机" * number, "Roboto", 16) == line_width(
+            "각" * number, "Roboto", 16
+        )  # both are empty boxes
     assert line_width("机床" * 3, "Roboto", 32) == line_width("각" * 6, "Roboto", 32)
 
 
@@ -124,7 +142,9 @@ def test_a_font_that_is_a_pipe_holds_up_nothing(machine):
     (machine / "Folder.ttf").mkdir()
     (machine / "Nowhere.ttf").symlink_to(machine / "gone")
     found: list[object] = []
-    searching = threading.Thread(target=lambda: found.extend([runs_of("Robot 机", ROBOTO), fonts.fonts_at_hand()]), daemon=True)
+    searching = threading.Thread(
+        target=lambda: found.extend([runs_of("Robot 机", ROBOTO), fonts.fonts_at_hand()]), daemon=True
+    )
     searching.start()
     searching.join(20)
     assert found == [(Run("Robot 机", ROBOTO),), (DEJAVU,)]

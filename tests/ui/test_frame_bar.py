@@ -1,4 +1,5 @@
 """The top bar and the banner as widgets: what must keep its place does, and what has been acknowledged looks so."""
+
 from __future__ import annotations
 
 import pytest
@@ -14,7 +15,9 @@ from app.widgets.tokens import tk
 @pytest.fixture
 def bar(ui):
     load_kv("widgets/frame")
-    bar = TopBar(title="Scheduler", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now", icon="wifi")
+    bar = TopBar(
+        title="Scheduler", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected · now", icon="wifi"
+    )
     ui.show(BoxLayout(), (1280, 600)).add_widget(bar)
     ui.advance()
     return bar
@@ -46,7 +49,9 @@ def test_the_number_can_be_read_in_every_theme(bar, ui, theme):
 
 def test_what_was_acknowledged_is_no_red_block_any_more(ui):
     load_kv("widgets/frame")
-    banner = AlarmBanner(tone="fault", icon="alert-octagon", text="Aino is stopped", note="Since 14:31", action="Show Aino")
+    banner = AlarmBanner(
+        tone="fault", icon="alert-octagon", text="Aino is stopped", note="Since 14:31", action="Show Aino"
+    )
     ui.show(BoxLayout(), (1280, 200)).add_widget(banner)
     ui.advance()
     button, icon = ui.find(CommandButton, banner), ui.find(Ico, banner, icon="alert-octagon")

@@ -1,4 +1,5 @@
 """From the form to the log with a group: two simulated robots, one breaks, the other comes, and nothing runs twice."""
+
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
@@ -29,7 +30,9 @@ def fleet():
 def site(tmp_path: Path, fleet):
     container = Container.open(tmp_path, ShiftedClock(datetime(2026, 11, 23, 6, 29, 1, tzinfo=UTC)), with_window=True)
     container.catalogue.change_settings(timezone="UTC", poll_interval_seconds=1)
-    robots = [container.catalogue.save_robot(Robot(robot.name, robot.url, USER), password=PASSWORD) for robot in fleet.robots]
+    robots = [
+        container.catalogue.save_robot(Robot(robot.name, robot.url, USER), password=PASSWORD) for robot in fleet.robots
+    ]
     container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
     container.catalogue.save_mission(Mission("Home", GUIDS["Home"]))
     yield container
@@ -39,9 +42,9 @@ def site(tmp_path: Path, fleet):
 def pick(ui, label: str, option: str) -> None:
     ui.tap(ui.find(PickField, label=label))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text=option))
-    ui.advance(.3)
+    ui.advance(0.3)
 
 
 def queued(fleet) -> dict[str, int]:
@@ -55,10 +58,14 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         ui.wait(lambda: app.shell.background.idle and ui.find_all(PickField, label="Robot", value="Aino"))
         ui.tap(ui.find(PickField, label="Robot"))
         ui.wait(lambda: ui.find_all(ChoiceDialog))
-        ui.advance(.3)
-        assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == ["Any of Hall 1", "Aino", "Veikko"]
+        ui.advance(0.3)
+        assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == [
+            "Any of Hall 1",
+            "Aino",
+            "Veikko",
+        ]
         ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
-        ui.advance(.3)
+        ui.advance(0.3)
         pick(ui, "Mission", "Home")
         pick(ui, "If running", "Run it beside the previous one")
         ui.tap(ui.find(PickField, label="Time"))
@@ -66,24 +73,34 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
             ui.key(ord(digit), digit)
         ui.tap(ui.find(CommandButton, text="Set"))
         chips = [chip for chip in ui.find_all(ChoiceChip) if chip.text in ("Low", "Normal", "High", "Critical")]
-        assert {chip.text: chip.active for chip in chips} == {"Low": False, "Normal": True, "High": False, "Critical": False}
+        assert {chip.text: chip.active for chip in chips} == {
+            "Low": False,
+            "Normal": True,
+            "High": False,
+            "Critical": False,
+        }
         ui.tap(ui.find(ChoiceChip, text="High"))
         ui.wait(lambda: not ui.find(CommandButton, text="Save schedule").disabled)
         ui.tap(ui.find(CommandButton, text="Save schedule"))
         ui.wait(lambda: site.catalogue.schedules())
-        schedule, = site.catalogue.schedules()
-        group, = site.catalogue.groups()
+        (schedule,) = site.catalogue.schedules()
+        (group,) = site.catalogue.groups()
         assert (schedule.name, schedule.robot_id, schedule.group_id, schedule.priority, schedule.overlap) == (
-            "Home on Hall 1", None, group.id, 1, Overlap.PARALLEL)
+            "Home on Hall 1",
+            None,
+            group.id,
+            1,
+            Overlap.PARALLEL,
+        )
         ui.wait(lambda: ui.find_all(ScheduleLine))
         assert ui.find(ScheduleLine).next.startswith("any of Hall 1 · ")
 
         fleet.robots[0].control({"reboot_seconds": 3600})
         site.clock.leap_to(datetime(2026, 11, 23, 6, 30, tzinfo=UTC) - timedelta(seconds=3))
-        site.holds.confirm_clock()               # the robots live in another year
+        site.holds.confirm_clock()  # the robots live in another year
         site.runner.start()
         ui.wait(lambda: site.history.last_finished(1), seconds=60)
-        run, = site.history.last_finished(1)
+        (run,) = site.history.last_finished(1)
         assert (run.state, run.mission, run.robot, run.robot_group) == (State.COMPLETED, "Home", "Veikko", "Hall 1")
         ui.wait(lambda: ui.find(ScheduleLine).rule.startswith("any of Hall 1 (last: Veikko) · "))
         assert queued(fleet) == {"Aino": 0, "Veikko": 1}
@@ -91,7 +108,7 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
 
 def test_the_form_learns_from_all_its_robots_that_none_has_the_mission(site, ui):
     gone = site.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))
-    group, = site.catalogue.groups()
+    (group,) = site.catalogue.groups()
     site.catalogue.save_schedule(Schedule("", None, gone.id, datetime(2026, 11, 24, 6, 30), "UTC", group_id=group.id))
     with shown(site, ui, "scheduler"):
         ui.wait(lambda: ui.find_all(ScheduleLine))

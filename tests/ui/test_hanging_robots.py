@@ -1,4 +1,5 @@
 """Robots that give their status and keep everything else open: whoever presses something at another robot does not wait for them."""
+
 from __future__ import annotations
 
 import pytest
@@ -9,7 +10,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.frame import NavItem
 from tests.ui.whole_app import plant, shown
 
-HANGING, LONGEST = 8, 4.0                # s; each of them is given up after 5 s
+HANGING, LONGEST = 8, 4.0  # s; each of them is given up after 5 s
 
 
 @pytest.fixture
@@ -25,7 +26,9 @@ def test_who_has_looked_into_settings_pauses_a_robot_as_fast_as_ever(site, ui):
     with shown(site.container, ui) as app:
         ui.wait(lambda: "Ready" in ui.texts() and all(snapshots.get(robot.id).status for robot in robots))
         for robot in site.fleet.robots[1:]:
-            robot.control({"fault": {"kind": "hang", "method": "GET", "path": "/missions", "count": None, "seconds": 60}})
+            robot.control(
+                {"fault": {"kind": "hang", "method": "GET", "path": "/missions", "count": None, "seconds": 60}}
+            )
         ui.tap(ui.find(NavItem, name="settings"))
         ui.wait(lambda: len(ui.find_all(RobotPanel)) > 0)
         ui.tap(ui.find(NavItem, name="home"))
@@ -33,6 +36,6 @@ def test_who_has_looked_into_settings_pauses_a_robot_as_fast_as_ever(site, ui):
         ui.skip(SECOND_TAP)
         ui.tap(ui.find(CommandButton, text="Pause"))
         ui.wait(lambda: ui.find_all(CommandButton, text="Resume"), seconds=LONGEST)
-        assert not app.shell.background.idle             # none of those has answered yet
+        assert not app.shell.background.idle  # none of those has answered yet
         for robot in site.fleet.robots:
             robot.control({"fault": None})

@@ -1,4 +1,5 @@
 """What a robot asks, and what to do where it can't go on, on Home: each answer is sent once, and seen without scrolling."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -34,13 +35,23 @@ def rows_of_answers(ui, width: float, *options: str) -> list[list[str]]:
     return list(rows.values())
 
 
-@pytest.mark.parametrize(("width", "options", "rows"), [
-    (360, ("Yes", "No", "Skip this stop"), [["Yes", "No", "Skip this stop"]]),
-    (360, ("Door 1, left", "Door 1, right", "Door 2, left", "Door 2, right"),
-     [["Door 1, left", "Door 1, right"], ["Door 2, left", "Door 2, right"]]),
-    (360, ("Yes", "A long answer for which one line is too short"), [["Yes"], ["A long answer for which one line is too short"]]),
-    (360, ("Yes", "Yes"), [["Yes", "Yes"]]),
-])
+@pytest.mark.parametrize(
+    ("width", "options", "rows"),
+    [
+        (360, ("Yes", "No", "Skip this stop"), [["Yes", "No", "Skip this stop"]]),
+        (
+            360,
+            ("Door 1, left", "Door 1, right", "Door 2, left", "Door 2, right"),
+            [["Door 1, left", "Door 1, right"], ["Door 2, left", "Door 2, right"]],
+        ),
+        (
+            360,
+            ("Yes", "A long answer for which one line is too short"),
+            [["Yes"], ["A long answer for which one line is too short"]],
+        ),
+        (360, ("Yes", "Yes"), [["Yes", "Yes"]]),
+    ],
+)
 def test_answers_share_a_row_where_they_fit(ui, width, options, rows):
     assert rows_of_answers(ui, width, *options) == rows
 
@@ -60,15 +71,21 @@ def test_an_answer_is_sent_once(ui):
 def usual(ui, request) -> Iterator[Rig]:
     """A usual window, with texts and banner as long as most are."""
     mode = request.param
-    with window(ui, (1024, 600) if "small" in mode else (1280, 800), 1.3 if "large" in mode else 1.0, gloves="gloves" in mode) as rig:
+    with window(
+        ui, (1024, 600) if "small" in mode else (1280, 800), 1.3 if "large" in mode else 1.0, gloves="gloves" in mode
+    ) as rig:
         yield rig
 
 
 @pytest.mark.parametrize("minutes", [1, 20])
 def test_the_answers_are_seen_without_scrolling(ui, usual, minutes):
     """Also when nobody has acknowledged that it asks."""
-    home(usual, sample.with_aino(sample.ASKING), issues=OpenIssues([replace(QUESTION, raised_at=sample.ago(minutes=minutes))]))
-    ui.advance(.5)
+    home(
+        usual,
+        sample.with_aino(sample.ASKING),
+        issues=OpenIssues([replace(QUESTION, raised_at=sample.ago(minutes=minutes))]),
+    )
+    ui.advance(0.5)
     assert ui.find(AlarmBanner).urgent == (minutes > 5)
     answers = ui.find_all(PromptOption)
     assert [answer.text for answer in answers if checks.is_seen(answer)] == list(sample.ASKING.user_prompt.options)
@@ -86,21 +103,31 @@ NEEDS = {
     "error": (sample.FAILED, ERROR, lambda ui, _view: ui.find_all(CommandButton, text=_("Reset errors"))),
     "paused": (PAUSED, SILENT, lambda ui, _view: ui.find_all(CommandButton, text=_("Resume"))),
     "stopped": (sample.STOPPED, ALARMS[0], lambda ui, view: labels(ui, view.card.mission.name)),
-    "broken": (BROKEN, ERROR, lambda ui, view: labels(ui, view.card.mission.name))}
+    "broken": (BROKEN, ERROR, lambda ui, view: labels(ui, view.card.mission.name)),
+}
 
 
-@pytest.mark.parametrize(("gloves", "robots", "minutes"), [(False, 3, 20), (True, 24, 1)], ids=["", "gloves"])      # 20: a larger banner
+@pytest.mark.parametrize(
+    ("gloves", "robots", "minutes"), [(False, 3, 20), (True, 24, 1)], ids=["", "gloves"]
+)  # 20: a larger banner
 @pytest.mark.parametrize(("scale", "language"), [(1.0, "en"), (1.3, "fi")])
 @pytest.mark.parametrize("size", [(600, 480), (800, 480), (1024, 600)], ids="{0[0]}x{0[1]}".format)
-def test_what_a_robot_waits_for_is_seen_without_scrolling_in_a_low_window(ui, size, scale, language, gloves, robots, minutes):
-    others = tuple(replace(sample.VEIKKO, id=100 + n, name=f"Robot {n}") for n in range(robots - len(sample.FACTS.robots)))
+def test_what_a_robot_waits_for_is_seen_without_scrolling_in_a_low_window(
+    ui, size, scale, language, gloves, robots, minutes
+):
+    others = tuple(
+        replace(sample.VEIKKO, id=100 + n, name=f"Robot {n}") for n in range(robots - len(sample.FACTS.robots))
+    )
     for name, (status, alarm, steps) in NEEDS.items():
         with window(ui, size, scale, language, gloves=gloves) as rig:
             facts = sample.with_aino(status)
-            screen = home(rig, replace(facts, robots=facts.robots + others),
-                          issues=OpenIssues([replace(alarm, raised_at=sample.ago(minutes=minutes))]))
+            screen = home(
+                rig,
+                replace(facts, robots=facts.robots + others),
+                issues=OpenIssues([replace(alarm, raised_at=sample.ago(minutes=minutes))]),
+            )
             screen.vm.fleet.leave()
-            ui.advance(.5)
+            ui.advance(0.5)
             found = steps(ui, screen.vm)
             assert found, name
             assert [checks.is_seen(step) for step in found] == [True] * len(found), name
@@ -112,18 +139,18 @@ def test_what_a_robot_waits_for_is_seen_without_scrolling_in_a_low_window(ui, si
 def test_who_looks_at_a_robot_sees_what_it_waits_for_however_far_the_page_is_scrolled(ui, size):
     with window(ui, size) as rig:
         screen = home(rig, sample.FACTS)
-        ui.advance(.5)
+        ui.advance(0.5)
         page = ui.find(Bands)
         page.scroll_y = 1 - 150 / (page.ids.bands.height - page.height)
         screen.vm.take(sample.with_aino(sample.FAILED))
-        ui.advance(.5)
+        ui.advance(0.5)
         assert checks.is_seen(ui.find(CommandButton, text="Reset errors"))
         screen.vm.take(sample.FACTS)
-        ui.advance(.5)
-        reach(ui, ui.find(CommandButton, text=screen.vm.run.text))       # below the robot's card
+        ui.advance(0.5)
+        reach(ui, ui.find(CommandButton, text=screen.vm.run.text))  # below the robot's card
         at = page.scroll_y
         screen.vm.take(sample.with_aino(sample.FAILED))
-        ui.advance(.5)
+        ui.advance(0.5)
         assert page.scroll_y == pytest.approx(at)
 
 
@@ -136,7 +163,7 @@ def test_a_finger_on_its_way_to_another_robot_answers_no_question_that_takes_its
         screen.vm.answer = sent.append
         x, y = ui.find(RobotStrip).to_window(*ui.find(RobotStrip).center)
         screen.vm.take(sample.with_aino(sample.ASKING))
-        ui.advance(.1)
+        ui.advance(0.1)
         answer = ui.find_all(PromptOption)[0]
         assert checks.area(answer)[1] < y + 60
         taken, bar = [], ui.find(TopBar)
@@ -144,14 +171,14 @@ def test_a_finger_on_its_way_to_another_robot_answers_no_question_that_takes_its
         touch = UnitTestTouch(*bar.center)
         touch.touch_down()
         touch.touch_up()
-        assert taken == ["top bar"]                          # only what has moved takes none
+        assert taken == ["top bar"]  # only what has moved takes none
         ui.tap(answer)
         assert sent == []
         ui.advance(1)
         ui.tap(answer)
         assert sent == [answer.text]
         screen.vm.take(sample.FACTS)
-        ui.advance(.1)
+        ui.advance(0.1)
         assert ui.find(RobotStrip).to_window(*ui.find(RobotStrip).center) == pytest.approx((x, y))
 
 
@@ -164,7 +191,7 @@ def test_a_question_stands_at_the_top_of_a_panel_that_is_higher_than_it_needs(ui
 
 def test_what_to_do_at_an_emergency_stop_is_seen_without_scrolling(ui, usual):
     screen = home(usual, stopped(), issues=OpenIssues(ALARMS))
-    ui.advance(.5)
+    ui.advance(0.5)
     [instruction] = labels(ui, screen.vm.card.mission.name)
     assert checks.is_seen(instruction)
-    assert instruction.font_size >= sp(20)                   # as large as a value
+    assert instruction.font_size >= sp(20)  # as large as a value

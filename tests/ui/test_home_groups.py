@@ -1,4 +1,5 @@
 """Home with a group of two simulated robots: Run now on any of them, what waits for a robot, giving it to one by hand."""
+
 from __future__ import annotations
 
 import pytest
@@ -28,7 +29,9 @@ def app(tmp_path_factory, ui):
         site.add_missions("Deliver", "Home")
         with shown(site.container, ui) as app:
             app.site, began = site, site.container.clock.now()
-            ui.wait(lambda: site.is_at_rest(began) and any("Ready" in ui.texts(head) for head in ui.find_all(RobotHead)))
+            ui.wait(
+                lambda: site.is_at_rest(began) and any("Ready" in ui.texts(head) for head in ui.find_all(RobotHead))
+            )
             app.stored, app.root_vm = Stored(site.container), app.shell.navigator.screen("home").vm
             yield app
 
@@ -36,6 +39,7 @@ def app(tmp_path_factory, ui):
 @pytest.fixture
 def home(app, ui):
     """At robots at rest, without a group."""
+
     def put_back() -> None:
         app.site.calm_down(ui)
         app.stored.put_back()
@@ -53,7 +57,9 @@ def home(app, ui):
 @pytest.fixture
 def hall(home, ui):
     """Both robots in one group."""
-    group = home.site.container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in home.site.container.catalogue.robots())))
+    group = home.site.container.catalogue.save_group(
+        Group("Hall 1", tuple(robot.id for robot in home.site.container.catalogue.robots()))
+    )
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Any of Hall 1"))
     return group
 
@@ -78,7 +84,9 @@ def stop_both(home, ui) -> None:
         robot.control({"emergency_stop": True})
         robot.control({"emergency_stop": False})
     container = home.site.container
-    ui.wait(lambda: all(container.snapshots.get(robot.id).status.state_id == 4 for robot in container.catalogue.robots()))
+    ui.wait(
+        lambda: all(container.snapshots.get(robot.id).status.state_id == 4 for robot in container.catalogue.robots())
+    )
 
 
 def waiting(ui) -> list[tuple[str, str]]:
@@ -89,7 +97,7 @@ def test_without_a_group_there_is_nothing_of_groups(home, ui):
     card = ui.find(RunNowCard)
     assert [chip.text for chip in ui.find_all(ChoiceChip, card)] == ["Deliver", "Home"]
     assert not ui.find_all(WaitingCard)
-    assert "Run on Aino" not in ui.texts(card)                # no mission is chosen
+    assert "Run on Aino" not in ui.texts(card)  # no mission is chosen
     choose(ui, "Home")
     assert ui.find(CommandButton, card, text="Run on Aino")
 
@@ -98,12 +106,17 @@ def test_run_now_offers_groups_first_and_any_free_robot_comes(home, hall, ui):
     card = ui.find(RunNowCard)
     chips = sorted(ui.find_all(ChoiceChip, card), key=lambda chip: (-round(chip.y), chip.x))
     assert [chip.text for chip in chips][:2] == ["Any of Hall 1", "Aino"]
-    assert ui.find(ChoiceChip, card, text="Aino").active      # as today, until a group is chosen
+    assert ui.find(ChoiceChip, card, text="Aino").active  # as today, until a group is chosen
     run_on_any(ui, "Home")
-    ui.wait(lambda: home.site.container.history.last_finished(1) or [row for row in home.site.container.history.open() if row.robot])
+    ui.wait(
+        lambda: (
+            home.site.container.history.last_finished(1)
+            or [row for row in home.site.container.history.open() if row.robot]
+        )
+    )
     row = (home.site.container.history.open() or home.site.container.history.last_finished(1))[0]
     assert (row.robot_group, row.priority, row.robot in ("Aino", "Veikko")) == ("Hall 1", 1, True)
-    told = f"Home is sent to {row.robot}. {row.robot}: free now", "Home is not sent yet. "           # on a slow machine
+    told = f"Home is sent to {row.robot}. {row.robot}: free now", "Home is not sent yet. "  # on a slow machine
     ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(told)])
 
 
@@ -117,7 +130,7 @@ def test_of_many_groups_the_chosen_one_is_offered_and_the_list_of_all(home, hall
     assert chips[:2] == ["Groups (3)", "Aino"]
     ui.tap(ui.find(ChoiceChip, card, text="Groups (3)"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     assert ui.find(OptionRow, text="Any of Night crew").note == "Aino, Veikko"
     ui.tap(ui.find(OptionRow, text="Any of Night crew"))
     ui.wait(lambda: ui.find_all(ChoiceChip, card, text="Any of Night crew", active=True))
@@ -140,12 +153,14 @@ def test_what_no_robot_can_take_waits_above_the_queue_and_is_given_by_hand(home,
     assert "Given up at " in ui.find(WaitingRow).note
     press(ui, "Give to a robot", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     assert [row.text for row in sorted(ui.find_all(OptionRow), key=lambda row: -row.y)] == ["Aino", "Veikko"]
     ui.tap(ui.find(OptionRow, text="Aino"))
     ui.wait(lambda: not ui.find_all(WaitingCard))
-    ui.wait(lambda: [item for item in ui.find_all(QueueRow, mission="Home") if "Aino: chosen by a person" in item.origin])
-    row, = home.site.container.history.open()
+    ui.wait(
+        lambda: [item for item in ui.find_all(QueueRow, mission="Home") if "Aino: chosen by a person" in item.origin]
+    )
+    (row,) = home.site.container.history.open()
     assert (row.robot, row.robot_group) == ("Aino", "Hall 1")
 
 
@@ -156,30 +171,39 @@ def test_a_robot_that_refuses_what_it_was_given_is_named_in_the_message_and_on_t
     run_on_any(ui, "Collect empties")
     ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.snackbars.texts and home.shell.background.idle)
     home.shell.snackbars.clear()
-    api(home.site.fleet.robots[1], "DELETE", f"/missions/{GUIDS['Collect empties']}")        # since its list was read
+    api(home.site.fleet.robots[1], "DELETE", f"/missions/{GUIDS['Collect empties']}")  # since its list was read
     press(ui, "Give to a robot", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: home.shell.snackbars.texts)
-    told, = home.shell.snackbars.texts
+    (told,) = home.shell.snackbars.texts
     assert told.startswith("Collect empties is not sent yet. Veikko refused it: The robot has no such mission: ")
-    ui.wait(lambda: ui.find_all(WaitingRow) and ui.find(WaitingRow).note.startswith("Veikko refused it: The robot has no such mission"))
+    ui.wait(
+        lambda: (
+            ui.find_all(WaitingRow)
+            and ui.find(WaitingRow).note.startswith("Veikko refused it: The robot has no such mission")
+        )
+    )
 
 
 def pick(ui, word: str) -> None:
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text=word))
 
 
 def test_the_priority_of_what_waits_is_changed_by_a_tap_on_it(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
-    ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.snackbars.texts)           # what is said of its start is said
+    ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.snackbars.texts)  # what is said of its start is said
     ui.tap(ui.find(ChoiceChip, ui.find(WaitingRow), text="High"))
     pick(ui, "Critical")
-    ui.wait(lambda: ui.find(WaitingRow).priority == "Critical" and "Deliver: priority Critical" in home.shell.snackbars.texts)
+    ui.wait(
+        lambda: (
+            ui.find(WaitingRow).priority == "Critical" and "Deliver: priority Critical" in home.shell.snackbars.texts
+        )
+    )
     assert home.site.container.history.open()[0].priority == 2
 
 
@@ -187,12 +211,12 @@ def test_what_was_cancelled_while_it_waited_waits_again_when_that_is_undone(home
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
     ui.wait(lambda: ui.find_all(WaitingRow) and home.shell.background.idle)
-    row, = home.site.container.history.open()
+    (row,) = home.site.container.history.open()
     press(ui, "Cancel", ui.find(WaitingRow))
     ui.wait(lambda: "Deliver is cancelled" in ui.texts() and not ui.find_all(WaitingRow))
     ui.tap_text("Undo")
     ui.wait(lambda: ui.find_all(WaitingRow) and "Deliver waits again" in home.shell.snackbars.texts)
-    again, = home.site.container.history.open()
+    (again,) = home.site.container.history.open()
     assert (again.id, again.token) == (row.id, row.token)
 
 
@@ -200,7 +224,7 @@ def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
     ui.wait(lambda: ui.find_all(WaitingRow))
-    row, = home.site.container.history.open()
+    (row,) = home.site.container.history.open()
     home.shell.go("scheduler")
     vm = home.shell.navigator.screen("scheduler").vm
 
@@ -208,19 +232,25 @@ def test_what_waits_on_the_timeline_offers_what_it_does_on_home(home, hall, ui):
         ui.wait(lambda: home.shell.background.idle and any(one.id == row.id for one in vm._facts.past))
         vm.open_bars([("execution", row.id)], home.root)
         ui.wait(lambda: ui.find_all(MenuRow, text=word))
-        ui.advance(.3)
+        ui.advance(0.3)
         ui.tap(ui.find(MenuRow, text=word))
 
     use("Priority: High")
     pick(ui, "Low")
     ui.wait(lambda: home.site.container.history.get(row.id).priority == -1)
-    for word, held, said in (("Hold", True, "Deliver is held; it is skipped unless it is released in time"),
-                             ("Release", False, "Deliver is released")):
+    for word, held, said in (
+        ("Hold", True, "Deliver is held; it is skipped unless it is released in time"),
+        ("Release", False, "Deliver is released"),
+    ):
         use(word)
         ui.wait(lambda held=held: home.site.container.history.get(row.id).held is held)
         ui.wait(lambda said=said: said in home.shell.snackbars.texts)
     use("Cancel")
-    ui.wait(lambda: home.site.container.history.get(row.id).state is State.CANCELLED and "Deliver is cancelled" in ui.texts())
+    ui.wait(
+        lambda: (
+            home.site.container.history.get(row.id).state is State.CANCELLED and "Deliver is cancelled" in ui.texts()
+        )
+    )
     ui.tap_text("Undo")
     ui.wait(lambda: home.site.container.history.get(row.id).state is State.WAITING)
     ui.wait(lambda: "Deliver waits again" in home.shell.snackbars.texts)
@@ -233,7 +263,7 @@ def test_what_runs_by_the_time_that_cancel_is_pressed_on_its_card_is_stopped_onl
     stop_both(home, ui)
     run_on_any(ui, "Deliver")
     ui.wait(lambda: ui.find_all(WaitingRow))
-    row, = home.site.container.history.open()
+    (row,) = home.site.container.history.open()
     home.shell.go("scheduler")
     vm = home.shell.navigator.screen("scheduler").vm
     ui.wait(lambda: home.shell.background.idle and any(one.id == row.id for one in vm._facts.past))
@@ -250,12 +280,14 @@ def test_what_runs_by_the_time_that_cancel_is_pressed_on_its_card_is_stopped_onl
 
 def test_the_missions_to_run_on_a_group_say_which_robot_lacks_them(home, hall, ui):
     veikko = hall.members[1]
-    home.site.container.catalogue.save_mission(Mission("Deliver", "00000000-0000-0000-0000-000000000000", robot_id=veikko))
+    home.site.container.catalogue.save_mission(
+        Mission("Deliver", "00000000-0000-0000-0000-000000000000", robot_id=veikko)
+    )
     choose(ui, "Any of Hall 1")
     ui.wait(lambda: home.shell.background.idle)
     ui.tap(ui.find(PickField, ui.find(RunNowCard)))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     *rows, fetch = sorted(ui.find_all(OptionRow), key=lambda row: -row.to_window(0, row.y)[1])
     assert {row.text: row.note for row in rows} == {"Deliver": "not on Veikko", "Home": ""}
     assert fetch.text == "Not in the list? Fetch it from a robot"
@@ -289,22 +321,32 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
     veikko.control({"emergency_stop": False})
     aino.control({"fault": {"kind": "delay", "method": "POST", "path": "/mission_queue", "seconds": 30}})
     container = home.site.container
-    ui.wait(lambda: next(container.snapshots.get(robot.id) for robot in container.catalogue.robots()
-                         if robot.name == "Veikko").status.state_id == 4)
+    ui.wait(
+        lambda: (
+            next(
+                container.snapshots.get(robot.id) for robot in container.catalogue.robots() if robot.name == "Veikko"
+            ).status.state_id
+            == 4
+        )
+    )
     run_on_any(ui, "Home")
     ui.wait(lambda: [row for row in container.history.open() if row.state is State.SUBMITTING and row.robot == "Aino"])
-    ui.wait(lambda: not aino.model.faults.full())                 # it is on its way
+    ui.wait(lambda: not aino.model.faults.full())  # it is on its way
     aino.control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
     ui.wait(lambda: [row for row in ui.find_all(WaitingRow) if row.note.startswith("Aino may have it: silent since ")])
     veikko.model.resume()
     ui.advance(1)
     press(ui, "Start elsewhere", ui.find(WaitingRow))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     assert ui.find(ConfirmDialog).title == "Start Home on Veikko?"
     assert ui.find(ConfirmDialog).text == "If Aino has it after all, it runs twice."
     assert len(container.history.open()) == 1
     press(ui, "Start it", ui.find(ConfirmDialog))
-    ui.wait(lambda: [row for row in (*container.history.open(), *container.history.last_finished(5)) if row.robot == "Veikko"])
+    ui.wait(
+        lambda: [
+            row for row in (*container.history.open(), *container.history.last_finished(5)) if row.robot == "Veikko"
+        ]
+    )

@@ -1,4 +1,5 @@
 """The robot on its own map, as an operator sees it: simulated robots over real HTTP."""
+
 from __future__ import annotations
 
 import base64
@@ -40,7 +41,7 @@ def test_the_robot_drives_on_the_screen(site, ui):
         assert chart.name == world.MAP_NAME
         assert {"Home", "Dock", "Press"} <= {place.name for place in chart.places}
         assert chart.texture is not None
-        assert chart.aspect == pytest.approx(world.HEIGHT / world.WIDTH, abs=.05)
+        assert chart.aspect == pytest.approx(world.HEIGHT / world.WIDTH, abs=0.05)
         start, ground = at(ui), chart.texture
         run(ui, "Deliver")
         ui.wait(lambda: at(ui) != start and chart.path)
@@ -51,7 +52,7 @@ def test_the_robot_drives_on_the_screen(site, ui):
         x, y = at(ui)
         assert 0 < x < 1
         assert 0 < y < 1
-        assert chart.texture is ground                    # made once, whatever moves on it
+        assert chart.texture is ground  # made once, whatever moves on it
 
 
 def test_each_robot_has_its_own_place_and_one_that_is_gone_looks_so(site, ui):
@@ -85,8 +86,11 @@ def test_a_map_that_was_seen_is_there_after_a_restart_although_the_robot_refuses
         ui.wait(lambda: ui.find_all(RobotMap) and app.shell.background.idle)
     api(site.aino, "DELETE", MAP)
     site.container.maps = type(site.container.maps)(
-        site.container.db.path.parent / "maps", lambda robot_id: site.container.repositories.robots.get(site.container.db.read(), robot_id),
-        site.container.make_client, site.container.clock)
+        site.container.db.path.parent / "maps",
+        lambda robot_id: site.container.repositories.robots.get(site.container.db.read(), robot_id),
+        site.container.make_client,
+        site.container.clock,
+    )
     with shown(site.container, ui):
         ui.wait(lambda: ui.find_all(RobotMap))
 
@@ -95,7 +99,9 @@ def test_a_robot_without_a_map_leaves_the_place_to_its_words(site, ui):
     api(site.aino, "DELETE", MAP)
     with shown(site.container, ui) as app:
         ui.wait(lambda: "Ready" in ui.texts())
-        ui.wait(lambda: not site.container.maps.is_due(app.shell.navigator.screen("home").vm.facts.robot.id, world.MAP_GUID))
+        ui.wait(
+            lambda: not site.container.maps.is_due(app.shell.navigator.screen("home").vm.facts.robot.id, world.MAP_GUID)
+        )
         ui.wait(lambda: app.shell.background.idle)
         assert not ui.find_all(RobotMap)
         assert ui.find_all(RobotMessage)
@@ -104,7 +110,7 @@ def test_a_robot_without_a_map_leaves_the_place_to_its_words(site, ui):
 
 @pytest.mark.parametrize("picture", [b"GIF89a no picture at all", b"\x89PNG\r\n\x1a\n" + bytes(200)])
 def test_garbage_for_a_map_is_no_map_and_one_line_in_the_log(site, ui, caplog, picture):
-    field = "base_map" if "base_map" in api(site.aino, "GET", MAP).json() else "map"           # by the robot's software
+    field = "base_map" if "base_map" in api(site.aino, "GET", MAP).json() else "map"  # by the robot's software
     api(site.aino, "PUT", MAP, **{field: base64.b64encode(picture).decode()})
     with caplog.at_level(logging.WARNING), shown(site.container, ui) as app:
         ui.wait(lambda: "Ready" in ui.texts())
@@ -143,12 +149,12 @@ class ToldWhole(Told, WholeMap):
         super()._robot(x, y, heading, tone)
 
 
-@pytest.mark.parametrize("at", [(.9, .1), (.97, .12), (.8, .15)])
+@pytest.mark.parametrize("at", [(0.9, 0.1), (0.97, 0.12), (0.8, 0.15)])
 def test_no_name_of_a_place_is_under_the_icon_that_enlarges_the_map(ui, at):
-    places = [Place("Compactor", *at), Place("Home", .2, .5)]
+    places = [Place("Compactor", *at), Place("Home", 0.2, 0.5)]
     chart = ToldPlace(places=places, size_hint=(None, None), size=(350, 135))
     Window.add_widget(chart)
-    ui.advance(.1)
+    ui.advance(0.1)
     assert "Home" in chart.written
     if "Compactor" in chart.written:
         x, y, width = chart.written["Compactor"]
@@ -156,11 +162,13 @@ def test_no_name_of_a_place_is_under_the_icon_that_enlarges_the_map(ui, at):
 
 
 def test_where_robots_stand_together_the_first_is_uppermost_and_no_name_lies_over_another(ui):
-    home = [Marker(.3, .5, 0, tone, name) for tone, name in (
-        ("fault", "Sisu · Stopped"), ("attention", "Veikko · Look at it"), ("accent", "Aino"))]
-    chart = ToldWhole(robots=[*home, Marker(.7, .5, 0, "accent", "Toivo")], size_hint=(None, None), size=(700, 400))
+    home = [
+        Marker(0.3, 0.5, 0, tone, name)
+        for tone, name in (("fault", "Sisu · Stopped"), ("attention", "Veikko · Look at it"), ("accent", "Aino"))
+    ]
+    chart = ToldWhole(robots=[*home, Marker(0.7, 0.5, 0, "accent", "Toivo")], size_hint=(None, None), size=(700, 400))
     Window.add_widget(chart)
-    ui.advance(.1)
+    ui.advance(0.1)
     assert chart.tones[-1] == "fault"
-    assert set(chart.written) == {"Sisu · Stopped", "Veikko · Look at it", "Toivo"}       # the third has no room left
+    assert set(chart.written) == {"Sisu · Stopped", "Veikko · Look at it", "Toivo"}  # the third has no room left
     assert abs(chart.written["Sisu · Stopped"][1] - chart.written["Veikko · Look at it"][1]) > sp(20)

@@ -1,4 +1,5 @@
 """kv follows the language, and lets go of it."""
+
 from __future__ import annotations
 
 import gc
@@ -26,6 +27,7 @@ BoxLayout:
 def finnish(tmp_path):
     write_finnish(tmp_path)
     from app.i18n import translator
+
     return lambda: translator.use("fi", tmp_path)
 
 
@@ -46,7 +48,7 @@ def test_a_text_with_a_count_follows_both(ui, finnish):
 
 
 def test_widgets_that_are_gone_are_forgotten(ui):
-    for _n in range(5):                      # what earlier tests left
+    for _n in range(5):  # what earlier tests left
         gc.collect()
     before = tr.bound
     roots = [Builder.load_string(KV) for _n in range(5)]
@@ -70,6 +72,7 @@ def test_unbinding_by_hand(ui):
 
 def test_python_texts_of_a_label_do_not_need_kv(ui, finnish):
     from app.i18n import _
+
     finnish()
     label = ui.show(Txt(text=_("Save"), fit=True))
     assert label.text == "Tallenna"

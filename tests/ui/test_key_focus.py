@@ -1,4 +1,5 @@
 """By keys alone: every target gets the ring, is seen with it, and Enter presses it; the topmost dialog only."""
+
 from __future__ import annotations
 
 import pytest
@@ -70,7 +71,7 @@ def test_what_is_pushed_out_of_sight_while_it_has_the_ring_is_scrolled_back(ui, 
     ui.key(TAB)
     assert keys.target is button
     above.height = 400
-    ui.advance(.2)
+    ui.advance(0.2)
     assert checks.is_seen(button)
 
 
@@ -88,7 +89,7 @@ def test_a_page_stands_still_below_a_target_that_it_has_no_room_for(ui, keys, he
     ui.key(TAB)
     assert keys.target is area
     above.height = 300
-    ui.advance(.5)
+    ui.advance(0.5)
     places = []
     for _frame in range(6):
         ui.advance()
@@ -108,9 +109,9 @@ def test_the_ring_follows_the_card_that_it_is_kept_inside_of(ui, keys):
     ui.key(TAB)
     narrow = max(ring_lines(before)[0].points[::2])
     card.width = 400
-    ui.advance(.1)
+    ui.advance(0.1)
     button.size = 292, 64
-    ui.advance(.1)
+    ui.advance(0.1)
     assert max(ring_lines(before)[0].points[::2]) > narrow
 
 
@@ -122,9 +123,18 @@ def test_the_ring_is_seen_on_every_ground(ui, keys, theme):
     before = list(Window.canvas.after.children)
     ui.key(TAB)
     colours = [part.rgba for part in Window.canvas.after.children if part not in before and isinstance(part, Color)]
-    grounds = [getattr(tk, name) for name in ("bg", "surface", "fault_solid", "attention_solid", "neutral_solid", "accent", "accent_bg")]
+    grounds = [
+        getattr(tk, name)
+        for name in ("bg", "surface", "fault_solid", "attention_solid", "neutral_solid", "accent", "accent_bg")
+    ]
     for ground in grounds:
-        assert max(checks.contrast_ratio(get_hex_from_color(colour)[:7], get_hex_from_color(ground)[:7]) for colour in colours) >= 4.5
+        assert (
+            max(
+                checks.contrast_ratio(get_hex_from_color(colour)[:7], get_hex_from_color(ground)[:7])
+                for colour in colours
+            )
+            >= 4.5
+        )
 
 
 def test_the_ring_is_drawn_while_keys_are_used(ui, keys):
@@ -149,10 +159,10 @@ def test_the_ring_rests_while_a_field_that_its_button_opened_takes_the_keys(ui, 
     ui.key(TAB)
     assert ring_at() > before
     field.focus = True
-    ui.advance(.1)
+    ui.advance(0.1)
     assert ring_at() == before
     field.focus = False
-    ui.advance(.1)
+    ui.advance(0.1)
     assert ring_at() > before
 
 
@@ -179,7 +189,7 @@ def test_a_key_that_is_held_presses_once(ui, keys):
     ui.key(TAB)
     for _repeat in range(5):
         ui.key_down(ENTER)
-        ui.advance(.5)
+        ui.advance(0.5)
     assert calls == ["One"]
     Window.dispatch("on_key_up", ENTER, 0)
     ui.key(ENTER)
@@ -194,7 +204,7 @@ def test_enter_ends_a_field_and_leaves_its_place_in_the_round(ui, keys):
     ui.key(TAB)
     field = ui.find(FieldInput)
     Window.dispatch("on_key_down", ENTER, 0, "", [])
-    field.focus = False                      # as kivy's field does
+    field.focus = False  # as kivy's field does
     Window.dispatch("on_keyboard", ENTER, 0, "", [])
     Window.dispatch("on_key_up", ENTER, 0)
     ui.key(TAB)
@@ -219,7 +229,7 @@ def test_every_row_of_a_long_list_is_reached_in_its_order_and_all_of_it_seen(ui,
         assert rows.to_window(*rows.pos)[1] - 1 <= bottom < top <= rows.to_window(0, rows.top)[1] + 1
         ui.key_down(key, modifiers=modifiers)
         Window.dispatch("on_key_up", key, 0)
-        ui.advance(.5)
+        ui.advance(0.5)
     assert seen == [*range(39), *range(39, 0, -1)]
     assert keys.target.key == 0
 
@@ -261,8 +271,14 @@ def at(word: str, x: float, y: float, width: float) -> CommandButton:
 def test_the_nearest_below_has_the_ring_before_one_further_down_that_is_better_in_line(ui, keys):
     """The bell, a banner's wide button, and More below it; a wide field, two beside each other, and a chip below the right one."""
     page = FloatLayout()
-    for button in (at("Bell", 500, 344, 48), at("Answer", 380, 272, 160), at("More", 490, 200, 70),
-                   at("Mission", 40, 136, 230), at("Robot", 280, 136, 280), at("Monthly", 520, 72, 60)):
+    for button in (
+        at("Bell", 500, 344, 48),
+        at("Answer", 380, 272, 160),
+        at("More", 490, 200, 70),
+        at("Mission", 40, 136, 230),
+        at("Robot", 280, 136, 280),
+        at("Monthly", 520, 72, 60),
+    ):
         page.add_widget(button)
     ui.show(page, (600, 400))
     keys._go(ui.find(CommandButton, text="Bell"))
@@ -310,7 +326,12 @@ def test_tab_leaves_a_field_for_the_button_after_it(ui, keys):
 
 def panels(ui) -> None:
     """Forty in two columns, of which eight are seen."""
-    ui.show(PanelGrid(panelclass="OptionRow", panels=[Option(n, f"Panel {n}") for n in range(40)], panel_width=200, spacing=8), (500, 260))
+    ui.show(
+        PanelGrid(
+            panelclass="OptionRow", panels=[Option(n, f"Panel {n}") for n in range(40)], panel_width=200, spacing=8
+        ),
+        (500, 260),
+    )
 
 
 def test_every_panel_of_a_grid_is_reached(ui, keys):
@@ -321,7 +342,7 @@ def test_every_panel_of_a_grid_is_reached(ui, keys):
         reached.append(keys.target.key)
     for _press in range(39):
         Window.dispatch("on_keyboard", TAB, 0, "", ["shift"])
-        ui.advance(.1)
+        ui.advance(0.1)
         reached.append(keys.target.key)
     assert reached == [*range(40), *range(38, -1, -1)]
 
@@ -342,24 +363,32 @@ def test_arrows_stay_in_their_column_of_a_grid(ui, keys):
 
 def test_bars_of_a_timeline_are_reached_by_tab_and_arrows_and_opened_by_enter(ui, keys):
     ahead = (Bar("a", 2, 3), Bar("b", 8, 9), Bar("c", 12, 13))
-    lanes = [Lane("Aino", bars=(Bar("past", 0, 1), *ahead)), Lane("Veikko", bars=(Bar("d", 8, 9), Bar("far", 40, 41))),
-             Lane("", key="idle", line="3 robots with nothing planned")]
-    chart = Timeline(lanes=lanes, bands=[Band(15, 39, "Sat, no work", "folded")], now=1.5, hours=24, size_hint_y=None, height=160)
+    lanes = [
+        Lane("Aino", bars=(Bar("past", 0, 1), *ahead)),
+        Lane("Veikko", bars=(Bar("d", 8, 9), Bar("far", 40, 41))),
+        Lane("", key="idle", line="3 robots with nothing planned"),
+    ]
+    chart = Timeline(
+        lanes=lanes, bands=[Band(15, 39, "Sat, no work", "folded")], now=1.5, hours=24, size_hint_y=None, height=160
+    )
     page = page_of("Before")
     page.add_widget(chart)
     ui.show(page, (800, 400))
     opened, lines, folds = [], [], []
-    chart.bind(on_bar=lambda _chart, key: opened.append(key), on_lane=lambda _chart, key: lines.append(key),
-               on_fold=lambda _chart, hour: folds.append(hour))
+    chart.bind(
+        on_bar=lambda _chart, key: opened.append(key),
+        on_lane=lambda _chart, key: lines.append(key),
+        on_fold=lambda _chart, hour: folds.append(hour),
+    )
 
     def press(*codes: int) -> None:
         for code in codes:
             ui.key(code)
         ui.key_down(ENTER)
-        ui.advance(.3)
+        ui.advance(0.3)
         Window.dispatch("on_key_up", ENTER)
 
-    press(TAB, TAB)                                               # what has not ended yet
+    press(TAB, TAB)  # what has not ended yet
     press(RIGHT)
     press(DOWN)
     press(UP, RIGHT)
@@ -370,5 +399,5 @@ def test_bars_of_a_timeline_are_reached_by_tab_and_arrows_and_opened_by_enter(ui
     assert (lines, opened) == (["idle"], ["a", "b", "d", "c"])
     assert ring_at() > 0
     chart.lanes = lanes[1:]
-    ui.advance(.2)
+    ui.advance(0.2)
     assert "a" not in [seat.event[1] for seat in chart.seats()]

@@ -1,4 +1,5 @@
 """Keys and dialogs: the topmost only, its search, and the place that is kept when it closes."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -26,7 +27,7 @@ def test_enter_presses_the_ring_also_where_a_dialog_has_a_use_for_it(ui, keys):
     picked: list[time] = []
     dialog.bind(on_pick=lambda _dialog, value: picked.append(value))
     dialog.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     while getattr(keys.target, "text", "") != "Cancel":
         ui.key(TAB)
     ui.key(ENTER)
@@ -35,8 +36,8 @@ def test_enter_presses_the_ring_also_where_a_dialog_has_a_use_for_it(ui, keys):
     again = TimeDialog(time(6, 30), confirm="Set", decline="Cancel")
     again.bind(on_pick=lambda _dialog, value: picked.append(value))
     again.open()
-    ui.advance(.5)
-    ui.key(ENTER)                            # no ring in it: Enter is the dialog's
+    ui.advance(0.5)
+    ui.key(ENTER)  # no ring in it: Enter is the dialog's
     assert picked == [time(6, 30)]
 
 
@@ -46,7 +47,7 @@ def test_after_a_dialog_the_ring_is_where_it_was(ui, keys):
     ui.key(TAB)
     dialog = ConfirmDialog(title="Sure?", text="It is gone then.", confirm="Delete", decline="Keep")
     dialog.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key(TAB)
     assert keys.target.text == "Keep"
     ui.key(ENTER)
@@ -56,23 +57,25 @@ def test_after_a_dialog_the_ring_is_where_it_was(ui, keys):
     assert keys.target.text == "Three"
 
 
-@pytest.mark.parametrize("comes_as_text", [True, False])          # kivy says a text only where a field had the focus before
+@pytest.mark.parametrize("comes_as_text", [True, False])  # kivy says a text only where a field had the focus before
 def test_what_is_typed_in_a_dialog_goes_into_its_first_field(ui, keys, comes_as_text):
     ui.show(page_of("One"), (300, 300))
-    dialog = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(9)], hint="Search", nothing="Nothing found")
+    dialog = ChoiceDialog(
+        title="Mission", options=[Option(n, f"Option {n}") for n in range(9)], hint="Search", nothing="Nothing found"
+    )
     dialog.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key_down(ord("o"), "o", ("shift",))
     if comes_as_text:
         Window.dispatch("on_textinput", "O")
-    ui.advance(.1)
+    ui.advance(0.1)
     Window.dispatch("on_textinput", "p")
-    ui.advance(.1)
+    ui.advance(0.1)
     assert dialog.query == "Op"
     ui.key(ESCAPE)
     ui.key(ESCAPE)
     assert not dialog.is_open
-    ui.advance(.5)
+    ui.advance(0.5)
 
 
 @pytest.mark.parametrize("key", [TAB, DOWN])
@@ -83,13 +86,13 @@ def test_the_ring_goes_from_a_row_of_a_long_list_into_its_menu(ui, keys, key):
     assert keys.target.text == "Option 0"
     menu = Menu(anchor=keys.target, items=[MenuItem("edit", "Edit", "pencil"), MenuItem("delete", "Delete", "delete")])
     menu.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key(key)
     assert keys.target.text == "Edit"
     ui.key(key)
     assert keys.target.text == "Delete"
     menu.dismiss()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key(key)
     assert keys.target.text == "Option 1"
 
@@ -100,12 +103,15 @@ def picker(ui, keys) -> Iterator[tuple[ChoiceDialog, list[object]]]:
     ui.show(page_of("Zero", "One", "Two"), (300, 300))
     ui.key(TAB)
     ui.key(TAB)
-    dialog, chosen = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(30)], hint="Search"), []
+    dialog, chosen = (
+        ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(30)], hint="Search"),
+        [],
+    )
     dialog.bind(on_choose=lambda _dialog, key: chosen.append(key))
     dialog.open()
-    ui.advance(.5)
-    ui.find(LongList, dialog).scroll_y = .2
-    ui.advance(.2)
+    ui.advance(0.5)
+    ui.find(LongList, dialog).scroll_y = 0.2
+    ui.advance(0.2)
     ui.key(ord("2"), "2")
     yield dialog, chosen
     close(ui)
@@ -120,7 +126,7 @@ def test_from_the_search_field_the_ring_goes_to_the_first_that_is_found(ui, keys
     ui.key(DOWN)
     assert keys.target.text == "Option 12"
     ui.key(ENTER)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert (chosen, dialog.is_open) == ([12], False)
     assert keys.target.text == "One"
 
@@ -128,20 +134,20 @@ def test_from_the_search_field_the_ring_goes_to_the_first_that_is_found(ui, keys
 def test_down_goes_to_the_first_of_all_where_nothing_was_typed(ui, keys, picker):
     dialog, _chosen = picker
     dialog.query = ""
-    ui.find(LongList, dialog).scroll_y = .2
-    ui.advance(.2)
+    ui.find(LongList, dialog).scroll_y = 0.2
+    ui.advance(0.2)
     ui.key(DOWN)
     assert keys.target.text == "Option 0"
 
 
 def test_enter_chooses_the_only_one_that_is_found(ui, keys, picker):
     dialog, chosen = picker
-    Window.dispatch("on_textinput", "7")                      # a scanner sends its Enter at once
+    Window.dispatch("on_textinput", "7")  # a scanner sends its Enter at once
     ui.key_down(ENTER)
     ui.key(ENTER)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert (chosen, dialog.is_open, dock.field) == ([27], False, None)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert keys.target.text == "One"
     ui.key(TAB)
     assert keys.target.text == "Two"
@@ -157,17 +163,21 @@ def test_enter_where_nothing_is_found_stays_in_the_search_field(ui, keys, picker
     assert (dialog.is_open, chosen, dock.field is not None) == (True, [], True)
 
 
-@pytest.mark.parametrize(("key", "text", "modifiers"), [(ord("c"), "c", ("ctrl",)), (SPACE, " ", ()), (283, chr(283), ())])
+@pytest.mark.parametrize(
+    ("key", "text", "modifiers"), [(ord("c"), "c", ("ctrl",)), (SPACE, " ", ()), (283, chr(283), ())]
+)
 def test_other_keys_are_not_typed(ui, keys, key, text, modifiers):
     ui.show(page_of("One"), (300, 300))
-    dialog = ChoiceDialog(title="Mission", options=[Option(n, f"Option {n}") for n in range(9)], hint="Search", nothing="Nothing found")
+    dialog = ChoiceDialog(
+        title="Mission", options=[Option(n, f"Option {n}") for n in range(9)], hint="Search", nothing="Nothing found"
+    )
     dialog.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key_down(key, text, modifiers)
-    ui.advance(.1)
+    ui.advance(0.1)
     assert (dock.field, dialog.query) == (None, "")
     dialog.dismiss()
-    ui.advance(.5)
+    ui.advance(0.5)
 
 
 def test_only_the_topmost_dialog_is_reached_and_what_was_before_it_comes_back(ui, keys):
@@ -175,14 +185,14 @@ def test_only_the_topmost_dialog_is_reached_and_what_was_before_it_comes_back(ui
     ui.key(TAB)
     dialog = ConfirmDialog(title="Sure?", text="It is gone then.", confirm="Delete", decline="Keep")
     dialog.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key(TAB)
     assert [target.text for target in keys.targets()] == ["Keep", "Delete"]
     assert keys.target.text == "Keep"
     Window.dispatch("on_keyboard", ESCAPE, 0, "", [])
-    assert dialog.parent                                 # it fades away
+    assert dialog.parent  # it fades away
     assert {target.text for target in keys.targets()} == {"One", "Two"}
-    ui.advance(.5)
+    ui.advance(0.5)
 
 
 def opening(*words: str) -> tuple[ScrollPage, list[ChoiceDialog]]:
@@ -202,7 +212,7 @@ def close(ui) -> None:
     """A field is left by the first Escape."""
     while dock.field is not None or any(getattr(top, "is_open", False) for top in Window.children):
         ui.key(ESCAPE)
-    ui.advance(.5)
+    ui.advance(0.5)
 
 
 @pytest.mark.parametrize("does", ["nothing", "tabs", "types", "types and tabs"])
@@ -216,7 +226,7 @@ def test_after_escape_the_round_goes_on_where_the_dialog_was_opened(ui, keys, by
         ui.key(ENTER)
     else:
         ui.tap_text("Two")
-    ui.advance(.5)
+    ui.advance(0.5)
     assert len(opened) == 1
     if "types" in does:
         ui.key(ord("7"), "7")
@@ -226,7 +236,7 @@ def test_after_escape_the_round_goes_on_where_the_dialog_was_opened(ui, keys, by
     if by == "Enter" or "tabs" in does:
         assert keys.target.text == "Two"
     else:
-        assert keys.target is None                            # whoever uses a finger sees no ring
+        assert keys.target is None  # whoever uses a finger sees no ring
     ui.key(TAB)
     assert keys.target.text == "Three"
 
@@ -236,7 +246,7 @@ def test_what_stands_where_the_opener_was_has_the_ring_when_that_is_gone(ui, key
     ui.show(page, (300, 300))
     for key in (TAB, TAB, ENTER, TAB):
         ui.key(key)
-    ui.advance(.5)
+    ui.advance(0.5)
     page.ids.column.remove_widget(next(button for button in page.ids.column.children if button.text == "Two"))
     ui.advance()
     close(ui)
@@ -260,11 +270,11 @@ def test_from_a_menu_through_a_dialog_the_ring_comes_back_to_what_opened_the_men
     page.add_widget(CommandButton(text="Other", height=64))
     ui.key(TAB)
     menu.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key(TAB)
     ui.key(TAB)
     ui.key(ENTER)
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key(TAB)
     assert keys.target.text == "No"
     close(ui)
@@ -276,7 +286,7 @@ def test_dialogs_that_fingers_opened_are_let_go(ui, keys):
     page, opened = opening("One")
     ui.show(page, (300, 300))
     ui.tap_text("One")
-    ui.advance(.5)
+    ui.advance(0.5)
     opened[0].dismiss()
     ui.advance(1)
     assert not keys._openers
@@ -287,9 +297,9 @@ def test_arrows_begin_at_what_is_chosen_in_a_list_and_not_at_the_cross(ui, keys,
     ui.show(page_of("One"), (300, 300))
     dialog = ChoiceDialog(title="Robot", options=[Option(n, f"Option {n}") for n in range(5)], selected=selected)
     dialog.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key(DOWN)
-    ui.advance(.1)
+    ui.advance(0.1)
     assert keys.target.text == reached
     close(ui)
 
@@ -299,16 +309,16 @@ def test_enter_confirms_the_day_that_is_chosen_and_arrows_begin_at_it(ui, keys):
     dialog, picked = DateDialog(chosen=date(2026, 11, 20), today=date(2026, 11, 18)), []
     dialog.bind(on_pick=lambda _dialog, day: picked.append(day))
     dialog.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key(ENTER)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert picked == [date(2026, 11, 20)]
     dialog = DateDialog(chosen=date(2026, 11, 20), today=date(2026, 11, 18))
     dialog.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.key(DOWN)
     assert keys.target.day == date(2026, 11, 20)
     ui.key(DOWN)
     ui.key(ENTER)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert dialog.chosen == date(2026, 11, 27)

@@ -1,4 +1,5 @@
 """The keyboard on the screen without an app: its keys, and the field above it."""
+
 from __future__ import annotations
 
 import string
@@ -50,7 +51,10 @@ def test_all_of_ascii_can_be_typed_on_it():
     typed = {key for page in ("letters", "signs", "more") for row in PAGES[page] for key in row if len(key) == 1}
     upper = {key.upper() for row in PAGES["letters"] for key in row if len(key) == 1}
     assert set(string.printable) - set(string.whitespace) <= typed | upper
-    ways = {key for row in PAGES["letters"] for key in row} & set(PAGES), {key for row in PAGES["signs"] for key in row} & set(PAGES)
+    ways = (
+        {key for row in PAGES["letters"] for key in row} & set(PAGES),
+        {key for row in PAGES["signs"] for key in row} & set(PAGES),
+    )
     assert ways == ({"signs"}, {"more", "letters"})
 
 
@@ -102,9 +106,16 @@ def test_it_goes_when_a_real_keyboard_types_and_comes_back_for_a_finger(ui):
         keys.stop()
 
 
-@pytest.mark.parametrize(("field", "signs"), [
-    (lambda: FormField(kind="decimal"), ["-", ","]), (lambda: FormField(kind="int"), ["-"]), (lambda: FormField(kind="count"), []),
-    (lambda: StepField(minimum=1), []), (lambda: StepField(minimum=-5), ["-"])])
+@pytest.mark.parametrize(
+    ("field", "signs"),
+    [
+        (lambda: FormField(kind="decimal"), ["-", ","]),
+        (lambda: FormField(kind="int"), ["-"]),
+        (lambda: FormField(kind="count"), []),
+        (lambda: StepField(minimum=1), []),
+        (lambda: StepField(minimum=-5), ["-"]),
+    ],
+)
 def test_the_number_pad_has_the_signs_that_the_field_can_use(ui, field, signs):
     ui.show(field(), (400, 90))
     keys = DockedKeyboard(lambda: True, lambda: ",")
@@ -113,8 +124,12 @@ def test_the_number_pad_has_the_signs_that_the_field_can_use(ui, field, signs):
         inside = ui.find(FieldInput)
         ui.tap(inside)
         ui.wait(lambda: ui.find_all(DockedKeyboard))
-        assert [key.text for row in reversed(keys.children) for key in reversed(row.children)
-                if isinstance(key, BoardKey) and key.text and not key.text.isdecimal()] == signs
+        assert [
+            key.text
+            for row in reversed(keys.children)
+            for key in reversed(row.children)
+            if isinstance(key, BoardKey) and key.text and not key.text.isdecimal()
+        ] == signs
         inside.select_all()
         inside.delete_selection()
         tap_keys(ui, "1", *(["decimal", "5"] if "," in signs else []))
@@ -127,7 +142,7 @@ def test_keys_of_a_narrow_window_are_still_48_wide(ui):
     keys = DockedKeyboard(lambda: True)
     keys._show_page("letters")
     ui.show(keys, size=(600, 4 * 52 + 3 * 8 + 16))
-    ui.advance(.1)
+    ui.advance(0.1)
     assert min(key.width for key in ui.find_all(BoardKey)) >= 48
 
 
@@ -137,7 +152,7 @@ def test_every_key_is_for_gloves_in_both_orientations(ui, gloves, page, width):
     keys = DockedKeyboard(lambda: True)
     keys._show_page(page)
     ui.show(keys, size=(width, 4 * 64 + 3 * 8 + 16))
-    ui.advance(.1)
+    ui.advance(0.1)
     assert checks.problems(keys) == []
     assert min(key.height for key in ui.find_all(BoardKey)) >= 64
     assert min(key.width for key in ui.find_all(BoardKey)) >= 64 - 1.5

@@ -1,4 +1,5 @@
 """The keyboard on the screen leaves the field in use in sight: in every dialog with fields, in small windows, and from field to field."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -17,7 +18,14 @@ from tests.ui.walk import Walk
 
 TAB = 9
 SIZES = ((800, 480), (600, 480), (1280, 800))
-DIALOGS = ("robot-dialog-new", "robot-dialog-problems", "mission-dialog", "settings-calendar-days", "scheduler-hold", "alarms-note")
+DIALOGS = (
+    "robot-dialog-new",
+    "robot-dialog-problems",
+    "mission-dialog",
+    "settings-calendar-days",
+    "scheduler-hold",
+    "alarms-note",
+)
 
 
 @pytest.fixture(params=SIZES, ids="{0[0]}x{0[1]}".format)
@@ -51,7 +59,11 @@ def assert_in_sight(keys: DockedKeyboard, field: FieldInput) -> None:
 
 def assert_free(keys: DockedKeyboard, dialog: Dialog) -> None:
     """Its buttons are above the keyboard."""
-    buttons = [button for button in dialog.ids.button_container.walk(restrict=True) if isinstance(button, CommandButton) and button.is_seen]
+    buttons = [
+        button
+        for button in dialog.ids.button_container.walk(restrict=True)
+        if isinstance(button, CommandButton) and button.is_seen
+    ]
     assert buttons
     assert min(button.to_window(*button.pos)[1] for button in buttons) >= keys.top
 
@@ -73,19 +85,19 @@ def test_every_field_of_the_apps_dialogs_is_above_the_keyboard(ui, walk, name):
     keys, before = DockedKeyboard(lambda: True), Window.size
     try:
         picture.build(walk._studio)
-        ui.advance(.3)
+        ui.advance(0.3)
         keys.start()
         for Window.size in SIZES:
-            ui.advance(.3)
+            ui.advance(0.3)
             fields = fields_of(ui, walk._studio.dialogs.top)
             assert fields
             for field in (*fields, fields[0]):
                 field.focus = True
-                ui.advance(.4)
+                ui.advance(0.4)
                 assert_in_sight(keys, field)
                 assert_free(keys, walk._studio.dialogs.top)
             field.focus = False
-            ui.advance(.4)
+            ui.advance(0.4)
     finally:
         keys.stop()
         walk._studio.clear()
@@ -95,29 +107,29 @@ def test_every_field_of_the_apps_dialogs_is_above_the_keyboard(ui, walk, name):
 @pytest.mark.parametrize("make", [long_form, choice])
 def test_the_focused_field_is_above_the_keyboard(ui, keys, make):
     dialog = Dialogs(animate=False).open(make())
-    ui.advance(.3)
+    ui.advance(0.3)
     fields = fields_of(ui, dialog)
     assert fields
     high = dialog.height
     for field in (*fields, fields[0]):
         field.focus = True
-        ui.advance(.4)
+        ui.advance(0.4)
         assert_in_sight(keys, field)
     field.focus = False
-    ui.advance(.4)
+    ui.advance(0.4)
     assert dialog.height == high
     assert dialog.center_y == pytest.approx(Window.height / 2, abs=1)
 
 
 def test_tab_of_a_real_keyboard_leads_through_a_form_in_sight(ui, keys):
     dialog = Dialogs(animate=False).open(long_form())
-    ui.advance(.3)
+    ui.advance(0.3)
     first, *_others = fields = fields_of(ui, dialog)
     first.focus = True
-    ui.advance(.4)
+    ui.advance(0.4)
     for field in fields[1:]:
         ui.key(TAB)
-        ui.advance(.4)
+        ui.advance(0.4)
         assert field.focus
         assert checks.is_seen(field)
     assert not ui.find_all(DockedKeyboard)
@@ -125,14 +137,14 @@ def test_tab_of_a_real_keyboard_leads_through_a_form_in_sight(ui, keys):
 
 def test_a_form_can_be_scrolled_to_its_last_field_while_the_keyboard_is_there(ui, keys):
     dialog = Dialogs(animate=False).open(long_form())
-    ui.advance(.3)
+    ui.advance(0.3)
     first, *_others, last = fields_of(ui, dialog)
     first.focus = True
-    ui.advance(.4)
+    ui.advance(0.4)
     dialog.ids.page.scroll_y = 0
-    ui.advance(.2)
+    ui.advance(0.2)
     assert_in_sight(keys, last)
     ui.tap(last)
     assert last.focus
-    ui.advance(.4)
+    ui.advance(0.4)
     assert_in_sight(keys, last)

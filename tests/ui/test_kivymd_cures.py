@@ -1,4 +1,5 @@
 """Each cure of app/widgets/kivymd_cures.py: that it works, and that it is still needed. When the second kind fails, the cure can go."""
+
 from __future__ import annotations
 
 import gc
@@ -46,11 +47,12 @@ def source(path: Path, begin: str = "", end: str = "\n    def ") -> str:
     if not begin:
         return text
     start = text.index(begin)
-    return text[start:text.index(end, start + len(begin)) if end in text[start + len(begin):] else None]
+    return text[start : text.index(end, start + len(begin)) if end in text[start + len(begin) :] else None]
 
 
 def drawn(widget) -> list:
     """All that ``widget`` and its children draw, from the back to the front."""
+
     def within(canvas) -> Iterator:
         for instruction in canvas.children:
             if isinstance(instruction, CanvasBase):
@@ -62,7 +64,11 @@ def drawn(widget) -> list:
 
 
 def colours(widget) -> list[tuple]:
-    return [tuple(round(part, 3) for part in instruction.rgba) for instruction in drawn(widget) if isinstance(instruction, Color)]
+    return [
+        tuple(round(part, 3) for part in instruction.rgba)
+        for instruction in drawn(widget)
+        if isinstance(instruction, Color)
+    ]
 
 
 def card(**values) -> MDCard:
@@ -106,7 +112,9 @@ def test_kivy_keeps_touches():
 
 
 def test_a_widget_whose_kv_reads_the_ids_of_another_is_freed(ui):
-    widget = Builder.load_string("MDBoxLayout:\n    MDBoxLayout:\n        id: inner\n    MDLabel:\n        width: root.ids.inner.width\n")
+    widget = Builder.load_string(
+        "MDBoxLayout:\n    MDBoxLayout:\n        id: inner\n    MDLabel:\n        width: root.ids.inner.width\n"
+    )
     ui.show(widget)
     gone = weakref.ref(widget)
     Window.remove_widget(widget)
@@ -151,11 +159,13 @@ def test_hover_still_needs_the_cure():
 # ---------------------------------------------------------------------- what is drawn
 @pytest.mark.parametrize("size", [(200, 100), (0, 0)])
 def test_a_card_or_a_button_makes_no_frame_buffer_even_when_pressed(ui, size):
-    button = MDButton(MDButtonText(text="Run"), theme_width="Custom", theme_height="Custom", size_hint=(None, None), size=size)
+    button = MDButton(
+        MDButtonText(text="Run"), theme_width="Custom", theme_height="Custom", size_hint=(None, None), size=size
+    )
     for widget in (MDCard(ripple_behavior=True, style="elevated", size_hint=(None, None), size=size), button):
         ui.show(widget)
         widget.dispatch("on_press")
-        ui.advance(.1)
+        ui.advance(0.1)
         assert not [shape for shape in drawn(widget) if isinstance(shape, Fbo) or type(shape).__name__ == "BoxShadow"]
 
 
@@ -171,14 +181,16 @@ def test_the_shadow_still_needs_the_cure():
 def test_corners_are_smooth(ui):
     box = ui.show(MDBoxLayout(md_bg_color=RED, line_color=BLUE, line_width=2, radius=12))
     shapes = [shape for shape in drawn(box) if isinstance(shape, BorderImage | RoundedRectangle)]
-    assert [(type(shape), shape.texture) for shape in shapes] == [(BorderImage, bordered_patch((12,) * 4, 2, RED, BLUE)[0])]
+    assert [(type(shape), shape.texture) for shape in shapes] == [
+        (BorderImage, bordered_patch((12,) * 4, 2, RED, BLUE)[0])
+    ]
 
 
 def test_a_border_is_painted_over_its_fill():
-    assert over((0, 0, 1, .5), RED) == (.5, 0, .5, 1)
-    assert over((0, 0, 1, 0), (1, 0, 0, .5)) == (1, 0, 0, .5)
-    assert over((0, 0, 1, .5), (1, 0, 0, .5)) == pytest.approx((1 / 3, 0, 2 / 3, .75))
-    assert over((0, 0, 1, 0), (1, 0, 0, 0)) == (1, 0, 0, 0)          # what lies beside it is stretched into no other colour
+    assert over((0, 0, 1, 0.5), RED) == (0.5, 0, 0.5, 1)
+    assert over((0, 0, 1, 0), (1, 0, 0, 0.5)) == (1, 0, 0, 0.5)
+    assert over((0, 0, 1, 0.5), (1, 0, 0, 0.5)) == pytest.approx((1 / 3, 0, 2 / 3, 0.75))
+    assert over((0, 0, 1, 0), (1, 0, 0, 0)) == (1, 0, 0, 0)  # what lies beside it is stretched into no other colour
 
 
 class Canned:
@@ -197,13 +209,13 @@ class Canned:
 def test_a_surface_comes_back_when_a_tablet_has_lost_its_graphics(monkeypatch):
     monkeypatch.setattr(shapes, "Texture", SimpleNamespace(create=Canned))
     texture, edge = bordered_patch.__wrapped__((12,) * 4, 2, RED, BLUE)
-    side, = set(texture.size)
+    (side,) = set(texture.size)
     [painted] = texture.blitted
-    rows = [painted[start:start + 4 * side] for start in range(0, len(painted), 4 * side)]
+    rows = [painted[start : start + 4 * side] for start in range(0, len(painted), 4 * side)]
     assert (edge, len(rows)) == (13, side)
-    middle = [tuple(rows[side // 2][4 * n:4 * n + 4]) for n in range(side)]
+    middle = [tuple(rows[side // 2][4 * n : 4 * n + 4]) for n in range(side)]
     assert [middle[0], middle[1], middle[2]] == [(0, 0, 255, 255), (0, 0, 255, 255), (255, 0, 0, 255)]
-    assert rows[0][3] == 0                                    # the corner
+    assert rows[0][3] == 0  # the corner
     for observer in texture.observers:
         observer(texture)
     assert texture.blitted == [painted, painted]
@@ -212,7 +224,11 @@ def test_a_surface_comes_back_when_a_tablet_has_lost_its_graphics(monkeypatch):
 def test_what_is_pressed_shows_it_under_its_border(ui):
     pressed = ui.show(card(md_bg_color=RED, theme_line_color="Custom", line_color=BLUE, line_width=2))
     lift = ui.press(pressed)
-    assert [colour[:3] for colour in colours(pressed)] == [RED[:3], tuple(round(part, 3) for part in tk.ink[:3]), BLUE[:3]]
+    assert [colour[:3] for colour in colours(pressed)] == [
+        RED[:3],
+        tuple(round(part, 3) for part in tk.ink[:3]),
+        BLUE[:3],
+    ]
     lift()
     ui.advance()
     assert colours(pressed) == [(1, 1, 1, 1)]
@@ -220,7 +236,7 @@ def test_what_is_pressed_shows_it_under_its_border(ui):
 
 def test_a_label_has_one_background_and_a_smooth_one(ui):
     label = ui.show(MDLabel(text="Deliver", md_bg_color=RED, radius=12))
-    ui.advance(.2)
+    ui.advance(0.2)
     assert colours(label).count(RED) == 1
     assert [type(shape) for shape in drawn(label) if isinstance(shape, BorderImage | RoundedRectangle)] == [BorderImage]
 
@@ -246,12 +262,14 @@ def test_a_clear_widget_draws_and_binds_nothing_for_its_background(ui):
 
 
 def test_the_background_of_a_relative_layout_moves_with_it(ui):
-    button = MDButton(MDButtonText(text="Run"), style="filled", pos=(40, 30), size_hint=(None, None), theme_width="Custom")
+    button = MDButton(
+        MDButtonText(text="Run"), style="filled", pos=(40, 30), size_hint=(None, None), theme_width="Custom"
+    )
     ui.show(MDBoxLayout(button))
     patch = next(shape for shape in drawn(button) if isinstance(shape, BorderImage))
     assert tuple(patch.pos) == (0, 0)
     kinds = [type(instruction).__name__ for instruction in button.canvas.children]
-    assert kinds[:2] == ["CanvasBase", "Canvas"]                 # after what moves the layout's own drawing to its place
+    assert kinds[:2] == ["CanvasBase", "Canvas"]  # after what moves the layout's own drawing to its place
 
 
 def test_the_background_still_needs_the_cure():
@@ -260,7 +278,7 @@ def test_the_background_still_needs_the_cure():
 
 
 # ---------------------------------------------------------------------- touch
-@pytest.mark.parametrize(("theme", "depth"), [("light", .12), ("contrast", .22)])
+@pytest.mark.parametrize(("theme", "depth"), [("light", 0.12), ("contrast", 0.22)])
 def test_the_state_layer_follows_the_finger_and_lies_under_the_text(ui, theme, depth):
     apply_theme(ui.app.theme_cls, theme)
     pressed = card(md_bg_color=RED)
@@ -309,8 +327,12 @@ def test_roles_are_the_tokens(ui):
         apply_theme(ui.app.theme_cls, theme)
         theme_cls = ui.app.theme_cls
         assert theme_cls.theme_style == ("Dark" if theme == "dark" else "Light")
-        assert (theme_cls.primaryColor, theme_cls.surfaceContainerLowColor, theme_cls.inverseSurfaceColor, theme_cls.disabledTextColor) \
-            == (tk.accent, tk.surface, tk.snack, tk.disabled)
+        assert (
+            theme_cls.primaryColor,
+            theme_cls.surfaceContainerLowColor,
+            theme_cls.inverseSurfaceColor,
+            theme_cls.disabledTextColor,
+        ) == (tk.accent, tk.surface, tk.snack, tk.disabled)
 
 
 def test_kivymds_own_switch_of_the_theme_keeps_the_tokens(ui):
@@ -324,7 +346,10 @@ def test_the_scheme_still_needs_the_cure():
 
 
 def test_texts_follow_the_font_scale_and_none_is_smaller_than_14_sp(ui):
-    body, small = MDLabel(text="Deliver", adaptive_height=True), MDLabel(text="Deliver", font_style="Label", role="small")
+    body, small = (
+        MDLabel(text="Deliver", adaptive_height=True),
+        MDLabel(text="Deliver", font_style="Label", role="small"),
+    )
     ui.show(MDBoxLayout(body, small))
     assert (body.font_size, small.font_size) == (sp(16), sp(14))
     usual = Metrics.fontscale
@@ -352,7 +377,7 @@ def test_a_label_follows_no_property_that_stays_at_its_default(ui):
 
 def test_what_is_left_out_is_drawn_as_before(ui):
     label = Factory.Body(text="Deliver")
-    for name in kivymd_cures.LEFT_AT_DEFAULTS - {"outline_color", "disabled_outline_color"}:       # of no outline
+    for name in kivymd_cures.LEFT_AT_DEFAULTS - {"outline_color", "disabled_outline_color"}:  # of no outline
         assert (getattr(label, name) or None) == (label._label.options.get(name) or None), name
 
 
@@ -370,7 +395,11 @@ def test_labels_still_follow_everything():
 
 def names_of(widget) -> list[dict]:
     """Of each expression in kv that follows the ``text`` of ``widget``."""
-    return [args[0][-1] for _callback, args, *_rest in widget.get_property_observers("text", args=True) if args and len(args[0]) == 5]
+    return [
+        args[0][-1]
+        for _callback, args, *_rest in widget.get_property_observers("text", args=True)
+        if args and len(args[0]) == 5
+    ]
 
 
 def test_an_expression_has_a_copy_of_no_name_that_means_the_same_everywhere(ui):
@@ -395,13 +424,19 @@ Body:
 
 def test_no_id_is_spelt_as_a_common_name():
     root = Path(kivymd_cures.__file__).parents[2] / "kv"
-    ids = {name for path in root.glob("**/*.kv") for name in re.findall(r"^\s+id: *(\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)}
+    ids = {
+        name
+        for path in root.glob("**/*.kv")
+        for name in re.findall(r"^\s+id: *(\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)
+    }
     assert len(ids) > 50
     assert ids & set(kivymd_cures.global_idmap) == set()
 
 
 def test_expressions_still_have_a_copy_of_all_names():
-    assert "idmap = copy(idmap)\n    idmap.update(global_idmap)" in source(KIVY / "lang" / "builder.py", "\ndef create_handler", "\n\n\n")
+    assert "idmap = copy(idmap)\n    idmap.update(global_idmap)" in source(
+        KIVY / "lang" / "builder.py", "\ndef create_handler", "\n\n\n"
+    )
 
 
 class Unwritten:
@@ -429,15 +464,17 @@ BoxLayout:
     Label:
         text: str(self.width) + str(root.opacity)
 """)
-    part, = root.children
+    (part,) = root.children
     root.clear_widgets()
     del root
     gc.collect()
-    part.width = 77                                           # no ReferenceError
+    part.width = 77  # no ReferenceError
 
 
 def test_values_of_expressions_are_still_written_out():
-    assert "trace('Lang: call_fn => value=%r' % (e_value, ))" in source(KIVY / "lang" / "builder.py", "\ndef call_fn", "\n\n\n")
+    assert "trace('Lang: call_fn => value=%r' % (e_value, ))" in source(
+        KIVY / "lang" / "builder.py", "\ndef call_fn", "\n\n\n"
+    )
 
 
 # ---------------------------------------------------------------------- not cured but not used

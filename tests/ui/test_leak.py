@@ -1,4 +1,5 @@
 """Screens, dialogs and sizes of the window leave nothing behind: a tablet on the wall runs for months."""
+
 from __future__ import annotations
 
 import gc
@@ -14,10 +15,10 @@ from tests.support import month
 from tests.ui.wear import CACHED, Wear, widgets
 from tests.ui.whole_app import shown
 
-WARM = 36                                # rounds: all there is has been built once
+WARM = 36  # rounds: all there is has been built once
 ROUNDS = 60
-TURNS = 12                               # each builds Home anew
-PILED = 6                                # Homes that may wait for a collection
+TURNS = 12  # each builds Home anew
+PILED = 6  # Homes that may wait for a collection
 
 
 @pytest.mark.long
@@ -40,7 +41,7 @@ def test_what_a_turn_of_the_window_replaces_is_collected_while_it_is_used(contai
         wear = Wear(app, ui)
         wear.turn(2)
         wear.settle()
-        gc.unfreeze()                        # what is frozen can't be counted
+        gc.unfreeze()  # what is frozen can't be counted
         before = wear.counts()
         built = wear.turn(TURNS)
         gc.unfreeze()
@@ -49,7 +50,7 @@ def test_what_a_turn_of_the_window_replaces_is_collected_while_it_is_used(contai
         gc.unfreeze()
         after = wear.counts()
     gc.collect()
-    gc.freeze()                              # as before
+    gc.freeze()  # as before
     assert built == TURNS
     assert piled <= PILED
     assert {name: count - before[name] for name, count in after.items() if count - before[name] >= TURNS} == {}
@@ -60,10 +61,10 @@ def test_screens_that_another_size_of_texts_replaces_are_gone_before_as_much_has
         Wear(app, ui).turn(0)
         old = weakref.ref(app.shell.navigator.screen("home"))
         gc.collect()
-        gc.freeze()                          # as what is on screen for a while
+        gc.freeze()  # as what is on screen for a while
         container.catalogue.change_settings(font_scale_percent=130)
         ui.wait(lambda: app.shell.navigator.screen("home") is not old())
-        ui.advance(LET_GO + .5)
+        ui.advance(LET_GO + 0.5)
         assert old() is None
 
 
@@ -72,7 +73,7 @@ def test_a_field_that_had_the_focus_keeps_no_screen_that_was_thrown_away(contain
         app.shell.go("settings", section="scheduler")
         ui.wait(lambda: app.shell.background.idle and ui.find_all(FieldInput))
         ui.find(FieldInput).focus = True
-        ui.advance(.5)
+        ui.advance(0.5)
         old = weakref.ref(app.shell.navigator.screen("settings"))
         app.shell.navigator.rebuild()
         ui.wait(lambda: app.shell.background.idle)

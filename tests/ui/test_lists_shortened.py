@@ -1,4 +1,5 @@
 """Lists that were scrolled down and then have fewer rows come back to what there is."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -24,15 +25,19 @@ def lines(count: int) -> list[Line]:
 def in_sight(ui, shown) -> set[str]:
     bottom, top = shown.to_window(0, shown.y)[1], shown.to_window(0, shown.top)[1]
     left = shown.to_window(shown.x, 0)[0]
-    return {row.text for row in ui.find_all(OptionRow) for y in [row.to_window(0, row.center_y)[1]]
-            if bottom <= y <= top and row.to_window(row.x, 0)[0] < left + shown.width}
+    return {
+        row.text
+        for row in ui.find_all(OptionRow)
+        for y in [row.to_window(0, row.center_y)[1]]
+        if bottom <= y <= top and row.to_window(row.x, 0)[0] < left + shown.width
+    }
 
 
 @pytest.mark.parametrize("kind", [LongList, ScrollRows])
 @pytest.mark.parametrize("left", [2, 8])
 def test_a_list_that_is_scrolled_down_and_shortened_shows_what_there_is(ui, kind, left):
     shown = ui.show(kind(viewclass="OptionRow", data=lines(40)), (400, 300))
-    ui.advance(.3)
+    ui.advance(0.3)
     for _drag in range(12):
         ui.drag(shown, 0, 250)
     ui.advance(1)
@@ -50,7 +55,7 @@ def test_a_list_that_is_scrolled_down_and_shortened_shows_what_there_is(ui, kind
 @pytest.mark.parametrize("kind", [LongList, ScrollRows])
 def test_while_a_finger_still_moves_it_too(ui, kind):
     shown = ui.show(kind(viewclass="OptionRow", data=lines(40)), (400, 300))
-    ui.advance(.3)
+    ui.advance(0.3)
     for _drag in range(12):
         ui.drag(shown, 0, 280)
         if _drag == 10:
@@ -64,7 +69,7 @@ def test_while_a_finger_still_moves_it_too(ui, kind):
 @pytest.mark.parametrize("pull", [250, 600])
 def test_while_it_flies_on_too(ui, kind, left, pull):
     shown = ui.show(kind(viewclass="OptionRow", data=lines(60)), (400, 300))
-    ui.advance(.3)
+    ui.advance(0.3)
     for _fling in range(8):
         x, y = shown.to_window(*shown.center)
         touch = UnitTestTouch(x, y - 100)
@@ -76,7 +81,7 @@ def test_while_it_flies_on_too(ui, kind, left, pull):
         touch.touch_up()
         if _fling == 7:
             shown.data = lines(left)
-        ui.advance(.1)
+        ui.advance(0.1)
     ui.advance(2)
     seen = in_sight(ui, shown)
     assert len(seen) >= min(left, 4), seen
@@ -84,9 +89,9 @@ def test_while_it_flies_on_too(ui, kind, left, pull):
 
 def test_when_the_first_row_in_sight_goes_the_others_stay(ui):
     shown = ui.show(LongList(viewclass="OptionRow", data=lines(40)), (400, 300))
-    ui.advance(.3)
+    ui.advance(0.3)
     shown.show(10)
-    ui.advance(.5)
+    ui.advance(0.5)
     shown.data = [line for line in lines(40) if line.key != 10]
-    ui.advance(.5)
+    ui.advance(0.5)
     assert shown.whole_rows[0].key == 11

@@ -1,4 +1,5 @@
 """The Logs of histories of their own: an empty one, and one that goes on."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -30,7 +31,12 @@ def test_an_empty_history_teaches(nothing, ui):
 
 def test_without_history_the_figures_say_so(nothing, ui):
     with opened(nothing, ui, "Figures"):
-        assert {"No run failed.", "Nothing was planned", "No planned run has started", "No mission was completed."} <= set(ui.texts())
+        assert {
+            "No run failed.",
+            "Nothing was planned",
+            "No planned run has started",
+            "No mission was completed.",
+        } <= set(ui.texts())
 
 
 def test_without_robots_their_page_says_so(nothing, ui):

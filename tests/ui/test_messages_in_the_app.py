@@ -1,4 +1,5 @@
 """A message lies where nobody presses anything, whatever the screen and the window."""
+
 from __future__ import annotations
 
 from itertools import product
@@ -27,18 +28,27 @@ def below(stack: SnackbarStack) -> list[Widget]:
     found = []
     for target in KeyFocus().targets():
         seen = checks.visible_area(target, checks.parents(target))
-        if stack not in parents(target) and seen and seen[0] < right and left < seen[2] and seen[1] < top and bottom < seen[3]:
+        if (
+            stack not in parents(target)
+            and seen
+            and seen[0] < right
+            and left < seen[2]
+            and seen[1] < top
+            and bottom < seen[3]
+        ):
             found.append(target)
     return found
 
 
-@pytest.mark.parametrize(("size", "percent"), [((1280, 800), 130), *product(((1024, 600), (600, 480)), (100, 130)), ((800, 480), 100)])
+@pytest.mark.parametrize(
+    ("size", "percent"), [((1280, 800), 130), *product(((1024, 600), (600, 480)), (100, 130)), ((800, 480), 100)]
+)
 def test_a_long_message_covers_nothing_of_the_page(ui, size, percent):
     with window(ui, size, percent / 100) as rig:
         Stand(rig, "logs")
         bars = Snackbars()
         bars.undo(LONG, "Undo", lambda: None)
-        ui.advance(.5)
+        ui.advance(0.5)
         stack = ui.find(SnackbarStack)
         page = ui.find(Frame).ids.body
         assert checks.area(stack)[1] >= checks.area(page)[3]
@@ -46,7 +56,9 @@ def test_a_long_message_covers_nothing_of_the_page(ui, size, percent):
         bars.clear()
 
 
-@pytest.mark.parametrize(("size", "scale"), [((1280, 800), 1.0), ((1024, 600), 1.3), ((800, 480), 1.0), ((600, 480), 1.3)])
+@pytest.mark.parametrize(
+    ("size", "scale"), [((1280, 800), 1.0), ((1024, 600), 1.3), ((800, 480), 1.0), ((600, 480), 1.3)]
+)
 @pytest.mark.parametrize("is_first", [True, False], ids=["message first", "dialog first"])
 @pytest.mark.parametrize("text", ["Test started", LONG], ids=["short", "long"])
 def test_a_message_lies_between_the_head_of_a_dialog_and_its_buttons(ui, size, scale, text, is_first):
@@ -55,19 +67,21 @@ def test_a_message_lies_between_the_head_of_a_dialog_and_its_buttons(ui, size, s
         ui.show(Surface())
         if is_first:
             bars.show(text)
-            ui.advance(.3)
-        dialog = dialogs.choose_many("Missions of Aino", [Option(n, f"Mission {n}") for n in range(30)], "Add chosen", lambda _keys: None)
-        ui.advance(.3)
+            ui.advance(0.3)
+        dialog = dialogs.choose_many(
+            "Missions of Aino", [Option(n, f"Mission {n}") for n in range(30)], "Add chosen", lambda _keys: None
+        )
+        ui.advance(0.3)
         if not is_first:
             bars.show(text)
-            ui.advance(.3)
+            ui.advance(0.3)
         stack = ui.find(SnackbarStack)
         _left, bottom, _right, top = checks.area(stack)
         assert top <= checks.area(dialog.ids.dialog_title)[1]
         assert bottom >= checks.area(dialog.ids.button_container)[3] - dialog.ids.button_container.padding[1]
         assert checks.problems(stack) == []
         dialogs.close_all()
-        ui.advance(.3)
+        ui.advance(0.3)
         assert Window.height - checks.area(stack)[3] < 8
         bars.clear()
 
@@ -83,9 +97,9 @@ def test_a_message_covers_nothing_that_is_pressed(container, ui, size, percent):
             for screen in ("home", "scheduler", "logs", "settings"):
                 app.shell.go(screen)
                 ui.wait(lambda: app.shell.background.idle)
-                ui.advance(.5)
+                ui.advance(0.5)
                 app.shell.snackbars.undo("Schedule deleted: Waste to compactor", "Undo", lambda: None)
-                ui.advance(.5)
+                ui.advance(0.5)
                 stack = ui.find(SnackbarStack)
                 assert [checks.name_of(target) for target in below(stack)] == [], screen
                 assert checks.problems(stack) == []

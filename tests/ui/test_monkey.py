@@ -1,4 +1,5 @@
 """A random finger finds nothing that raises, and no error in the log. 20,000 acts and memory: ``python -m tests.ui.monkey``."""
+
 from __future__ import annotations
 
 import pytest

@@ -1,4 +1,5 @@
 """Where a page or a list goes on below its edge, that can be seen."""
+
 from __future__ import annotations
 
 import pytest
@@ -14,13 +15,15 @@ def shade_of(view: CalmScroll) -> float:
     return next(one.a for one in reversed(drawn[:at]) if hasattr(one, "a"))
 
 
-@pytest.mark.parametrize(("height", "scroll_y", "more"), [(500, 1, True), (500, .5, True), (500, 0, False), (200, 1, False)])
+@pytest.mark.parametrize(
+    ("height", "scroll_y", "more"), [(500, 1, True), (500, 0.5, True), (500, 0, False), (200, 1, False)]
+)
 def test_a_page_is_shaded_where_more_follows(ui, height, scroll_y, more):
     page = ui.show(ScrollPage(), (300, 240))
     page.add_widget(Widget(size_hint_y=None, height=height))
-    ui.advance(.1)
+    ui.advance(0.1)
     page.scroll_y = scroll_y
-    ui.advance(.1)
+    ui.advance(0.1)
     assert page.more_below is more
     assert (shade_of(page) > 0) is more
 
@@ -32,6 +35,6 @@ def test_a_scrolled_page_that_has_room_after_all_lies_at_its_upper_edge(ui):
     ui.show(page, (300, 200))
     ui.wheel(page, 20)
     assert page.scroll_y == 0
-    page.height = 600                        # the tablet was turned
-    ui.advance(.1)
+    page.height = 600  # the tablet was turned
+    ui.advance(0.1)
     assert content.to_window(0, content.top)[1] == page.to_window(0, page.top)[1]

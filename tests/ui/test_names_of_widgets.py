@@ -1,4 +1,5 @@
 """Every widget registers itself at kivy by its bare name: of two with one name kv builds whichever was imported last."""
+
 from __future__ import annotations
 
 import importlib

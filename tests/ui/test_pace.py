@@ -1,4 +1,5 @@
 """The loop turns less often while nobody uses the window and nothing moves, and as fast as before at the first sign of either."""
+
 from __future__ import annotations
 
 import subprocess
@@ -52,7 +53,7 @@ def turns(ui):
     told.clear()
     Window.dispatch("on_mouse_move", 10, 10, [])
     ui.advance(2 * REST)
-    assert told == []                                         # nobody asks any more
+    assert told == []  # nobody asks any more
 
 
 def rest(ui, turns) -> None:
@@ -85,8 +86,15 @@ def test_an_animation_keeps_it_awake(ui, turns):
         assert turns[-1] == IN_USE
 
 
-@pytest.mark.parametrize(("sign", "of_what"), [("on_mouse_down", (10, 10, "left", [])), ("on_mouse_move", (10, 10, [])),
-                                               ("on_key_down", (97, 4, "a", [])), ("on_cursor_enter", ())])
+@pytest.mark.parametrize(
+    ("sign", "of_what"),
+    [
+        ("on_mouse_down", (10, 10, "left", [])),
+        ("on_mouse_move", (10, 10, [])),
+        ("on_key_down", (97, 4, "a", [])),
+        ("on_cursor_enter", ()),
+    ],
+)
 def test_a_sign_of_use_wakes_it_before_it_sleeps_again(ui, turns, sign, of_what):
     rest(ui, turns)
     Window.dispatch(sign, *of_what)
@@ -104,7 +112,7 @@ def test_a_finger_that_only_rests_on_the_glass_wakes_it(ui, turns):
 
 def test_enter_on_what_has_the_ring_wakes_it_as_it_is_drawn(ui, turns):
     button, keys = ui.show(CommandButton(text="Save")), KeyFocus()
-    keys.start()                                              # as the app does, after the loop's own
+    keys.start()  # as the app does, after the loop's own
     try:
         keys.target = button
         rest(ui, turns)
@@ -128,5 +136,7 @@ def test_the_window_runs_so(ui, monkeypatch):
 
 def test_kivys_loop_does_as_it_is_told():
     """In a process of its own, where time is real. Slower than this is only a slow machine."""
-    told = subprocess.run([sys.executable, "-c", LOOP], cwd=ROOT, check=True, capture_output=True, text=True, timeout=90).stdout
+    told = subprocess.run(
+        [sys.executable, "-c", LOOP], cwd=ROOT, check=True, capture_output=True, text=True, timeout=90
+    ).stdout
     assert float(told.splitlines()[-1]) <= 1.5 * AT_REST < IN_USE

@@ -1,4 +1,5 @@
 """From the form to the log: a mission planned by taps starts by itself on a simulated robot and is in the Logs with its figures."""
+
 from __future__ import annotations
 
 import time
@@ -38,7 +39,9 @@ class ShiftedClock:
 @pytest.fixture
 def site(tmp_path: Path):
     with mir_sim.serve(robots=1, time_scale=20.0, battery=90.0) as fleet:
-        container = Container.open(tmp_path, ShiftedClock(datetime(2026, 11, 23, 6, 29, 1, tzinfo=UTC)), with_window=True)
+        container = Container.open(
+            tmp_path, ShiftedClock(datetime(2026, 11, 23, 6, 29, 1, tzinfo=UTC)), with_window=True
+        )
         container.catalogue.change_settings(timezone="UTC", poll_interval_seconds=1)
         container.catalogue.save_robot(Robot(fleet.robots[0].name, fleet.robots[0].url, USER), password=PASSWORD)
         container.catalogue.save_mission(Mission("Home", GUIDS["Home"]))
@@ -48,7 +51,7 @@ def site(tmp_path: Path):
 
 def go(ui, name: str) -> None:
     ui.tap(ui.find(NavItem, name=name))
-    ui.advance(.3)
+    ui.advance(0.3)
 
 
 def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
@@ -57,7 +60,7 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         ui.wait(lambda: app.shell.background.idle and ui.find_all(PickField, label="Robot", value="Aino"))
         ui.tap(ui.find(PickField, label="Mission"))
         ui.wait(lambda: ui.find_all(ChoiceDialog))
-        ui.advance(.3)
+        ui.advance(0.3)
         ui.tap(ui.find(OptionRow, text="Home"))
         ui.tap(ui.find(PickField, label="Time"))
         for digit in "0630":
@@ -71,10 +74,10 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         assert ui.find(PlanRow, mission="Home").time == "06:30"
 
         site.clock.leap_to(datetime(2026, 11, 23, 6, 30, tzinfo=UTC) - timedelta(seconds=3))
-        site.holds.confirm_clock()               # the robot lives in another year
+        site.holds.confirm_clock()  # the robot lives in another year
         site.runner.start()
         ui.wait(lambda: site.history.last_finished(1), seconds=60)
-        execution, = site.history.last_finished(1)
+        (execution,) = site.history.last_finished(1)
         assert (execution.state, execution.mission, execution.attempts) == (State.COMPLETED, "Home", 1)
         assert timedelta(0) <= execution.submitted_at - execution.planned_at < timedelta(seconds=30)
 
@@ -84,8 +87,10 @@ def test_a_planned_mission_starts_by_itself_and_is_found_in_the_log(site, ui):
         assert (row.mission, row.robot, row.trigger, row.when) == ("Home", "Aino", "Schedule", "06:30")
         ui.wait(lambda: ui.find_all(FigureCard, label="Success rate", note="1 of 1 ended run (21–100 %)"))
         ui.tap(row)
-        ui.wait(lambda: [step.label for step in ui.find(LogRow).steps] == ["Planned", "Submitted", "Started", "Completed"])
-        assert "usually" not in ui.find(LogRow).steps[-1].note             # there is no other run to compare it with
+        ui.wait(
+            lambda: [step.label for step in ui.find(LogRow).steps] == ["Planned", "Submitted", "Started", "Completed"]
+        )
+        assert "usually" not in ui.find(LogRow).steps[-1].note  # there is no other run to compare it with
 
         site.operator.run_now(execution.robot_id, site.catalogue.missions()[0].id)
         ui.wait(lambda: [row.outcome for row in ui.find_all(LogRow)] == ["Completed"] * 2, seconds=60)

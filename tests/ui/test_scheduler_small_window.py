@@ -1,4 +1,5 @@
 """The Scheduler in small windows, with large texts and in both languages: plan, form and schedules one at a time, each of them whole."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -26,15 +27,32 @@ from tests.ui.planner import KITS
 from tests.ui.small import reach, window
 
 PARTS = {"hours": UpcomingCard, "days": UpcomingCard, "form": FormCard, "schedules": SchedulesCard}
-EVERY_KIND = ({"kind": Kind.ONCE}, {"kind": Kind.DAILY}, {"kind": Kind.WEEKLY}, {"kind": Kind.EVERY, "every": 4},
-              {"kind": Kind.MONTHLY, "by_weekday": True, "nth": 1, "month_weekday": "MO"})
+EVERY_KIND = (
+    {"kind": Kind.ONCE},
+    {"kind": Kind.DAILY},
+    {"kind": Kind.WEEKLY},
+    {"kind": Kind.EVERY, "every": 4},
+    {"kind": Kind.MONTHLY, "by_weekday": True, "nth": 1, "month_weekday": "MO"},
+)
 FAILED = "Aino: Failed to reach its goal"
-WINDOWS = [*(((1024, 600), scale, language, "") for scale in (1.0, 1.3) for language in ("en", "fi")), ((800, 800), 1.3, "en", ""),
-           *(((600, 800), 1.3, language, alarm) for language in ("en", "fi") for alarm in ("", FAILED))]
-LOW = [*(((600, 480), scale, language, alarm) for scale, language in ((1.0, "en"), (1.3, "fi")) for alarm in ("", FAILED)),
-       ((800, 480), 1.0, "fi", ""), ((800, 480), 1.3, "fi", FAILED), ((720, 1600), 1.3, "fi", "")]
-LEAST = [((600, 480), 1.0, "en", ""), ((600, 480), 1.0, "en", FAILED), ((600, 480), 1.3, "fi", FAILED, "gloves"),
-         ((800, 480), 1.0, "en", FAILED, "gloves"), ((800, 480), 1.3, "fi", FAILED, "gloves")]
+WINDOWS = [
+    *(((1024, 600), scale, language, "") for scale in (1.0, 1.3) for language in ("en", "fi")),
+    ((800, 800), 1.3, "en", ""),
+    *(((600, 800), 1.3, language, alarm) for language in ("en", "fi") for alarm in ("", FAILED)),
+]
+LOW = [
+    *(((600, 480), scale, language, alarm) for scale, language in ((1.0, "en"), (1.3, "fi")) for alarm in ("", FAILED)),
+    ((800, 480), 1.0, "fi", ""),
+    ((800, 480), 1.3, "fi", FAILED),
+    ((720, 1600), 1.3, "fi", ""),
+]
+LEAST = [
+    ((600, 480), 1.0, "en", ""),
+    ((600, 480), 1.0, "en", FAILED),
+    ((600, 480), 1.3, "fi", FAILED, "gloves"),
+    ((800, 480), 1.0, "en", FAILED, "gloves"),
+    ((800, 480), 1.3, "fi", FAILED, "gloves"),
+]
 USUAL = [((1280, 800), scale, language, "") for scale in (1.0, 1.3) for language in ("en", "fi")]
 
 
@@ -50,7 +68,9 @@ def small(ui, request) -> Iterator[Stand]:
     with window(ui, *way, gloves="gloves" in request.param) as rig:
         stand = Stand(rig, "scheduler")
         ui.find(Frame).alarm = alarm
-        stand.vm.form.set(mission_id=stand.mission(KITS), day=date(2026, 11, 23), at=time(6, 30), minimum_battery_percent=40.0)
+        stand.vm.form.set(
+            mission_id=stand.mission(KITS), day=date(2026, 11, 23), at=time(6, 30), minimum_battery_percent=40.0
+        )
         stand.settle()
         yield stand
 
@@ -63,7 +83,7 @@ def test_each_part_is_a_page_that_is_whole(ui, small):
         assert "\n".join(checks.problems(small.screen)) == ""
         scrolled = [view for view in ui.find_all(ScrollView, small.screen) if view.do_scroll_y]
         assert not [view for view in scrolled if [outer for outer in checks.parents(view) if outer in scrolled]]
-        chosen, = (segment for segment in ui.find_all(Segments, small.screen)[0].children if segment.selected)
+        (chosen,) = (segment for segment in ui.find_all(Segments, small.screen)[0].children if segment.selected)
         assert chosen.key == part
 
 
@@ -73,9 +93,17 @@ def test_mission_robot_day_and_time_and_the_way_to_save_are_seen_at_once(ui, sma
         small.vm.form.set(**values)
         small.settle()
         view = small.vm.form.view
-        first = [field for field in ui.find_all(PickField) if field.label in (_("Mission"), _("Robot"), view.day_label, view.time_label)]
+        first = [
+            field
+            for field in ui.find_all(PickField)
+            if field.label in (_("Mission"), _("Robot"), view.day_label, view.time_label)
+        ]
         assert len(first) == 4
-        for widget in (*first, ui.find(CommandButton, text=view.save), *(one for one in ui.find_all(Segment) if one.key == values["kind"])):
+        for widget in (
+            *first,
+            ui.find(CommandButton, text=view.save),
+            *(one for one in ui.find_all(Segment) if one.key == values["kind"]),
+        ):
             assert checks.is_seen(widget), checks.name_of(widget)
         assert "\n".join(checks.problems(small.screen)) == ""
 
@@ -86,10 +114,10 @@ def test_the_list_uses_the_width_of_a_window_that_was_turned(ui, small):
     for size in ((1024, 600), (800, 800), (600, 800), (1024, 600)):
         Window.size = size
         small.settle()
-        ui.advance(.5)
+        ui.advance(0.5)
         starts = [line for line in ui.find_all(DayLine) if line.mission]
         assert starts
-        assert all(line.columns or line.ids.line_words.width > .75 * line.width for line in starts), size
+        assert all(line.columns or line.ids.line_words.width > 0.75 * line.width for line in starts), size
 
 
 def ends_of_starts(ui):
@@ -135,7 +163,12 @@ def test_each_field_the_next_starts_and_the_way_to_save_can_be_reached(ui, small
     small.vm.choose_part("form")
     small.settle()
     form = ui.find(FormCard)
-    wanted = *ui.find_all(PickField, form), *ui.find_all(Segments, form), *ui.find_all(StartChip, form), *ui.find_all(CommandButton, form)
+    wanted = (
+        *ui.find_all(PickField, form),
+        *ui.find_all(Segments, form),
+        *ui.find_all(StartChip, form),
+        *ui.find_all(CommandButton, form),
+    )
     assert {PickField, Segments, StartChip, CommandButton} <= {type(widget) for widget in wanted}
     assert form.ids.save in wanted
     for widget in wanted:
@@ -175,7 +208,7 @@ def test_a_field_with_a_problem_comes_in_sight_where_the_page_scrolls(ui, small)
     field = ui.find(PickField, label=_("Mission"))
     assert not checks.is_seen(field)
     form.view = replace(form.view, wrong_field="mission", why="Choose a mission")
-    ui.advance(.2)
+    ui.advance(0.2)
     assert checks.is_seen(ui.find(text="Choose a mission", root=form.ids.fields))
 
 
@@ -186,13 +219,15 @@ def test_form_and_schedules_share_a_tall_window(ui, small):
 
 
 @pytest.mark.parametrize("held", [False, True], ids=["", "held"])
-@pytest.mark.parametrize(("scale", "language", "gloves"), [(1.0, "en", False), (1.0, "en", True), (1.3, "en", False), (1.3, "fi", False)])
+@pytest.mark.parametrize(
+    ("scale", "language", "gloves"), [(1.0, "en", False), (1.0, "en", True), (1.3, "en", False), (1.3, "fi", False)]
+)
 def test_a_tall_narrow_window_has_room_for_every_word(ui, scale, language, gloves, held):
     """720×1600, held or not: what the plan is called goes before what is pressed does."""
     with window(ui, (720, 1600), scale, language, gloves=gloves) as rig:
         stand = Stand(rig, "scheduler")
         stand.settle()
         stand.vm.held = held
-        ui.advance(.2)
+        ui.advance(0.2)
         assert "\n".join(checks.problems(stand.screen)) == ""
         assert (_("Upcoming") in ui.texts()) == (scale == 1.0 or not held)

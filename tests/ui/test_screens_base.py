@@ -1,4 +1,5 @@
 """The base of screens: results of other threads on the UI thread, view models that release what they hold, one screen at a time."""
+
 from __future__ import annotations
 
 import gc
@@ -53,7 +54,9 @@ def test_events_of_many_threads_arrive_in_order_on_the_ui_thread(ui, bus):
         threads.add(threading.get_ident())
 
     bus.subscribe(RobotRead, arrived)
-    workers = [threading.Thread(target=lambda n=n: [bus.publish(RobotRead(n, i)) for i in range(500)]) for n in range(4)]
+    workers = [
+        threading.Thread(target=lambda n=n: [bus.publish(RobotRead(n, i)) for i in range(500)]) for n in range(4)
+    ]
     for worker in workers:
         worker.start()
     for worker in workers:
@@ -162,6 +165,7 @@ def test_newer_work_with_the_same_key_supersedes_older(ui, background):
 
 def test_threads_of_work_apart_end_with_it(ui, background):
     """There is a name for each robot that was ever looked into."""
+
     def threads() -> list[str]:
         return [thread.name for thread in threading.enumerate() if thread.name.startswith("ui-check-up")]
 
@@ -178,6 +182,7 @@ def test_threads_of_work_apart_end_with_it(ui, background):
 @pytest.mark.parametrize(("count", "stay"), [(STAYING, STAYING), (STAYING + 4, 0)])
 def test_threads_that_a_crowd_needed_end_with_it(ui, bus, count, stay):
     """Each keeps a reader of the database."""
+
     def threads() -> set[threading.Thread]:
         return set(threading.enumerate()) - others
 
@@ -201,7 +206,7 @@ def test_what_was_asked_before_the_end_is_done_and_what_runs_apart_is_not_waited
     background, done, go = Background(bus, workers=1), [], threading.Event()
     for _n in range(3):
         background.run(lambda: done.append(go.wait(5)), apart="check-up")
-    background.run(lambda: time.sleep(.05))                   # s
+    background.run(lambda: time.sleep(0.05))  # s
     background.run(lambda: done.append("saved"))
     background.close()
     assert done == ["saved"]
@@ -338,8 +343,13 @@ def test_screens_are_built_on_their_first_visit_and_kept(ui, navigator, log):
     navigator.go("logs", execution_id=7)
     navigator.go("home")
     assert navigator.screen("home") is home
-    assert log == [("shown", "home", {}), ("hidden", "home"), ("shown", "logs", {"execution_id": 7}), ("hidden", "logs"),
-                   ("shown", "home", {})]
+    assert log == [
+        ("shown", "home", {}),
+        ("hidden", "home"),
+        ("shown", "logs", {"execution_id": 7}),
+        ("hidden", "logs"),
+        ("shown", "home", {}),
+    ]
     ui.advance()
     assert ui.texts() == ["home"]
 
@@ -355,7 +365,7 @@ def test_the_next_screen_is_there_at_once(ui, navigator):
     for name in ("home", "logs", "home"):
         navigator.go(name)
         assert ui.texts() == [name]
-        ui.advance(.2)
+        ui.advance(0.2)
         assert ui.texts() == [name]
 
 
@@ -391,7 +401,7 @@ def test_screens_that_were_thrown_away_are_gone_and_none_was_shown_again(ui, nav
     for screen in old:
         screen().bind(on_pre_enter=lambda screen: entered.append(screen.name))
     navigator.rebuild()
-    ui.advance(.1)
+    ui.advance(0.1)
     gc.collect()
     assert entered == []
     assert [screen() for screen in old] == [None] * 3

@@ -1,4 +1,5 @@
 """A finger that rests before it drags, as one in a glove does: what it rests on is not pressed, and the page follows it."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -21,7 +22,7 @@ from app.widgets.timeline import LONG, Timeline
 from tests.ui.drawn import fired, put_down
 
 
-def slow_drag(ui, widget: Widget, dx: float, dy: float, rest: float = .3) -> None:
+def slow_drag(ui, widget: Widget, dx: float, dy: float, rest: float = 0.3) -> None:
     """From the middle of ``widget`` by that many px, after a rest of so many seconds."""
     x, y = widget.to_window(*widget.center)
     touch = put_down(x, y)
@@ -29,7 +30,7 @@ def slow_drag(ui, widget: Widget, dx: float, dy: float, rest: float = .3) -> Non
     for n in range(1, 11):
         touch.touch_move(x + dx * n / 10, y + dy * n / 10)
         ui.advance()
-    ui.advance(.5)
+    ui.advance(0.5)
     touch.touch_up()
     ui.advance(1)
 
@@ -44,7 +45,7 @@ def page_of(ui, *widgets: Widget, kind: type = ScrollPage):
 
 def back_to_top(ui, page) -> None:
     page.scroll_y = 1
-    ui.advance(.2)
+    ui.advance(0.2)
 
 
 def pressed(widget) -> list[str]:
@@ -53,32 +54,37 @@ def pressed(widget) -> list[str]:
     return happened
 
 
-@pytest.mark.parametrize("rest", [.2, .4, 1.5])
-@pytest.mark.parametrize("make", [lambda: Segment(text="one", size_hint_y=None, height=dp(56)), lambda: ChoiceChip(text="one")],
-                         ids=["segment", "chip"])
+@pytest.mark.parametrize("rest", [0.2, 0.4, 1.5])
+@pytest.mark.parametrize(
+    "make",
+    [lambda: Segment(text="one", size_hint_y=None, height=dp(56)), lambda: ChoiceChip(text="one")],
+    ids=["segment", "chip"],
+)
 @pytest.mark.parametrize("kind", [ScrollPage, LowColumn])
 def test_what_can_be_pressed_is_scrolled_however_long_the_finger_rested(ui, kind, make: Callable[[], Widget], rest):
     page = page_of(ui, button := make(), kind=kind)
     happened = pressed(button)
     slow_drag(ui, button, 0, 120, rest)
-    assert page.scroll_y == pytest.approx(1 - 108 / (page.viewport_size[1] - 300), abs=.02)      # of it the first 12 px are no drag
+    assert page.scroll_y == pytest.approx(
+        1 - 108 / (page.viewport_size[1] - 300), abs=0.02
+    )  # of it the first 12 px are no drag
     assert (happened, button.state) == ([], "normal")
     back_to_top(ui, page)
-    ui.tap(button, hold=.4)
+    ui.tap(button, hold=0.4)
     assert happened == ["pressed"]
 
 
 def test_a_field_is_scrolled_and_not_entered(ui):
     page = page_of(ui, field := FormField(label="Name"))
     slow_drag(ui, ui.find(FieldInput), 0, 120)
-    assert page.scroll_y < .95
+    assert page.scroll_y < 0.95
     assert not field.focus
     back_to_top(ui, page)
-    ui.tap(ui.find(FieldInput), hold=.4)
+    ui.tap(ui.find(FieldInput), hold=0.4)
     assert field.focus
     slow_drag(ui, ui.find(FieldInput), 0, 120)
-    assert page.scroll_y < .95
-    assert field.focus                                            # a scroll ends no typing
+    assert page.scroll_y < 0.95
+    assert field.focus  # a scroll ends no typing
     back_to_top(ui, page)
     field.focus = False
     ui.tap(ui.find(FieldInput))
@@ -88,7 +94,7 @@ def test_a_field_is_scrolled_and_not_entered(ui):
 def test_a_switch_stays_as_it_is(ui):
     page = page_of(ui, toggle := Toggle(size_hint_y=None, height=dp(56)))
     slow_drag(ui, toggle, 0, 120)
-    assert page.scroll_y < .95
+    assert page.scroll_y < 0.95
     assert not toggle.active
 
 
@@ -96,34 +102,38 @@ def test_a_stepper_is_scrolled_before_it_repeats_and_keeps_the_finger_afterwards
     page = page_of(ui, field := StepField(value=10, maximum=100))
     plus = ui.find(RepeatButton, icon="plus")
     slow_drag(ui, plus, 0, 120)
-    assert page.scroll_y < .95
+    assert page.scroll_y < 0.95
     assert field.value == 10
     back_to_top(ui, page)
-    ui.tap(plus, hold=.3)
+    ui.tap(plus, hold=0.3)
     assert field.value == 11
     ui.tap(plus)
     assert field.value == 12
-    slow_drag(ui, plus, 0, 20, rest=.8)
+    slow_drag(ui, plus, 0, 20, rest=0.8)
     assert page.scroll_y == 1
     assert field.value > 15
 
 
 @pytest.mark.parametrize("kind", [ScrollRows, LongList])
 def test_a_row_is_scrolled(ui, kind):
-    rows = ui.show(kind(viewclass="QueueRow", data=[QueueEntry(n, f"Mission {n}", "Run now") for n in range(30)]), (400, 300))
+    rows = ui.show(
+        kind(viewclass="QueueRow", data=[QueueEntry(n, f"Mission {n}", "Run now") for n in range(30)]), (400, 300)
+    )
     scroll = rows.ids.scroll if kind is ScrollRows else rows
     happened = fired(rows, "on_action")
-    ui.advance(.5)
+    ui.advance(0.5)
     slow_drag(ui, ui.find_all(IconButton)[0], 0, 120)
     assert scroll.scroll_y < 1
     assert happened == []
     above = (1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height)
-    assert (above + 1) % (72 if kind is ScrollRows else 80) == pytest.approx(1, abs=1)        # it has come to rest on a row
+    assert (above + 1) % (72 if kind is ScrollRows else 80) == pytest.approx(1, abs=1)  # it has come to rest on a row
 
 
 def test_a_list_comes_to_rest_on_a_row_after_a_slow_tap(ui):
-    rows = ui.show(ScrollRows(viewclass="QueueRow", data=[QueueEntry(n, f"Mission {n}", "Run now") for n in range(30)]), (400, 300))
-    ui.tap(ui.find_all(IconButton)[0], hold=.4)
+    rows = ui.show(
+        ScrollRows(viewclass="QueueRow", data=[QueueEntry(n, f"Mission {n}", "Run now") for n in range(30)]), (400, 300)
+    )
+    ui.tap(ui.find_all(IconButton)[0], hold=0.4)
     scroll = rows.ids.scroll
     scroll.scroll_y = 1 - 100 / (scroll.viewport_size[1] - scroll.height)
     ui.advance(1)
@@ -150,10 +160,10 @@ def test_a_column_at_its_end_hands_it_on_to_the_page(ui):
     page.add_widget(content)
     ui.show(page, (400, 300))
     page.scroll_y = 0
-    ui.advance(.3)
+    ui.advance(0.3)
     slow_drag(ui, column, 0, -120)
     assert column.scroll_y == 1
-    assert page.scroll_y > .2
+    assert page.scroll_y > 0.2
 
 
 def test_where_nothing_scrolls_a_finger_may_slip_on_a_button(ui):
@@ -171,7 +181,7 @@ def chart(ui) -> Timeline:
     bars = (Bar("a", 2, 4, movable=True),)
     chart = Timeline(lanes=[Lane("Aino", bars=bars, key=1)], hours=24, size_hint_y=None, height=100)
     page_of(ui, chart, kind=LowColumn)
-    ui.advance(.2)
+    ui.advance(0.2)
     return chart
 
 
@@ -181,7 +191,7 @@ def test_a_timeline_leaves_upright_drags_to_the_page(ui, chart, hour):
     page = chart.parent.parent
     x, y = chart.to_window(chart.left_of(hour), chart.y + 30)
     slow_drag(ui, Widget(pos=(x, y), size=(0, 0)), 3, 120)
-    assert page.scroll_y < .95
+    assert page.scroll_y < 0.95
     assert calls == [[], [], [], []]
     assert not chart._fingers
     ui.advance(2 * LONG)
@@ -192,6 +202,6 @@ def test_a_bar_that_is_lifted_keeps_the_finger(ui, chart):
     moved = fired(chart, "on_moved")
     unit = chart.left_of(1) - chart.left_of(0)
     x, y = chart.to_window(chart.left_of(3), chart.y + 30)
-    slow_drag(ui, Widget(pos=(x, y), size=(0, 0)), 2 * unit, 40, rest=LONG + .3)
+    slow_drag(ui, Widget(pos=(x, y), size=(0, 0)), 2 * unit, 40, rest=LONG + 0.3)
     assert chart.parent.parent.scroll_y == 1
-    assert moved == [("a", pytest.approx(4, abs=.1))]
+    assert moved == [("a", pytest.approx(4, abs=0.1))]

@@ -1,4 +1,5 @@
 """Home in small windows, with an alarm and a question of a robot that talks too much: nothing overlaps, and what matters is reached."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -59,28 +60,55 @@ from tests.support import home_facts as sample
 from tests.ui import checks
 from tests.ui.small import Rig, reach, window
 
-WAYS = (*product(((800, 480), (600, 480)), ("plain", "gloves", "large")),
-        ((1024, 600), "gloves"), ((1024, 600), "large"), ((600, 1024), "large"), ((1280, 800), "plain"))
+WAYS = (
+    *product(((800, 480), (600, 480)), ("plain", "gloves", "large")),
+    ((1024, 600), "gloves"),
+    ((1024, 600), "large"),
+    ((600, 1024), "large"),
+    ((1280, 800), "plain"),
+)
 LOUD = tuple(RobotProblem(n, f"{n} wheel motor {'x' * 100} needs service at once") for n in range(900))
-ALARM = OpenIssues((
-    Alarm("robot_error", "robot:1", Priority.HIGH, sample.ago(minutes=2), {"robot": "Aino", "problem": in_words(LOUD)}, id=1),
-    *(Alarm("unreachable", f"robot:{n}", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko"}, id=n) for n in range(2, 12))))
-ASKING = replace(sample.ASKING, user_prompt=UserPrompt("p1", "Is the aisle between the warehouse and production line 2 free? " * 50, tuple(
-    f"Door {n} with a rather long name for a door of a plant, on the {side} side" for n, side in enumerate(("left", "right", "far")))))
+ALARM = OpenIssues(
+    (
+        Alarm(
+            "robot_error",
+            "robot:1",
+            Priority.HIGH,
+            sample.ago(minutes=2),
+            {"robot": "Aino", "problem": in_words(LOUD)},
+            id=1,
+        ),
+        *(
+            Alarm("unreachable", f"robot:{n}", Priority.MEDIUM, sample.ago(minutes=9), {"robot": "Veikko"}, id=n)
+            for n in range(2, 12)
+        ),
+    )
+)
+ASKING = replace(
+    sample.ASKING,
+    user_prompt=UserPrompt(
+        "p1",
+        "Is the aisle between the warehouse and production line 2 free? " * 50,
+        tuple(
+            f"Door {n} with a rather long name for a door of a plant, on the {side} side"
+            for n, side in enumerate(("left", "right", "far"))
+        ),
+    ),
+)
 
 
 @pytest.fixture(params=[pytest.param(way, id="{0[0]}x{0[1]}-{1}".format(*way)) for way in WAYS])
 def small(ui, request) -> Iterator[Rig]:
     """A window of one of these sizes, some with gloves, some with large texts."""
     size, mode = request.param
-    scale, language = (1.3, "fi") if mode == "large" else (1.0, "en")          # Finnish words are the longer ones
+    scale, language = (1.3, "fi") if mode == "large" else (1.0, "en")  # Finnish words are the longer ones
     with window(ui, size, scale, language, gloves=mode == "gloves") as rig:
         yield rig
 
 
 def loud_home(ui, rig: Rig, status=ASKING) -> HomeScreen:
     screen = home(rig, sample.with_aino(status), issues=ALARM)
-    ui.advance(.5)
+    ui.advance(0.5)
     return screen
 
 
@@ -104,12 +132,14 @@ def test_the_state_and_all_controls_can_be_reached(ui, small):
     reach(ui, ui.find(CommandButton, text=view.run.text))
 
 
-@pytest.mark.parametrize(("scale", "language", "gloves"), [(1.0, "fi", False), (1.0, "fi", True), (1.3, "en", False), (1.3, "fi", False)])
+@pytest.mark.parametrize(
+    ("scale", "language", "gloves"), [(1.0, "fi", False), (1.0, "fi", True), (1.3, "en", False), (1.3, "fi", False)]
+)
 @pytest.mark.parametrize("size", [(700, 500), (720, 1600), (1024, 640)], ids="{0[0]}x{0[1]}".format)
 def test_every_word_has_room_in_the_windows_between(ui, size, scale, language, gloves):
     with window(ui, size, scale, language, gloves=gloves) as rig:
         home(rig, sample.FACTS)
-        ui.advance(.5)
+        ui.advance(0.5)
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
@@ -118,7 +148,7 @@ def test_every_word_has_room_in_the_windows_between(ui, size, scale, language, g
 def test_the_way_to_a_first_robot_can_be_reached_below_a_banner(ui, size, scale, language):
     with window(ui, size, scale, language) as rig:
         home(rig, HomeFacts(settings=sample.FACTS.settings), issues=ALARM)
-        ui.advance(.5)
+        ui.advance(0.5)
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
         for text in (_("Add your first robot"), _("Add robot")):
             reach(ui, next(label for label in ui.find_all(Label) if label.text == text))
@@ -128,17 +158,19 @@ def test_the_way_to_a_first_robot_can_be_reached_below_a_banner(ui, size, scale,
 @pytest.mark.parametrize("issues", [None, OpenIssues([ALARM.alarms[1]])])
 def test_the_controls_are_seen_at_once(ui, small, issues):
     screen = home(small, sample.FACTS, issues=issues)
-    ui.advance(.5)
+    ui.advance(0.5)
     for word in (screen.vm.controls.pause, _("Reset errors"), _("Clear queue")):
         button = ui.find(CommandButton, text=word)
         assert checks.is_seen(button)
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
 
-@pytest.mark.parametrize("small", [pytest.param(((1024, 600), mode), id=f"1024x600-{mode}") for mode in ("plain", "gloves")], indirect=True)
+@pytest.mark.parametrize(
+    "small", [pytest.param(((1024, 600), mode), id=f"1024x600-{mode}") for mode in ("plain", "gloves")], indirect=True
+)
 def test_each_of_three_robots_is_seen_whole(ui, small):
     home(small, sample.FACTS)
-    ui.advance(.5)
+    ui.advance(0.5)
     chips = ui.find_all(RobotChip)
     assert len(chips) == 3
     for chip in chips:
@@ -154,23 +186,34 @@ def test_the_heading_of_the_schedules_is_on_one_line(ui, small):
     assert heading.lines == 1
 
 
-@pytest.mark.parametrize(("facts", "alarm"), [
-    pytest.param(sample.with_aino(sample.FAILED), ERROR, id="failed"),
-    pytest.param(sample.with_aino(sample.EXECUTING, age=250, connection=Connection.UNREACHABLE), SILENT, id="silent")])
+@pytest.mark.parametrize(
+    ("facts", "alarm"),
+    [
+        pytest.param(sample.with_aino(sample.FAILED), ERROR, id="failed"),
+        pytest.param(
+            sample.with_aino(sample.EXECUTING, age=250, connection=Connection.UNREACHABLE), SILENT, id="silent"
+        ),
+    ],
+)
 def test_of_a_robot_that_somebody_has_to_go_to_all_that_is_needed_is_seen_at_once(ui, facts, alarm):
     """1280×800 with an alarm: what it says, its battery, where it is or was, and its controls."""
     screen = home(Rig(ui), facts, issues=OpenIssues([alarm]))
-    ui.advance(.5)
-    told = ui.find(MissionTile), ui.find(ValueTile, icon=screen.vm.card.battery.icon), ui.find(PlaceMap), ui.find(RobotControls)
+    ui.advance(0.5)
+    told = (
+        ui.find(MissionTile),
+        ui.find(ValueTile, icon=screen.vm.card.battery.icon),
+        ui.find(PlaceMap),
+        ui.find(RobotControls),
+    )
     for part in told:
         assert checks.is_seen(part), part
     assert ui.find(PlaceMap).height >= 150
-    assert ui.find(MissionTile).height < 120              # two lines for the error with its code; what room is left is the map's
+    assert ui.find(MissionTile).height < 120  # two lines for the error with its code; what room is left is the map's
     bands = sorted(checks.area(part)[1::2] for part in told)
-    assert all(above - below <= 24 for (_bottom, below), (above, _top) in pairwise(bands))      # no gap
+    assert all(above - below <= 24 for (_bottom, below), (above, _top) in pairwise(bands))  # no gap
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
     screen.vm.take(sample.FACTS)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert ui.find(ValueTile, label=_("Done about"))
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
@@ -180,10 +223,10 @@ def test_the_map_of_a_robot_on_which_nothing_runs_is_beside_its_battery_below_a_
     """Without one it is below, and the address is beside the battery."""
     facts = sample.with_aino(status, queue=())
     home(Rig(ui), facts)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert not ui.find(RobotCard).has_map_beside
     screen = home(Rig(ui), facts, issues=HELD)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert ui.find(RobotCard).has_map_beside
     place, battery = ui.find(PlaceMap), ui.find(ValueTile, icon=screen.vm.card.battery.icon)
     (left, low, _right, high), (_left, bottom, right, top) = checks.area(place), checks.area(battery)
@@ -197,39 +240,47 @@ def test_with_gloves_a_time_is_chosen_and_set_without_scrolling(ui, size, scale)
     with window(ui, size, scale, gloves=True):
         dialogs = Dialogs(animate=False)
         dialog = dialogs.pick_time("Starts at", time(6, 30), lambda _time: None)
-        ui.advance(.3)
+        ui.advance(0.3)
         assert "\n".join(checks.problems(dialog)) == ""
         dialogs.close_all()
 
 
-@pytest.mark.parametrize(("size", "scale", "gloves"), [((600, 480), 1.0, False), ((600, 480), 1.3, True), ((800, 480), 1.3, False)])
+@pytest.mark.parametrize(
+    ("size", "scale", "gloves"), [((600, 480), 1.0, False), ((600, 480), 1.3, True), ((800, 480), 1.3, False)]
+)
 def test_what_is_said_of_a_damaged_database_and_the_way_out_can_be_reached(ui, size, scale, gloves):
     with window(ui, size, scale, "fi", gloves=gloves) as rig:
         damaged(rig)
-        ui.advance(.3)
+        ui.advance(0.3)
         page, button = ui.find(LowPage), ui.find(CommandButton)
         assert "\n".join(checks.problems(page)) == ""
         assert checks.area(ui.find(ScreenTitle))[3] <= Window.height
         page.scroll_to(button, padding=0, animate=False)
-        ui.advance(.1)
+        ui.advance(0.1)
         assert checks.is_seen(button)
 
 
-@pytest.mark.parametrize(("section", "part", "kind"), [
-    ("missions", "missions", MissionRow), ("missions", "places", PlaceRow), ("idle", "", IdlePanel)])
-@pytest.mark.parametrize(("size", "scale", "language", "gloves"), [
-    ((600, 480), 1.0, "en", False), ((600, 480), 1.3, "fi", True), ((800, 480), 1.0, "en", True)])
-def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(ui, size, scale, language, gloves, section, part, kind):
+@pytest.mark.parametrize(
+    ("section", "part", "kind"),
+    [("missions", "missions", MissionRow), ("missions", "places", PlaceRow), ("idle", "", IdlePanel)],
+)
+@pytest.mark.parametrize(
+    ("size", "scale", "language", "gloves"),
+    [((600, 480), 1.0, "en", False), ((600, 480), 1.3, "fi", True), ((800, 480), 1.0, "en", True)],
+)
+def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(
+    ui, size, scale, language, gloves, section, part, kind
+):
     with window(ui, size, scale, language, gloves=gloves) as rig:
         screen = with_groups(Plant(rig)).screen(rig, section)
         if part:
             screen.turn_to(part)
         ui.find(Frame).alarm, ui.find(Frame).alarm_urgent = "Aino: Failed to reach its goal " * 2, True
-        ui.advance(.3)
+        ui.advance(0.3)
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
         page = screen.ids.columns.children[0]
         page.scroll_y = 0
-        ui.advance(.1)
+        ui.advance(0.1)
         first = ui.find_all(kind)[0]
         assert checks.visible_area(first, checks.parents(first))[3] - checks.area(page)[1] > 60
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
@@ -238,7 +289,7 @@ def test_a_list_of_settings_can_be_reached_below_its_tools_and_a_banner(ui, size
 def test_fields_beside_each_other_are_level_whatever_is_below_them(ui):
     with window(ui, (1024, 600), 1.3, "fi") as rig:
         screen = Plant(rig).screen(rig, "scheduler")
-        ui.advance(.3)
+        ui.advance(0.3)
         assert len(ui.find_all(StepField, root=screen)) > 3
         assert "\n".join(checks.problems(screen)) == ""
 
@@ -247,7 +298,7 @@ def test_the_bar_of_the_list_of_what_waits_lies_on_no_button(ui):
     with window(ui, (1024, 600)) as rig:
         rig.dialogs = Dialogs(animate=False)
         home(rig, sample.WITH_WAITING).vm.waiting.show_all()
-        ui.advance(.3)
+        ui.advance(0.3)
         assert "\n".join(checks.problems(ui.find(WaitingDialog))) == ""
         rig.dialogs.close_all()
 
@@ -258,25 +309,25 @@ def test_the_words_of_a_run_have_room_beside_its_time(ui, size):
         stand = Stand(rig, "logs")
         row = ui.find_all(LogRow)[0]
         next(page for page in checks.parents(row) if isinstance(page, LowPage)).scroll_y = 0
-        ui.advance(.5)
+        ui.advance(0.5)
         assert row.ids.log_lines.width > row.width / 3
         assert "\n".join(checks.problems(stand.screen)) == ""
 
 
 def test_what_a_robot_says_stands_there_once(ui):
     sentence = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.card.mission.name
-    ui.advance(.5)
+    ui.advance(0.5)
     assert [label.text for label in ui.find_all(Label) if sentence in label.text] == [sentence]
 
 
 def test_what_is_blocked_in_the_queue_is_said_above_the_fold(ui, small):
     screen = home(small, sample.FACTS)
-    ui.advance(.5)
+    ui.advance(0.5)
     said = [line for line in ui.find_all(BlockedLine) if line.text and checks.is_seen(line)]
     assert [line.text for line in said] == [screen.vm.queue_blocked.text]
     assert "\n".join(checks.problems(ui.find(Frame))) == ""
     ui.tap(said[0])
-    ui.advance(.5)
+    ui.advance(0.5)
     rows = [row for row in ui.find_all(QueueRow) if row.tone == "attention"]
     assert [checks.is_seen(row) for row in rows] == [True]
 
@@ -286,14 +337,14 @@ def test_a_map_is_not_cut_where_the_page_ends(ui, small):
     for plan in ui.find_all(PlaceMap):
         seen = checks.visible_area(plan, checks.parents(plan))
         shown = seen[3] - seen[1] if seen else 0
-        page = any(isinstance(view, HomeColumn | HomeTall) for view in checks.parents(plan))       # scrolls as a whole
+        page = any(isinstance(view, HomeColumn | HomeTall) for view in checks.parents(plan))  # scrolls as a whole
         assert page or shown <= 1 or shown >= plan.height - 1
 
 
 @pytest.mark.parametrize("issues", [OpenIssues(), None], ids=["well", "banner"])
 def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small, issues):
     page = fleet(small, 12, issues=issues)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert page.is_shown
     head, tiles = ui.find(Counts), ui.find(PanelGrid)
     assert head.to_window(0, head.top)[1] <= ui.find(Frame).ids.body.to_window(0, ui.find(Frame).ids.body.top)[1] + 1
@@ -304,10 +355,13 @@ def test_some_tiles_are_seen_below_the_counts_of_all_robots(ui, small, issues):
 def test_of_fifty_robots_the_words_of_two_rows_are_seen_below_a_banner(ui, scale, gloves):
     with window(ui, (1024, 600), scale, "fi", gloves=gloves) as rig:
         fleet(rig, 50)
-        ui.advance(.5)
+        ui.advance(0.5)
         assert ui.find(AlarmBanner).height > 60
-        tops = {round(tile.to_window(*tile.pos)[1]) for tile in ui.find_all(SmallTile)
-                if all(checks.is_seen(label) for label in ui.find_all(Label, root=tile))}
+        tops = {
+            round(tile.to_window(*tile.pos)[1])
+            for tile in ui.find_all(SmallTile)
+            if all(checks.is_seen(label) for label in ui.find_all(Label, root=tile))
+        }
         assert len(tops) >= 2
         assert "\n".join(checks.problems(ui.find(Frame))) == ""
 
@@ -315,7 +369,7 @@ def test_of_fifty_robots_the_words_of_two_rows_are_seen_below_a_banner(ui, scale
 def test_the_way_back_to_all_robots_takes_no_more_room_than_its_button_and_is_level_with_what_is_blocked(ui):
     with window(ui, (1024, 600), 1.3, "fi") as rig:
         fleet(rig, 50).leave()
-        ui.advance(.5)
+        ui.advance(0.5)
         strip = ui.find(RobotStrip)
         button, line = ui.find(CommandButton, root=strip), ui.find(BlockedLine, root=strip)
         assert line.text
@@ -327,7 +381,7 @@ def test_the_way_back_to_all_robots_takes_no_more_room_than_its_button_and_is_le
 @pytest.mark.parametrize("small", [pytest.param(((600, 480), "plain"), id="600x480")], indirect=True)
 def test_counts_that_have_no_room_in_their_row_are_dragged_into_sight(ui, small):
     fleet(small, 12)
-    ui.advance(.5)
+    ui.advance(0.5)
     chips = sorted(ui.find_all(CountChip), key=lambda chip: chip.x)
     assert not checks.is_seen(chips[-1])
     for _n in range(3):
@@ -348,7 +402,7 @@ def test_a_row_of_counts_is_as_wide_as_those_that_are_left(ui):
 @pytest.mark.parametrize("small", [pytest.param(((1024, 600), "plain"), id="1024x600")], indirect=True)
 def test_how_full_the_battery_is_and_when_the_mission_is_done_is_seen_at_once(ui, small):
     card = home(small, sample.FACTS).vm.card
-    ui.advance(.5)
+    ui.advance(0.5)
     for text in (card.battery.text, card.beside.value):
         assert checks.is_seen(ui.find(Value, text=text, root=ui.find(RobotCard)))
 
@@ -356,14 +410,14 @@ def test_how_full_the_battery_is_and_when_the_mission_is_done_is_seen_at_once(ui
 @pytest.mark.parametrize("small", [pytest.param(((800, 480), "plain"), id="800x480")], indirect=True)
 def test_the_controls_are_seen_at_once_below_a_banner_in_a_very_low_window(ui, small):
     screen = home(small, sample.FACTS, issues=OpenIssues([ALARM.alarms[1]]))
-    ui.advance(.5)
+    ui.advance(0.5)
     for word in (screen.vm.controls.pause, _("Reset errors"), _("Clear queue")):
         assert checks.is_seen(ui.find(CommandButton, text=word))
 
 
 def test_the_words_of_a_robot_without_a_map_can_be_reached(ui, small):
     home(small, replace(sample.with_aino(sample.EXECUTING), map=None))
-    ui.advance(.5)
+    ui.advance(0.5)
     reach(ui, next(label for label in ui.find_all(Label) if label.text == sample.EXECUTING.mission_text))
 
 
@@ -381,24 +435,24 @@ def test_a_question_and_each_answer_can_be_reached(ui, small):
 def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):
     dialog = PinDialog(title="Settings", text="Enter the PIN of this tablet")
     dialog.open()
-    ui.advance(.5)
+    ui.advance(0.5)
     for key in ui.find_all(PadKey):
         assert checks.is_seen(key)
     assert "\n".join(checks.problems(dialog)) == ""
     dialog.dismiss()
-    ui.advance(.5)
+    ui.advance(0.5)
 
 
 @pytest.mark.parametrize("size", [(800, 480), (600, 480)])
 def test_a_drag_over_a_list_that_fits_scrolls_the_page(ui, size):
     with window(ui, size) as rig:
         home(rig, replace(sample.with_aino(sample.READY, ()), open=()), issues=ALARM)
-        ui.advance(.5)
+        ui.advance(0.5)
         words = ui.find(text=ui.find(HomeScreen).vm.queue_empty, root=ui.find(QueueCard))
         reach(ui, words)
         page = next(parent for parent in checks.parents(words) if isinstance(parent, ScrollView))
         at = page.scroll_y
-        ui.drag(words, 0, 150 if at > .5 else -150)
+        ui.drag(words, 0, 150 if at > 0.5 else -150)
         assert page.scroll_y != pytest.approx(at)
 
 
@@ -413,7 +467,9 @@ def test_a_tap_on_the_text_of_the_banner_leads_to_the_list(ui):
 
 # ---------------------------------------------------------------------- fingers
 HELD = OpenIssues(holds=(Hold("Maintenance", sample.NOW + timedelta(minutes=38), sample.ago(minutes=22), robot_id=1),))
-IDLE = replace(sample.with_aino(sample.READY), groups=(Group("Hall 1", (1, 2), id=5), Group("Pallet pair", (1, 3), id=6)))
+IDLE = replace(
+    sample.with_aino(sample.READY), groups=(Group("Hall 1", (1, 2), id=5), Group("Pallet pair", (1, 3), id=6))
+)
 
 
 def swipe(ui, x: float, y: float, dy: float) -> None:
@@ -424,17 +480,20 @@ def swipe(ui, x: float, y: float, dy: float) -> None:
     for n in range(1, 11):
         touch.touch_move(x, y + dy * n / 10)
         ui.advance()
-    ui.advance(.3)
+    ui.advance(0.3)
     touch.touch_up()
-    ui.advance(.5)
+    ui.advance(0.5)
 
 
-@pytest.mark.parametrize("small", [pytest.param((size, "large"), id=f"{size[0]}x{size[1]}") for size in ((600, 800), (1024, 600))],
-                         indirect=True)
+@pytest.mark.parametrize(
+    "small",
+    [pytest.param((size, "large"), id=f"{size[0]}x{size[1]}") for size in ((600, 800), (1024, 600))],
+    indirect=True,
+)
 def test_drags_lead_from_whatever_is_under_the_finger_to_the_run_button(ui, small):
     screen = home(small, IDLE, issues=HELD)
     screen.vm.choose_target(("group", 5))
-    ui.advance(.5)
+    ui.advance(0.5)
     button = ui.find(CommandButton, text=screen.vm.run.text)
     left, bottom, right, top = checks.area(ui.find(Frame).ids.body)
     x, y = (left + right) / 2 if Window.width < Window.height else right - 100, (bottom + top) / 2
@@ -448,7 +507,7 @@ def test_drags_lead_from_whatever_is_under_the_finger_to_the_run_button(ui, smal
 @pytest.mark.parametrize("small", [pytest.param(((600, 800), "plain"), id="600x800")], indirect=True)
 def test_the_robots_card_is_as_high_as_it_needs_in_one_column(ui, small):
     home(small, IDLE, issues=HELD)
-    ui.advance(.5)
+    ui.advance(0.5)
     card, tile = ui.find(RobotCard), ui.find(MissionTile)
     assert not card.ids.scroll.do_scroll_y
     assert tile.height < 130

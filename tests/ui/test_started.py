@@ -1,4 +1,5 @@
 """What is said of a mission that a person has just started or given to a robot: when it is known, and no longer than it holds."""
+
 from __future__ import annotations
 
 import logging
@@ -26,15 +27,26 @@ from app.widgets.frame import Frame
 from app.widgets.snackbar import Snackbars
 from tests.support.home_facts import AINO, execution
 
-UNBOUND = replace(execution(7, AINO, "Kits", State.WAITING), robot_id=None, robot="", group_id=5, robot_group="Hall 1", wait=Wait.ROBOT,
-                  wait_details={"group": "Hall 1"})
-BOUND = replace(UNBOUND, robot_id=1, robot="Aino", wait=Wait.DUE, wait_details={}, choice={"robots": [{"robot": "Aino"}]})
+UNBOUND = replace(
+    execution(7, AINO, "Kits", State.WAITING),
+    robot_id=None,
+    robot="",
+    group_id=5,
+    robot_group="Hall 1",
+    wait=Wait.ROBOT,
+    wait_details={"group": "Hall 1"},
+)
+BOUND = replace(
+    UNBOUND, robot_id=1, robot="Aino", wait=Wait.DUE, wait_details={}, choice={"robots": [{"robot": "Aino"}]}
+)
 SENT = replace(BOUND, state=State.QUEUED, queue_id=31)
 REFUSED = replace(UNBOUND, tried={"2": {"tries": 1, "robot": "Veikko", "code": "unknown_mission", "problem": ""}})
 
 
 def test_an_answer_that_leaves_it_open_is_said_as_such():
-    looked_for = replace(SENT, state=State.SUBMITTING, queue_id=None, wait_details={"answer": "the robot answered: No (status 500)"})
+    looked_for = replace(
+        SENT, state=State.SUBMITTING, queue_id=None, wait_details={"answer": "the robot answered: No (status 500)"}
+    )
     text, _icon, _seconds = outcome(looked_for, NOTHING_KNOWN)
     assert text == "It is not certain that Aino has Kits. Checking with the robot: the robot answered: No (status 500)"
 
@@ -54,7 +66,9 @@ class World:
         self.row: Execution | None = None
         self.bus, self.ui = UiBus(), ui
         self.shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), self.bus, AtOnce())
-        self.reports = StartReports(self.shell, lambda key: self.row if self.row is not None and self.row.id == key else None)
+        self.reports = StartReports(
+            self.shell, lambda key: self.row if self.row is not None and self.row.id == key else None
+        )
 
     def becomes(self, row: Execution, topic: Topic = Topic.EXECUTIONS) -> None:
         self.row = row
@@ -68,7 +82,7 @@ class World:
 
 @pytest.fixture
 def world(ui, caplog):
-    ui.advance()                             # the clock may not have ticked for long
+    ui.advance()  # the clock may not have ticked for long
     made = World(ui)
     made.close = made.reports.open()
     yield made
@@ -81,7 +95,7 @@ def test_a_start_of_a_group_that_soon_has_a_robot_is_not_said_to_wait(world, ui)
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
     assert world.told == []
-    ui.advance(.3)
+    ui.advance(0.3)
     world.becomes(BOUND)
     assert world.told == []
     world.becomes(SENT)
@@ -127,7 +141,7 @@ def test_what_was_held_and_is_released_is_not_said_to_wait_any_more(world, ui):
     [told] = world.told
     assert told.startswith("Kits is not sent to Aino yet. ")
     ui.advance(2)
-    world.becomes(BOUND, Topic.HOLDS)                         # released, on its way
+    world.becomes(BOUND, Topic.HOLDS)  # released, on its way
     assert world.told == []
     world.becomes(SENT)
     assert world.told == ["Kits is sent to Aino. Aino: free now"]
@@ -138,7 +152,7 @@ def test_what_was_held_and_is_cancelled_is_not_said_to_wait_any_more(world, ui):
     world.reports.follow(HELD)
     world.becomes(replace(HELD, state=State.CANCELLED))
     assert world.told == []
-    world.becomes(HELD)                                       # Undo: that it waits again is said where that is done
+    world.becomes(HELD)  # Undo: that it waits again is said where that is done
     assert world.told == []
 
 
@@ -156,7 +170,7 @@ def test_what_is_said_already_is_not_said_again_with_every_change(world, ui):
     ui.advance(5)
     world.becomes(replace(HELD, priority=50))
     ui.advance(3.5)
-    assert world.told == []                                   # 8 s after it was said the first time
+    assert world.told == []  # 8 s after it was said the first time
 
 
 def test_what_was_held_is_followed_while_an_undo_covers_that_it_was(world, ui):
@@ -194,7 +208,7 @@ def test_nothing_begins_to_be_said_once_another_screen_is_shown(world, ui):
     world.row = BOUND
     world.reports.follow(BOUND)
     world.close()
-    world.reports.follow(BOUND)                               # it was written only then
+    world.reports.follow(BOUND)  # it was written only then
     ui.advance(6)
     world.becomes(SENT)
     assert world.told == []
@@ -223,11 +237,14 @@ def test_nobody_listens_for_a_start_whose_message_is_over(world, ui):
 SILENT = replace(execution(7, AINO, "Kits", State.WAITING), wait=Wait.DUE)
 
 
-@pytest.mark.parametrize(("becomes", "said"), [
-    (replace(SILENT, state=State.QUEUED, queue_id=31), ["Kits is sent to Aino"]),
-    (replace(SILENT, state=State.CANCELLED), []),
-    (replace(SILENT, state=State.SUBMITTING, cancel_code=ReasonCode.USER_CANCELLED), []),
-])
+@pytest.mark.parametrize(
+    ("becomes", "said"),
+    [
+        (replace(SILENT, state=State.QUEUED, queue_id=31), ["Kits is sent to Aino"]),
+        (replace(SILENT, state=State.CANCELLED), []),
+        (replace(SILENT, state=State.SUBMITTING, cancel_code=ReasonCode.USER_CANCELLED), []),
+    ],
+)
 def test_a_robot_that_did_not_answer_is_not_said_to_be_waited_for_once_it_has_or_nobody_does(world, ui, becomes, said):
     world.row = SILENT
     world.reports.follow(SILENT, is_silent=True)
@@ -240,7 +257,9 @@ def test_a_robot_that_did_not_answer_is_not_said_to_be_waited_for_once_it_has_or
 
 def test_each_try_to_reach_a_robot_says_no_more_than_the_first(world, ui):
     def failed(attempts: int) -> Execution:
-        return replace(SILENT, wait=Wait.RETRY, wait_details={"problem": "it refused the connection"}, attempts=attempts)
+        return replace(
+            SILENT, wait=Wait.RETRY, wait_details={"problem": "it refused the connection"}, attempts=attempts
+        )
 
     world.row = SILENT
     world.reports.follow(SILENT)
@@ -337,14 +356,17 @@ class Rows:
         return self.hold
 
 
-@pytest.mark.parametrize(("row", "hold", "wait"), [
-    (HELD, Hold("Maintenance"), Wait.HOLD),
-    (HELD, None, Wait.DUE),
-    (replace(HELD, wait=Wait.CLOCK), None, Wait.DUE),
-    (replace(HELD, held=True), None, Wait.HOLD),
-    (replace(HELD, wait=Wait.BATTERY), None, Wait.BATTERY),
-    (replace(HELD, robot_id=None), None, Wait.HOLD),
-])
+@pytest.mark.parametrize(
+    ("row", "hold", "wait"),
+    [
+        (HELD, Hold("Maintenance"), Wait.HOLD),
+        (HELD, None, Wait.DUE),
+        (replace(HELD, wait=Wait.CLOCK), None, Wait.DUE),
+        (replace(HELD, held=True), None, Wait.HOLD),
+        (replace(HELD, wait=Wait.BATTERY), None, Wait.BATTERY),
+        (replace(HELD, robot_id=None), None, Wait.HOLD),
+    ],
+)
 def test_what_is_released_is_not_read_as_held_until_it_is_tried(row, hold, wait):
     rows = Rows(row, hold)
     assert as_it_is(rows, rows)(7).wait is wait
@@ -353,6 +375,7 @@ def test_what_is_released_is_not_read_as_held_until_it_is_tried(row, hold, wait)
 # ---------------------------------------------------------------------- what a person does with it
 class Operator:
     """Does what it is asked for."""
+
     left: Execution = UNBOUND
 
     def hold_starts(self, ids, _held) -> int:
@@ -396,19 +419,25 @@ def test_what_is_cancelled_at_once_is_not_said_to_be_held_after_that(world, star
 
 def test_a_start_that_was_tried_is_cancelled_only_after_a_question_as_it_can_not_wait_again(world, starts, ui):
     starts.cancel(replace(UNBOUND, attempts=1))
-    ui.advance(.3)
-    assert (world.told, ui.find(ConfirmDialog).title, ui.find(ConfirmDialog).text) == ([], "Cancel Kits?", "This can't be undone.")
+    ui.advance(0.3)
+    assert (world.told, ui.find(ConfirmDialog).title, ui.find(ConfirmDialog).text) == (
+        [],
+        "Cancel Kits?",
+        "This can't be undone.",
+    )
     ui.tap(ui.find(CommandButton, text="Cancel it"))
     assert world.told == ["Kits is being cancelled"]
 
 
-def test_a_start_that_runs_by_the_time_that_its_cancelling_is_agreed_to_is_stopped_only_after_that_question(world, starts, ui):
+def test_a_start_that_runs_by_the_time_that_its_cancelling_is_agreed_to_is_stopped_only_after_that_question(
+    world, starts, ui
+):
     world.row = waits = replace(UNBOUND, attempts=1)
     starts.cancel(waits)
-    ui.advance(.5)
+    ui.advance(0.5)
     world.row = replace(waits, state=State.EXECUTING, robot_id=1, robot="Aino")
     ui.tap(ui.find(CommandButton, text="Cancel it"))
-    ui.advance(.5)
+    ui.advance(0.5)
     assert (world.told, ui.find(ConfirmDialog).title) == ([], "Stop Kits?")
     ui.tap(ui.find(CommandButton, text="Stop it"))
     assert world.told == ["Kits is being cancelled"]
@@ -433,7 +462,9 @@ def test_that_one_is_held_says_nothing_of_another_one(world, starts, ui):
 @pytest.fixture
 def late(world):
     """Holds and releases what fell due while the app was off."""
-    return FrameController(SimpleNamespace(operator=Operator(), robot_missions=None, clock=None), world.shell, Frame())._hold_starts
+    return FrameController(
+        SimpleNamespace(operator=Operator(), robot_missions=None, clock=None), world.shell, Frame()
+    )._hold_starts
 
 
 def test_late_starts_are_not_said_to_be_held_once_one_of_them_is_released(world, late, ui):

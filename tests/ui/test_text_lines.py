@@ -1,4 +1,5 @@
 """Where texts break, and where they end: at most so many lines, and words only where there is no better place."""
+
 from __future__ import annotations
 
 import pytest
@@ -12,39 +13,48 @@ def shown_lines(ui, text: str, width: float, **values) -> list[str]:
     """The lines of a body text that wide."""
     label: Txt = Factory.Body(text=text, **values)
     ui.show(label, (width, 20))
-    assert label.text == text                                 # what is searched, copied and compared stays whole
+    assert label.text == text  # what is searched, copied and compared stays whole
     lines = ["".join(word.text for word in line.words) for line in label._label._cached_lines]
     assert label.lines == len(lines)
     assert label.texture_size[0] <= width
     return lines
 
 
-@pytest.mark.parametrize(("text", "width", "lines"), [
-    ("https://127.0.0.1:18443", 160, ["https://127.0.0.1", ":18443"]),
-    ("https://127.0.0.1:18443", 400, ["https://127.0.0.1:18443"]),
-    ("see https://127.0.0.1:18443 now", 160, ["see https://127.0.0.1", ":18443 now"]),
-    ("robot-7.line-2.factory.example.com:8443", 160, ["robot-7.line-2.factory.", "example.com:8443"]),
-    ("/home/tablet/.local/share/backups", 160, ["/home/tablet/.local/", "share/backups"]),
-    ("two words", 160, ["two words"]),
-])
+@pytest.mark.parametrize(
+    ("text", "width", "lines"),
+    [
+        ("https://127.0.0.1:18443", 160, ["https://127.0.0.1", ":18443"]),
+        ("https://127.0.0.1:18443", 400, ["https://127.0.0.1:18443"]),
+        ("see https://127.0.0.1:18443 now", 160, ["see https://127.0.0.1", ":18443 now"]),
+        ("robot-7.line-2.factory.example.com:8443", 160, ["robot-7.line-2.factory.", "example.com:8443"]),
+        ("/home/tablet/.local/share/backups", 160, ["/home/tablet/.local/", "share/backups"]),
+        ("two words", 160, ["two words"]),
+    ],
+)
 def test_an_address_or_a_path_breaks_at_its_seams(ui, text, width, lines):
     assert shown_lines(ui, text, width) == lines
 
 
-@pytest.mark.parametrize(("text", "width", "lines"), [
-    ("asks robots every 30 s", 155, ["asks robots every", "30 s"]),
-    ("under 30 % until it is charged", 70, ["under", "30 % until", "it is", "charged"]),
-    ("12 slow trucks", 60, ["12 slow", "trucks"]),
-])
+@pytest.mark.parametrize(
+    ("text", "width", "lines"),
+    [
+        ("asks robots every 30 s", 155, ["asks robots every", "30 s"]),
+        ("under 30 % until it is charged", 70, ["under", "30 % until", "it is", "charged"]),
+        ("12 slow trucks", 60, ["12 slow", "trucks"]),
+    ],
+)
 def test_a_number_stays_with_its_unit(ui, text, width, lines):
     assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width)] == lines
     assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width, most_lines=4)] == lines
 
 
-@pytest.mark.parametrize(("text", "width", "lines"), [
-    ("Start elsewhere …", 115, ["Start", "elsewhere …"]),
-    ("Asking the robot … and on", 118, ["Asking the", "robot … and on"]),
-])
+@pytest.mark.parametrize(
+    ("text", "width", "lines"),
+    [
+        ("Start elsewhere …", 115, ["Start", "elsewhere …"]),
+        ("Asking the robot … and on", 118, ["Asking the", "robot … and on"]),
+    ],
+)
 def test_dots_stay_with_the_word_before_them(ui, text, width, lines):
     assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width)] == lines
     assert [line.replace("\N{NO-BREAK SPACE}", " ") for line in shown_lines(ui, text, width, most_lines=4)] == lines
@@ -92,14 +102,27 @@ def test_the_limit_can_change(ui):
 IDEOGRAPHS = "".join(map(chr, range(0x4E00, 0x4E00 + 500)))
 
 
-@pytest.mark.parametrize("text", [
-    IDEOGRAPHS, "i" * 2000, "il. " * 500, "W" * 900, "word " * 300, "\u0301" * 1500 + "a" * 300, "/data/" * 200, f"{'i' * 150} {'W' * 300}",
-    "one\ntwo\nthree\nfour", "x" * 30], ids=repr)
+@pytest.mark.parametrize(
+    "text",
+    [
+        IDEOGRAPHS,
+        "i" * 2000,
+        "il. " * 500,
+        "W" * 900,
+        "word " * 300,
+        "\u0301" * 1500 + "a" * 300,
+        "/data/" * 200,
+        f"{'i' * 150} {'W' * 300}",
+        "one\ntwo\nthree\nfour",
+        "x" * 30,
+    ],
+    ids=repr,
+)
 @pytest.mark.parametrize("most", [1, 2, 3])
 def test_what_is_seen_of_a_long_text_is_the_beginning_of_all_of_it(ui, text, most):
     whole, seen = shown_lines(ui, text, 150), shown_lines(ui, text, 150, most_lines=most)
     assert len(seen) == min(most, len(whole))
-    assert seen[:most - 1] == whole[:len(seen)][:most - 1]
+    assert seen[: most - 1] == whole[: len(seen)][: most - 1]
     if len(whole) > most:
         assert seen[-1].endswith("…")
         assert whole[most - 1].startswith(seen[-1].removesuffix("…").rstrip())
@@ -107,6 +130,8 @@ def test_what_is_seen_of_a_long_text_is_the_beginning_of_all_of_it(ui, text, mos
 
 def test_what_is_not_seen_of_a_long_text_is_not_measured(ui, monkeypatch):
     measured, measure = [], CoreLabel.get_extents
-    monkeypatch.setattr(CoreLabel, "get_extents", lambda label, text: measured.append(len(text)) or measure(label, text))
+    monkeypatch.setattr(
+        CoreLabel, "get_extents", lambda label, text: measured.append(len(text)) or measure(label, text)
+    )
     shown_lines(ui, IDEOGRAPHS * 10, 150, most_lines=2)
     assert sum(measured) < 2000

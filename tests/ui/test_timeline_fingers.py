@@ -1,4 +1,5 @@
 """The timeline under fingers: what a tap hits, how it is dragged and zoomed, and that this draws nothing anew."""
+
 from __future__ import annotations
 
 import pytest
@@ -22,8 +23,8 @@ def test_a_tap_on_a_bar_says_which(ui):
     lane = (150 - 28) / 2
     top = chart.top - 28
     ui.tap_at(left + width * 2.5 / 24, top - lane / 2)
-    ui.tap_at(left + width * 20.4 / 24, top - lane * 1.5)          # a fingertip beside a thin bar
-    ui.tap_at(left + width * 12 / 24, top - lane / 2)              # nothing near
+    ui.tap_at(left + width * 20.4 / 24, top - lane * 1.5)  # a fingertip beside a thin bar
+    ui.tap_at(left + width * 12 / 24, top - lane / 2)  # nothing near
     assert calls == [("b",), ("c",)]
 
 
@@ -40,7 +41,7 @@ def test_bars_a_minute_apart_are_both_found_at_any_zoom(ui):
     bars = (Bar("a", 10, 10.1), Bar("b", 10.02, 10.1))
     chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=168), (800, 100))
     calls = fired(chart, "on_bar")
-    ui.tap_at(chart.left_of(10) - 12, chart.top - 60)             # a fingertip beside them
+    ui.tap_at(chart.left_of(10) - 12, chart.top - 60)  # a fingertip beside them
     assert sorted(calls[0]) == ["a", "b"]
 
 
@@ -49,8 +50,10 @@ def test_a_bar_on_another_leaves_an_edge_of_it_in_sight_and_only_its_own_words(u
     chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24), (800, 28 + 44))
     tops = {key: top for _left, _bottom, _right, top, key in chart.boxes()}
     assert tops["a"] == tops["d"] == pytest.approx(tops["b"] + 5) == pytest.approx(tops["c"] + 10)
-    assert [texture for _x, texture in words_of(chart)] == [glyphs(words, sp(14), "Roboto") for words in ("Empties", "Waste")]
-    assert words_of(chart)[0][0] > chart.left_of(9.9)             # where it is in sight
+    assert [texture for _x, texture in words_of(chart)] == [
+        glyphs(words, sp(14), "Roboto") for words in ("Empties", "Waste")
+    ]
+    assert words_of(chart)[0][0] > chart.left_of(9.9)  # where it is in sight
 
 
 def test_a_finger_drags_the_hours_and_a_tap_after_it_still_hits(ui):
@@ -60,29 +63,31 @@ def test_a_finger_drags_the_hours_and_a_tap_after_it_still_hits(ui):
     y = chart.top - 28 - (150 - 28) / 4
     fingers(chart, [(500, y), (480, y), (500 - 2 * unit, y)])
     assert calls == [(pytest.approx(2), 24)]
-    assert bars == []                                             # a drag is no tap
+    assert bars == []  # a drag is no tap
     ui.advance()
-    ui.tap_at(88 + unit * .5, y)                                  # the bar from 1.5 to 3
+    ui.tap_at(88 + unit * 0.5, y)  # the bar from 1.5 to 3
     assert bars == [("b",)]
 
 
 def rest(ui, x, y):
     """A finger that stays where it was put down until a press is a long one."""
     touch = put_down(x, y)
-    ui.advance(LONG + .1)
+    ui.advance(LONG + 0.1)
     return touch
 
 
 @pytest.mark.parametrize("hour", [10.5, 18], ids=["a bar that was lifted", "free time"])
 def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_timeline(ui, hour):
-    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("planned", 10, 11, movable=True),), key=1)], hours=24), (800, 100))
+    chart = ui.show(
+        Timeline(lanes=[Lane("Aino", bars=(Bar("planned", 10, 11, movable=True),), key=1)], hours=24), (800, 100)
+    )
     fires, y = [fired(chart, name) for name in ("on_bar", "on_moved", "on_free")], chart.y + 30
     touch = put_down(chart.left_of(hour), y)
-    ui.advance(LONG + .1 if hour == 10.5 else .2)
+    ui.advance(LONG + 0.1 if hour == 10.5 else 0.2)
     Dialogs(animate=False).open(dialog := Dialog(title="Late starts", body_height=100))
     if hour == 10.5:
         touch.touch_move(chart.left_of(hour + 3), y)
-    ui.advance(LONG + .1)
+    ui.advance(LONG + 0.1)
     touch.touch_up()
     assert (fires, chart.touched) == ([[], [], []], False)
     dialog.dismiss()
@@ -93,8 +98,13 @@ def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_timeline(ui, hou
 
 def test_a_finger_may_rest_a_little_beside_a_bar_that_stays_where_it_is(ui):
     """Beside one that can be moved it lifts that."""
-    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("ended", 2, 3, state="past"), Bar("planned", 10, 11, movable=True)))], hours=24),
-                    (800, 100))
+    chart = ui.show(
+        Timeline(
+            lanes=[Lane("Aino", bars=(Bar("ended", 2, 3, state="past"), Bar("planned", 10, 11, movable=True)))],
+            hours=24,
+        ),
+        (800, 100),
+    )
     free, moved = fired(chart, "on_free"), fired(chart, "on_moved")
     for hour in (3, 11):
         touch = rest(ui, chart.left_of(hour) + 14, chart.y + 30)
@@ -102,7 +112,7 @@ def test_a_finger_may_rest_a_little_beside_a_bar_that_stays_where_it_is(ui):
         touch.touch_up()
     assert len(free) == 1
     assert [key for key, _hour in moved] == ["planned"]
-    rest(ui, chart.left_of(2.5), chart.y + 30).touch_up()         # on it there is no free time
+    rest(ui, chart.left_of(2.5), chart.y + 30).touch_up()  # on it there is no free time
     assert len(free) == 1
 
 
@@ -112,11 +122,11 @@ def test_a_finger_that_rests_on_free_time_says_whose_and_when_to_five_minutes(ui
     free, taps = fired(chart, "on_free"), fired(chart, "on_bar")
     unit = (800 - 88) / 24
     rest(ui, 88 + unit * 7.26, chart.y + 20).touch_up()
-    rest(ui, 40, chart.y + 20).touch_up()                         # a name
-    rest(ui, 300, chart.top - 5).touch_up()                       # the axis
+    rest(ui, 40, chart.y + 20).touch_up()  # a name
+    rest(ui, 300, chart.top - 5).touch_up()  # the axis
     moving = put_down(300, chart.y + 20)
     moving.touch_move(280, chart.y + 20)
-    ui.advance(LONG + .1)
+    ui.advance(LONG + 0.1)
     moving.touch_up()
     assert free == [(2, pytest.approx(7.25))]
     assert taps == []
@@ -124,7 +134,9 @@ def test_a_finger_that_rests_on_free_time_says_whose_and_when_to_five_minutes(ui
 
 def test_a_bar_that_may_be_moved_is_dragged_after_a_long_press_and_says_its_new_time(ui):
     bars = (Bar("a", 2, 4, movable=True), Bar("past", 10, 12))
-    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24, time_text=lambda hour: f"at {hour:.2f}"), (800, 100))
+    chart = ui.show(
+        Timeline(lanes=[Lane("Aino", bars=bars)], hours=24, time_text=lambda hour: f"at {hour:.2f}"), (800, 100)
+    )
     moved, windows, taps = fired(chart, "on_moved"), fired(chart, "on_window"), fired(chart, "on_bar")
     unit, y = (800 - 88) / 24, chart.y + 30
     touch = rest(ui, 88 + unit * 3, y)
@@ -136,10 +148,10 @@ def test_a_bar_that_may_be_moved_is_dragged_after_a_long_press_and_says_its_new_
     assert (moved, windows, chart.first, chart.touched) == ([("a", pytest.approx(5))], [], 0, False)
     assert not chart.canvas.after.children
     assert taps == []
-    rest(ui, 88 + unit * 3, y).touch_up()                         # nothing has moved: a slow tap
+    rest(ui, 88 + unit * 3, y).touch_up()  # nothing has moved: a slow tap
     assert taps == [("a",)]
     past = rest(ui, 88 + unit * 11, y)
-    past.touch_move(88 + unit * 13, y)                            # drags the hours
+    past.touch_move(88 + unit * 13, y)  # drags the hours
     past.touch_up()
     assert (len(moved), len(windows), taps) == (1, 1, [("a",)])
 
@@ -149,7 +161,9 @@ FOLDED = [Band(6, 54, "Sat–Sun, no work", "folded")]
 
 def test_what_is_after_a_break_lies_where_its_time_is_and_a_drag_goes_over_it(ui):
     bars = (Bar("a", 2, 3), Bar("b", 60, 61))
-    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], bands=FOLDED, hours=24, now=58, now_label="14:12"), (800, 150))
+    chart = ui.show(
+        Timeline(lanes=[Lane("Aino", bars=bars)], bands=FOLDED, hours=24, now=58, now_label="14:12"), (800, 150)
+    )
     unit, breaks = (800 - 88) / 24, fired(chart, "on_fold")
     places = {key: (left, right) for left, _bottom, right, _top, key in chart.boxes()}
     assert places["b"][0] == pytest.approx(88 + 6 * unit + 72 + 6 * unit)
@@ -157,7 +171,7 @@ def test_what_is_after_a_break_lies_where_its_time_is_and_a_drag_goes_over_it(ui
     y = chart.top - 60
     fingers(chart, [(600, y), (580, y), (600 - 6 * unit - 72, y)])
     assert chart.first == pytest.approx(54)
-    ui.advance(.2)
+    ui.advance(0.2)
     assert chart.left_of(60) == pytest.approx(88 + 6 * unit)
     fingers(chart, [(300, y), (320, y), (300 + 6 * unit + 72, y)])
     ui.tap_at(88 + 6 * unit + 36, y)
@@ -168,7 +182,7 @@ def test_two_fingers_zoom_beyond_a_break_around_what_is_under_them(ui):
     chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("b", 60, 61),))], bands=FOLDED, hours=24), (888, 150))
     middle = chart.left_of(60)
     fingers(chart, *([(middle + side * x, chart.center_y) for x in (50, 75, 100)] for side in (-1, 1)))
-    ui.advance(.2)
+    ui.advance(0.2)
     assert chart.hours == pytest.approx(12)
     assert chart.left_of(60) == pytest.approx(middle, abs=1)
 
@@ -189,17 +203,17 @@ def test_while_it_is_dragged_and_when_it_is_let_go_nothing_is_drawn_anew(ui, dra
     for x in range(590, 100, -10):
         touch.touch_move(x, chart.center_y)
         ui.advance()
-    assert drawing.moved == pytest.approx(100 - 600, abs=12)      # far beyond its margin: there is nothing that it lacks
+    assert drawing.moved == pytest.approx(100 - 600, abs=12)  # far beyond its margin: there is nothing that it lacks
     touch.touch_up()
-    ui.advance(.2)
-    chart.now, chart.now_label = 10, "23:00"                      # nor does the time
-    ui.advance(.2)
+    ui.advance(0.2)
+    chart.now, chart.now_label = 10, "23:00"  # nor does the time
+    ui.advance(0.2)
     assert drawn == [drawing]
     assert instructions(drawing._bars) == before
 
 
 def test_a_drag_towards_what_is_not_drawn_yet_draws_it_before_it_comes_into_sight(ui, drawn):
-    far = Lane("Sisu", bars=[Bar(n, n, n + .5) for n in range(100)])
+    far = Lane("Sisu", bars=[Bar(n, n, n + 0.5) for n in range(100)])
     chart = ui.show(Timeline(lanes=[far], hours=24), (800, 150))
     touch = put_down(700, chart.center_y)
     for x in range(690, 100, -10):
@@ -211,7 +225,7 @@ def test_a_drag_towards_what_is_not_drawn_yet_draws_it_before_it_comes_into_sigh
 
 
 def test_a_crowd_is_drawn_over_several_frames_and_then_seen_at_once(ui, monkeypatch):
-    bars = [Bar(n, n / 50, n / 50 + .03) for n in range(1000)]
+    bars = [Bar(n, n / 50, n / 50 + 0.03) for n in range(1000)]
     chart = ui.show(Timeline(lanes=[Lane("Aino")], hours=24), (800, 600))
     old, show_lanes, frames = chart._drawing, Drawing.show_lanes, []
 
@@ -222,7 +236,7 @@ def test_a_crowd_is_drawn_over_several_frames_and_then_seen_at_once(ui, monkeypa
 
     monkeypatch.setattr(Drawing, "show_lanes", one_frame)
     chart.lanes = [Lane(f"R{lane}", bars=bars) for lane in range(8)]
-    ui.advance(.3)
+    ui.advance(0.3)
     assert frames == [(2, True), (4, True), (6, True), (8, True)]
     assert chart._drawing.lanes == list(range(8))
     assert old.canvas not in chart.canvas.children
@@ -231,13 +245,13 @@ def test_a_crowd_is_drawn_over_several_frames_and_then_seen_at_once(ui, monkeypa
 def test_two_fingers_zoom_and_keep_what_is_under_them(ui):
     chart = ui.show(Timeline(lanes=LANES, hours=24), (888, 150))
     calls = fired(chart, "on_window")
-    middle = 88 + 400                                             # hour 12
+    middle = 88 + 400  # hour 12
     fingers(chart, *([(middle + side * x, chart.center_y) for x in (100, 150, 200)] for side in (-1, 1)))
     [(first, hours)] = calls
     assert hours == pytest.approx(12)
     assert first + hours / 2 == pytest.approx(12)
     fingers(chart, *([(middle + side * x, chart.center_y) for x in (10, 350)] for side in (-1, 1)))
-    assert calls[-1][1] == 6                                      # not nearer
+    assert calls[-1][1] == 6  # not nearer
 
 
 @pytest.fixture
@@ -261,9 +275,9 @@ def test_a_finger_that_goes_to_another_lane_taps_nothing_there(ui, lanes):
 def test_two_fingers_tap_nothing_whichever_leaves_first(ui, lanes, apart):
     calls = everything(lanes)
     one, other = put_down(lanes.left_of(3), lanes.y + 20), put_down(lanes.left_of(3) + 60, lanes.y + 20 + apart)
-    ui.advance(.05)
+    ui.advance(0.05)
     one.touch_up()
-    ui.advance(.05)
+    ui.advance(0.05)
     other.touch_up()
     ui.advance(LONG)
     assert calls == [[]] * 6
@@ -271,7 +285,7 @@ def test_two_fingers_tap_nothing_whichever_leaves_first(ui, lanes, apart):
     assert calls[0] == [("Sisu",)]
 
 
-@pytest.mark.parametrize("held", [.1, LONG + .1])
+@pytest.mark.parametrize("held", [0.1, LONG + 0.1])
 def test_what_a_finger_came_down_on_is_what_it_opens_or_lifts_also_when_lanes_move_meanwhile(ui, lanes, held):
     opened, moved = fired(lanes, "on_bar"), fired(lanes, "on_moved")
     touch = put_down(lanes.left_of(5), lanes.y + 20)
@@ -288,15 +302,17 @@ def test_a_second_tap_at_once_is_the_same_as_the_first(ui):
     many = Lane("Aino", bars=(Bar(("zoom", 5, 1), 4, 6), Bar("a", 10, 11)), key=1)
     chart = ui.show(Timeline(lanes=[many, Lane("", line="40 robots", key="idle")], hours=24), (888, 28 + 2 * 44))
     bars, lines, x, y = fired(chart, "on_bar"), fired(chart, "on_lane"), chart.left_of(5), chart.top - 50
-    chart.bind(on_bar=lambda *_args: setattr(chart, "lanes", [Lane("Aino", bars=(Bar("b", 4, 6),), key=1), chart.lanes[1]]))
+    chart.bind(
+        on_bar=lambda *_args: setattr(chart, "lanes", [Lane("Aino", bars=(Bar("b", 4, 6),), key=1), chart.lanes[1]])
+    )
     for _n in range(2):
         put_down(x, y).touch_up()
-        ui.advance(.1)
+        ui.advance(0.1)
     assert bars == [(("zoom", 5, 1),)]
     ui.advance(1)
     for _n in range(2):
         put_down(x, chart.y + 20).touch_up()
-        ui.advance(.1)
+        ui.advance(0.1)
     assert lines == [("idle",)]
     ui.tap_at(x, y)
     ui.advance(1)
@@ -311,11 +327,11 @@ def scrolled(ui) -> tuple[HoursPage, Timeline]:
     page = HoursPage(do_scroll_x=False)
     page.add_widget(chart)
     ui.show(page, (888, 300))
-    ui.advance(.2)
+    ui.advance(0.2)
     return page, chart
 
 
-@pytest.mark.parametrize("pause", [0, .05, .2])
+@pytest.mark.parametrize("pause", [0, 0.05, 0.2])
 def test_two_fingers_zoom_a_timeline_that_scrolls(ui, pause):
     """A page that scrolls keeps the first finger back until it knows that it doesn't drag."""
     page, chart = scrolled(ui)
@@ -345,9 +361,9 @@ def test_a_second_finger_does_nothing_while_the_first_scrolls(ui):
         one.touch_move(400, page.top - 250 + 10 * n)
         ui.advance()
     other = put_down(600, page.top - 150)
-    ui.advance(.1)
+    ui.advance(0.1)
     other.touch_up()
-    ui.advance(.4)
+    ui.advance(0.4)
     one.touch_up()
     ui.advance(1)
     assert page.scroll_y < 1

@@ -1,4 +1,5 @@
 """What a lane of the timeline shows of its bars: names where there is room, what lies on what, and that other lanes don't matter."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -39,29 +40,37 @@ def shown(ui, *lanes: Lane, hours: float = 6, **values) -> Timeline:
 
 
 def test_a_lane_full_of_short_runs_takes_nothing_from_the_others(ui):
-    crowd = Lane("Aino", bars=tuple(Bar(n, n / 20, n / 20 + .1, "Kits", "running") for n in range(180)))
-    calm = Lane("Veikko", bars=tuple(Bar(f"v{n}", n / 2, n / 2 + .2, "Go") for n in range(10)))
+    crowd = Lane("Aino", bars=tuple(Bar(n, n / 20, n / 20 + 0.1, "Kits", "running") for n in range(180)))
+    calm = Lane("Veikko", bars=tuple(Bar(f"v{n}", n / 2, n / 2 + 0.2, "Go") for n in range(10)))
     chart = shown(ui, crowd, calm, hours=6)
     middle = chart._drawing.frame.middle(1)
     assert [one for one in names(chart, "Go").values() if abs(one.pos[1] - middle) < 20]
-    framed = [one for one, _colour in drawn(chart._drawing._bars) if isinstance(one, BorderImage) and abs(one.pos[1] - middle) < 22]
-    assert len(framed) >= 2 * len(calm.bars)                      # fill and border of each
+    framed = [
+        one
+        for one, _colour in drawn(chart._drawing._bars)
+        if isinstance(one, BorderImage) and abs(one.pos[1] - middle) < 22
+    ]
+    assert len(framed) >= 2 * len(calm.bars)  # fill and border of each
 
 
 def test_a_crowded_lane_still_names_what_has_room(ui):
-    crowd = tuple(Bar(n, n / 60, n / 60 + .01, "Kits") for n in range(240))
-    chart = shown(ui, Lane("Aino", bars=(*crowd, Bar("long", 4.2, 5.4, "Night count"), Bar("short", 5.5, 5.55, "Waste"))), hours=8)
+    crowd = tuple(Bar(n, n / 60, n / 60 + 0.01, "Kits") for n in range(240))
+    chart = shown(
+        ui, Lane("Aino", bars=(*crowd, Bar("long", 4.2, 5.4, "Night count"), Bar("short", 5.5, 5.55, "Waste"))), hours=8
+    )
     assert set(names(chart, "Kits", "Night count", "Waste")) == {"Night count", "Waste"}
 
 
-@pytest.mark.parametrize(("first", "second"), [(.1, .1), (.2, .1), (.1, .2)])
+@pytest.mark.parametrize(("first", "second"), [(0.1, 0.1), (0.2, 0.1), (0.1, 0.2)])
 def test_starts_at_one_time_are_both_named_where_there_is_room(ui, first, second):
     bars = Bar("a", 1, 1 + first, "Kits"), Bar("b", 1, 1 + second, "Empties")
     chart = shown(ui, Lane("Aino", bars=bars))
     assert set(names(chart, "Kits · Empties")) == {"Kits · Empties"}
-    too_soon = 1 + max(first, second) + (glyphs("Kits · Empties", sp(14), "Roboto").width + 10) / chart._drawing.frame.unit
+    too_soon = (
+        1 + max(first, second) + (glyphs("Kits · Empties", sp(14), "Roboto").width + 10) / chart._drawing.frame.unit
+    )
     chart.lanes = [Lane("Aino", bars=(*bars, Bar("c", too_soon, too_soon + 2, "Waste")))]
-    ui.advance(.1)
+    ui.advance(0.1)
     assert set(names(chart, "Kits · Empties", "Empties +1", "Waste")) == {"Empties +1", "Waste"}
 
 
@@ -71,26 +80,32 @@ def test_no_name_stands_beside_a_bar_that_is_another_one(ui):
 
 
 @pytest.mark.parametrize("hours", [6, 48])
-@pytest.mark.parametrize("length", [.5, 1.])
+@pytest.mark.parametrize("length", [0.5, 1.0])
 def test_a_skipped_start_is_seen_around_what_is_planned_at_its_time(ui, hours, length):
     skipped, planned = Bar("left out", 2, 2.5, "Not run: Waste", "skipped"), Bar("planned", 2, 2 + length, "Kits")
     chart = shown(ui, Lane("Aino", bars=(skipped, planned)), hours=hours)
     boxes = {key: (left, right) for left, _bottom, right, _top, key in chart.boxes()}
-    assert list(boxes) == ["planned", "left out"]                 # what a person skipped is drawn last
+    assert list(boxes) == ["planned", "left out"]  # what a person skipped is drawn last
     calls = []
     chart.bind(on_bar=lambda _chart, *keys: calls.append(keys))
     ui.tap_at(sum(boxes["left out"]) / 2, chart._drawing.frame.middle(0))
     assert calls == [("left out", "planned")]
     if hours == 6:
-        frame = next(one for one, colour in drawn(chart._drawing._bars) if colour == tuple(tk.attention) and isinstance(one, BorderImage))
-        assert frame.size[1] > chart._drawing.frame.bar_height    # all around it
+        frame = next(
+            one
+            for one, colour in drawn(chart._drawing._bars)
+            if colour == tuple(tk.attention) and isinstance(one, BorderImage)
+        )
+        assert frame.size[1] > chart._drawing.frame.bar_height  # all around it
         fills = [colour for one, colour in drawn(chart._drawing._bars) if one.size[0] > 20]
-        assert tuple(tk.surface) not in fills                     # which stays in sight
+        assert tuple(tk.surface) not in fills  # which stays in sight
         assert set(names(chart, "Kits", "Not run: Waste")) == {"Kits", "Not run: Waste"}
 
 
 def test_a_skipped_start_alone_is_an_empty_bar_with_its_name(ui):
-    chart = shown(ui, Lane("Aino", bars=(Bar("left out", 1, 3, "Not run: Waste", "skipped"), Bar("planned", 4, 5, "Kits"))))
+    chart = shown(
+        ui, Lane("Aino", bars=(Bar("left out", 1, 3, "Not run: Waste", "skipped"), Bar("planned", 4, 5, "Kits")))
+    )
     assert set(names(chart, "Not run: Waste", "Kits")) == {"Not run: Waste", "Kits"}
     assert tuple(tk.surface) in [colour for one, colour in drawn(chart._drawing._bars) if one.size[0] > 20]
 
@@ -112,8 +127,10 @@ def test_a_name_that_crosses_nothing_needs_nothing_behind_it(ui):
 
 
 def test_overlaps_of_a_crowd_are_few_drawings(ui):
-    bars = tuple(Bar(n, n / 20, n / 20 + .1, "Kits", "running") for n in range(180))
-    chart = shown(ui, Lane("Aino", bars=bars, overlaps=tuple((n / 5, n / 5 + .12) for n in range(45))))
+    bars = tuple(Bar(n, n / 20, n / 20 + 0.1, "Kits", "running") for n in range(180))
+    chart = shown(ui, Lane("Aino", bars=bars, overlaps=tuple((n / 5, n / 5 + 0.12) for n in range(45))))
     assert len([*drawn(chart._drawing._bars)]) <= 4
-    [(mark, _colour)] = [(one, colour) for one, colour in drawn(chart._drawing._bars, Mesh) if colour == tuple(tk.overlap)]
-    assert len(mark.indices) == 45 * 6                            # each of them is marked
+    [(mark, _colour)] = [
+        (one, colour) for one, colour in drawn(chart._drawing._bars, Mesh) if colour == tuple(tk.overlap)
+    ]
+    assert len(mark.indices) == 45 * 6  # each of them is marked

@@ -1,4 +1,5 @@
 """What the timeline looks like: one colour for one state, whole names and times, few pieces."""
+
 from __future__ import annotations
 
 import pytest
@@ -32,8 +33,11 @@ def test_a_bar_has_one_colour_at_every_width_and_in_the_legend(ui, stage, theme,
         drawn = {tuple(one.rgba) for one in instructions(root) if isinstance(one, Color)}
         return [tuple(colour) in drawn for colour in (wanted.fill, wanted.edge)]
 
-    for hours, bars in ((24, [Bar(1, 2, 8, "", state, assumed=assumed)]), (168, [Bar(1, 2, 2.8, "", state, assumed=assumed)]),
-                        (24, [Bar(n, n / 10, n / 10 + .1, "", state, assumed=assumed) for n in range(240)])):
+    for hours, bars in (
+        (24, [Bar(1, 2, 8, "", state, assumed=assumed)]),
+        (168, [Bar(1, 2, 2.8, "", state, assumed=assumed)]),
+        (24, [Bar(n, n / 10, n / 10 + 0.1, "", state, assumed=assumed) for n in range(240)]),
+    ):
         chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=hours), (800, 100))
         assert colours_of(chart, chart._drawing._bars) == [True, True]
     key = ui.show(Swatch(kind=look), (14, 14))
@@ -44,27 +48,32 @@ def test_a_bar_has_one_colour_at_every_width_and_in_the_legend(ui, stage, theme,
 def test_no_two_kinds_of_bars_look_the_same(ui, stage, theme):
     apply_theme(stage.theme_cls, theme)
     looks = timeline_painting.colours()
-    assert looks["about"] == looks["planned"]                # that one is told by its shape
+    assert looks["about"] == looks["planned"]  # that one is told by its shape
     assert len({(tuple(one.fill), tuple(one.edge)) for one in looks.values()}) == len(looks) - 1 == len(LOOKS) - 1
     for one in looks.values():
         assert checks.contrast_ratio(hex_of(one.ink), hex_of(one.fill)) >= 4.5
 
 
-@pytest.mark.parametrize(("hours", "bars"), [(24, [(2., 8.)]), (168, [(2., 2.8)]), (24, [(n / 10, n / 10 + .1) for n in range(240)])])
+@pytest.mark.parametrize(
+    ("hours", "bars"), [(24, [(2.0, 8.0)]), (168, [(2.0, 2.8)]), (24, [(n / 10, n / 10 + 0.1) for n in range(240)])]
+)
 def test_a_bar_whose_robot_is_a_forecast_is_told_by_its_shape_at_every_width(ui, hours, bars):
     def shapes(state: str) -> int:
         lane = Lane("Aino", bars=[Bar(n, *span, "", state) for n, span in enumerate(bars)])
         chart = ui.show(Timeline(lanes=[lane], hours=hours), (800, 100))
         return sum(isinstance(one, Rectangle | Mesh) for one in instructions(chart._drawing._bars))
-    assert shapes("about") > shapes("skipped")               # which is but a box
+
+    assert shapes("about") > shapes("skipped")  # which is but a box
 
 
 @pytest.mark.parametrize("hours", [6, 24, 168])
 def test_an_overlap_is_marked_below_the_words_of_its_bars_at_every_zoom(ui, hours):
-    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=[Bar(1, 1, 3, "Kits"), Bar(2, 2, 4, "Empties")])], hours=hours), (800, 100))
+    chart = ui.show(
+        Timeline(lanes=[Lane("Aino", bars=[Bar(1, 1, 3, "Kits"), Bar(2, 2, 4, "Empties")])], hours=hours), (800, 100)
+    )
     before = len(instructions(chart._drawing._bars))
     chart.lanes = [chart.lanes[0]._replace(overlaps=((2, 3),))]
-    ui.advance(.1)
+    ui.advance(0.1)
     marks = instructions(chart._drawing._bars)[before:]
     assert marks
     y, height = chart._drawing.frame.middle(0), chart._drawing.frame.bar_height
@@ -75,13 +84,13 @@ def test_an_overlap_is_marked_below_the_words_of_its_bars_at_every_zoom(ui, hour
 
 
 def test_a_crowded_lane_is_drawn_in_few_pieces_and_its_bars_are_still_hit(ui):
-    bars = [Bar(n, n / 50, n / 50 + .03) for n in range(1000)]
+    bars = [Bar(n, n / 50, n / 50 + 0.03) for n in range(1000)]
     chart = ui.show(Timeline(lanes=[Lane("Aino", bars=bars)], hours=24), (800, 100))
     assert len([*chart.boxes()]) == 1000
     assert len(chart.canvas.children) < 60
     calls = fired(chart, "on_bar")
     ui.tap_at(88 + (800 - 88) * 10.015 / 24, chart.top - 28 - 36)
-    assert abs(calls[0][0] - 500) <= 3                            # a bar is less than a px wide
+    assert abs(calls[0][0] - 500) <= 3  # a bar is less than a px wide
 
 
 def test_of_many_lanes_only_those_in_sight_are_drawn(ui):
@@ -108,7 +117,7 @@ def test_the_axis_stays_on_top_and_takes_the_taps_there_while_lanes_scroll(ui):
     chart.lanes = [Lane("", key="idle", line="34 robots with nothing planned"), *lanes]
     chart.seen_from = 0
     chart.top = ui.window.height
-    ui.advance(.1)
+    ui.advance(0.1)
     for x in (20, 400):
         ui.tap_at(x, ui.window.height - 50)
     assert opened == [("idle",), ("idle",)]
@@ -118,50 +127,69 @@ def test_no_line_of_the_time_is_seen_in_a_lane_that_stands_for_several(ui):
     lanes = [Lane("Aino", key=1), Lane("", key="idle", line="34 robots with nothing planned")]
     chart = ui.show(Timeline(lanes=lanes, hours=24), (800, 117))
     lane = chart._drawing.frame
-    boxes = [(one.pos[1], one.pos[1] + one.size[1]) for one in instructions(chart._drawing._names) if isinstance(one, Rectangle)]
+    boxes = [
+        (one.pos[1], one.pos[1] + one.size[1])
+        for one in instructions(chart._drawing._names)
+        if isinstance(one, Rectangle)
+    ]
     assert any(bottom <= lane.y and top >= lane.y + lane.lane_height for bottom, top in boxes)
-    assert any((bottom, top) == pytest.approx((lane.y, lane.y + 1)) for bottom, top in boxes)            # its own edge is
+    assert any((bottom, top) == pytest.approx((lane.y, lane.y + 1)) for bottom, top in boxes)  # its own edge is
 
 
-@pytest.mark.parametrize(("lines", "found"), [
-    ("", []), ("RR", [(0, 2)]), ("RRRRRRL", [(0, 4), (4, 2)]), ("LLRRRL", [(2, 3)]), ("RLLRR", [(0, 1), (3, 2)])])
+@pytest.mark.parametrize(
+    ("lines", "found"),
+    [("", []), ("RR", [(0, 2)]), ("RRRRRRL", [(0, 4), (4, 2)]), ("LLRRRL", [(2, 3)]), ("RLLRR", [(0, 1), (3, 2)])],
+)
 def test_a_break_says_what_is_left_out_where_no_lane_that_stands_for_several_covers_it(lines, found):
     lanes = [Lane("", line="Hall 1") if kind == "L" else Lane("Aino") for kind in lines]
     assert list(timeline_painting.stretches(lanes)) == found
 
 
 def test_names_of_bars_are_whole_in_what_is_seen_of_them_also_after_a_drag(ui):
-    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 12, "Kits"), Bar("b", 20, 20.2, "Empties")))], hours=24), (800, 100))
+    chart = ui.show(
+        Timeline(lanes=[Lane("Aino", bars=(Bar("a", 2, 12, "Kits"), Bar("b", 20, 20.2, "Empties")))], hours=24),
+        (800, 100),
+    )
     y = chart.center_y
     unit, kits, empties = (800 - 88) / 24, glyphs("Kits", sp(14), "Roboto"), glyphs("Empties", sp(14), "Roboto")
-    assert words_of(chart) == [(pytest.approx(88 + 2 * unit + 10, abs=1), kits), (pytest.approx(88 + 20 * unit + 12, abs=1), empties)]
-    fingers(chart, [(500, y), (480, y), (500 - 4 * unit, y)])     # the long one begins out of sight
-    ui.advance(.2)
+    assert words_of(chart) == [
+        (pytest.approx(88 + 2 * unit + 10, abs=1), kits),
+        (pytest.approx(88 + 20 * unit + 12, abs=1), empties),
+    ]
+    fingers(chart, [(500, y), (480, y), (500 - 4 * unit, y)])  # the long one begins out of sight
+    ui.advance(0.2)
     assert words_of(chart) == [(pytest.approx(98, abs=1), kits), (pytest.approx(88 + 16 * unit + 12, abs=1), empties)]
-    fingers(chart, [(500, y), (480, y), (500 - 7.6 * unit, y)])      # too little of it is left: beside it
-    ui.advance(.2)
-    assert words_of(chart)[0] == (pytest.approx(88 + .4 * unit + 6, abs=1), kits)
-    fingers(chart, [(500, y), (480, y), (500 - 9.6 * unit, y)])      # the name beside the other would be cut
-    ui.advance(.2)
+    fingers(chart, [(500, y), (480, y), (500 - 7.6 * unit, y)])  # too little of it is left: beside it
+    ui.advance(0.2)
+    assert words_of(chart)[0] == (pytest.approx(88 + 0.4 * unit + 6, abs=1), kits)
+    fingers(chart, [(500, y), (480, y), (500 - 9.6 * unit, y)])  # the name beside the other would be cut
+    ui.advance(0.2)
     assert empties not in [texture for _x, texture in words_of(chart)]
 
 
 def test_times_at_the_edges_of_the_axis_are_whole_or_not_there(ui):
-    ticks = [(hour, f"{n:02d}:00", False) for n, hour in enumerate((-.3, *range(2, 23, 2), 24.3))]
+    ticks = [(hour, f"{n:02d}:00", False) for n, hour in enumerate((-0.3, *range(2, 23, 2), 24.3))]
     chart = ui.show(Timeline(lanes=[Lane("Aino")], hours=24, ticks=ticks), (800, 100))
     seen = {glyphs(label, sp(14), "Roboto"): (hour, label) for hour, label, _strong in ticks}
     drawn = [one for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture in seen]
     assert len(drawn) > 8
-    assert not [seen[one.texture] for one in drawn if any(one.pos[0] < edge < one.pos[0] + one.size[0] for edge in (88, 800))]
+    assert not [
+        seen[one.texture] for one in drawn if any(one.pos[0] < edge < one.pos[0] + one.size[0] for edge in (88, 800))
+    ]
 
 
 @pytest.mark.parametrize(("words", "is_named"), [("Held", True), ("Held until released · Maintenance", False)])
 def test_a_new_day_is_named_at_its_line_or_not_at_all(ui, words, is_named):
     """A hold takes the room above it: named at two in the morning, the day seemed to begin there."""
     ticks = [(0, "Fri 27 Nov", True), *((hour, f"{hour:02d}:00", False) for hour in range(1, 10))]
-    chart = ui.show(Timeline(lanes=[Lane("Aino")], hours=12, first=-3, ticks=ticks, bands=[Band(-1, 12, words, "held")]), (1200, 150))
+    chart = ui.show(
+        Timeline(lanes=[Lane("Aino")], hours=12, first=-3, ticks=ticks, bands=[Band(-1, 12, words, "held")]),
+        (1200, 150),
+    )
     day = glyphs("Fri 27 Nov", sp(14), "RobotoMedium")
-    named = [one.pos[0] for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture == day]
+    named = [
+        one.pos[0] for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture == day
+    ]
     assert bool(named) == is_named
     assert all(abs(left - chart.left_of(0)) <= day.width for left in named)
 
@@ -192,7 +220,7 @@ def test_the_day_at_the_left_edge_is_named_beside_the_axis_also_while_it_is_drag
     assert (round(chart.first), named()) == (49, [2])
     touch.touch_up()
     chart.first = 0
-    ui.advance(.1)
+    ui.advance(0.1)
     assert named() == [0]
 
 
@@ -206,7 +234,11 @@ def test_a_long_name_of_a_day_moves_the_hours_rather_than_lie_on_them(ui):
 def test_the_day_that_begins_near_now_is_named_beside_the_time(ui, now):
     ticks = [*((n, f"{n % 24:02d}:00", False) for n in range(18, 36) if n != 24), (24, "Tue 24 Nov", True)]
     chart = ui.show(Timeline(lanes=LANES, hours=6, first=21, ticks=ticks, now=now, now_label="23:48"), (800, 150))
-    drawn = {one.texture: one.pos[0] for one in instructions(chart._drawing._axis) if isinstance(one, Rectangle) and one.texture}
+    drawn = {
+        one.texture: one.pos[0]
+        for one in instructions(chart._drawing._axis)
+        if isinstance(one, Rectangle) and one.texture
+    }
     day, time = (glyphs(words, sp(14), "RobotoMedium") for words in ("Tue 24 Nov", "23:48"))
     left, clock = drawn[day], drawn[time]
     assert left + day.width + 6 <= clock - 8 or clock + time.width + 8 + 6 <= left + 1
@@ -214,29 +246,33 @@ def test_the_day_that_begins_near_now_is_named_beside_the_time(ui, now):
 
 
 def test_a_block_too_narrow_for_its_words_says_its_number(ui):
-    crowd = [Bar(n, 6 + n / 50, 6 + n / 50 + .5) for n in range(200)]
+    crowd = [Bar(n, 6 + n / 50, 6 + n / 50 + 0.5) for n in range(200)]
     narrow = Bar("a", 2, 3.2, "39 runs", shorter=("39",))
     chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(narrow, Bar("b", 3.3, 4)))], hours=24), (800, 100))
     assert [texture for _x, texture in words_of(chart)] == [glyphs("39", sp(14), "Roboto")]
     chart.lanes = [Lane(f"R{n}", bars=(Bar("a", 2, 6, "39 runs", shorter=("39",)), *crowd)) for n in range(20)]
     chart.height = 28 + 20 * 44
-    ui.advance(.2)
+    ui.advance(0.2)
     assert all(chart._drawing.is_together(lane) for lane in range(20))
     assert {texture for _x, texture in words_of(chart)} == {glyphs("39 runs", sp(14), "Roboto")}
 
 
-@pytest.mark.parametrize(("until", "words"), [
-    (10, "Kits · every 5 min · 57 runs"), (6.5, "every 5 min · 57 runs"), (4.5, "57 runs"), (3.2, "57")])
+@pytest.mark.parametrize(
+    ("until", "words"),
+    [(10, "Kits · every 5 min · 57 runs"), (6.5, "every 5 min · 57 runs"), (4.5, "57 runs"), (3.2, "57")],
+)
 def test_a_block_says_as_much_as_it_has_room_for(ui, until, words):
     block = Bar("a", 2, until, "Kits · every 5 min · 57 runs", shorter=("every 5 min · 57 runs", "57 runs", "57"))
-    chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(block, Bar("b", until + .1, until + 1)))], hours=24), (1000, 72))
+    chart = ui.show(
+        Timeline(lanes=[Lane("Aino", bars=(block, Bar("b", until + 0.1, until + 1)))], hours=24), (1000, 72)
+    )
     assert [texture for _x, texture in words_of(chart)] == [glyphs(words, sp(14), "Roboto")]
 
 
 def test_why_a_day_is_closed_is_written_where_no_bar_covers_it_or_not_at_all(ui, monkeypatch):
     written = []
     monkeypatch.setattr(timeline_painting, "text", lambda words, x, y, *_args, **_kw: written.append((words, y)))
-    why, full = "Saturday: not a working day", [Bar(n, n, n + .5) for n in range(24)]
+    why, full = "Saturday: not a working day", [Bar(n, n, n + 0.5) for n in range(24)]
 
     def where(*lanes: list[Bar]) -> list[int]:
         written.clear()

@@ -1,4 +1,5 @@
 """A usual duration that somebody typed, on the Scheduler: drawn as one, said in words, and warned by."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -11,7 +12,7 @@ from app.widgets.display import LegendItem
 from app.widgets.timeline import Timeline
 from tests.ui.planner import choose, named, opened, pick_time, save, settle
 
-DOCK = "Bring pallet to dock"            # Aino has never brought one
+DOCK = "Bring pallet to dock"  # Aino has never brought one
 
 
 @pytest.fixture
@@ -36,7 +37,7 @@ def test_a_typed_duration_is_said_drawn_and_warned_by(screen, container, ui):
     settle(screen, ui)
     view = ui.find(FormCard).view
     assert view.lasts == "45 min as typed in Settings: no run was completed on Aino yet"
-    assert any("17:00" in warning.text for warning in view.warnings)          # the kits of the full hour
+    assert any("17:00" in warning.text for warning in view.warnings)  # the kits of the full hour
     save(screen, ui)
     saved = named(container, DOCK, "Aino")
     bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.key[:2] == ("schedule", saved.id))
@@ -48,10 +49,11 @@ def test_what_is_known_of_a_length_is_seen_in_its_bar(ui):
     def drawn(hours=4.0, **how) -> int:
         """Number of drawing instructions."""
         chart = ui.show(Timeline(lanes=[Lane("Aino", bars=(Bar(1, 2, 2 + hours, **how),))]), (800, 100))
-        ui.advance(.1)
+        ui.advance(0.1)
 
         def count(group) -> int:
             return sum(1 + count(child) if hasattr(child, "children") else 1 for child in group.children)
+
         return count(chart.canvas)
 
     assert drawn(typed=True) > drawn() == drawn(assumed=True)

@@ -1,4 +1,5 @@
 """Buttons: a tap becomes an event, once, and shows at once."""
+
 from __future__ import annotations
 
 import gc
@@ -47,7 +48,7 @@ def test_a_filled_button_is_no_lamp(ui, theme):
     button = ui.show(CommandButton(text="Run on Aino", style="filled"), (200, 64))
     tk.use(theme)
     fill, words = get_hex_from_color(button.back[:3]), get_hex_from_color(button.front[:3])
-    assert checks.luminance(fill) < .2
+    assert checks.luminance(fill) < 0.2
     assert checks.contrast_ratio(fill, words) >= 4.5
     assert checks.contrast_ratio(fill, get_hex_from_color(tk.surface[:3])) >= 3
 
@@ -66,10 +67,10 @@ def test_a_busy_button_swallows_taps_and_shows_its_work_after_300_ms(ui):
     button.busy = True
     ui.tap(button)
     assert calls == []
-    ui.advance(.3)
+    ui.advance(0.3)
     [arc] = [part for part in ui.find(WorkingRing).canvas.children if isinstance(part, SmoothLine)]
     before = arc.circle
-    ui.advance(.1)
+    ui.advance(0.1)
     assert arc.circle != before
     button.busy = False
     ui.tap(button)
@@ -79,7 +80,7 @@ def test_a_busy_button_swallows_taps_and_shows_its_work_after_300_ms(ui):
 
 def test_a_button_that_is_still_busy_goes_with_its_screen(ui):
     button = weakref.ref(ui.show(CommandButton(text="Test connection", icon="connection", busy=True), (240, 64)))
-    ui.advance(.5)
+    ui.advance(0.5)
     assert ui.find_all(WorkingRing)
     ui.show(Widget())
     ui.advance(2)
@@ -89,7 +90,7 @@ def test_a_button_that_is_still_busy_goes_with_its_screen(ui):
 
 def test_an_icon_that_comes_while_a_button_is_busy_is_seen_afterwards(ui):
     button = ui.show(CommandButton(text="Pause", busy=True), (200, 64))
-    ui.advance(.4)
+    ui.advance(0.4)
     button.icon = "pause"
     ui.advance()
     assert (button._button_icon.opacity, button._button_text.opacity, len(ui.find_all(WorkingRing))) == (0, 1, 1)
@@ -101,14 +102,16 @@ def test_an_icon_that_comes_while_a_button_is_busy_is_seen_afterwards(ui):
 def test_quick_work_shows_no_ring(ui):
     button = ui.show(CommandButton(text="Save"), (240, 64))
     button.busy = True
-    ui.advance(.2)
+    ui.advance(0.2)
     button.busy = False
-    ui.advance(.5)
+    ui.advance(0.5)
     assert ui.find_all(WorkingRing) == []
 
 
 def test_a_long_word_wraps_inside_its_button(ui):
-    button = ui.show(CommandButton(text="Kuittaa kaikki virheilmoitukset", icon="restore-alert", stacked=True), (140, 96))
+    button = ui.show(
+        CommandButton(text="Kuittaa kaikki virheilmoitukset", icon="restore-alert", stacked=True), (140, 96)
+    )
     ui.advance()
     label = ui.find(Txt, text="Kuittaa kaikki virheilmoitukset")
     assert label.width <= 140
@@ -221,7 +224,7 @@ def test_targets_grow_with_gloves(ui):
 
 def test_the_ring_of_a_busy_button_without_an_icon_covers_no_text(ui):
     button = ui.show(CommandButton(text="Restore", busy=True), (200, 64))
-    ui.advance(.5)
+    ui.advance(0.5)
     ring, word = ui.find(WorkingRing), button._button_text
     assert word.opacity == 0
     assert ring.center == word.center

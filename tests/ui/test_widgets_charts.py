@@ -1,4 +1,5 @@
 """Charts: steps, lines, fillings, gaps, and whatever there is to draw."""
+
 from __future__ import annotations
 
 from datetime import date, timedelta
@@ -27,10 +28,10 @@ def test_grid_steps_are_round_and_few():
 
 
 def test_a_share_that_hardly_changes_draws_no_mountain_and_is_not_filled(ui):
-    line = ui.show(Sparkline(values=[.97, .98, .96, .97], least_span=.1), (64, 50))
+    line = ui.show(Sparkline(values=[0.97, 0.98, 0.96, 0.97], least_span=0.1), (64, 50))
     low, high = line.scale()
-    assert high - low == pytest.approx(.1)
-    assert 0 <= low <= .96 <= .98 <= high <= 1.0001
+    assert high - low == pytest.approx(0.1)
+    assert 0 <= low <= 0.96 <= 0.98 <= high <= 1.0001
     assert not [one for one in instructions(line.canvas) if isinstance(one, Mesh)]
     [points] = line.runs()
     assert max(y for _x, y in points) - min(y for _x, y in points) < 10
@@ -38,7 +39,7 @@ def test_a_share_that_hardly_changes_draws_no_mountain_and_is_not_filled(ui):
 
 def test_a_day_that_has_not_ended_does_not_flatten_those_before_it(ui):
     """At noon a share may be far from what it will be."""
-    line = ui.show(Sparkline(values=[.95, .99, .90, .97, .40], least_span=.1), (64, 50))
+    line = ui.show(Sparkline(values=[0.95, 0.99, 0.90, 0.97, 0.40], least_span=0.1), (64, 50))
     [points] = line.runs()
     assert max(y for _x, y in points[:-1]) - min(y for _x, y in points[:-1]) > 30
     assert points[-1][1] == min(y for _x, y in points)
@@ -50,7 +51,7 @@ def test_what_is_filled_begins_at_zero_and_gaps_stay_open(ui):
     assert line.scale() == (0, 21)
     first, second = line.runs()
     assert (len(first), len(second)) == (2, 3)
-    assert len([one for one in instructions(line.canvas) if isinstance(one, Mesh)]) == 2      # and nothing below today's
+    assert len([one for one in instructions(line.canvas) if isinstance(one, Mesh)]) == 2  # and nothing below today's
 
 
 def test_today_has_not_ended_and_a_single_day_is_no_line(ui):
@@ -69,12 +70,23 @@ def test_every_figure_has_its_line_at_the_same_width(ui, value):
     assert ui.find(Sparkline, card).width == 64
 
 
-@pytest.mark.parametrize("chart", [
-    lambda: Timeline(), lambda: Timeline(lanes=[Lane("Aino")]),
-    lambda: StackedBars(), lambda: StackedBars(days=[DayBar("Mo", 0, 0, 0, 0)]),
-    lambda: RobotBars(), lambda: RobotBars(rows=[RobotBar("Aino", "0 %", "0 min", 0, 0), RobotBar("Sisu", "100 %", "8 h", 1, .5)]),
-    lambda: Sparkline(), lambda: Sparkline(values=[None, None]), lambda: Sparkline(values=[5]), lambda: Sparkline(values=[5, 5, None, 5]),
-    lambda: RobotMap(), lambda: RobotMap(at=[.5, .5], path=[(.5, .5), (.5, .5)])])
+@pytest.mark.parametrize(
+    "chart",
+    [
+        lambda: Timeline(),
+        lambda: Timeline(lanes=[Lane("Aino")]),
+        lambda: StackedBars(),
+        lambda: StackedBars(days=[DayBar("Mo", 0, 0, 0, 0)]),
+        lambda: RobotBars(),
+        lambda: RobotBars(rows=[RobotBar("Aino", "0 %", "0 min", 0, 0), RobotBar("Sisu", "100 %", "8 h", 1, 0.5)]),
+        lambda: Sparkline(),
+        lambda: Sparkline(values=[None, None]),
+        lambda: Sparkline(values=[5]),
+        lambda: Sparkline(values=[5, 5, None, 5]),
+        lambda: RobotMap(),
+        lambda: RobotMap(at=[0.5, 0.5], path=[(0.5, 0.5), (0.5, 0.5)]),
+    ],
+)
 def test_charts_draw_whatever_there_is(ui, chart):
     widget = ui.show(chart(), (400, 120))
     drawn = len(widget.canvas.children)
@@ -83,9 +95,17 @@ def test_charts_draw_whatever_there_is(ui, chart):
     assert len(widget.canvas.children) <= drawn
 
 
-@pytest.mark.parametrize(("days", "width", "dates"), [
-    (1, 400, ["Fri 20 Nov"]), (2, 400, ["Thu 19 Nov", "Fri 20 Nov"]), (7, 560, ["Sat 14 Nov", "Fri 20 Nov"]),
-    (30, 560, ["Thu 22 Oct", "Fri 20 Nov"]), (30, 280, ["Thu 22 Oct", "Fri 20 Nov"]), (30, 140, ["Fri 20 Nov"])])
+@pytest.mark.parametrize(
+    ("days", "width", "dates"),
+    [
+        (1, 400, ["Fri 20 Nov"]),
+        (2, 400, ["Thu 19 Nov", "Fri 20 Nov"]),
+        (7, 560, ["Sat 14 Nov", "Fri 20 Nov"]),
+        (30, 560, ["Thu 22 Oct", "Fri 20 Nov"]),
+        (30, 280, ["Thu 22 Oct", "Fri 20 Nov"]),
+        (30, 140, ["Fri 20 Nov"]),
+    ],
+)
 def test_outcomes_per_day_begin_and_end_with_a_date_and_no_day_lies_on_another(ui, days, width, dates):
     found = [date(2026, 11, 20) - timedelta(days=ago) for ago in reversed(range(days))]
     shown = kpi_view.outcome_days([DayKpis(day, completed=9, failed=1) for day in found])
@@ -94,9 +114,17 @@ def test_outcomes_per_day_begin_and_end_with_a_date_and_no_day_lies_on_another(u
     for day in shown:
         for said in (day.date, day.label):
             words |= {glyphs(said, sp(14), font): said for font in ("Roboto", "RobotoMedium")}
-    below = [one for one in instructions(chart.canvas) if isinstance(one, Rectangle) and one.texture in words and one.pos[1] < chart.y + 18]
+    below = [
+        one
+        for one in instructions(chart.canvas)
+        if isinstance(one, Rectangle) and one.texture in words and one.pos[1] < chart.y + 18
+    ]
     spans = sorted((one.pos[0], one.pos[0] + one.size[0]) for one in below)
-    assert [said for said in map(words.get, (one.texture for one in sorted(below, key=lambda one: one.pos[0]))) if " " in said] == dates
+    assert [
+        said
+        for said in map(words.get, (one.texture for one in sorted(below, key=lambda one: one.pos[0])))
+        if " " in said
+    ] == dates
     assert all(end < start for (_start, end), (start, _end) in pairwise(spans))
     assert spans[-1][1] <= chart.right
     if days > 2 and width > 200:

@@ -1,4 +1,5 @@
 """Chips, switch, progress and messages on KivyMD: what they do otherwise than its own, and that the pinned KivyMD still needs it."""
+
 from __future__ import annotations
 
 import gc
@@ -81,7 +82,10 @@ def test_a_chip_that_is_chosen_looks_so_at_once_and_stays_so(ui):
 
 
 def test_a_chip_holds_icon_text_and_trailing_icon(ui):
-    widths = [ui.show(chip).width for chip in (ChoiceChip(text="Aino"), ChoiceChip(text="Aino", icon="star"), MenuChip(text="Aino"))]
+    widths = [
+        ui.show(chip).width
+        for chip in (ChoiceChip(text="Aino"), ChoiceChip(text="Aino", icon="star"), MenuChip(text="Aino"))
+    ]
     assert widths == [widths[0], widths[0] + 22, widths[0] + 24]
 
 
@@ -92,7 +96,11 @@ def test_a_chip_wraps_within_its_limit(ui):
 
 
 def test_the_text_of_a_chip_of_one_line_ends_where_there_is_no_room_for_more(ui):
-    chip = ui.show(MenuChip(text="Deliver full pallets to dispatch and return to the charger", icon="star", limit=200, most_lines=1))
+    chip = ui.show(
+        MenuChip(
+            text="Deliver full pallets to dispatch and return to the charger", icon="star", limit=200, most_lines=1
+        )
+    )
     assert (ui.find(Txt, chip).lines, chip.height) == (1, tk.h_touch)
     assert 170 < chip.width <= 200
 
@@ -138,7 +146,7 @@ def bars_of(meter: Meter) -> list[float]:
 
 
 def test_a_meter_is_as_long_as_its_value_and_none_has_no_dot(ui):
-    meter = ui.show(Meter(value=.5), (200, 8))
+    meter = ui.show(Meter(value=0.5), (200, 8))
     assert bars_of(meter) == [200, 100]
     meter.value = 0
     ui.advance()
@@ -159,7 +167,7 @@ def arc(ring) -> tuple:
 def test_a_ring_turns_in_the_window_and_is_freed_after_it(ui):
     ring = weakref.ref(ui.show(WorkingRing(), (20, 20)))
     before = arc(ring())
-    ui.advance(.2)
+    ui.advance(0.2)
     assert arc(ring()) != before
     ui.show(Widget())
     ui.advance(2)
@@ -169,7 +177,7 @@ def test_a_ring_turns_in_the_window_and_is_freed_after_it(ui):
 
 def test_a_ring_has_the_colour_of_its_button_in_every_theme(ui):
     button = ui.show(CommandButton(text="Save", icon="check", style="filled", busy=True), (200, 64))
-    ui.advance(.5)
+    ui.advance(0.5)
     for theme in THEMES:
         tk.use(theme)
         assert list(ui.find(WorkingRing).color) == list(button.front) == list(tk.solid_ink)
@@ -187,8 +195,12 @@ def test_kivymds_turns_for_ever_and_is_never_freed(ui):
 # ------------------------------------------------------------------ messages
 def test_a_long_message_wraps_beside_its_button(ui):
     bars = Snackbars()
-    bars.undo("Schedule deleted: deliver full pallets to dispatch and return to the charger, on all robots, every Monday", "Undo", list)
-    ui.advance(.3)
+    bars.undo(
+        "Schedule deleted: deliver full pallets to dispatch and return to the charger, on all robots, every Monday",
+        "Undo",
+        list,
+    )
+    ui.advance(0.3)
     bar = ui.find(Snackbar)
     text, action = ui.find(Txt, text=bar.text), ui.find(Txt, text="Undo")
     assert text.right <= action.to_window(*action.pos)[0]

@@ -1,4 +1,5 @@
 """Dialogs: ways in and out, what they hand over, and that nothing of them stays behind."""
+
 from __future__ import annotations
 
 import gc
@@ -38,10 +39,12 @@ def press(ui, word: str) -> None:
 # ---------------------------------------------------------------------- confirm
 def test_yes_is_said_once_and_closes(ui, dialogs):
     said: list[str] = []
-    dialogs.confirm("Clear the queue?", "3 missions", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no"))
+    dialogs.confirm(
+        "Clear the queue?", "3 missions", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no")
+    )
     ui.advance()
     press(ui, "Clear")
-    ui.advance(.3)
+    ui.advance(0.3)
     assert said == ["yes"]
     assert dialogs.top is None
     assert Window.children == []
@@ -50,13 +53,15 @@ def test_yes_is_said_once_and_closes(ui, dialogs):
 @pytest.mark.parametrize("way_out", ["button", "escape"])
 def test_every_other_way_out_is_a_no(ui, dialogs, way_out):
     said: list[str] = []
-    dialogs.confirm("Clear the queue?", "3 missions", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no"))
+    dialogs.confirm(
+        "Clear the queue?", "3 missions", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no")
+    )
     ui.advance()
     if way_out == "button":
         press(ui, "Cancel")
     else:
         ui.key(ESCAPE)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert said == ["no"]
 
 
@@ -75,7 +80,7 @@ def test_escape_asks_before_what_was_typed_is_lost(ui, dialogs):
     assert dialogs.top is dialog
     ui.key(ESCAPE)
     press(ui, "Discard")
-    ui.advance(.3)
+    ui.advance(0.3)
     assert dialogs.top is None
 
 
@@ -145,7 +150,7 @@ MISSIONS = [Option(n, f"Mission {n}", note="on Aino only" if n == 7 else "") for
 @pytest.mark.parametrize("body", [100, 101, 102.5])
 def test_a_dialog_lies_on_whole_pixels(ui, dialogs, body):
     dialog = dialogs.open(Dialog(title="Odd", body_height=body))
-    ui.advance(.3)
+    ui.advance(0.3)
     assert dialog.pos == [round(dialog.x), round(dialog.y)]
     assert abs(dialog.center_y - Window.height / 2) <= 1
 
@@ -153,7 +158,7 @@ def test_a_dialog_lies_on_whole_pixels(ui, dialogs, body):
 def test_a_short_list_shows_all_options_also_with_long_notes(ui, dialogs):
     options = [Option(n, f"Mission {n}", note="Another mission of this name is here already " * 3) for n in range(4)]
     dialogs.choose("Missions", options, lambda key: None)
-    ui.advance(.5)
+    ui.advance(0.5)
     last, around = ui.find(OptionRow, text="Mission 3"), ui.find(LongList)
     assert last.to_window(*last.pos)[1] >= around.to_window(*around.pos)[1]
 
@@ -161,32 +166,32 @@ def test_a_short_list_shows_all_options_also_with_long_notes(ui, dialogs):
 def test_choosing_hands_over_the_key_and_closes(ui, dialogs):
     chosen: list[int] = []
     dialogs.choose("Mission", MISSIONS, chosen.append, selected=2)
-    ui.advance(.2)
+    ui.advance(0.2)
     assert ui.find(OptionRow, key=2).selected
     ui.tap(ui.find(Txt, text="Mission 3"))
-    ui.advance(.3)
+    ui.advance(0.3)
     assert chosen == [3]
     assert dialogs.top is None
 
 
 def test_search_narrows_by_all_words_in_text_and_note(ui, dialogs):
     dialog = dialogs.choose("Mission", MISSIONS, lambda key: None)
-    ui.advance(.2)
+    ui.advance(0.2)
     dialog.query = "AINO miss"
-    ui.advance(.2)
+    ui.advance(0.2)
     assert [row.text for row in ui.find_all(OptionRow)] == ["Mission 7"]
     dialog.query = "nothing like it"
-    ui.advance(.2)
+    ui.advance(0.2)
     assert "Nothing found" in ui.texts()
 
 
 def test_a_tap_beside_a_list_closes_it_without_a_choice(ui, dialogs):
     chosen: list[int] = []
     dialogs.choose("Mission", MISSIONS[:3], chosen.append)
-    ui.advance(.2)
-    ui.advance(.5)
+    ui.advance(0.2)
+    ui.advance(0.5)
     ui.tap_at(5, 5)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert dialogs.top is None
     assert chosen == []
 
@@ -194,7 +199,7 @@ def test_a_tap_beside_a_list_closes_it_without_a_choice(ui, dialogs):
 def test_ticks_are_confirmed_in_the_options_order(ui, dialogs):
     chosen: list[list[int]] = []
     dialogs.choose_many("Missions", MISSIONS[:4], "Add", chosen.append, selected=[2])
-    ui.advance(.2)
+    ui.advance(0.2)
     for word in ("Mission 3", "Mission 0", "Mission 2"):
         ui.tap(ui.find(Txt, text=word))
     press(ui, "Add")
@@ -207,7 +212,9 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
     for x, y in ((0, 736), (1080, 0), (600, 400)):
         button.pos = x, y
         ui.advance()
-        menu = dialogs.menu(button, "Deliver kits", [MenuItem("run", "Run now"), MenuItem("delete", "Delete")], lambda key: None)
+        menu = dialogs.menu(
+            button, "Deliver kits", [MenuItem("run", "Run now"), MenuItem("delete", "Delete")], lambda key: None
+        )
         ui.advance()
         assert menu.x >= 0
         assert menu.right <= Window.width
@@ -221,7 +228,9 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
 def test_a_menu_hands_over_its_key(ui, dialogs):
     button = ui.show(CommandButton(text="More"), (200, 64))
     chosen: list[str] = []
-    dialogs.menu(button, "Deliver kits", [MenuItem("run", "Run now"), MenuItem("delete", "Delete", disabled=True)], chosen.append)
+    dialogs.menu(
+        button, "Deliver kits", [MenuItem("run", "Run now"), MenuItem("delete", "Delete", disabled=True)], chosen.append
+    )
     ui.advance()
     ui.tap(ui.find(Txt, text="Delete"))
     assert chosen == []
@@ -236,13 +245,16 @@ class TallDialog(FormDialog):
 
 
 def test_a_dialog_is_as_high_as_it_needs_and_scrolls_beyond(ui, dialogs):
-    Builder.load_string("""
+    Builder.load_string(
+        """
 <TallDialog>:
     title: "Tall"
     DialogActions:
         CommandButton:
             text: "Close"
-""", filename="tall-dialog")
+""",
+        filename="tall-dialog",
+    )
     try:
         dialog = dialogs.open(TallDialog())
         for _n in range(3):
@@ -256,7 +268,7 @@ def test_a_dialog_is_as_high_as_it_needs_and_scrolls_beyond(ui, dialogs):
         assert dialog.height == Window.height - 32
         assert dialog.ids.page.content_height > dialog.ids.page.height
         close = ui.find(CommandButton, text="Close")
-        assert close.to_window(*close.pos)[1] > 0            # its buttons stay in sight
+        assert close.to_window(*close.pos)[1] > 0  # its buttons stay in sight
     finally:
         Builder.unload_file("tall-dialog")
 
@@ -300,10 +312,10 @@ def test_of_a_hundred_dialogs_that_faded_out_none_is_alive(ui):
     for _round in range(20):
         for make in KINDS.values():
             dialog = dialogs.open(make())
-            ui.advance(.15)
+            ui.advance(0.15)
             assert dialog.opacity == pytest.approx(1)
             dialog.dismiss()
-            ui.advance(.15)
+            ui.advance(0.15)
             references.append(weakref.ref(dialog))
             del dialog
         gc.collect()
@@ -312,7 +324,7 @@ def test_of_a_hundred_dialogs_that_faded_out_none_is_alive(ui):
     assert all_gone(ui, references)
 
 
-@pytest.mark.parametrize("pause", [.05, .15])
+@pytest.mark.parametrize("pause", [0.05, 0.15])
 def test_the_second_of_two_quick_taps_presses_nothing_in_what_the_first_has_opened(ui, pause):
     """And it doesn't close it either."""
     button = ui.show(CommandButton(text="Mission"), (600, 600))
@@ -330,7 +342,7 @@ def test_the_second_of_two_quick_taps_presses_nothing_in_what_the_first_has_open
         for _n in range(2):
             touch = UnitTestTouch(*place)
             touch.touch_down()
-            ui.advance(.05)
+            ui.advance(0.05)
             touch.touch_up()
             ui.advance(pause)
         ui.advance(1)
@@ -345,12 +357,12 @@ def test_the_second_of_two_quick_taps_presses_nothing_in_what_the_first_has_open
 def test_the_last_option_is_there_whatever_is_searched_for(ui, dialogs):
     chosen: list[object] = []
     dialog = dialogs.choose("Mission", MISSIONS, chosen.append, last=Option("fetch", "Not in the list?"))
-    ui.advance(.2)
+    ui.advance(0.2)
     dialog.query = "nothing like it"
-    ui.advance(.2)
+    ui.advance(0.2)
     assert ([row.text for row in ui.find_all(OptionRow)], dialog.found()) == (["Not in the list?"], [])
     dialog.query = "on aino only"
-    assert [choice.key for choice in dialog.found()] == [7]           # Enter chooses the only one
-    ui.advance(.2)
+    assert [choice.key for choice in dialog.found()] == [7]  # Enter chooses the only one
+    ui.advance(0.2)
     ui.tap(ui.find(OptionRow, key="fetch"))
     assert chosen == ["fetch"]

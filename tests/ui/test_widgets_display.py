@@ -1,4 +1,5 @@
 """What is looked at: colours and their contrast, texts, cards; and that the test window leaves no trace."""
+
 from __future__ import annotations
 
 import os
@@ -27,7 +28,7 @@ def test_every_text_and_part_has_its_contrast():
 
 def test_contrast_is_computed_as_wcag_does():
     assert checks.contrast_ratio("#000000", "#FFFFFF") == pytest.approx(21)
-    assert checks.contrast_ratio("#767676", "#FFFFFF") == pytest.approx(4.54, abs=.01)
+    assert checks.contrast_ratio("#767676", "#FFFFFF") == pytest.approx(4.54, abs=0.01)
 
 
 @pytest.mark.parametrize("theme", THEMES)
@@ -48,7 +49,9 @@ def test_every_tone_has_all_its_colours():
 
 
 def test_a_note_beside_the_title_of_a_narrow_card_goes_on_below(ui):
-    head = ui.show(Factory.CardHead(title="Aja nyt", note="odottaa enintään klo 02.41 asti", padding=(0, 0, 12, 0)), (224, 60))
+    head = ui.show(
+        Factory.CardHead(title="Aja nyt", note="odottaa enintään klo 02.41 asti", padding=(0, 0, 12, 0)), (224, 60)
+    )
     note = ui.find(Txt, text=head.note)
     assert head.right - note.right >= 11
     assert note.x >= ui.find(Txt, text="Aja nyt").right
@@ -67,11 +70,11 @@ def test_a_fact_has_an_icon_while_it_is_given_one(ui):
     value = ui.find(Value)
     assert (ui.find_all(Ico), value.x) == ([], fact.x)
     fact.icon, fact.tone = "alert", "fault"
-    ui.advance(.1)
+    ui.advance(0.1)
     assert (ui.find(Ico).icon, list(ui.find(Ico).color)) == ("alert", list(tk.fault))
     assert value.x >= ui.find(Ico).right
     fact.icon = ""
-    ui.advance(.1)
+    ui.advance(0.1)
     assert (ui.find_all(Ico), value.x) == ([], fact.x)
 
 
@@ -90,7 +93,7 @@ def test_texts_follow_the_font_scale(ui):
     Metrics.fontscale = 1.3
     try:
         ui.advance()
-        assert label.width == pytest.approx(before * 1.3, rel=.06)
+        assert label.width == pytest.approx(before * 1.3, rel=0.06)
     finally:
         Metrics.fontscale = 1
         ui.advance()
@@ -99,7 +102,7 @@ def test_texts_follow_the_font_scale(ui):
 
 # ---------------------------------------------------------------------- cards
 def test_a_stale_value_looks_stale_and_says_since_when(ui):
-    tile = ui.show(ValueTile(label="Battery", value="78 %", level=.78, note="2 s ago"), (240, 96))
+    tile = ui.show(ValueTile(label="Battery", value="78 %", level=0.78, note="2 s ago"), (240, 96))
     value = ui.find(Txt, text="78 %")
     assert list(value.color) == list(tk.ink)
     tile.stale, tile.note = True, "Not seen since 14:02"
@@ -110,7 +113,9 @@ def test_a_stale_value_looks_stale_and_says_since_when(ui):
 
 
 def test_an_empty_state_leads_on(ui):
-    state = ui.show(EmptyState(icon="robot", title="Add your first robot", text="Its address is enough.", action="Add robot"))
+    state = ui.show(
+        EmptyState(icon="robot", title="Add your first robot", text="Its address is enough.", action="Add robot")
+    )
     calls = fired(state, "on_release")
     ui.tap_text("Add robot")
     assert calls == [()]
@@ -124,15 +129,28 @@ def test_an_empty_state_without_a_way_has_no_button(ui):
 
 
 def test_an_empty_state_shows_its_icon_where_there_is_room_for_more_than_words(ui):
-    words = {"title": "No missions yet", "text": "Fetch the list of missions from a robot.", "action": "Fetch from robot"}
-    seen = [[type(widget) for widget in ui.show(EmptyState(icon="flag-outline", **words), (700, height)).walk()
-             if isinstance(widget, Ico) and widget.height and widget.icon == "flag-outline"] for height in (210, 400)]
+    words = {
+        "title": "No missions yet",
+        "text": "Fetch the list of missions from a robot.",
+        "action": "Fetch from robot",
+    }
+    seen = [
+        [
+            type(widget)
+            for widget in ui.show(EmptyState(icon="flag-outline", **words), (700, height)).walk()
+            if isinstance(widget, Ico) and widget.height and widget.icon == "flag-outline"
+        ]
+        for height in (210, 400)
+    ]
     assert seen == [[], [Ico]]
     assert checks.problems(ui.show(EmptyState(icon="flag-outline", **words), (700, 210))) == []
 
 
 def test_a_kpi_card_shows_value_unit_and_count(ui):
-    ui.show(KpiCard(label="Success rate", value="98.1[size=18sp] %[/size]", note="405 of 413", history=[97, None, 98]), (260, 104))
+    ui.show(
+        KpiCard(label="Success rate", value="98.1[size=18sp] %[/size]", note="405 of 413", history=[97, None, 98]),
+        (260, 104),
+    )
     assert {"Success rate", "405 of 413"} <= set(ui.texts())
     assert any(isinstance(w, Label) and w.markup and w.text.startswith("98.1") for w in ui.seen())
 

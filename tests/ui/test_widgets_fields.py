@@ -1,4 +1,5 @@
 """Fields: typing, committing, problems said at the field."""
+
 from __future__ import annotations
 
 import pytest
@@ -30,12 +31,12 @@ def test_typing_commits_once_when_the_field_is_left(ui):
     assert field.text == "Veikko"
     assert values == []
     field.focus = False
-    ui.advance(.1)
+    ui.advance(0.1)
     assert values == ["Veikko"]
     field.focus = True
-    ui.advance(.1)
+    ui.advance(0.1)
     field.focus = False
-    ui.advance(.1)
+    ui.advance(0.1)
     assert values == ["Veikko"]
 
 
@@ -44,14 +45,14 @@ def test_help_is_there_while_there_is_some(ui):
     without = field.height
     assert ui.find_all(Note) == []
     field.help = "As it is called on the floor"
-    ui.advance(.1)
+    ui.advance(0.1)
     assert ui.find(Note).text == field.help
     assert field.height >= without + ui.find(Note).height
     field.problem = "A robot is called that"
-    ui.advance(.1)
+    ui.advance(0.1)
     assert (ui.find(Note).text, ui.find_all(Ico)[-1].icon) == (field.problem, "alert-circle")
     field.help = field.problem = ""
-    ui.advance(.1)
+    ui.advance(0.1)
     assert ui.find_all(Note) == []
     assert field.height == without
 
@@ -72,9 +73,9 @@ def test_what_the_view_model_shows_does_not_count_as_typed(ui):
     values = commits_of(field)
     field.show("Aino")
     field.focus = True
-    ui.advance(.1)
+    ui.advance(0.1)
     field.focus = False
-    ui.advance(.1)
+    ui.advance(0.1)
     assert values == []
     assert ui.find(FieldInput).text == "Aino"
 
@@ -97,17 +98,19 @@ def test_what_is_typed_can_be_read_and_the_frame_shows_the_focus(ui, theme):
     field = ui.show(FormField(text="Aino"), (400, 120))
     line = ui.find(MDTextField)
     quiet = list(line.line_color), line.line_width
-    apply_theme(ui.app.theme_cls, theme)     # live
+    apply_theme(ui.app.theme_cls, theme)  # live
     field.focus = True
-    ui.advance(.1)
-    text, ground, cursor = (get_hex_from_color(colour[:3]) for colour in (line.foreground_color, line.md_bg_color, line.cursor_color))
+    ui.advance(0.1)
+    text, ground, cursor = (
+        get_hex_from_color(colour[:3]) for colour in (line.foreground_color, line.md_bg_color, line.cursor_color)
+    )
     assert contrast_ratio(text, ground) >= (7 if theme == "contrast" else 4.5)
     assert contrast_ratio(cursor, ground) >= 3
     assert list(line.line_color) == list(tk.accent)
     assert line.line_width == tk.select_w > quiet[1]
     apply_theme(ui.app.theme_cls, "light")
     field.focus = False
-    ui.advance(.1)
+    ui.advance(0.1)
     assert (list(line.line_color), line.line_width) == quiet
 
 
@@ -147,12 +150,12 @@ def test_a_text_that_is_cut_is_told_until_it_is_shorter(ui):
     field = ui.show(FormField(label="Name", help="Of the robot", max_length=5), (400, 120))
     ui.type(field, "Aino")
     assert ui.texts(field) == ["Name", "Of the robot"]
-    ui.find(FieldInput).insert_text(" 2 at the press")                 # pasted
-    ui.advance(.1)
+    ui.find(FieldInput).insert_text(" 2 at the press")  # pasted
+    ui.advance(0.1)
     assert field.text == "Aino "
     assert ui.texts(field)[-1] == "5 characters at most: the rest was cut"
     ui.find(FieldInput).do_backspace()
-    ui.advance(.1)
+    ui.advance(0.1)
     assert ui.texts(field)[-1] == "Of the robot"
 
 
@@ -162,7 +165,7 @@ def test_a_number_field_leaves_nothing_out_of_what_is_typed(ui, kind, typed):
     field = ui.show(StepField(optional=True) if kind == "steps" else FormField(kind=kind), (400, 120))
     ui.type(field, typed)
     field.focus = False
-    ui.advance(.1)
+    ui.advance(0.1)
     assert field.text == ui.find(FieldInput).text == typed
 
 
@@ -226,9 +229,9 @@ def test_a_typed_number_outside_the_range_is_red_and_not_taken(ui):
     values = commits_of(field)
     field.text = "9999"
     field.focus = True
-    ui.advance(.1)
+    ui.advance(0.1)
     field.focus = False
-    ui.advance(.1)
+    ui.advance(0.1)
     assert values == []
     assert field.outside
     assert list(ui.find(FieldInput).line_color) == list(tk.fault)
@@ -245,11 +248,11 @@ def test_what_is_no_whole_number_is_said_and_not_taken(ui, typed):
     field.text = ""
     ui.type(field, typed)
     field.focus = False
-    ui.advance(.1)
+    ui.advance(0.1)
     assert (field.value, values, field.outside) == (30, [], True)
     assert "A whole number is needed" in ui.texts()
     field.text = "0"
-    ui.advance(.1)
+    ui.advance(0.1)
     assert (field.outside, "1 to 3600 s" in ui.texts(), "A whole number is needed" in ui.texts()) == (True, True, False)
 
 
@@ -282,8 +285,11 @@ def test_a_narrow_pick_field_breaks_no_word(ui):
 
 
 # ---------------------------------------------------------------------- numbers are replaced
-NUMBERS = {"steps": lambda: StepField(value=1, maximum=600), "whole": lambda: FormField(kind="int", text="1"),
-           "decimal": lambda: FormField(kind="decimal", text="1")}
+NUMBERS = {
+    "steps": lambda: StepField(value=1, maximum=600),
+    "whole": lambda: FormField(kind="int", text="1"),
+    "decimal": lambda: FormField(kind="decimal", text="1"),
+}
 
 
 @pytest.mark.parametrize("typed_on", ["a keyboard", "the screen"])
@@ -294,7 +300,7 @@ def test_what_is_typed_takes_the_place_of_a_number_that_was_tapped(ui, kind, typ
     page.add_widget(lower := Widget(size_hint_y=None, height=0))
     ui.show(page, (400, 300))
     inside = ui.find(FieldInput)
-    for hold, height in ((.05, 0), (.4, 0), (.05, 900)):          # a page that scrolls hands taps on later
+    for hold, height in ((0.05, 0), (0.4, 0), (0.05, 900)):  # a page that scrolls hands taps on later
         field.text, lower.height = "1", height
         ui.advance()
         ui.tap(inside, hold)
@@ -302,10 +308,10 @@ def test_what_is_typed_takes_the_place_of_a_number_that_was_tapped(ui, kind, typ
             if typed_on == "a keyboard":
                 Window.dispatch("on_textinput", digit)
             else:
-                inside.insert_text(digit)                     # as the keys of ours do
+                inside.insert_text(digit)  # as the keys of ours do
         assert inside.text == "30"
         inside.focus = False
-        ui.advance(.5)
+        ui.advance(0.5)
 
 
 def test_another_tap_puts_the_cursor_into_a_number(ui):

@@ -1,4 +1,5 @@
 """The frame around the screens: what it shows, where it leads, and who gives way where there is no room."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -24,8 +25,19 @@ ITEMS = [("home", "Home", "home-variant-outline", "home-variant"), ("logs", "Log
 
 
 def frame(ui, **values) -> Frame:
-    return ui.show(Frame(title="Home", date="Fri 20 Nov 2026", clock="14:38", robot="Aino", link="Connected", link_icon="wifi", items=ITEMS,
-                         current="home", **values))
+    return ui.show(
+        Frame(
+            title="Home",
+            date="Fri 20 Nov 2026",
+            clock="14:38",
+            robot="Aino",
+            link="Connected",
+            link_icon="wifi",
+            items=ITEMS,
+            current="home",
+            **values,
+        )
+    )
 
 
 def test_the_frame_navigates(ui):
@@ -33,7 +45,7 @@ def test_the_frame_navigates(ui):
     calls = fired(window, "on_go")
     ui.tap(ui.find(NavItem, name="logs"))
     assert calls == [("logs",)]
-    assert ui.find(NavItem, name="home").active      # until the navigator has gone there
+    assert ui.find(NavItem, name="home").active  # until the navigator has gone there
     window.current = "logs"
     assert ui.find(NavItem, name="logs").active
 
@@ -52,7 +64,10 @@ def test_a_finger_on_the_bar_gets_there_though_its_words_change_meanwhile(ui):
     window = frame(ui)
     calls = fired(window, "on_go")
     lift = ui.press(ui.find(NavItem, name="logs"))
-    window.items = [("home", "Koti", "home-variant-outline", "home-variant"), ("logs", "Loki", "text-box-outline", "text-box")]
+    window.items = [
+        ("home", "Koti", "home-variant-outline", "home-variant"),
+        ("logs", "Loki", "text-box-outline", "text-box"),
+    ]
     lift()
     assert calls == [("logs",)]
     assert {"Koti", "Loki"} <= set(ui.texts())
@@ -138,8 +153,15 @@ def test_screens_are_not_cut_off_at_their_edge(ui):
 
 @pytest.mark.parametrize("width", [800, 1024, 1280])
 def test_the_bar_has_room_for_long_names(ui, width):
-    bar = TopBar(title="Scheduler", date="Wed 30 Sep 2026", clock="14:38", robot="Kuljetusrobotti hallin 2 eteläpäässä, pakkaamon puolella",
-                 link="Not seen since 14:02", icon="wifi-off", tone="attention")
+    bar = TopBar(
+        title="Scheduler",
+        date="Wed 30 Sep 2026",
+        clock="14:38",
+        robot="Kuljetusrobotti hallin 2 eteläpäässä, pakkaamon puolella",
+        link="Not seen since 14:02",
+        icon="wifi-off",
+        tone="attention",
+    )
     ui.show(bar, (width, 64))
     ui.advance()
     assert checks.problems(bar) == []
@@ -169,7 +191,7 @@ def test_what_is_on_its_way_to_hold_one_start_does_not_hold_all(ui, keys, by_key
     def press() -> None:
         if by_key:
             ui.key(ENTER)
-            ui.advance(.2)
+            ui.advance(0.2)
         else:
             ui.tap_at(*button.to_window(*button.center))
 

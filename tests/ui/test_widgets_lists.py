@@ -1,4 +1,5 @@
 """Lists keep the identity of their rows, scroll, rest on whole rows, and tell who was used."""
+
 from __future__ import annotations
 
 import pytest
@@ -37,7 +38,9 @@ def test_the_cross_of_a_row_cancels_what_the_row_shows(ui):
 
 
 def test_a_row_without_a_cross_cannot_be_cancelled(ui):
-    rows = ui.show(ScrollRows(viewclass="QueueRow", data=[QueueEntry(1, "Dock", "Run now", cancellable=False)]), (400, 300))
+    rows = ui.show(
+        ScrollRows(viewclass="QueueRow", data=[QueueEntry(1, "Dock", "Run now", cancellable=False)]), (400, 300)
+    )
     calls = actions_of(rows)
     cross = next(w for w in rows.walk() if isinstance(w, IconButton) and w.icon == "close")
     ui.tap(cross)
@@ -48,7 +51,7 @@ def test_a_queue_that_moves_under_the_finger_cancels_nothing_else(ui):
     rows = ui.show(ScrollRows(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 300))
     calls = actions_of(rows)
     lift = ui.press(ui.find(IconButton, root=ui.find(QueueRow, key=1)))
-    rows.data = queue(2, 3)              # 1 has just ended; 2 now lies under the finger
+    rows.data = queue(2, 3)  # 1 has just ended; 2 now lies under the finger
     lift()
     assert (2, "cancel") not in calls
 
@@ -61,9 +64,9 @@ def test_what_slides_under_the_finger_after_a_row_has_gone_is_not_pressed(ui, ki
     place = cross.to_window(*cross.center)
     ui.tap_at(*place)
     rows.data = queue(1, 3)
-    ui.advance(.3)
-    ui.tap_at(*place)                                         # 3 is there now
-    ui.tap(ui.find(IconButton, root=ui.find(QueueRow, key=1)))         # and 1 where it was
+    ui.advance(0.3)
+    ui.tap_at(*place)  # 3 is there now
+    ui.tap(ui.find(IconButton, root=ui.find(QueueRow, key=1)))  # and 1 where it was
     assert happened == [(2, "cancel"), (1, "cancel")]
     ui.advance(1)
     ui.tap_at(*place)
@@ -79,7 +82,7 @@ def test_what_slides_under_the_finger_that_has_pressed_is_not_pressed_whatever_e
     place = cross.to_window(*cross.center)
     ui.tap_at(*place)
     rows.data = queue(*after)
-    ui.advance(.3)
+    ui.advance(0.3)
     first = list(happened)
     ui.tap_at(*place)
     assert (happened, len(first)) == (first, 1)
@@ -102,7 +105,7 @@ def test_a_notch_of_the_wheel_is_never_taken_back(ui, kind):
 
     row = turned(1)
     assert row >= 60
-    assert turned(1) == 2 * row                              # each comes to rest on a whole row
+    assert turned(1) == 2 * row  # each comes to rest on a whole row
     assert turned(-1) == row
     assert turned(-1) == turned(-1) == 0
     end = turned(200)
@@ -118,9 +121,9 @@ def test_what_comes_after_the_last_row_has_gone_can_be_pressed_at_once(ui, kind)
     rows = ui.show(kind(viewclass="QueueRow", data=queue(1)), (400, 300))
     happened = actions_of(rows)
     rows.data = []
-    ui.advance(.1)
+    ui.advance(0.1)
     rows.data = queue(2, 1)
-    ui.advance(.1)
+    ui.advance(0.1)
     ui.tap(ui.find(IconButton, root=ui.find(QueueRow, key=1)))
     assert happened == [(1, "cancel")]
 
@@ -135,7 +138,7 @@ def test_a_long_queue_is_only_the_rows_in_sight_also_when_all_of_it_changes(ui):
     assert set(ui.find_all(QueueRow)) == before
     assert sorted(row.key for row in before) == [1000 + n for n in range(len(before))]
     lift()
-    assert calls == []                   # what was pressed is not there any more
+    assert calls == []  # what was pressed is not there any more
     ui.tap(ui.find(IconButton, root=ui.find(QueueRow, key=1001)))
     assert calls == [(1001, "cancel")]
     assert len(before) < 8
@@ -191,7 +194,7 @@ def test_a_list_begins_with_a_whole_row_and_ends_with_the_part_of_one_that_has_r
         places = ((row.key, visible_area(row, parents(row))) for row in ui.find_all(QueueRow))
         return sorted((key, round(place[3] - place[1])) for key, place in places if place is not None)
 
-    ui.advance(.5)
+    ui.advance(0.5)
     assert seen() == [(0, 72), (1, 72), (2, 72), (3, 250 - 3 * 72)]
     ui.drag(rows, 0, 100)
     ui.advance(1)
@@ -213,10 +216,10 @@ def test_a_strip_shares_its_width_or_turns_pages(ui):
     ui.advance()
     assert strip.paged
     ui.tap(ui.find(IconButton, icon="chevron-right"))
-    ui.advance(.5)
+    ui.advance(0.5)
     assert strip.ids.scroll.scroll_x > 0
     strip.show(15)
-    ui.advance(.5)
+    ui.advance(0.5)
     ui.tap(ui.find(RobotChip, key=15))
     assert calls == [(15, "choose")]
 
@@ -230,8 +233,11 @@ def seen(strip) -> set[int]:
     """Keys of the rows that lie in the scroll view."""
     scroll = strip.ids.scroll
     left = scroll.to_window(scroll.x, 0)[0]
-    return {view.key for view in strip.ids.rows.children
-            if left - view.width < view.to_window(view.x, 0)[0] < left + scroll.width}
+    return {
+        view.key
+        for view in strip.ids.rows.children
+        if left - view.width < view.to_window(view.x, 0)[0] < left + scroll.width
+    }
 
 
 def test_of_a_strip_only_what_is_seen_is_drawn(ui):
@@ -241,22 +247,24 @@ def test_of_a_strip_only_what_is_seen_is_drawn(ui):
     assert drawn(strip) == seen(strip)
     assert len(drawn(strip)) <= 5
     strip.show(15)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert 15 in seen(strip)
     assert drawn(strip) == seen(strip)
-    for data in (chips[::-1], chips[:2], chips):                  # moved, removed, come again
+    for data in (chips[::-1], chips[:2], chips):  # moved, removed, come again
         strip.data = data
-        ui.advance(.2)
+        ui.advance(0.2)
         assert seen(strip)
         assert drawn(strip) == seen(strip)
 
 
 def test_a_schedule_row_asks_and_shows_what_is_true(ui):
-    rows = ui.show(ScrollRows(viewclass="ScheduleRow", data=[ScheduleItem(5, True, "Deliver", "Daily", "Tomorrow")]), (400, 200))
+    rows = ui.show(
+        ScrollRows(viewclass="ScheduleRow", data=[ScheduleItem(5, True, "Deliver", "Daily", "Tomorrow")]), (400, 200)
+    )
     calls = actions_of(rows)
     ui.tap(ui.find(Toggle))
     assert calls == [(5, "switch", False)]
-    assert ui.find(Toggle).active            # until the service has agreed
+    assert ui.find(Toggle).active  # until the service has agreed
     rows.data = [ScheduleItem(5, False, "Deliver", "Daily", "Tomorrow")]
     assert not ui.find(Toggle).active
     ui.tap(ui.find(Txt, text="Deliver"))
@@ -274,7 +282,7 @@ def test_no_chip_of_a_strip_is_cut_wherever_its_arrows_lead(ui, width):
         edges = [(chip.to_window(chip.x, 0)[0], chip.to_window(chip.right, 0)[0]) for chip in strip.ids.rows.children]
         assert not [edge for edge in edges if edge[0] < left - 1 < edge[1] - 2 or edge[0] + 2 < right + 1 < edge[1]]
         ui.tap(ui.find_all(IconButton)[-1])
-        ui.advance(.5)
+        ui.advance(0.5)
 
 
 def test_three_robots_have_room_on_a_small_strip(ui):
@@ -286,16 +294,21 @@ def test_three_robots_have_room_on_a_small_strip(ui):
             assert label.texture_size[0] <= label.width + 1
 
 
-LONG_RULES = ["Every 5 minutes from 06:00 to 22:00, on Mon, Tue, Wed, Thu, until 18 December 2026 · High",
-              "Every 5 minutes from 06:00 to 22:00, on Fri, Sat, until 18 December 2026 · High"]
+LONG_RULES = [
+    "Every 5 minutes from 06:00 to 22:00, on Mon, Tue, Wed, Thu, until 18 December 2026 · High",
+    "Every 5 minutes from 06:00 to 22:00, on Fri, Sat, until 18 December 2026 · High",
+]
 
 
 @pytest.mark.parametrize("width", [330, 420])
 def test_a_long_rule_is_read_to_its_days(ui, width):
     """They are what two rows differ in."""
-    data = [ScheduleItem(n, True, "Deliver", rule, "Tomorrow 06:30") for n, rule in enumerate([*LONG_RULES, "Every Fri at 06:30"])]
+    data = [
+        ScheduleItem(n, True, "Deliver", rule, "Tomorrow 06:30")
+        for n, rule in enumerate([*LONG_RULES, "Every Fri at 06:30"])
+    ]
     rows = ui.show(LongList(viewclass=ScheduleLine.__name__, row_height=72, data=data), (width, 400))
-    ui.advance(.3)
+    ui.advance(0.3)
     for rule in LONG_RULES:
         said = ui.find(Txt, rows, text=rule)._label.text.replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ")
         assert said.startswith(rule.partition(", until")[0])
@@ -313,15 +326,15 @@ def test_after_a_touch_no_row_changes_places_for_a_while(ui, kind):
     rows = ui.show(kind(viewclass="QueueRow", data=queue(1, 2, 3)), (400, 400))
     ui.tap(ui.find(Txt, text="Mission 2"))
     rows.data = queue(3, 2, 1)
-    ui.advance(.2)
+    ui.advance(0.2)
     assert shown_keys(ui) == [1, 2, 3]
-    rows.data = queue(3, 4, 1)               # what comes and goes does so at once
-    ui.advance(.2)
+    rows.data = queue(3, 4, 1)  # what comes and goes does so at once
+    ui.advance(0.2)
     assert shown_keys(ui) == [1, 4, 3]
     ui.skip(KEPT)
     assert shown_keys(ui) == [3, 4, 1]
     rows.data = queue(1, 4, 3)
-    ui.advance(.2)
+    ui.advance(0.2)
     assert shown_keys(ui) == [1, 4, 3]
 
 
@@ -345,5 +358,5 @@ def test_a_long_list_is_in_another_order_as_soon_as_somebody_asks_for_it(ui):
     ui.tap(ui.find(Txt, text="Mission 2"))
     rows.data = queue(3, 2, 1)
     rows.order = "name"
-    ui.advance(.2)
+    ui.advance(0.2)
     assert shown_keys(ui) == [3, 2, 1]

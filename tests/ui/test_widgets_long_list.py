@@ -1,4 +1,5 @@
 """Lists of thousands of rows, of which only those in sight exist."""
+
 from __future__ import annotations
 
 import gc
@@ -38,7 +39,7 @@ def test_thousands_of_runs_need_a_dozen_rows(ui):
     assert 5 < len(rows.views) < 20
     assert "Mission 0" in ui.texts()
     rows.scroll_y = 0
-    ui.advance(.5)
+    ui.advance(0.5)
     assert "Mission 4999" in ui.texts()
     assert len(rows.views) < 20
 
@@ -49,14 +50,14 @@ def test_the_story_of_a_run_is_there_while_it_is_opened(ui):
     few = len(ui.find_all(Txt))
     for _n in range(2):
         row.opened = True
-        ui.advance(.1)
+        ui.advance(0.1)
         assert {"Planned", "13:30", "Cart not found"} <= set(ui.texts())
         assert row.height > closed + 40
         row.message = ""
-        ui.advance(.1)
+        ui.advance(0.1)
         assert "Cart not found" not in ui.texts()
         row.opened, row.message = False, "Cart not found"
-        ui.advance(.1)
+        ui.advance(0.1)
         assert (len(ui.find_all(Txt)), row.height) == (few, closed)
 
 
@@ -68,9 +69,9 @@ def test_a_story_that_was_closed_follows_its_run_no_longer(ui, monkeypatch):
         row = ui.show(LogRow(mission="Deliver"), (800, 300))
         for _n in range(4):
             row.steps, row.opened = [PLANNED], True
-            ui.advance(.1)
+            ui.advance(0.1)
             row.opened, row.steps = False, []
-            ui.advance(.1)
+            ui.advance(0.1)
         assert len(made) == 4
     finally:
         gc.enable()
@@ -80,7 +81,7 @@ def test_rows_that_only_a_larger_window_had_room_for_are_not_kept(ui):
     rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 1600))
     many = len(rows.views)
     rows.height = 250
-    ui.advance(.5)
+    ui.advance(0.5)
     assert many > 15
     assert len(rows.views) + len(rows._spare) < 10
 
@@ -89,9 +90,9 @@ def test_rows_that_a_search_hides_are_at_hand_when_it_ends(ui):
     rows = ui.show(LongList(viewclass="LogRow", data=runs(50)), (800, 600))
     views = set(rows.views)
     rows.data = []
-    ui.advance(.5)
+    ui.advance(0.5)
     rows.data = runs(50)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert set(rows.views) == views
 
 
@@ -99,7 +100,7 @@ def calls_of(monkeypatch, kind: type, name: str) -> list:
     """The widgets whose method is called from now on."""
     called, method = [], getattr(kind, name)
 
-    @wraps(method)                           # kivy's clock finds methods by their names
+    @wraps(method)  # kivy's clock finds methods by their names
     def noted(widget, *args):
         called.append(widget)
         return method(widget, *args)
@@ -112,7 +113,7 @@ def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatc
     laid_out, written = calls_of(monkeypatch, BoxLayout, "do_layout"), calls_of(monkeypatch, Txt, "texture_update")
     rows = ui.show(LongList(viewclass="LogRow", data=runs(5000)), (800, 250))
     rows.show(100)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert laid_out
     before = {view.key for view in rows.views}
     laid_out.clear()
@@ -121,13 +122,17 @@ def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatc
     ui.advance()
     new = [view for view in rows.views if view.key not in before]
     assert 1 <= len(new) <= 2
-    assert {text.text for text in written} == {view.mission for view in new}        # all else reads as in the rows whose views they were
+    assert {text.text for text in written} == {
+        view.mission for view in new
+    }  # all else reads as in the rows whose views they were
     assert laid_out == []
 
 
 def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     data = runs(200)
-    data[1] = replace(data[1], reason="The robot stood still for four minutes before a pallet that nobody had announced. " * 3)
+    data[1] = replace(
+        data[1], reason="The robot stood still for four minutes before a pallet that nobody had announced. " * 3
+    )
     data[3] = replace(data[3], opened=True, steps=(PLANNED,), message="Robot: blocked")
     rows = LongList(viewclass="LogRow", data=data)
     ui.show(rows, (700, 450))
@@ -137,7 +142,7 @@ def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
     assert views[3].height > views[1].height
     for n in range(4):
         assert bottoms[n] - (bottoms[n + 1] + views[n + 1].height) == pytest.approx(8, abs=1)
-    assert bottoms[4] < place(rows) < bottoms[4] + views[4].height                # a part of it shows that there is more
+    assert bottoms[4] < place(rows) < bottoms[4] + views[4].height  # a part of it shows that there is more
 
 
 def test_a_row_opens_and_the_others_make_room(ui):
@@ -149,7 +154,7 @@ def test_a_row_opens_and_the_others_make_room(ui):
     assert calls == [(1, "open")]
     before = place(ui.find(LogRow, key=2))
     rows.data = [replace(row, opened=row.key == 1, steps=(PLANNED,)) for row in data]
-    ui.advance(.1)
+    ui.advance(0.1)
     assert place(ui.find(LogRow, key=2)) < before - 40
     assert "13:30" in ui.texts()
 
@@ -158,11 +163,11 @@ def test_new_rows_at_the_top_leave_what_is_read_where_it_is(ui):
     rows = LongList(viewclass="LogRow", data=runs(300))
     ui.show(rows, (700, 250))
     rows.show(100)
-    ui.advance(.5)
+    ui.advance(0.5)
     top = ui.find(LogRow, key=100)
     place = top.to_window(*top.pos)
     rows.data = [run(f"new {n}", "New") for n in range(5)] + runs(300)
-    ui.advance(.1)
+    ui.advance(0.1)
     top = ui.find(LogRow, key=100)
     assert top.to_window(*top.pos) == pytest.approx(place, abs=1.5)
 
@@ -171,7 +176,7 @@ def test_at_the_top_the_newest_is_seen(ui):
     rows = LongList(viewclass="LogRow", data=runs(300))
     ui.show(rows, (700, 250))
     rows.data = [run("new", "Brand new"), *runs(300)]
-    ui.advance(.1)
+    ui.advance(0.1)
     assert "Brand new" in ui.texts()
 
 
@@ -182,7 +187,7 @@ def test_the_end_of_a_long_list_asks_for_more(ui):
     ui.show(rows, (700, 250))
     assert not asked
     rows.scroll_y = 0
-    ui.advance(.5)
+    ui.advance(0.5)
     assert asked
 
 
@@ -209,7 +214,7 @@ def test_a_long_list_says_when_it_is_empty(ui):
     ui.show(rows, (500, 400))
     assert ui.texts() == ["No run matches"]
     rows.data = runs(2)
-    ui.advance(.1)
+    ui.advance(0.1)
     assert "No run matches" not in ui.texts()
 
 
@@ -217,7 +222,7 @@ def test_an_empty_list_shows_all_lines_of_a_long_text(ui):
     rows = LongList(viewclass="LogRow", empty_text="Nothing")
     ui.show(rows, (300, 400))
     rows.empty_text = "Missions from a schedule, from Run now or from the robot's own screen appear here. " * 3
-    ui.advance(.5)
+    ui.advance(0.5)
     label = ui.find(Txt)
     assert label.lines > 3
     assert label.to_window(label.x, label.top)[1] <= rows.top
@@ -226,19 +231,21 @@ def test_an_empty_list_shows_all_lines_of_a_long_text(ui):
 
 def test_the_text_of_an_empty_list_ends_where_rows_do(ui):
     rows = ui.show(LongList(viewclass="LogRow", empty_text="Nothing is waiting " * 9), (300, 400))
-    ui.advance(.5)
+    ui.advance(0.5)
     assert ui.find(Txt).right <= rows.right - 12
 
 
 def test_a_row_comes_in_sight_by_the_least_scrolling_and_the_edge_is_that_of_a_row(ui):
-    rows = ui.show(LongList(viewclass="OptionRow", data=[Option(n, f"Option {n}", "star") for n in range(40)]), (400, 300))
+    rows = ui.show(
+        LongList(viewclass="OptionRow", data=[Option(n, f"Option {n}", "star") for n in range(40)]), (400, 300)
+    )
     whole = [row.key for row in rows.whole_rows]
     rows.reveal(whole[-1] + 1)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert [row.key for row in rows.whole_rows] == [key + 1 for key in whole]
     rows.reveal(whole[1])
-    ui.advance(.5)
-    assert [row.key for row in rows.whole_rows] == [key + 1 for key in whole]       # it is in sight
+    ui.advance(0.5)
+    assert [row.key for row in rows.whole_rows] == [key + 1 for key in whole]  # it is in sight
     rows.reveal(whole[0])
-    ui.advance(.5)
+    ui.advance(0.5)
     assert [row.key for row in rows.whole_rows] == whole

@@ -1,4 +1,5 @@
 """Pages with lists in them: a touch belongs to the list under the finger, else to the page around it."""
+
 from __future__ import annotations
 
 import pytest
@@ -37,13 +38,13 @@ def test_a_tap_in_the_inner_column_and_one_beside_it_press_once(page, ui):
     pressed = []
     page.button.bind(on_release=lambda _button: pressed.append("above"))
     ui.tap(page.button)
-    ui.advance(.5)
+    ui.advance(0.5)
     page.scroll_y = 0
-    ui.advance(.3)
+    ui.advance(0.3)
     first = next(widget for widget in page.column.walk() if isinstance(widget, Segment) and widget.text == "0")
     first.bind(on_release=lambda _button: pressed.append("0"))
     ui.tap(first)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert pressed == ["above", "0"]
 
 
@@ -52,7 +53,7 @@ def test_a_drag_in_the_column_scrolls_the_column_and_one_beside_it_the_page(page
     assert page.scroll_y < 1
     assert page.column.scroll_y == 1
     page.scroll_y = 0
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.drag(page.column, 0, 150)
     assert page.column.scroll_y < 1
     assert page.scroll_y == 0
@@ -62,7 +63,7 @@ def test_a_column_in_which_everything_fits_leaves_the_drag_to_the_page(page, ui)
     page.column.clear_widgets()
     page.column.add_widget(tall(1)[0])
     page.scroll_y = 0
-    ui.advance(.3)
+    ui.advance(0.3)
     assert page.column.is_still
     ui.drag(page.column, 0, -120)
     assert page.scroll_y > 0
@@ -81,7 +82,7 @@ def test_a_page_in_which_everything_fits_is_not_in_the_way(ui):
     button = next(widget for widget in column.walk() if isinstance(widget, Segment) and widget.text == "1")
     button.bind(on_release=lambda _button: pressed.append(1))
     ui.tap(button)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert pressed == [1]
     ui.drag(column, 0, 100)
     assert column.scroll_y < 1
@@ -89,31 +90,31 @@ def test_a_page_in_which_everything_fits_is_not_in_the_way(ui):
 
 def test_a_drag_goes_on_with_the_page_where_the_column_under_it_has_reached_its_end(page, ui):
     page.scroll_y, page.column.scroll_y = 0, 1
-    ui.advance(.3)
-    ui.drag(page.column, 0, -120)                             # from the top of the column: only the page can go on
-    assert page.scroll_y > .2
+    ui.advance(0.3)
+    ui.drag(page.column, 0, -120)  # from the top of the column: only the page can go on
+    assert page.scroll_y > 0.2
     assert page.column.scroll_y == 1
 
 
 def test_one_drag_scrolls_the_column_to_its_end_and_then_the_page(page, ui):
     page.scroll_y, page.column.scroll_y = 0, 1 - 60 / 900
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.drag(page.column, 0, -140)
     assert page.column.scroll_y == 1
-    assert .1 < page.scroll_y < .4
+    assert 0.1 < page.scroll_y < 0.4
 
 
 def test_a_tap_after_a_drag_that_went_on_with_the_page_presses_once(page, ui):
     pressed = []
     page.scroll_y, page.column.scroll_y = 0, 1
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.drag(page.column, 0, -60)
     first = next(widget for widget in page.column.walk() if isinstance(widget, Segment) and widget.text == "0")
     for widget in page.column.walk():
         if isinstance(widget, Segment):
             widget.bind(on_release=lambda button: pressed.append(button.text))
-    ui.advance(.5)
+    ui.advance(0.5)
     assert pressed == []
     ui.tap(first)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert pressed == ["0"]

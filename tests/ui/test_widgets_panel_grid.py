@@ -1,4 +1,5 @@
 """Panels side by side, of which only the visible ones exist."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -57,19 +58,23 @@ def kv():
 
 def grid(ui, count: int, width: float = 1000, **kwargs) -> PanelGrid:
     panels = [Sample(number, f"P{number}") for number in range(count)]
-    return ui.show(PanelGrid(panelclass="SamplePanel", panels=panels, panel_width=300, spacing=16, **kwargs), size=(width, 500))
+    return ui.show(
+        PanelGrid(panelclass="SamplePanel", panels=panels, panel_width=300, spacing=16, **kwargs), size=(width, 500)
+    )
 
 
 def shelves(ui, root) -> list[list[str]]:
-    return [[child.word for child in shelf.children[::-1] if isinstance(child, SamplePanel)]
-            for shelf in sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.to_window(*shelf.pos)[1])]
+    return [
+        [child.word for child in shelf.children[::-1] if isinstance(child, SamplePanel)]
+        for shelf in sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.to_window(*shelf.pos)[1])
+    ]
 
 
 def test_panels_of_other_columns_are_not_kept(ui):
     panels = grid(ui, 6, width=350)
-    ui.advance(.5)
+    ui.advance(0.5)
     panels.width = 1000
-    ui.advance(.5)
+    ui.advance(0.5)
     assert len(panels.rows) == 6
     assert panels._spare == []
 
@@ -84,16 +89,18 @@ def test_a_window_that_turns_rearranges_the_panels(ui):
     root = grid(ui, 5)
     assert shelves(ui, root) == [["P0", "P1", "P2"], ["P3", "P4"]]
     root.width = 650
-    ui.advance(.1)
+    ui.advance(0.1)
     assert shelves(ui, root) == [["P0", "P1"], ["P2", "P3"], ["P4"]]
 
 
 def test_all_panels_of_a_row_are_equally_high_and_wide(ui):
     root = grid(ui, 4)
     root.panels = [Sample(0, "P0"), Sample(1, "P1", least=180), Sample(2, "P2"), Sample(3, "P3")]
-    ui.advance(.1)
-    first, second = (sorted(shelf.children, key=lambda child: child.x) for shelf in
-                     sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.y))
+    ui.advance(0.1)
+    first, second = (
+        sorted(shelf.children, key=lambda child: child.x)
+        for shelf in sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.y)
+    )
     assert {child.height for child in first} == {180}
     assert {round(child.width) for child in (*first, *second)} == {round((1000 - 2 * 16) / 3)}
 
@@ -110,7 +117,7 @@ def test_of_many_only_the_visible_exist_and_all_can_be_reached(ui):
     root = grid(ui, 300, row_height=100)
     assert len(ui.find_all(SamplePanel, root=root)) < 30
     root.scroll_y = 0
-    ui.advance(.5)
+    ui.advance(0.5)
     assert "P299" in [panel.word for panel in ui.find_all(SamplePanel, root=root)]
 
 
@@ -118,7 +125,7 @@ def test_new_values_keep_the_panels(ui):
     root = grid(ui, 3)
     before = ui.find_all(SamplePanel, root=root)
     root.panels = [Sample(number, f"Q{number}") for number in range(3)]
-    ui.advance(.1)
+    ui.advance(0.1)
     assert ui.find_all(SamplePanel, root=root) == before
     assert shelves(ui, root) == [["Q0", "Q1", "Q2"]]
 
@@ -126,10 +133,10 @@ def test_new_values_keep_the_panels(ui):
 def test_another_kind_of_panel_can_be_among_them(ui):
     root = grid(ui, 2)
     root.panels = [*root.panels, Last()]
-    ui.advance(.1)
+    ui.advance(0.1)
     assert len(ui.find_all(LastPanel, root=root)) == 1
     root.panels = [*root.panels[:2], Sample(2, "P2"), root.panels[2]]
-    ui.advance(.1)
+    ui.advance(0.1)
     assert shelves(ui, root) == [["P0", "P1", "P2"], []]
     assert len(ui.find_all(LastPanel, root=root)) == 1
 
@@ -144,8 +151,11 @@ def moved(ui, root, px: float, frames: int):
 
 def test_what_scrolls_into_sight_was_filled_before_a_few_panels_a_frame(ui):
     samples = [Sample(number, f"P{number}") for number in range(800)]
-    root = ui.show(PanelGrid(panelclass="SamplePanel", panels=samples, panel_width=100, spacing=16, row_height=100), size=(1000, 500))
-    for _frame in moved(ui, root, 25, 20):                    # it keeps shelves for what comes
+    root = ui.show(
+        PanelGrid(panelclass="SamplePanel", panels=samples, panel_width=100, spacing=16, row_height=100),
+        size=(1000, 500),
+    )
+    for _frame in moved(ui, root, 25, 20):  # it keeps shelves for what comes
         pass
     seen = {panel: panel.word for seat in (*root._live.values(), *root._spare) for panel in seat.view.children}
     columns, most = root.columns, []
@@ -155,10 +165,12 @@ def test_what_scrolls_into_sight_was_filled_before_a_few_panels_a_frame(ui):
             most.append(sum(now[panel] != seen.get(panel, "") for panel in now))
             seen = now
             for key, seat in root._live.items():
-                assert [panel.word for panel in seat.view.children[::-1]] == [f"P{key + n}" for n in range(columns)], frame
+                assert [panel.word for panel in seat.view.children[::-1]] == [f"P{key + n}" for n in range(columns)], (
+                    frame
+                )
     assert columns == 8
     assert sum(most) > 100
-    assert sorted(most)[-3] <= AHEAD                          # but where it turns round, to what nobody could have foreseen
+    assert sorted(most)[-3] <= AHEAD  # but where it turns round, to what nobody could have foreseen
 
 
 def test_a_list_tells_that_it_moves_until_it_has_come_to_rest(ui):
@@ -166,7 +178,7 @@ def test_a_list_tells_that_it_moves_until_it_has_come_to_rest(ui):
     root.bind(moves=lambda _grid, moves: told.append(moves))
     for _frame in moved(ui, root, 25, 10):
         assert root.moves
-    ui.advance(.3)
+    ui.advance(0.3)
     assert told == [True, False]
 
 
@@ -174,7 +186,7 @@ def test_after_a_touch_no_panel_changes_places_for_a_while(ui):
     root = grid(ui, 5)
     ui.tap_text("P3")
     root.panels = root.panels[::-1]
-    ui.advance(.2)
+    ui.advance(0.2)
     assert shelves(ui, root) == [["P0", "P1", "P2"], ["P3", "P4"]]
     ui.skip(KEPT)
     assert shelves(ui, root) == [["P4", "P3", "P2"], ["P1", "P0"]]

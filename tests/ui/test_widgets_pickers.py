@@ -1,4 +1,5 @@
 """Dialogs for a time and for a day."""
+
 from __future__ import annotations
 
 from datetime import date, time
@@ -17,8 +18,18 @@ def dialogs(ui) -> Dialogs:
 
 
 # ---------------------------------------------------------------------- time
-@pytest.mark.parametrize(("digits", "time_of_day"), [
-    ("0630", (6, 30)), ("745", (7, 45)), ("2359", (23, 59)), ("27", (2, 7)), ("1299", (9, 9)), ("3", (3, 0)), ("00", (0, 0))])
+@pytest.mark.parametrize(
+    ("digits", "time_of_day"),
+    [
+        ("0630", (6, 30)),
+        ("745", (7, 45)),
+        ("2359", (23, 59)),
+        ("27", (2, 7)),
+        ("1299", (9, 9)),
+        ("3", (3, 0)),
+        ("00", (0, 0)),
+    ],
+)
 def test_digits_make_a_time(digits, time_of_day):
     entry = TimeEntry(0, 0)
     for digit in digits:
@@ -111,7 +122,7 @@ def test_the_grid_begins_on_monday_and_knows_leap_days(ui, dialogs):
     dialog.year, dialog.month = 2028, 2
     ui.advance()
     cells = [cell.text for cell in reversed(dialog.ids.days.children)]
-    assert cells[:7] == ["", "1", "2", "3", "4", "5", "6"]          # 1 February 2028 is a Tuesday
+    assert cells[:7] == ["", "1", "2", "3", "4", "5", "6"]  # 1 February 2028 is a Tuesday
     assert [text for text in cells if text][-1] == "29"
 
 

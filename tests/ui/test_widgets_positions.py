@@ -1,4 +1,5 @@
 """A position is chosen on the map: what a finger takes there, what is written, and where only the list is offered."""
+
 from __future__ import annotations
 
 from itertools import combinations
@@ -23,9 +24,14 @@ from app.widgets.robot_map import touch_each_other
 from app.widgets.tokens import tk
 from app.window.key_focus import ARROWS, ENTER, TAB, KeyFocus
 
-GOAL = MissionParameter("goal", "Goal", "Reference", choices=(("g-1", "Dock 3"), ("g-2", "Press"), ("g-3", "Gate"), ("g-4", "Gate")),
-                        sets="position")
-PLACES = (Place("Dock 3", .2, .5), Place("Press", .7, .5), Place("Gate", .5, .9), Place("Elsewhere", .5, .1))
+GOAL = MissionParameter(
+    "goal",
+    "Goal",
+    "Reference",
+    choices=(("g-1", "Dock 3"), ("g-2", "Press"), ("g-3", "Gate"), ("g-4", "Gate")),
+    sets="position",
+)
+PLACES = (Place("Dock 3", 0.2, 0.5), Place("Press", 0.7, 0.5), Place("Gate", 0.5, 0.9), Place("Elsewhere", 0.5, 0.1))
 UP, _DOWN, RIGHT, LEFT = ARROWS
 
 
@@ -59,20 +65,20 @@ def test_what_was_wrong_with_a_value_is_no_longer_said_once_another_is_entered(u
     assert (goal.problem, typed.problem) == ("", "At most 2")
     typed.text = "1.2"
     assert typed.problem == ""
-    fields.problems = dict(problems)         # the same again
+    fields.problems = dict(problems)  # the same again
     assert (goal.problem, typed.problem) == ("Choose one", "At most 2")
 
 
 def press(ui, *codes: int) -> None:
     for code in codes:
         ui.key_down(code)
-        ui.advance(.3)
+        ui.advance(0.3)
         Window.dispatch("on_key_up", code)
 
 
 def open_map(ui) -> PositionsMap:
     ui.tap(ui.find(CommandButton, text="On the map"))
-    ui.advance(.3)
+    ui.advance(0.3)
     return ui.find(PositionsMap)
 
 
@@ -85,7 +91,7 @@ def point(chart: PositionsMap, x: float, y: float, right: float = 0) -> tuple[fl
 def test_a_tap_near_a_position_marks_it_and_it_is_chosen_when_that_is_confirmed(ui, fields):
     chart = open_map(ui)
     assert (chart.chosen, ui.find(CommandButton, ui.find(PositionDialog), style="filled").disabled) == (None, True)
-    ui.tap_at(*point(chart, .2, .5, dp(20)))
+    ui.tap_at(*point(chart, 0.2, 0.5, dp(20)))
     assert chart.chosen == "g-1"
     assert fields.values() == {"goal": None}
     ui.tap(ui.find(CommandButton, text="Choose Dock 3"))
@@ -94,38 +100,40 @@ def test_a_tap_near_a_position_marks_it_and_it_is_chosen_when_that_is_confirmed(
 
 
 def test_the_nearest_wins_a_finger_may_slide_and_free_ground_is_no_position(ui, fields):
-    fields.map = picture((Place("Dock 3", .5, .5), Place("Press", .52, .5)))
+    fields.map = picture((Place("Dock 3", 0.5, 0.5), Place("Press", 0.52, 0.5)))
     chart = open_map(ui)
-    between = (point(chart, .52, .5)[0] - point(chart, .5, .5)[0]) / 2
+    between = (point(chart, 0.52, 0.5)[0] - point(chart, 0.5, 0.5)[0]) / 2
     assert between < tk.h_touch / 2
-    ui.tap_at(*point(chart, .1, .1))
+    ui.tap_at(*point(chart, 0.1, 0.1))
     assert chart.chosen is None
-    finger = UnitTestTouch(*point(chart, .5, .5, between - 2))
+    finger = UnitTestTouch(*point(chart, 0.5, 0.5, between - 2))
     finger.touch_down()
     assert chart.chosen == "g-1"
-    finger.touch_move(*point(chart, .5, .5, between + 2))
+    finger.touch_move(*point(chart, 0.5, 0.5, between + 2))
     finger.touch_up()
     assert chart.chosen == "g-2"
 
 
 def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_map(ui, fields):
     chart = open_map(ui)
-    finger = UnitTestTouch(*point(chart, .2, .5))
+    finger = UnitTestTouch(*point(chart, 0.2, 0.5))
     finger.touch_down()
     Dialogs(animate=False).open(dialog := Dialog(title="Late starts", body_height=100))
-    finger.touch_move(*point(chart, .7, .5))
+    finger.touch_move(*point(chart, 0.7, 0.5))
     finger.touch_up()
     assert chart.chosen == "g-1"
     dialog.dismiss()
 
 
-HALL = (Place("Dock 3", .2, .5), Place("Press", .7, .5), Place("Gate", .5, .9), Place("Line", .45, .3))
-ALONG = MissionParameter("goal", "Goal", "Reference", choices=tuple((place.name, place.name) for place in HALL), sets="position")
+HALL = (Place("Dock 3", 0.2, 0.5), Place("Press", 0.7, 0.5), Place("Gate", 0.5, 0.9), Place("Line", 0.45, 0.3))
+ALONG = MissionParameter(
+    "goal", "Goal", "Reference", choices=tuple((place.name, place.name) for place in HALL), sets="position"
+)
 
 
 def test_keys_go_from_position_to_position_enter_marks_one_and_once_more_confirms_it(ui, fields, keys):
     fields.fields, fields.map = fields_of([ALONG]), picture(HALL)
-    ui.advance(.1)
+    ui.advance(0.1)
     chart = open_map(ui)
     ui.key(TAB)
     press(ui, ENTER)
@@ -144,10 +152,10 @@ def test_keys_go_from_position_to_position_enter_marks_one_and_once_more_confirm
 
 def test_tab_leads_to_the_marked_position_and_on_to_the_buttons(ui, fields, keys):
     fields.fields, fields.map = fields_of([ALONG]), picture(HALL)
-    ui.advance(.1)
+    ui.advance(0.1)
     chart = open_map(ui)
     chart.chosen = "Press"
-    ui.advance(.1)
+    ui.advance(0.1)
     ui.key(TAB)
     assert keys.target.event == ("on_spot", "Press")
     ui.key(TAB)
@@ -159,8 +167,12 @@ def test_tab_leads_to_the_marked_position_and_on_to_the_buttons(ui, fields, keys
 
 def test_every_position_of_a_crowd_is_reached_by_arrows(ui, keys):
     places = Random(5)
-    chart = ui.show(PositionsMap(aspect=.5, places=[Spot(n, places.uniform(.02, .98), places.uniform(.02, .98), "") for n in range(60)]))
-    ui.advance(.1)
+    chart = ui.show(
+        PositionsMap(
+            aspect=0.5, places=[Spot(n, places.uniform(0.02, 0.98), places.uniform(0.02, 0.98), "") for n in range(60)]
+        )
+    )
+    ui.advance(0.1)
     ui.key(TAB)
     waiting, seen = [keys.target], {keys.target}
     while waiting:
@@ -176,7 +188,7 @@ def test_every_position_of_a_crowd_is_reached_by_arrows(ui, keys):
 
 def test_what_is_cancelled_chooses_nothing(ui, fields):
     chart = open_map(ui)
-    ui.tap_at(*point(chart, .7, .5))
+    ui.tap_at(*point(chart, 0.7, 0.5))
     ui.tap(ui.find(CommandButton, text="Cancel"))
     assert (fields.values(), ui.find_all(PositionDialog)) == ({"goal": None}, [])
 
@@ -189,7 +201,7 @@ def test_only_positions_that_can_be_told_apart_are_on_the_map(ui, fields):
 @pytest.mark.parametrize("known", [None, picture(()), picture(PLACES[2:])])
 def test_without_a_map_that_has_them_there_is_only_the_list(ui, fields, known):
     fields.map = known
-    ui.advance(.1)
+    ui.advance(0.1)
     assert not ui.find_all(OnMap)
     ui.tap(ui.find(ListRow))
     assert ui.find_all(ChoiceDialog)
@@ -206,8 +218,8 @@ def test_what_is_missing_is_said_of_the_first_empty_field(ui, fields):
 
 
 def test_names_do_not_lie_over_each_other_and_the_chosen_one_is_always_written(ui):
-    crowd = [(n, .5 + n % 6 * .012, .5 + n // 6 * .012, f"Position {n}") for n in range(30)]
-    chart = ui.show(PositionsMap(aspect=.5, places=[Spot(*spot) for spot in crowd], chosen=17))
+    crowd = [(n, 0.5 + n % 6 * 0.012, 0.5 + n // 6 * 0.012, f"Position {n}") for n in range(30)]
+    chart = ui.show(PositionsMap(aspect=0.5, places=[Spot(*spot) for spot in crowd], chosen=17))
     plates = chart.plates()
     assert 17 in plates
     assert 4 < len(plates) < 30
@@ -216,11 +228,11 @@ def test_names_do_not_lie_over_each_other_and_the_chosen_one_is_always_written(u
     chart.chosen = 18
     after = chart.plates()
     assert 18 in after
-    assert all(plates[key] == plate for key, plate in after.items() if key in plates)          # none moves under the finger
+    assert all(plates[key] == plate for key, plate in after.items() if key in plates)  # none moves under the finger
 
 
 def test_no_name_lies_over_the_scale_and_one_that_is_too_long_is_left_to_the_button(ui):
-    spots = [Spot("corner", .98, .08, "Compactor"), Spot("long", .3, .3, 99 * "long ")]
+    spots = [Spot("corner", 0.98, 0.08, "Compactor"), Spot("long", 0.3, 0.3, 99 * "long ")]
     chart = ui.show(PositionsMap(aspect=Window.height / Window.width, metres=40, places=spots, chosen="long"))
     plates = chart.plates()
     assert list(plates) == ["corner"]

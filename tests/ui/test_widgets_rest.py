@@ -1,4 +1,5 @@
 """What takes a touch or a key after something in front of it has gone, has come or has moved, and when again."""
+
 from __future__ import annotations
 
 import pytest
@@ -49,8 +50,8 @@ def opened(ui, dialogs: Dialogs, title: str = "Above") -> Dialog:
     return dialog
 
 
-@pytest.mark.parametrize("fade", [0, .1])
-@pytest.mark.parametrize(("after", "pressed"), [(.05, 0), (.3, 0), (.55, 0), (.65, 1)])
+@pytest.mark.parametrize("fade", [0, 0.1])
+@pytest.mark.parametrize(("after", "pressed"), [(0.05, 0), (0.3, 0), (0.55, 0), (0.65, 1)])
 def test_what_was_behind_a_dialog_takes_a_touch_again_after_a_moment(ui, page, fade, after, pressed):
     dialogs = Dialogs(animate=bool(fade))
     opened(ui, dialogs).dismiss()
@@ -81,7 +82,7 @@ def test_another_screen_takes_no_second_tap_where_the_finger_was(ui):
     place = button.to_window(*button.center)
     ui.tap_at(*place)
     frame.current = "scheduler"
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap_at(*place)
     assert pressed == ["saved"]
     ui.advance(DOUBLE_TAP)
@@ -105,10 +106,10 @@ def test_a_finger_that_came_down_before_and_leaves_after_presses_nothing(ui, pag
     button.bind(on_release=lambda _button: done.append("cleared"))
     ui.advance(2 * DOUBLE_TAP)
     touch = put_down(*button.to_window(*button.center))
-    ui.advance(.3)
+    ui.advance(0.3)
     assert button.state == "down"
-    dialog.dismiss()                         # by itself: what it is about has ended
-    ui.advance(.1)
+    dialog.dismiss()  # by itself: what it is about has ended
+    ui.advance(0.1)
     touch.touch_up()
     ui.advance(1)
     assert (done, page.pressed) == ([], 0)
@@ -119,7 +120,7 @@ def test_a_tap_that_a_page_still_has_to_hand_on_is_lost_with_the_dialog(ui, page
     dialogs.choose("Mission", [Option(n, str(n)) for n in range(5)], chosen.append)
     ui.advance(2 * DOUBLE_TAP)
     row = ui.find_all(OptionRow)[0]
-    ui.tap_twice(row.to_window(*row.center), .15)
+    ui.tap_twice(row.to_window(*row.center), 0.15)
     assert (chosen, page.pressed) == ([0], 0)
 
 
@@ -155,9 +156,11 @@ def test_a_dialog_that_another_has_opened_is_used_as_always(ui, page, dialogs):
 def test_a_dialog_takes_its_first_touch_later_where_the_finger_was(ui, dialogs, place, is_open):
     """That is where the second tap of a double tap comes down."""
     page = ui.show(CommandButton(text="Choose"), Window.size)
-    page.bind(on_release=lambda _button: dialogs.choose("Which", [Option(n, str(n)) for n in range(7)], lambda _key: None))
+    page.bind(
+        on_release=lambda _button: dialogs.choose("Which", [Option(n, str(n)) for n in range(7)], lambda _key: None)
+    )
     ui.tap_at(*MIDDLE)
-    ui.advance(SETTLES - .25)
+    ui.advance(SETTLES - 0.25)
     ui.tap_at(*place)
     assert bool(ui.find_all(ChoiceDialog)) is is_open
 
@@ -168,7 +171,7 @@ def test_a_double_tap_on_a_page_that_scrolls_opens_one_dialog(ui, dialogs):
     page.add_widget(BoxLayout(size_hint_y=None, height=2000))
     button.bind(on_release=lambda _button: dialogs.choose("Mission", [Option(1, "One")], lambda _key: None))
     ui.show(page)
-    for gap in (.15, .2, .3, .5):
+    for gap in (0.15, 0.2, 0.3, 0.5):
         ui.tap_twice(button.to_window(*button.center), gap)
         assert len(ui.find_all(ChoiceDialog)) == 1
         dialogs.close_all()
@@ -197,7 +200,7 @@ def test_a_key_that_is_held_from_the_moment_on_presses_nothing_afterwards(ui, ke
     opened(ui, dialogs).dismiss()
     for _n in range(20):
         ui.key_down(ENTER)
-        ui.advance(.1)
+        ui.advance(0.1)
     assert page.pressed == 0
     Window.dispatch("on_key_up", ENTER, 0)
     ui.key(ENTER)
@@ -214,7 +217,7 @@ def test_a_second_escape_closes_nothing_more(ui, dialogs):
     assert dialogs.top is None
 
 
-@pytest.mark.parametrize("repeats_after", [.3, .66, 1])
+@pytest.mark.parametrize("repeats_after", [0.3, 0.66, 1])
 def test_an_escape_that_is_held_closes_one_dialog(ui, dialogs, repeats_after):
     """Some systems begin to repeat a key only after the moment in which keys are ignored."""
     lower, _upper = opened(ui, dialogs, "Schedule"), opened(ui, dialogs, "Time")
@@ -222,7 +225,7 @@ def test_an_escape_that_is_held_closes_one_dialog(ui, dialogs, repeats_after):
     ui.advance(repeats_after)
     for _n in range(20):
         ui.key_down(ESCAPE)
-        ui.advance(.03)
+        ui.advance(0.03)
     assert dialogs.top is lower
     Window.dispatch("on_key_up", ESCAPE, 0)
     ui.key(ESCAPE)
@@ -235,10 +238,10 @@ def test_an_enter_that_is_held_answers_nothing_in_what_it_has_opened(ui, keys, d
     page.bind(on_release=lambda _button: dialogs.pick_time("At", None, picked.append))
     ui.key(TAB)
     ui.key_down(ENTER)
-    ui.advance(.66)
+    ui.advance(0.66)
     for _n in range(20):
         ui.key_down(ENTER)
-        ui.advance(.03)
+        ui.advance(0.03)
     Window.dispatch("on_key_up", ENTER, 0)
     assert (picked, dialogs.top is None) == ([], False)
 
@@ -297,7 +300,7 @@ def test_the_key_that_closes_the_keyboard_leaves_nothing_to_a_second_tap(ui, boa
     ui.tap(ui.find(FieldInput))
     ui.advance(DOUBLE_TAP)
     done = key(ui, "done")
-    ui.tap_twice(done.to_window(*done.center), .3)
+    ui.tap_twice(done.to_window(*done.center), 0.3)
     assert (field.focus, board.parent, page.pressed) == (False, None, 0)
     ui.advance(DOUBLE_TAP)
     ui.tap_at(*page.center)
@@ -324,7 +327,7 @@ def test_a_double_tap_on_a_field_types_nothing_on_the_keyboard_that_comes(ui, bo
     column.add_widget(field := FormField(label="Name", size_hint_y=None))
     inside = ui.find(FieldInput)
     ui.advance()
-    for gap in (.15, .3, .45, .58):
+    for gap in (0.15, 0.3, 0.45, 0.58):
         ui.tap_twice(inside.to_window(*inside.center), gap)
         assert (field.text, board.parent is not None) == ("", True)
         inside.focus = False
@@ -338,5 +341,5 @@ def test_a_touch_that_is_ignored_ends_without_a_trace(ui, page, dialogs):
     ui.advance(DOUBLE_TAP)
     touch.touch_move(650, 400)
     touch.touch_up()
-    ui.advance(.3)
+    ui.advance(0.3)
     assert (page.state, page.pressed) == ("normal", 0)

@@ -1,4 +1,5 @@
 """Snackbars: said, undone, queued."""
+
 from __future__ import annotations
 
 import pytest
@@ -13,7 +14,7 @@ from app.widgets.text import Ico, Txt
 @pytest.fixture
 def bars(ui):
     bars = Snackbars()
-    bars.show("")                            # the first one takes a moment to build, by which time would be ahead
+    bars.show("")  # the first one takes a moment to build, by which time would be ahead
     bars.clear()
     ui.advance()
     yield bars
@@ -22,7 +23,7 @@ def bars(ui):
 
 def test_a_message_comes_and_goes(ui, bars):
     bars.show("Saved")
-    ui.advance(.3)
+    ui.advance(0.3)
     assert "Saved" in ui.texts()
     ui.advance(4)
     assert bars.texts == []
@@ -32,10 +33,10 @@ def test_a_message_comes_and_goes(ui, bars):
 def test_a_message_stays_in_sight_when_a_dialog_opens_over_it(ui, bars):
     bars.show("Saved")
     dialog = Dialogs(animate=False).confirm("Sure?", "", "Yes", lambda: None)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert Window.children[0] is bars.stack
     dialog.dismiss()
-    ui.advance(.3)
+    ui.advance(0.3)
 
 
 def on_screen(ui) -> list[str]:
@@ -47,7 +48,7 @@ def test_what_can_be_read_already_is_not_said_again(ui, bars):
     ui.advance(3)
     bars.show("Kits waits")
     ui.advance(3)
-    assert bars.texts == ["Kits waits"]                       # as long as if it had come the second time only
+    assert bars.texts == ["Kits waits"]  # as long as if it had come the second time only
     ui.advance(1.5)
     assert bars.texts == []
 
@@ -56,7 +57,7 @@ def test_what_is_said_again_below_another_one_is_the_newest(ui, bars):
     for text in ("Kits waits", "Saved", "Kits waits"):
         bars.show(text)
     assert bars.texts == ["Saved", "Kits waits"]
-    ui.advance(.3)
+    ui.advance(0.3)
     assert on_screen(ui) == ["Kits waits"]
 
 
@@ -66,8 +67,8 @@ def test_what_does_not_hold_any_more_is_not_said_again(ui, bars):
     bars.undo("Deleted", "Undo", lambda: None)
     bars.show("Aino continues", about="aino")
     assert bars.texts == ["Veikko pauses", "Deleted", "Aino continues"]
-    bars.show("Aino pauses", about="aino")                    # also in the place of the one that is seen
-    ui.advance(.3)
+    bars.show("Aino pauses", about="aino")  # also in the place of the one that is seen
+    ui.advance(0.3)
     assert on_screen(ui) == ["Aino pauses"]
     ui.advance(4)
     assert on_screen(ui) == ["Deleted"]
@@ -107,7 +108,7 @@ def test_what_is_about_nothing_ends_nothing(ui, bars):
 def test_only_the_newest_is_shown_so_that_nothing_under_the_top_bar_is_covered(ui, bars):
     for n in range(3):
         bars.undo(f"Deleted {n}", "Undo", lambda: None)
-        ui.advance(.3)
+        ui.advance(0.3)
     assert on_screen(ui) == ["Deleted 2"]
     assert bars.stack.height <= 64 - 4
     assert bars.stack.below == 2
@@ -117,7 +118,7 @@ def test_what_was_covered_comes_back_for_the_rest_of_its_time_or_not_at_all_if_i
     bars.undo("Deleted", "Undo", lambda: None)
     ui.advance(3)
     bars.show("Read")
-    ui.advance(2.5)                                           # more than half of its time
+    ui.advance(2.5)  # more than half of its time
     bars.show("Unread")
     ui.advance(1)
     bars.show("Saved")
@@ -128,7 +129,7 @@ def test_what_was_covered_comes_back_for_the_rest_of_its_time_or_not_at_all_if_i
     assert bars.stack.below == 0
     ui.advance(4.2)
     assert on_screen(ui) == ["Deleted"]
-    ui.advance(.8)
+    ui.advance(0.8)
     assert on_screen(ui) == []
 
 
@@ -138,11 +139,11 @@ def test_a_button_that_comes_in_the_place_of_another_is_not_pressed_by_the_finge
     ui.advance(1)
     lift = ui.press(ui.find(Txt, text="Undo"))
     bars.undo("Deleted B", "Undo", lambda: undone.append("B"))
-    ui.advance(.1)
-    lift()                                                    # what was shown when the finger came down
+    ui.advance(0.1)
+    lift()  # what was shown when the finger came down
     word = ui.find(Txt, text="Undo")
-    ui.tap_at(*word.to_window(*word.center))                  # too soon after B has come
-    ui.advance(.2)
+    ui.tap_at(*word.to_window(*word.center))  # too soon after B has come
+    ui.advance(0.2)
     assert undone == ["A"]
     ui.tap_text("Undo")
     assert undone == ["A", "B"]
@@ -169,7 +170,13 @@ def test_nobody_undid_it(ui, bars):
 def test_an_undo_that_stays_is_closed_by_its_cross(ui, bars):
     calls: list[str] = []
     for n in range(3):
-        bars.undo(f"Robot {n} deleted", "Undo", lambda n=n: calls.append(f"undo {n}"), lambda n=n: calls.append(f"ended {n}"), stays=True)
+        bars.undo(
+            f"Robot {n} deleted",
+            "Undo",
+            lambda n=n: calls.append(f"undo {n}"),
+            lambda n=n: calls.append(f"ended {n}"),
+            stays=True,
+        )
     bars.show("Saved")
     ui.skip(3600)
     assert on_screen(ui) == ["Robot 2 deleted"]
@@ -198,7 +205,7 @@ def test_what_lies_beside_a_message_can_still_be_pressed(ui, bars):
     taps: list[int] = []
     button.bind(on_release=lambda *_: taps.append(1))
     bars.show("Saved")
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(button)
     assert taps == [1]
 
@@ -227,9 +234,9 @@ def test_undo_stands_where_it_always_stands_and_never_is_a_cross_there(ui, bars)
     places = []
     for stays in (False, True):
         bars.undo("Home on Veikko is deleted", "Undo", lambda: None, stays=stays)
-        ui.advance(.3)
+        ui.advance(0.3)
         bar = ui.find(Snackbar)
         places.append((bar.ids.snack_button.x, bar.ids.snack_button.right))
         bars.clear()
-        ui.advance(.3)
+        ui.advance(0.3)
     assert places[0] == places[1]

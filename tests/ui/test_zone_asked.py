@@ -1,4 +1,5 @@
 """Where it isn't certain which time zone the tablet has, the window asks at the first start."""
+
 from __future__ import annotations
 
 import pytest
@@ -21,8 +22,11 @@ QUESTION = "Which time zone is this tablet in?"
 def tablet(tmp_path):
     """At 06:00 UTC."""
     clock = VirtualClock()
-    container = Container(Database.open(tmp_path / "a.db", clock=clock, durable=False), clock,
-                          find_zone=lambda: TabletZone("Europe/Helsinki", "/etc/localtime", False))
+    container = Container(
+        Database.open(tmp_path / "a.db", clock=clock, durable=False),
+        clock,
+        find_zone=lambda: TabletZone("Europe/Helsinki", "/etc/localtime", False),
+    )
     container.first_start()
     yield container
     container.close()
@@ -34,7 +38,7 @@ def asked(ui):
 
 def choose(ui, zone):
     asked(ui)[0].query = zone.partition("/")[2]
-    ui.advance(.2)
+    ui.advance(0.2)
     ui.tap_text(zone)
 
 

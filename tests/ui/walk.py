@@ -7,6 +7,7 @@ prints what ``checks.problems`` finds; ``--part 1/2`` and ``--part 2/2`` share t
 subset of ``test_every_screen``.
 Each picture of tests/screenshots is built once per language and size of texts and then resized and recoloured live.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -38,18 +39,19 @@ NARROW = SIZES[-1]
 FONT_SCALES = (1.0, 1.3)
 SCREENS = ("home", "scheduler", "logs", "settings-robots")
 ALARM, ALARM_NOTE = "Aino: Failed to reach goal position 'Line 2'", "14:37"
-SAME_LETTERS = {"Yes", "No", "To"}       # a robot's own answers, and Thursday in Finnish
-SAMPLES = "gallery-"                     # pictures of components with words of their own
+SAME_LETTERS = {"Yes", "No", "To"}  # a robot's own answers, and Thursday in Finnish
+SAMPLES = "gallery-"  # pictures of components with words of their own
 
 
 @dataclass(frozen=True)
 class Way:
     """How a picture is looked at."""
+
     language: str
     size: tuple[int, int]
     theme: str
     font_scale: float
-    alarm: bool = False                      # a banner above the screen
+    alarm: bool = False  # a banner above the screen
 
     def __str__(self) -> str:
         return f"{self.size[0]}×{self.size[1]} {self.language} {self.theme} ×{self.font_scale:g}{' alarm' if self.alarm else ''}"
@@ -65,8 +67,16 @@ def covering_ways(number: int, name: str) -> list[Way]:
     Languages, themes, texts and alarms in turn. Over all pictures each size meets each language, each theme and both sizes of text."""
     known = languages()
     numbers = range(number, number + len(SIZES)) if name in SCREENS else (number,)
-    ways = [Way(known[n // 4 % len(known)], SIZES[n % len(SIZES)], THEMES[n % len(THEMES)], FONT_SCALES[n // 8 % 2], bool(n // 16 % 2))
-            for n in numbers]
+    ways = [
+        Way(
+            known[n // 4 % len(known)],
+            SIZES[n % len(SIZES)],
+            THEMES[n % len(THEMES)],
+            FONT_SCALES[n // 8 % 2],
+            bool(n // 16 % 2),
+        )
+        for n in numbers
+    ]
     return ways + [Way(language, NARROW, "light", FONT_SCALES[-1], True) for language in known if name in SCREENS]
 
 
@@ -82,7 +92,7 @@ class Walk:
         if broken:
             raise ExceptionGroup("pictures that can't be imported", broken)
         gc.collect()
-        gc.freeze()                          # looking through all that stays would be more than half the time
+        gc.freeze()  # looking through all that stays would be more than half the time
 
     @property
     def pictures(self) -> list[Picture]:
@@ -96,12 +106,13 @@ class Walk:
         except Exception as problem:
             yield ways[0], f"can't be built: {type(problem).__name__}: {problem}"
         finally:
-            gc.collect()                     # widgets of the picture would be recoloured and laid out again
+            gc.collect()  # widgets of the picture would be recoloured and laid out again
             self._look(Way("en", self._size, "light", 1.0))
 
     def over(self, picture: Picture, ways: Iterable[Way]) -> Iterator[tuple[Way, str]]:
         """What is wrong with ``picture``, way by way."""
-        def look(way: Way) -> tuple[str, float]:         # at another size of text the app rebuilds its screens, too
+
+        def look(way: Way) -> tuple[str, float]:  # at another size of text the app rebuilds its screens, too
             return way.language, way.font_scale
 
         for _look, group in itertools.groupby(sorted(ways, key=look), key=look):
@@ -113,7 +124,7 @@ class Walk:
             widget = picture.build(self._studio)
             for way in ways:
                 self._look(way)
-                self._studio.driver.advance(.2)
+                self._studio.driver.advance(0.2)
                 root = widget if widget is not None else self._studio.shown
                 for problem in (*self._restless(), *checks.problems(root)):
                     yield way, problem
@@ -164,6 +175,7 @@ class Walk:
 
 class _Unsettled(logging.Handler):
     """Counts the frames in which kivy gave up before everything was laid out."""
+
     times = 0
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -175,7 +187,11 @@ def untranslated(root, language: str) -> Iterator[str]:
     if language == "en":
         return
     for widget, _above in checks.shown(root):
-        if isinstance(widget, Label) and widget.text not in SAME_LETTERS and translator.gettext(widget.text) != widget.text:
+        if (
+            isinstance(widget, Label)
+            and widget.text not in SAME_LETTERS
+            and translator.gettext(widget.text) != widget.text
+        ):
             yield f"not in {language}: {checks.name_of(widget)}"
 
 
@@ -185,12 +201,18 @@ def main() -> int:
     parser.add_argument("--covering", action="store_true", help="only the ways that CI walks")
     parser.add_argument("--part", type=part, default=(1, 1), metavar="K/N", help="every N-th picture from the K-th on")
     options = parser.parse_args()
-    gc.disable()                             # each picture's garbage is fetched when it has been seen
+    gc.disable()  # each picture's garbage is fetched when it has been seen
     walk, found = Walk(), 0
     first, step = options.part
-    wanted = [(number, picture) for number, picture in enumerate(walk.pictures) if not options.names or picture.name in options.names]
-    for number, picture in wanted[first - 1::step]:
-        for way, problem in walk.look(picture, covering_ways(number, picture.name) if options.covering else every_way()):
+    wanted = [
+        (number, picture)
+        for number, picture in enumerate(walk.pictures)
+        if not options.names or picture.name in options.names
+    ]
+    for number, picture in wanted[first - 1 :: step]:
+        for way, problem in walk.look(
+            picture, covering_ways(number, picture.name) if options.covering else every_way()
+        ):
             found += 1
             print(f"{picture.name} {way}: {problem}", flush=True)
         print(f"{picture.name} seen", file=sys.stderr, flush=True)

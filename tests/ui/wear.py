@@ -2,6 +2,7 @@
 
 What grows with the rounds leaks: a wall tablet runs for months.
 """
+
 from __future__ import annotations
 
 import gc
@@ -31,8 +32,15 @@ SCREENS = ("scheduler", "logs", "settings", "home")
 SECTIONS = ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about")
 OPTIONS = [Option(n, f"Option {n}", "star") for n in range(20)]
 ITEMS = [MenuItem(n, f"Command {n}", "star") for n in range(4)]
-SIZES = ((1280, 800), (800, 1280), (640, 900), (1000, 700), (1500, 1000), (600, 480))      # each of Home's arrangements, and turns
-CACHED = 200.0                           # s for which kivy's caches keep what they drew
+SIZES = (
+    (1280, 800),
+    (800, 1280),
+    (640, 900),
+    (1000, 700),
+    (1500, 1000),
+    (600, 480),
+)  # each of Home's arrangements, and turns
+CACHED = 200.0  # s for which kivy's caches keep what they drew
 DAY = datetime(2026, 11, 20, tzinfo=UTC).date()
 
 
@@ -45,7 +53,9 @@ class Wear:
         self._switched = self._opened = self._resized = 0
         self._dialogs: tuple[Callable[[], object], ...] = (
             lambda: self._shell.navigator.screen("home").vm.pick_mission(),
-            lambda: self._shell.dialogs.confirm("Clear the queue?", "Everything goes.", "Clear", lambda: None, danger=True),
+            lambda: self._shell.dialogs.confirm(
+                "Clear the queue?", "Everything goes.", "Clear", lambda: None, danger=True
+            ),
             lambda: self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None),
             lambda: self._shell.dialogs.pick_time("Time", time(6, 30), lambda _time: None),
             lambda: self._shell.dialogs.pick_date("Day", DAY, lambda _day: None, today=DAY),
@@ -73,7 +83,7 @@ class Wear:
             if rows and rows[0].data:
                 shell.navigator.screen("logs").vm.toggle(rows[0].data[n % min(4, len(rows[0].data))].key)
         shell.snackbars.show(f"Round {n}", icon="check")
-        self._ui.advance(.1)
+        self._ui.advance(0.1)
         shell.snackbars.clear()
         self._ui.advance()
 
@@ -98,16 +108,16 @@ class Wear:
     def _see_section(self, section: str) -> None:
         self._seen("settings", section=section)
         self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None)
-        self._ui.advance(.1)
+        self._ui.advance(0.1)
         self._shell.dialogs.pick_date("Day", DAY, lambda _day: None, today=DAY)
-        self._ui.advance(.1)
+        self._ui.advance(0.1)
         self._shell.dialogs.close_all()
-        self._ui.advance(.1)
+        self._ui.advance(0.1)
 
     def _seen(self, name: str, **intent: object) -> Widget:
         self._shell.go(name, **intent)
         self._ui.wait(lambda: self._shell.background.idle)
-        self._ui.advance(.1)
+        self._ui.advance(0.1)
         screen: Widget = self._shell.navigator.screen(name)
         return screen
 
@@ -117,21 +127,21 @@ class Wear:
         self._dialogs[self._opened % len(self._dialogs)]()
         self._opened += 1
         self._ui.wait(lambda: shell.background.idle)
-        self._ui.advance(.1)
+        self._ui.advance(0.1)
         shell.dialogs.close_all()
-        self._ui.advance(.1)
+        self._ui.advance(0.1)
 
     def resize(self) -> None:
         """Another size of the window; often the other orientation."""
         self._resized += 1
         Window.size = SIZES[self._resized % len(SIZES)]
         self._ui.wait(lambda: self._shell.background.idle)
-        self._ui.advance(.1)
+        self._ui.advance(0.1)
 
     def turn(self, count: int) -> int:
         """So often the other orientation, in which Home is built anew; returns how often it was."""
         built = 0
-        self._ui.wait(lambda: self._shell.navigator.screen("home").children)         # made in a frame after its first facts
+        self._ui.wait(lambda: self._shell.navigator.screen("home").children)  # made in a frame after its first facts
         for _n in range(count):
             shown = self._shell.navigator.screen("home").children[0]
             Window.size = Window.height, Window.width

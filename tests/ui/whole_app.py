@@ -1,4 +1,5 @@
 """The whole app in the window without a display: real services on a temporary database, real HTTP to simulated robots on this machine."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -22,9 +23,11 @@ from tests.ui.driver import Driver
 
 USER, PASSWORD = "distributor", "distributor"
 GUIDS = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
-POLL = 1                                 # s
-BATTERY = 90.0                           # %
-application.INPUT_DEVICES = Path("/nowhere/devices")    # whether the machine of the tests has a keyboard is nothing to them
+POLL = 1  # s
+BATTERY = 90.0  # %
+application.INPUT_DEVICES = Path(
+    "/nowhere/devices"
+)  # whether the machine of the tests has a keyboard is nothing to them
 
 
 class Plant:
@@ -39,10 +42,15 @@ class Plant:
         self.container.close()
 
     def add_robots(self) -> list[Robot]:
-        return [self.container.catalogue.save_robot(Robot(robot.name, robot.url, USER), password=PASSWORD) for robot in self.fleet.robots]
+        return [
+            self.container.catalogue.save_robot(Robot(robot.name, robot.url, USER), password=PASSWORD)
+            for robot in self.fleet.robots
+        ]
 
     def add_missions(self, *names: str, favourite: bool = True) -> list[Mission]:
-        return [self.container.catalogue.save_mission(Mission(name, GUIDS[name], favourite=favourite)) for name in names]
+        return [
+            self.container.catalogue.save_mission(Mission(name, GUIDS[name], favourite=favourite)) for name in names
+        ]
 
     def calm_down(self, ui: Driver) -> None:
         """Until every robot is ready, charged and without faults, nothing is under way, and the services know it."""
@@ -56,12 +64,22 @@ class Plant:
 
     def is_at_rest(self, since: datetime) -> bool:
         """As read from all robots after that instant."""
+
         def rests(seen: RobotSnapshot) -> bool:
-            return (seen.read_at is not None and seen.read_at >= since and seen.queue_read_at is not None and seen.queue_read_at >= since
-                    and seen.status is not None and seen.status.state is RobotState.READY and not seen.queue)
+            return (
+                seen.read_at is not None
+                and seen.read_at >= since
+                and seen.queue_read_at is not None
+                and seen.queue_read_at >= since
+                and seen.status is not None
+                and seen.status.state is RobotState.READY
+                and not seen.queue
+            )
 
         container = self.container
-        return not container.history.open() and all(rests(container.snapshots.get(robot.id)) for robot in container.catalogue.robots())
+        return not container.history.open() and all(
+            rests(container.snapshots.get(robot.id)) for robot in container.catalogue.robots()
+        )
 
 
 @contextmanager
@@ -78,8 +96,13 @@ def standing(container: Container, robot_id: int, status: RobotStatus) -> Iterat
 
 def api(robot: mir_sim.FleetRobot, method: str, path: str, **body: object) -> requests.Response:
     """Somebody else at the robot's own interface."""
-    answer = requests.request(method, f"{robot.url}/api/v2.0.0{path}", json=body or None, timeout=5,
-                              headers={"Authorization": Token.derive("admin", "admin").header})
+    answer = requests.request(
+        method,
+        f"{robot.url}/api/v2.0.0{path}",
+        json=body or None,
+        timeout=5,
+        headers={"Authorization": Token.derive("admin", "admin").header},
+    )
     answer.raise_for_status()
     return answer
 
@@ -88,8 +111,16 @@ def calm_down(robot: mir_sim.FleetRobot) -> None:
     """Nothing to do, nothing wrong, ready."""
     if not robot.state()["online"]:
         robot.control({"reboot_seconds": 0})
-    robot.control({"fault": None, "error": None, "emergency_stop": False, "user_prompt": None, "fail_next_mission": None,
-                   "battery": BATTERY})
+    robot.control(
+        {
+            "fault": None,
+            "error": None,
+            "emergency_stop": False,
+            "user_prompt": None,
+            "fail_next_mission": None,
+            "battery": BATTERY,
+        }
+    )
     with robot.model.lock:
         robot.model.cancel_all()
         robot.model.clear_errors()
@@ -110,12 +141,14 @@ def plant(directory: Path, *, robots: int = 1, time_scale: float = 1.0, start: b
 
 
 @contextmanager
-def shown(container: Container, ui: Driver, screen: str = "home", loudspeaker: Loudspeaker | None = None) -> Iterator[SchedulerApp]:
+def shown(
+    container: Container, ui: Driver, screen: str = "home", loudspeaker: Loudspeaker | None = None
+) -> Iterator[SchedulerApp]:
     """The app on these services, in the window of ``ui``, opened on that screen; silent, unless it is given a loudspeaker."""
     app = SchedulerApp(container, animate=False, first=screen, loudspeaker=loudspeaker)
     app._run_prepare()
     try:
-        ui.advance(.2)
+        ui.advance(0.2)
         yield app
     finally:
         app.dispatch("on_stop")

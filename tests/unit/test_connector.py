@@ -1,4 +1,5 @@
 """Clients of configured robots."""
+
 from dataclasses import replace
 
 from app.container import Connector

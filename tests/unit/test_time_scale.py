@@ -1,4 +1,5 @@
 """Hours as a timeline draws them."""
+
 import pytest
 
 from app.widgets.time_scale import TimeScale
@@ -6,7 +7,9 @@ from app.widgets.time_scale import TimeScale
 SCALE = TimeScale([(54.0, 60.0), (6.0, 30.0)], 4.0)
 
 
-@pytest.mark.parametrize(("hour", "drawn"), [(-3, -3), (6, 6), (18, 8), (30, 10), (54, 34), (57, 36), (60, 38), (61, 39)])
+@pytest.mark.parametrize(
+    ("hour", "drawn"), [(-3, -3), (6, 6), (18, 8), (30, 10), (54, 34), (57, 36), (60, 38), (61, 39)]
+)
 def test_folded_time_takes_as_much_room_as_it_is_given(hour, drawn):
     assert SCALE.drawn(hour) == pytest.approx(drawn)
     assert SCALE.hour(drawn) == pytest.approx(hour)

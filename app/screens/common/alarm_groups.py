@@ -1,5 +1,6 @@
 """One cause, one line: many robots that fall silent within a short time have not all failed, one robot fails all its missions at once, and
 an error of a robot ends what it was running. Pure."""
+
 from __future__ import annotations
 
 from collections import defaultdict
@@ -29,14 +30,21 @@ from app.screens.common.alarms_view import (
 )
 from app.screens.common.options import MenuItem
 
-ENOUGH = 3                               # alarms, from which on they share a line
-NAMED = 3                                # robots or missions whose names are in the note
-APART = timedelta(minutes=1)             # at most, between one that falls silent and the next, an error and the end of a run
-Together = tuple[Alarm, ...]             # alarms in one line; one alone: itself
+ENOUGH = 3  # alarms, from which on they share a line
+NAMED = 3  # robots or missions whose names are in the note
+APART = timedelta(minutes=1)  # at most, between one that falls silent and the next, an error and the end of a run
+Together = tuple[Alarm, ...]  # alarms in one line; one alone: itself
 
 # What the problems of silent robots have in common, by the code of their sentence
-_CAUSES = {"no_answer": "network", "no_route": "network", "timed_out": "network", "too_slow": "network",
-           "refused": "refused", "unknown_name": "names", "slow_name": "names"}
+_CAUSES = {
+    "no_answer": "network",
+    "no_route": "network",
+    "timed_out": "network",
+    "too_slow": "network",
+    "refused": "refused",
+    "unknown_name": "names",
+    "slow_name": "names",
+}
 _CAUSE_OF = {errors.SENTENCES[code]: cause for code, cause in _CAUSES.items()}
 _OF_RUNS = ("execution_failed", "execution_skipped")
 
@@ -66,7 +74,11 @@ def _reason(alarm: Alarm) -> str:
 def _is_cause(error: Alarm, ended: Alarm) -> bool:
     """Whether it is an error of the robot that ended this run: it says the same about then, or does not say why."""
     reason, problem = ended.details.get("reason"), render(error.details.get("problem", ""))
-    if not isinstance(reason, Mapping) or reason.get("code") != ReasonCode.ROBOT_ABORTED or abs(_began(error) - _began(ended)) > APART:
+    if (
+        not isinstance(reason, Mapping)
+        or reason.get("code") != ReasonCode.ROBOT_ABORTED
+        or abs(_began(error) - _began(ended)) > APART
+    ):
         return False
     details = reason.get("details")
     said = render(details.get("message", "") if isinstance(details, Mapping) else "")
@@ -79,7 +91,9 @@ def _with_their_runs(alarms: Sequence[Alarm], now: datetime) -> list[Together]:
     for alarm in alarms:
         if alarm.code == "execution_failed" and isinstance(robot_id := alarm.details.get("robot_id"), int):
             failed[_seen(alarm, now), robot_id].append(alarm)
-    errors = [(alarm, failed[_seen(alarm, now), id_in(alarm.key, "robot")]) for alarm in alarms if alarm.code == "robot_error"]
+    errors = [
+        (alarm, failed[_seen(alarm, now), id_in(alarm.key, "robot")]) for alarm in alarms if alarm.code == "robot_error"
+    ]
     found = [(error, *(run for run in runs if _is_cause(error, run))) for error, runs in errors]
     return [tuple(sorted(group, key=urgency)) for group in found if len(group) > 1]
 
@@ -134,36 +148,58 @@ def group_text(group: Together, settings: Settings, now: datetime) -> str:
         return alarm_text(group[0], settings, now)
     if runs:
         n = sum(alarm.count for alarm in runs)
-        words = (ngettext("{n} mission on {robot} failed", "{n} missions on {robot} failed", n) if group[0].code == "execution_failed" else
-                 ngettext("{n} mission on {robot} was not run", "{n} missions on {robot} were not run", n))
+        words = (
+            ngettext("{n} mission on {robot} failed", "{n} missions on {robot} failed", n)
+            if group[0].code == "execution_failed"
+            else ngettext("{n} mission on {robot} was not run", "{n} missions on {robot} were not run", n)
+        )
         return words.format(n=n, robot=robot)
     return _silent_words(_silence(group[0]), is_over(group[0]), n).format(
-        n=n, time=formats.day_and_time(_began(group[0]), settings.timezone, now))
+        n=n, time=formats.day_and_time(_began(group[0]), settings.timezone, now)
+    )
 
 
 def _silent_words(cause: str, over: bool, n: int) -> str:
     match cause, over:
         case "network", False:
-            return ngettext("Wi-Fi: {n} robot unreachable since {time}", "Wi-Fi: {n} robots unreachable since {time}", n)
+            return ngettext(
+                "Wi-Fi: {n} robot unreachable since {time}", "Wi-Fi: {n} robots unreachable since {time}", n
+            )
         case "network", True:
-            return ngettext("Wi-Fi: {n} robot was unreachable from {time}", "Wi-Fi: {n} robots were unreachable from {time}", n)
+            return ngettext(
+                "Wi-Fi: {n} robot was unreachable from {time}", "Wi-Fi: {n} robots were unreachable from {time}", n
+            )
         case "refused", False:
-            return ngettext("{n} robot refuses connections since {time}", "{n} robots refuse connections since {time}", n)
+            return ngettext(
+                "{n} robot refuses connections since {time}", "{n} robots refuse connections since {time}", n
+            )
         case "refused", True:
-            return ngettext("{n} robot refused connections from {time}", "{n} robots refused connections from {time}", n)
+            return ngettext(
+                "{n} robot refused connections from {time}", "{n} robots refused connections from {time}", n
+            )
         case "names", False:
-            return ngettext("The name of {n} robot is not found since {time}", "The names of {n} robots are not found since {time}", n)
+            return ngettext(
+                "The name of {n} robot is not found since {time}",
+                "The names of {n} robots are not found since {time}",
+                n,
+            )
         case "names", True:
-            return ngettext("The name of {n} robot was not found from {time}", "The names of {n} robots were not found from {time}", n)
+            return ngettext(
+                "The name of {n} robot was not found from {time}",
+                "The names of {n} robots were not found from {time}",
+                n,
+            )
         case _, False:
             return ngettext("{n} robot unreachable since {time}", "{n} robots unreachable since {time}", n)
     return ngettext("{n} robot was unreachable from {time}", "{n} robots were unreachable from {time}", n)
 
 
 def _advice(cause: str) -> str:
-    return {"network": _("is the access point on, and this tablet on its network?"),
-            "refused": _("the network works; are the robots starting, and are their ports right?"),
-            "names": _("does this network know names? Enter the robots' IP addresses instead")}.get(cause, "")
+    return {
+        "network": _("is the access point on, and this tablet on its network?"),
+        "refused": _("the network works; are the robots starting, and are their ports right?"),
+        "names": _("does this network know names? Enter the robots' IP addresses instead"),
+    }.get(cause, "")
 
 
 def _names(alarms: Iterable[Alarm], of: str) -> tuple[int, str]:
@@ -177,7 +213,9 @@ def _note_of_error(group: Together, settings: Settings, now: datetime, whole: bo
     note = alarm_note(group[0], settings, now, whole, advises)
     if group[0].code == "robot_error":
         n, names = _names((alarm for alarm in group if alarm.code in _OF_RUNS), "mission")
-        return " · ".join((ngettext("Mission failed: {missions}", "Missions failed: {missions}", n).format(missions=names), note))
+        return " · ".join(
+            (ngettext("Mission failed: {missions}", "Missions failed: {missions}", n).format(missions=names), note)
+        )
     error = next(alarm for alarm in group if alarm.code == "robot_error")
     over = _("Over since {time}").format(time=formats.day_and_time(error.cleared_at, settings.timezone, now))
     return " · ".join(filter(None, (note, over)))
@@ -194,7 +232,9 @@ def group_note(group: Together, settings: Settings, now: datetime, whole: bool =
     if of_runs:
         newest = max(group, key=_began)
         reason = stored_sentence(newest.details["reason"], zone, _) if _reason(newest) else ""
-        return " · ".join(filter(None, (reason, _("last {time}").format(time=formats.day_and_time(_began(newest), zone, now)), names)))
+        return " · ".join(
+            filter(None, (reason, _("last {time}").format(time=formats.day_and_time(_began(newest), zone, now)), names))
+        )
     if is_over(group[0]):
         ended = max(alarm.cleared_at for alarm in group if alarm.cleared_at is not None)
         return " · ".join((_("Over since {time}").format(time=formats.day_and_time(ended, zone, now)), names))
@@ -203,12 +243,22 @@ def group_note(group: Together, settings: Settings, now: datetime, whole: bool =
 
 def group_entry(group: Together, settings: Settings, now: datetime, unfolded: bool) -> AlarmEntry:
     """Its line in the list; ``unfolded``: those of its robots are below it."""
-    action = _("Unshelve") if is_shelved(group[0], now) else _("Acknowledge") if group[0].acknowledged_at is None else ""
+    action = (
+        _("Unshelve") if is_shelved(group[0], now) else _("Acknowledge") if group[0].acknowledged_at is None else ""
+    )
     tone = "neutral" if is_shelved(group[0], now) else alarm_tone(group[0])
-    return AlarmEntry(("group", group[0].id), alarm_icon(group[0]), tone, group_text(group, settings, now),
-                      group_note(group, settings, now, whole=True), *state_words(group[0], settings, now),
-                      acknowledged_words(group[0], settings, now) if has_leader(group) else "", action=action,
-                      has_menu=not is_shelved(group[0], now), fold="chevron-up" if unfolded else "chevron-down")
+    return AlarmEntry(
+        ("group", group[0].id),
+        alarm_icon(group[0]),
+        tone,
+        group_text(group, settings, now),
+        group_note(group, settings, now, whole=True),
+        *state_words(group[0], settings, now),
+        acknowledged_words(group[0], settings, now) if has_leader(group) else "",
+        action=action,
+        has_menu=not is_shelved(group[0], now),
+        fold="chevron-up" if unfolded else "chevron-down",
+    )
 
 
 def menu_of_group(group: Together, robots: Mapping[int, Robot]) -> list[MenuItem]:

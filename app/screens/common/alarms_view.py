@@ -1,4 +1,5 @@
 """Alarms in words: the sentence, the state (active or over, acknowledged or not, shelved), what to do and where. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -17,27 +18,29 @@ from app.services.live.alarms import EVENTS, SHELF_HOURS, alarm_sentence
 
 class Act(StrEnum):
     """What a button at an alarm, a hold or a late start does."""
+
     NOTHING = "nothing"
-    SHOW_ROBOT = "show_robot"            # select it and go Home
-    ROBOT_SETTINGS = "robot_settings"    # where address and password are changed
-    DATA_SETTINGS = "data_settings"      # where the database and its backups are
-    ANSWER = "answer"                    # the question of a robot
+    SHOW_ROBOT = "show_robot"  # select it and go Home
+    ROBOT_SETTINGS = "robot_settings"  # where address and password are changed
+    DATA_SETTINGS = "data_settings"  # where the database and its backups are
+    ANSWER = "answer"  # the question of a robot
     LOGS = "logs"
-    SHOW_ALARMS = "show_alarms"          # those of one cause, in the list
-    SHOW_RUN = "show_run"                # the story of an execution
-    SCHEDULE_RUN = "schedule_run"        # the story of a schedule's last execution
+    SHOW_ALARMS = "show_alarms"  # those of one cause, in the list
+    SHOW_RUN = "show_run"  # the story of an execution
+    SCHEDULE_RUN = "schedule_run"  # the story of a schedule's last execution
     ACKNOWLEDGE = "acknowledge"
-    HOLD = "hold"                        # the late starts
-    LATE_STARTS = "late_starts"          # show their list
-    RELEASE = "release"                  # a hold
-    CLOCK_IS_RIGHT = "clock_is_right"    # whatever the robots' clocks say
-    TIME_ZONE = "time_zone"              # that of the tablet, where it is not certain
-    WHOSE_PLAN = "whose_plan"            # does data that was copied from another tablet move here?
+    HOLD = "hold"  # the late starts
+    LATE_STARTS = "late_starts"  # show their list
+    RELEASE = "release"  # a hold
+    CLOCK_IS_RIGHT = "clock_is_right"  # whatever the robots' clocks say
+    TIME_ZONE = "time_zone"  # that of the tablet, where it is not certain
+    WHOSE_PLAN = "whose_plan"  # does data that was copied from another tablet move here?
 
 
 @dataclass(frozen=True)
 class Way:
     """A button: its word, what it does, and the id of what it does that to."""
+
     word: str
     act: Act
     about: int | None = None
@@ -46,6 +49,7 @@ class Way:
 @dataclass(frozen=True)
 class Here:
     """The screen that is shown, and the robot that it is about; None: all of them."""
+
     screen: str = ""
     robot_id: int | None = None
 
@@ -101,8 +105,14 @@ def state_words(alarm: Alarm, settings: Settings, now: datetime) -> tuple[str, s
     if alarm.code in EVENTS:
         return ("bell-check-outline", _("Acknowledged")) if is_seen else ("bell-ring-outline", _("Not acknowledged"))
     if is_over(alarm):
-        return ("check-all", _("Over, acknowledged")) if is_seen else ("bell-badge-outline", _("Over, not acknowledged"))
-    return ("bell-check-outline", _("Active, acknowledged")) if is_seen else ("bell-ring-outline", _("Active, not acknowledged"))
+        return (
+            ("check-all", _("Over, acknowledged")) if is_seen else ("bell-badge-outline", _("Over, not acknowledged"))
+        )
+    return (
+        ("bell-check-outline", _("Active, acknowledged"))
+        if is_seen
+        else ("bell-ring-outline", _("Active, not acknowledged"))
+    )
 
 
 # ---------------------------------------------------------------------- texts
@@ -172,8 +182,11 @@ def alarm_note(alarm: Alarm, settings: Settings, now: datetime, whole: bool = Fa
     if is_over(alarm):
         parts.append(_("Over since {time}").format(time=formats.day_and_time(alarm.cleared_at, zone, now)))
     if alarm.count > 1:
-        times = ngettext("{n} time, last {time}", "{n} times, last {time}", alarm.count) if alarm.last_at else \
-            ngettext("{n} time", "{n} times", alarm.count)
+        times = (
+            ngettext("{n} time, last {time}", "{n} times, last {time}", alarm.count)
+            if alarm.last_at
+            else ngettext("{n} time", "{n} times", alarm.count)
+        )
         parts.append(times.format(n=alarm.count, time=formats.day_and_time(alarm.last_at, zone, now)))
     if alarm.code == "question" and is_over(alarm):
         parts.append(_answered(alarm))
@@ -198,7 +211,9 @@ def _advice(alarm: Alarm) -> str:
 def _answered(alarm: Alarm) -> str:
     """How a question ended."""
     answer = alarm.details.get("answer")
-    return _("answered: {answer}").format(answer=answer) if isinstance(answer, str) and answer else _("not answered here")
+    return (
+        _("answered: {answer}").format(answer=answer) if isinstance(answer, str) and answer else _("not answered here")
+    )
 
 
 def answers_of(alarm: Alarm) -> list[str]:
@@ -221,13 +236,40 @@ def alarm_icon(alarm: Alarm) -> str:
 
 
 # ---------------------------------------------------------------------- what can be done
-_OF_THE_CONFIGURATION = ("unauthorized", "not_a_robot", "wrong_robot", "same_machine", "serial_hidden", "certificate_changed",
-                         "certificate_untrusted", "needs_password", "check_up_outdated")
-_OF_THE_TABLET = ("app_was_off", "backup_restored", "clock_stepped", "two_tablets", "chore_failed", "pin_guessed",
-                  "lock_lost", "too_few_files", "zone_unknown")
+_OF_THE_CONFIGURATION = (
+    "unauthorized",
+    "not_a_robot",
+    "wrong_robot",
+    "same_machine",
+    "serial_hidden",
+    "certificate_changed",
+    "certificate_untrusted",
+    "needs_password",
+    "check_up_outdated",
+)
+_OF_THE_TABLET = (
+    "app_was_off",
+    "backup_restored",
+    "clock_stepped",
+    "two_tablets",
+    "chore_failed",
+    "pin_guessed",
+    "lock_lost",
+    "too_few_files",
+    "zone_unknown",
+)
 _OF_THE_DISK = ("database", "backup_failed")
-_OF_THE_PLAN = ("execution_failed", "start_refused", "execution_skipped", "executions_missed", "unknown_outcome", "duplicate_healed",
-                "late_cancelled", "adopted_unproven", "item_unreadable")
+_OF_THE_PLAN = (
+    "execution_failed",
+    "start_refused",
+    "execution_skipped",
+    "executions_missed",
+    "unknown_outcome",
+    "duplicate_healed",
+    "late_cancelled",
+    "adopted_unproven",
+    "item_unreadable",
+)
 
 
 def id_in(key: str, wanted: str) -> int | None:
@@ -286,9 +328,15 @@ def menu_of(alarm: Alarm, robots: Mapping[int, Robot]) -> list[MenuItem]:
 
 def group_menu(alarm: Alarm) -> list[MenuItem]:
     """What can be done about alarms in the state of ``alarm``, one or many."""
-    note = [MenuItem("note", _("Acknowledge with a note"), "note-edit-outline")] if alarm.acknowledged_at is None else []
-    return note + [MenuItem(hours, ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours), "bell-sleep-outline")
-                   for hours in SHELF_HOURS]
+    note = (
+        [MenuItem("note", _("Acknowledge with a note"), "note-edit-outline")] if alarm.acknowledged_at is None else []
+    )
+    return note + [
+        MenuItem(
+            hours, ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours), "bell-sleep-outline"
+        )
+        for hours in SHELF_HOURS
+    ]
 
 
 # ---------------------------------------------------------------------- lines of the list
@@ -296,6 +344,7 @@ def group_menu(alarm: Alarm) -> list[MenuItem]:
 class AlarmEntry:
     """``key``: what it is about and its id, for an alarm ("alarm", id). ``action`` is the word of its button;
     ``fold`` the icon of the one that shows or hides the alarms of a group."""
+
     key: tuple[str, int]
     icon: str
     tone: str
@@ -323,9 +372,15 @@ def past_entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:
 
 
 def _entry(alarm: Alarm, settings: Settings, now: datetime) -> AlarmEntry:
-    return AlarmEntry(("alarm", alarm.id), alarm_icon(alarm), alarm_tone(alarm), alarm_text(alarm, settings, now),
-                      alarm_note(alarm, settings, now, whole=True), *state_words(alarm, settings, now),
-                      acknowledged_words(alarm, settings, now))
+    return AlarmEntry(
+        ("alarm", alarm.id),
+        alarm_icon(alarm),
+        alarm_tone(alarm),
+        alarm_text(alarm, settings, now),
+        alarm_note(alarm, settings, now, whole=True),
+        *state_words(alarm, settings, now),
+        acknowledged_words(alarm, settings, now),
+    )
 
 
 def acknowledged_words(alarm: Alarm, settings: Settings, now: datetime) -> str:
@@ -340,7 +395,11 @@ def acknowledged_words(alarm: Alarm, settings: Settings, now: datetime) -> str:
 
 def tab_words(still_open: int, shelved: int) -> list[tuple[str, str]]:
     """The parts of the list, with how many are in them."""
-    return [("open", _("Open ({n})").format(n=still_open)), ("shelved", _("Shelved ({n})").format(n=shelved)), ("past", _("Past"))]
+    return [
+        ("open", _("Open ({n})").format(n=still_open)),
+        ("shelved", _("Shelved ({n})").format(n=shelved)),
+        ("past", _("Past")),
+    ]
 
 
 def past_count(shown: int, total: int) -> str:

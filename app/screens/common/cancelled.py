@@ -1,4 +1,5 @@
 """Cancelling a start: it can wait again where nothing of it was ever sent; else a person is asked first. What is said of it then."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -18,8 +19,14 @@ def is_undoable(row: Execution) -> bool:
 
 def ask_to_cancel(shell: Shell, mission: str, robot: str, agreed: Callable[[], object]) -> None:
     """What waits in the queue of that robot, or in none."""
-    text = _("It is taken out of the queue of {robot}. This can't be undone.").format(robot=robot) if robot else _("This can't be undone.")
-    shell.dialogs.confirm(_("Cancel {mission}?").format(mission=mission), text, _("Cancel it"), agreed, danger=True, decline=_("Keep it"))
+    text = (
+        _("It is taken out of the queue of {robot}. This can't be undone.").format(robot=robot)
+        if robot
+        else _("This can't be undone.")
+    )
+    shell.dialogs.confirm(
+        _("Cancel {mission}?").format(mission=mission), text, _("Cancel it"), agreed, danger=True, decline=_("Keep it")
+    )
 
 
 def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], object], following: str = "") -> None:
@@ -27,10 +34,14 @@ def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], obj
     text = _("{robot} is on its way: it stops where it is, and does not go on with this mission.").format(robot=robot)
     if following:
         text += " " + _("It then goes on with {mission}, the next in its queue.").format(mission=following)
-    shell.dialogs.confirm(_("Stop {mission}?").format(mission=mission), text, _("Stop it"), agreed, danger=True, decline=_("Let it run"))
+    shell.dialogs.confirm(
+        _("Stop {mission}?").format(mission=mission), text, _("Stop it"), agreed, danger=True, decline=_("Let it run")
+    )
 
 
-def say_cancelled(shell: Shell, catalogue: Catalogue, mission: str, left: Execution | None, changed: Callable[[], object]) -> None:
+def say_cancelled(
+    shell: Shell, catalogue: Catalogue, mission: str, left: Execution | None, changed: Callable[[], object]
+) -> None:
     """``left``: ours, as it is now; open until the robot has said that it is gone. With Undo where nothing of it was ever sent;
     ``changed()`` when that was pressed."""
     if left is not None:
@@ -46,5 +57,8 @@ def say_cancelled(shell: Shell, catalogue: Catalogue, mission: str, left: Execut
         changed()
 
     # of a refusal only the sentence: none of them is mended by trying again
-    shell.snackbars.undo(said.format(mission=mission), _("Undo"),
-                         lambda: shell.background.run(lambda: catalogue.wait_again(row_id), waits, shell.say_problem))
+    shell.snackbars.undo(
+        said.format(mission=mission),
+        _("Undo"),
+        lambda: shell.background.run(lambda: catalogue.wait_again(row_id), waits, shell.say_problem),
+    )

@@ -1,4 +1,5 @@
 """How the states of an execution are shown: icon, word and tone, always all three."""
+
 from __future__ import annotations
 
 from app.domain.models import State, Trigger
@@ -21,11 +22,19 @@ LOOKS = {
 def word(state: State) -> str:
     """The state as one word."""
     return {
-        State.WAITING: _("Waiting"), State.SUBMITTING: _("Checking"), State.QUEUED: _("Queued"), State.EXECUTING: _("Running"),
-        State.COMPLETED: _("Completed"), State.FAILED: pgettext("run", "Failed"), State.CANCELLED: _("Cancelled"),
-        State.SKIPPED: _("Not run"), State.MISSED: _("Not run"),         # why is said by the reason
+        State.WAITING: _("Waiting"),
+        State.SUBMITTING: _("Checking"),
+        State.QUEUED: _("Queued"),
+        State.EXECUTING: _("Running"),
+        State.COMPLETED: _("Completed"),
+        State.FAILED: pgettext("run", "Failed"),
+        State.CANCELLED: _("Cancelled"),
+        State.SKIPPED: _("Not run"),
+        State.MISSED: _("Not run"),  # why is said by the reason
     }[state]
 
 
 def trigger_word(trigger: Trigger) -> str:
-    return {Trigger.SCHEDULED: _("Schedule"), Trigger.MANUAL: _("Run now"), Trigger.IDLE: pgettext("trigger", "Idle")}[trigger]
+    return {Trigger.SCHEDULED: _("Schedule"), Trigger.MANUAL: _("Run now"), Trigger.IDLE: pgettext("trigger", "Idle")}[
+        trigger
+    ]

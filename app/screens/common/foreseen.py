@@ -1,4 +1,5 @@
 """Planned starts that any robot of a group may take: which one will probably come, always marked as a forecast. Pure."""
+
 from __future__ import annotations
 
 from app.domain.models import Connection
@@ -39,6 +40,9 @@ def sentence(run: PlannedRun) -> str:
     if run.lacking:
         return _("No robot of {group} has the mission {mission}").format(group=run.group.name, mission=run.mission.name)
     if run.begins_at is None:
-        return _("No robot of {group} is foreseen to be free in its start window. It is decided at its time.").format(group=run.group.name)
+        return _("No robot of {group} is foreseen to be free in its start window. It is decided at its time.").format(
+            group=run.group.name
+        )
     return _("A forecast: {robot} will probably take it. Which robot of {group} comes is decided at its time.").format(
-        robot=run.robot.name, group=run.group.name)
+        robot=run.robot.name, group=run.group.name
+    )

@@ -10,6 +10,7 @@ rarely sets; no kivy. The functions write in the language of the app; instants a
 
 What is not known (None) is "–", never 0.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -21,20 +22,21 @@ from app.i18n import SOURCE_LANGUAGE, translator
 
 NOTHING = "–"
 DAY = 86400.0
-LONGEST_QUESTION = 240       # characters of a robot's question, so that the answers are in sight
+LONGEST_QUESTION = 240  # characters of a robot's question, so that the answers are in sight
 
 
 @dataclass(frozen=True)
 class Table:
     """How one language writes dates and numbers. Patterns are ``str.format`` templates."""
+
     months: tuple[str, ...]
     months_short: tuple[str, ...]
-    weekdays: tuple[str, ...]            # from Monday
-    weekdays_short: tuple[str, ...]      # two letters, for chips and calendars
-    weekdays_date: tuple[str, ...]       # before a date
-    date_pattern: str                    # with the year
-    day_pattern: str                     # without
-    near_pattern: str                    # nor the month
+    weekdays: tuple[str, ...]  # from Monday
+    weekdays_short: tuple[str, ...]  # two letters, for chips and calendars
+    weekdays_date: tuple[str, ...]  # before a date
+    date_pattern: str  # with the year
+    day_pattern: str  # without
+    near_pattern: str  # nor the month
     time_separator: str
     decimal: str
     in_pattern: str
@@ -45,24 +47,75 @@ class Table:
 
 LANGUAGES = {
     "en": Table(
-        months=("January", "February", "March", "April", "May", "June", "July", "August", "September", "October", "November", "December"),
+        months=(
+            "January",
+            "February",
+            "March",
+            "April",
+            "May",
+            "June",
+            "July",
+            "August",
+            "September",
+            "October",
+            "November",
+            "December",
+        ),
         months_short=("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"),
         weekdays=("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"),
         weekdays_short=("Mo", "Tu", "We", "Th", "Fr", "Sa", "Su"),
         weekdays_date=("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"),
-        date_pattern="{weekday} {day} {month} {year}", day_pattern="{weekday} {day} {month}", near_pattern="{weekday} {day}",
-        time_separator=":", decimal=".",
-        in_pattern="in {}", ago_pattern="{} ago", now_word="now"),
+        date_pattern="{weekday} {day} {month} {year}",
+        day_pattern="{weekday} {day} {month}",
+        near_pattern="{weekday} {day}",
+        time_separator=":",
+        decimal=".",
+        in_pattern="in {}",
+        ago_pattern="{} ago",
+        now_word="now",
+    ),
     "fi": Table(
-        months=("tammikuu", "helmikuu", "maaliskuu", "huhtikuu", "toukokuu", "kesäkuu", "heinäkuu", "elokuu", "syyskuu", "lokakuu",
-                "marraskuu", "joulukuu"),
-        months_short=("tammi", "helmi", "maalis", "huhti", "touko", "kesä", "heinä", "elo", "syys", "loka", "marras", "joulu"),
+        months=(
+            "tammikuu",
+            "helmikuu",
+            "maaliskuu",
+            "huhtikuu",
+            "toukokuu",
+            "kesäkuu",
+            "heinäkuu",
+            "elokuu",
+            "syyskuu",
+            "lokakuu",
+            "marraskuu",
+            "joulukuu",
+        ),
+        months_short=(
+            "tammi",
+            "helmi",
+            "maalis",
+            "huhti",
+            "touko",
+            "kesä",
+            "heinä",
+            "elo",
+            "syys",
+            "loka",
+            "marras",
+            "joulu",
+        ),
         weekdays=("maanantai", "tiistai", "keskiviikko", "torstai", "perjantai", "lauantai", "sunnuntai"),
         weekdays_short=("ma", "ti", "ke", "to", "pe", "la", "su"),
         weekdays_date=("ma", "ti", "ke", "to", "pe", "la", "su"),
-        date_pattern="{weekday} {day}.{number}.{year}", day_pattern="{weekday} {day}.{number}.", near_pattern="{weekday} {day}.",
-        time_separator=".", decimal=",",
-        in_pattern="{} kuluttua", ago_pattern="{} sitten", now_word="nyt", units=("s", "min", "h", "pv")),
+        date_pattern="{weekday} {day}.{number}.{year}",
+        day_pattern="{weekday} {day}.{number}.",
+        near_pattern="{weekday} {day}.",
+        time_separator=".",
+        decimal=",",
+        in_pattern="{} kuluttua",
+        ago_pattern="{} sitten",
+        now_word="nyt",
+        units=("s", "min", "h", "pv"),
+    ),
 }
 
 
@@ -112,8 +165,13 @@ def near_day(when: date) -> str:
 
 def _written(when: date, pattern: str) -> str:
     table = current()
-    return pattern.format(weekday=table.weekdays_date[when.weekday()], day=when.day, month=table.months_short[when.month - 1],
-                          number=when.month, year=when.year)
+    return pattern.format(
+        weekday=table.weekdays_date[when.weekday()],
+        day=when.day,
+        month=table.months_short[when.month - 1],
+        number=when.month,
+        year=when.year,
+    )
 
 
 def day(moment: datetime | None, zone: str, year: bool = False) -> str:
@@ -129,7 +187,11 @@ def day_and_time(moment: datetime | None, zone: str, now: datetime | None = None
     if now is None:
         return f"{wall_day(there)} {wall_time(there)}"
     today = local(now, zone).date()
-    return wall_time(there) if there.date() == today else f"{wall_day(there, year=there.year != today.year)} {wall_time(there)}"
+    return (
+        wall_time(there)
+        if there.date() == today
+        else f"{wall_day(there, year=there.year != today.year)} {wall_time(there)}"
+    )
 
 
 def day_or_time(at: datetime, zone: str, now: datetime) -> str:

@@ -1,6 +1,7 @@
 """Missions with what they were given, in words: "Go to position · Dock 3", wherever a mission is named that was given something. Values are
 kept as robots want them, a position as its identifier; only a robot knows what it calls that, so a screen asks for what it shows, seldom,
 and what is learnt anywhere is known to all (``Shell.given``)."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,23 +22,26 @@ if TYPE_CHECKING:
     from app.services.planning.planned import PlannedRun
     from app.services.robots.missions import RobotMissions
 
-ASK_AGAIN_AFTER = 300.0                  # s, for a name that the robot has not told
-LONGEST_BESIDE = 32                      # characters of a value beside the mission's name
+ASK_AGAIN_AFTER = 300.0  # s, for a name that the robot has not told
+LONGEST_BESIDE = 32  # characters of a value beside the mission's name
 
-Start = tuple[int | None, str, Mapping[str, Any]]        # robot, guid of the mission, what it is given
+Start = tuple[int | None, str, Mapping[str, Any]]  # robot, guid of the mission, what it is given
 
 
 @dataclass(frozen=True)
 class Given:
     """What is known of it. An identifier without a known name is never shown."""
-    parameters: Mapping[str, Sequence[MissionParameter]] = field(default_factory=dict)       # by guid of the mission
-    names: Mapping[object, str] = field(default_factory=dict)                                # of positions, by identifier
+
+    parameters: Mapping[str, Sequence[MissionParameter]] = field(default_factory=dict)  # by guid of the mission
+    names: Mapping[object, str] = field(default_factory=dict)  # of positions, by identifier
 
     def line(self, guid: str, values: Mapping[str, Any]) -> str:
         """Position: Dock 3 · Pallets: 2"""
         labels = {parameter.name: parameter.label for parameter in self.parameters.get(guid, ())}
-        return " · ".join(f"{labels.get(name) or name}: {self._word(guid, name, value) or formats.NOTHING}"
-                          for name, value in values.items())
+        return " · ".join(
+            f"{labels.get(name) or name}: {self._word(guid, name, value) or formats.NOTHING}"
+            for name, value in values.items()
+        )
 
     def run(self, execution: Execution) -> str:
         """Go to position · Dock 3"""
@@ -54,11 +58,14 @@ class Given:
     def schedule(self, schedule: Schedule, mission: Mission, target: Robot | Group) -> str:
         """What a person calls it: the name given to it, else what it does where."""
         return given_to_schedule(schedule.name, mission.name, target.name) or _("{mission} on {robot}").format(
-            mission=self.mission(mission, schedule.parameters), robot=target.name)
+            mission=self.mission(mission, schedule.parameters), robot=target.name
+        )
 
     def _beside(self, mission: str, guid: str, values: Mapping[str, Any]) -> str:
         words = (self._word(guid, name, value) for name, value in values.items())
-        return " · ".join((mission, *(f"{word[:LONGEST_BESIDE]}…" if len(word) > LONGEST_BESIDE else word for word in words if word)))
+        return " · ".join(
+            (mission, *(f"{word[:LONGEST_BESIDE]}…" if len(word) > LONGEST_BESIDE else word for word in words if word))
+        )
 
     def lacks(self, values: Mapping[str, Any]) -> bool:
         """Whether there is one of which only a robot knows the name."""
@@ -71,14 +78,16 @@ class Given:
 
     def _word(self, guid: str, name: str, value: Any) -> str:
         parameter = next((each for each in self.parameters.get(guid, ()) if each.name == name), MissionParameter(name))
-        if known := next((label for key, label in parameter.choices if key == value and type(key) is type(value)),
-                          self.names.get(str(value))):
+        if known := next(
+            (label for key, label in parameter.choices if key == value and type(key) is type(value)),
+            self.names.get(str(value)),
+        ):
             return known
         if value is None:
             return ""
         if isinstance(value, bool):
             return _("Yes") if value else _("No")
-        text = formats.plain(value) if isinstance(value, float) else str(value).removesuffix(".000000")      # of a duration
+        text = formats.plain(value) if isinstance(value, float) else str(value).removesuffix(".000000")  # of a duration
         return "" if IDENTIFIER.fullmatch(text) else " ".join(filter(None, (text, parameter.unit)))
 
 
@@ -93,8 +102,12 @@ class Learnt:
 
     def take(self, guid: str, found: Sequence[MissionParameter]) -> None:
         """What a robot says that this mission asks for."""
-        names = {key: label for parameter in found for key, label in parameter.choices if IDENTIFIER.fullmatch(str(key))}
-        self.known = replace(self.known, parameters={**self.known.parameters, guid: found}, names={**self.known.names, **names})
+        names = {
+            key: label for parameter in found for key, label in parameter.choices if IDENTIFIER.fullmatch(str(key))
+        }
+        self.known = replace(
+            self.known, parameters={**self.known.parameters, guid: found}, names={**self.known.names, **names}
+        )
 
 
 class GivenNames:
@@ -114,8 +127,12 @@ class GivenNames:
             if now < self._ask_at.get((robot_id, guid), now):
                 continue
             self._ask_at[robot_id, guid] = now + ASK_AGAIN_AFTER
-            self._shell.background.run(partial(self._missions.parameters, robot_id, guid), partial(self._take, guid),
-                                       lambda _problem: None, apart="given")
+            self._shell.background.run(
+                partial(self._missions.parameters, robot_id, guid),
+                partial(self._take, guid),
+                lambda _problem: None,
+                apart="given",
+            )
 
     def _take(self, guid: str, found: Sequence[MissionParameter]) -> None:
         self._shell.given.take(guid, found)

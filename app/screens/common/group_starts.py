@@ -1,4 +1,5 @@
 """What a person does with a start that waits for a robot of its group: gives it to one, puts it before others, holds or cancels it."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -24,29 +25,50 @@ def has_no_robot(row: Execution) -> bool:
     return row.state is State.WAITING and row.robot_id is None
 
 
-def robots_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group], holds: Sequence[Hold], settings: Settings,
-               now: datetime) -> list[Option]:
+def robots_for(
+    row: Execution,
+    robots: Iterable[Robot],
+    groups: Iterable[Group],
+    holds: Sequence[Hold],
+    settings: Settings,
+    now: datetime,
+) -> list[Option]:
     """To whom a person can give it: with what each is doing, or why it can't have it now."""
     members = next((group.members for group in groups if group.id == row.group_id), ())
-    told = {each["robot"]: each for each in row.wait_details.get("robots", ()) if isinstance(each, dict) and "robot" in each}
+    told = {
+        each["robot"]: each for each in row.wait_details.get("robots", ()) if isinstance(each, dict) and "robot" in each
+    }
     full = ""
     if row.wait is Wait.PLACE and "place" in row.wait_details:
-        full = _("{place} is full: {robot} uses it").format(place=row.wait_details["place"], robot=row.wait_details.get("robot", "–"))
+        full = _("{place} is full: {robot} uses it").format(
+            place=row.wait_details["place"], robot=row.wait_details.get("robot", "–")
+        )
 
     def note(robot: Robot) -> str:
         if hold := hold_at(holds, robot.id, now):
             return until_words(hold, settings, now)
-        return full or (choice.awaited({"robots": [told[robot.name]]}, settings.timezone, _) if robot.name in told else "")
-    return [Option(robot.id, robot.name, "robot-outline", note(robot)) for robot in robots if robot.id in members and robot.enabled]
+        return full or (
+            choice.awaited({"robots": [told[robot.name]]}, settings.timezone, _) if robot.name in told else ""
+        )
+
+    return [
+        Option(robot.id, robot.name, "robot-outline", note(robot))
+        for robot in robots
+        if robot.id in members and robot.enabled
+    ]
 
 
-def lacking(mission: Mission, members: Iterable[Robot], missions: Sequence[Mission], names: Mapping[int, Collection[str]]) -> list[str]:
+def lacking(
+    mission: Mission, members: Iterable[Robot], missions: Sequence[Mission], names: Mapping[int, Collection[str]]
+) -> list[str]:
     """Names of the robots of a group that don't have the mission, as far as is known. A robot's own mission of that name takes the place of
     the one for all. ``names``: guids that each robot has, by its id."""
+
     def lacks(robot: Robot) -> bool:
         own = next((each for each in missions if each.name == mission.name and each.robot_id == robot.id), mission)
         there = names.get(robot.id) or ()
         return bool(there) and own.guid not in there
+
     return [robot.name for robot in members if lacks(robot)]
 
 
@@ -59,30 +81,55 @@ class GroupStarts:
     becomes of one that was given to a robot. ``present(id)`` is a start as it was last read: what a menu or a question is about may have
     begun since."""
 
-    def __init__(self, operator: Operator, catalogue: Catalogue, shell: Shell, changed: Callable[[], object],
-                 follow: Callable[[Execution], object], present: Callable[[int], Execution | None]) -> None:
-        self._operator, self._catalogue, self._shell, self._changed, self._follow = operator, catalogue, shell, changed, follow
+    def __init__(
+        self,
+        operator: Operator,
+        catalogue: Catalogue,
+        shell: Shell,
+        changed: Callable[[], object],
+        follow: Callable[[Execution], object],
+        present: Callable[[int], Execution | None],
+    ) -> None:
+        self._operator, self._catalogue, self._shell, self._changed, self._follow = (
+            operator,
+            catalogue,
+            shell,
+            changed,
+            follow,
+        )
         self._present = present
-        self._busy: set[int] = set()                          # ids of executions that something is being done to
+        self._busy: set[int] = set()  # ids of executions that something is being done to
 
     def give(self, row: Execution, robots: Sequence[Option]) -> None:
         self._shell.dialogs.choose(
-            _("Give {mission} to").format(mission=self._name(row)), robots,
-            lambda robot_id: self._do(row, lambda: self._operator.give_to(row.id, robot_id), self._follow))
+            _("Give {mission} to").format(mission=self._name(row)),
+            robots,
+            lambda robot_id: self._do(row, lambda: self._operator.give_to(row.id, robot_id), self._follow),
+        )
 
     def prioritise(self, row: Execution) -> None:
         def chosen(priority: int) -> None:
             said = _("{mission}: priority {priority}").format(mission=self._name(row), priority=word(priority))
-            self._do(row, lambda: self._operator.prioritise(row.id, priority), self._saying(row, said, "chevron-double-up"))
-        self._shell.dialogs.choose(_("Priority of {mission}").format(mission=self._name(row)),
-                                   [Option(each, word(each)) for each in LEVELS], chosen, selected=level(row.priority))
+            self._do(
+                row, lambda: self._operator.prioritise(row.id, priority), self._saying(row, said, "chevron-double-up")
+            )
+
+        self._shell.dialogs.choose(
+            _("Priority of {mission}").format(mission=self._name(row)),
+            [Option(each, word(each)) for each in LEVELS],
+            chosen,
+            selected=level(row.priority),
+        )
 
     def cancel(self, row: Execution) -> None:
         row = self._present(row.id) or row
 
         def cancel() -> None:
-            self._do(row, lambda: self._operator.cancel_execution(row.id),
-                     lambda left: say_cancelled(self._shell, self._catalogue, self._name(row), left, self._changed))
+            self._do(
+                row,
+                lambda: self._operator.cancel_execution(row.id),
+                lambda left: say_cancelled(self._shell, self._catalogue, self._name(row), left, self._changed),
+            )
 
         def agreed() -> None:
             now = self._present(row.id)
@@ -100,20 +147,31 @@ class GroupStarts:
 
     def hold(self, row: Execution, held: bool) -> None:
         """Keep it back, or let it go."""
-        words = _("{mission} is held; it is skipped unless it is released in time") if held else _("{mission} is released")
+        words = (
+            _("{mission} is held; it is skipped unless it is released in time") if held else _("{mission} is released")
+        )
         said = self._saying(row, words.format(mission=self._name(row)), HAND if held else "play")
-        gone = self._saying(row, _("{mission} was on its way already").format(mission=self._name(row)), "information-outline")
-        self._do(row, lambda: self._operator.hold_starts([row.id], held), lambda number: (said if number else gone)(number))
+        gone = self._saying(
+            row, _("{mission} was on its way already").format(mission=self._name(row)), "information-outline"
+        )
+        self._do(
+            row, lambda: self._operator.hold_starts([row.id], held), lambda number: (said if number else gone)(number)
+        )
 
     def start_on_another(self, row: Execution, robots: Sequence[Option]) -> None:
         """As well: asked first, because nobody knows whether the silent robot has it."""
+
         def agreed(robot_id: int) -> None:
             name = next((robot.text for robot in robots if robot.key == robot_id), "")
             asked = _("Start {mission} on {robot}?") if robot_id else _("Start {mission} on another robot?")
             self._shell.dialogs.confirm(
                 asked.format(mission=self._name(row), robot=name),
-                _("If {robot} has it after all, it runs twice.").format(robot=row.robot), _("Start it"),
-                lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow), danger=True)
+                _("If {robot} has it after all, it runs twice.").format(robot=row.robot),
+                _("Start it"),
+                lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow),
+                danger=True,
+            )
+
         self._shell.dialogs.choose(_("Start on another robot"), robots, agreed)
 
     def _name(self, row: Execution) -> str:
@@ -131,5 +189,9 @@ class GroupStarts:
             self._busy.discard(row.id)
             call()
             self._changed()
-        self._shell.background.run(work, lambda outcome: ended(lambda: done(outcome)),
-                                   lambda problem: ended(lambda: self._shell.say_problem(problem)))
+
+        self._shell.background.run(
+            work,
+            lambda outcome: ended(lambda: done(outcome)),
+            lambda problem: ended(lambda: self._shell.say_problem(problem)),
+        )

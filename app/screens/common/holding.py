@@ -1,4 +1,5 @@
 """Holds in words: what keeps a start from being sent, and until when. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
@@ -40,7 +41,9 @@ def state_and_hold(word: str, hold: Hold | None) -> str:
     return word if hold is None else _("{state}, held").format(state=word)
 
 
-def hold_for(holds: Sequence[Hold], robot_id: int | None, group: Group | None, robots: Iterable[Robot], at: datetime) -> Hold | None:
+def hold_for(
+    holds: Sequence[Hold], robot_id: int | None, group: Group | None, robots: Iterable[Robot], at: datetime
+) -> Hold | None:
     """What keeps a start on that robot or, with a group, on every one of its robots from being sent at that instant: of these the one that
     ends first."""
     if group is None:
@@ -60,11 +63,17 @@ def held_until(hold: Hold | None, closes_at: datetime) -> datetime | None:
     return hold.until if hold is not None and hold.until is not None and hold.until < closes_at else None
 
 
-def run_words(hold: Hold | None, silent: Robot | None, closes_at: datetime, zone: str, now: datetime) -> tuple[str, str] | None:
+def run_words(
+    hold: Hold | None, silent: Robot | None, closes_at: datetime, zone: str, now: datetime
+) -> tuple[str, str] | None:
     """Text and icon of what starts a mission that something keeps from being sent at once: a hold, or that its robot does not answer."""
     if hold is not None:
         until = held_until(hold, closes_at)
-        text = _("Queue, held") if until is None else _("Queue, held until {time}").format(time=formats.day_or_time(until, zone, now))
+        text = (
+            _("Queue, held")
+            if until is None
+            else _("Queue, held until {time}").format(time=formats.day_or_time(until, zone, now))
+        )
         return text, HAND
     return (_("Send when {robot} answers").format(robot=silent.name), "timer-sand") if silent is not None else None
 
@@ -78,7 +87,11 @@ def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> 
     if not execution.held and (until := held_until(hold, execution.closes_at)) is not None:
         words = _("Held until {time}").format(time=formats.clock_time(until, zone))
         return f"{words}: {why}" if why else words
-    text = _("Held back: {hold}; skipped at {time} unless released") if why else _("Held back; skipped at {time} unless released")
+    text = (
+        _("Held back: {hold}; skipped at {time} unless released")
+        if why
+        else _("Held back; skipped at {time} unless released")
+    )
     return text.format(hold=why, time=formats.clock_time(execution.closes_at, zone))
 
 
@@ -99,8 +112,11 @@ def held_next(hold: Hold | None, at: datetime, window_minutes: int | None, setti
     planned = formats.day_and_time(at, settings.timezone, now)
     if hold.until is None:
         return _("held · next {time} once released").format(time=planned)
-    text = _("{time} is skipped: held until {until}") if _is_too_late(hold, at, window_minutes, settings) else \
-        _("held until {until} · planned {time}")
+    text = (
+        _("{time} is skipped: held until {until}")
+        if _is_too_late(hold, at, window_minutes, settings)
+        else _("held until {until} · planned {time}")
+    )
     return text.format(time=planned, until=formats.day_or_time(hold.until, settings.timezone, now))
 
 

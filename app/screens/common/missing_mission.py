@@ -1,4 +1,5 @@
 """The way from a list of missions to one that is not in it yet."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -8,7 +9,7 @@ from app.i18n import _
 from app.screens.common.options import Option
 from app.screens.common.shell import Shell
 
-FETCH = "fetch"                          # key of the option
+FETCH = "fetch"  # key of the option
 
 
 def fetch_option() -> Option:

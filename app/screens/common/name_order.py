@@ -1,4 +1,5 @@
 """The one order of robots and groups, wherever they are listed. Pure."""
+
 from __future__ import annotations
 
 import re
@@ -13,5 +14,11 @@ T = TypeVar("T")
 def by_name(things: Iterable[T], of: str = "name") -> tuple[T, ...]:
     """By the attribute ``of``, as people count: Robot 2 before Robot 10."""
     name = attrgetter(of)
-    return tuple(sorted(things, key=lambda thing: [(int(part), "") if part.isdecimal() else (-1, part)
-                                                   for part in _NUMBER.split(name(thing).casefold())]))
+    return tuple(
+        sorted(
+            things,
+            key=lambda thing: [
+                (int(part), "") if part.isdecimal() else (-1, part) for part in _NUMBER.split(name(thing).casefold())
+            ],
+        )
+    )

@@ -1,4 +1,5 @@
 """What can be chosen: options of a dialog or of a row of chips, commands of a menu, and a card with some."""
+
 from __future__ import annotations
 
 from collections.abc import Hashable
@@ -8,6 +9,7 @@ from dataclasses import dataclass
 @dataclass(frozen=True)
 class Option:
     """One of several choices. ``key`` is handed back when it is chosen; ``tone`` is of its icon."""
+
     key: Hashable
     text: str
     icon: str = ""
@@ -19,6 +21,7 @@ class Option:
 @dataclass(frozen=True)
 class MenuItem:
     """One command of a menu."""
+
     key: Hashable
     text: str
     icon: str = ""
@@ -29,6 +32,7 @@ class MenuItem:
 @dataclass(frozen=True)
 class Card:
     """What something on screen stands for, and what can be done with it."""
+
     title: str
     text: str
     items: tuple[MenuItem, ...]

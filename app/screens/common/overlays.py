@@ -1,4 +1,5 @@
 """Dialogs and menus as calls. Screens get a ``Dialogs`` injected; tests may give them a fake with the same methods."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
@@ -33,8 +34,14 @@ class Dialogs:
         return dialog
 
     def _ask_to_discard(self, close: Callable[[], object]) -> None:
-        self.confirm(_("Close without saving?"), _("What you have entered is lost."), _("Discard"), close, danger=True,
-                     decline=_("Go on"))
+        self.confirm(
+            _("Close without saving?"),
+            _("What you have entered is lost."),
+            _("Discard"),
+            close,
+            danger=True,
+            decline=_("Go on"),
+        )
 
     @property
     def top(self) -> Overlay | None:
@@ -46,49 +53,118 @@ class Dialogs:
             dialog.hide_duration = 0
             dialog.dismiss()
 
-    def confirm(self, title: str, text: str, action: str, done: Callable[[], object], *, danger: bool = False,
-                decline: str = "", declined: Callable[[], object] | None = None) -> Overlay:
+    def confirm(
+        self,
+        title: str,
+        text: str,
+        action: str,
+        done: Callable[[], object],
+        *,
+        danger: bool = False,
+        decline: str = "",
+        declined: Callable[[], object] | None = None,
+    ) -> Overlay:
         """Ask before what cannot be taken back; ``action`` is the word on the button that does it."""
         dialog = ConfirmDialog(title=title, text=text, confirm=action, decline=decline or _("Cancel"), danger=danger)
         dialog.bind(on_confirmed=lambda *_args: done(), on_declined=lambda *_args: declined() if declined else None)
         return self.open(dialog)
 
-    def choose(self, title: str, options: Sequence[Option], done: Callable[[Any], object], *,
-               selected: Hashable | None = None, last: Option | None = None) -> Overlay:
+    def choose(
+        self,
+        title: str,
+        options: Sequence[Option],
+        done: Callable[[Any], object],
+        *,
+        selected: Hashable | None = None,
+        last: Option | None = None,
+    ) -> Overlay:
         """Pick one of ``options``, or the ``last`` one, which is there whatever is searched for; ``done(key)``. Eight and more can be
         searched."""
-        dialog = ChoiceDialog(title=title, options=list(options), last=last, selected=[] if selected is None else [selected],
-                              hint=_("Search"), nothing=_("Nothing found"))
+        dialog = ChoiceDialog(
+            title=title,
+            options=list(options),
+            last=last,
+            selected=[] if selected is None else [selected],
+            hint=_("Search"),
+            nothing=_("Nothing found"),
+        )
         dialog.bind(on_choose=lambda _dialog, key: done(key))
         return self.open(dialog)
 
-    def choose_many(self, title: str, options: Sequence[Option], action: str, done: Callable[[list[Any]], object], *,
-                    selected: Iterable[Hashable] = (), can_all: bool = False, needs_one: bool = False, text: str = "") -> Overlay:
+    def choose_many(
+        self,
+        title: str,
+        options: Sequence[Option],
+        action: str,
+        done: Callable[[list[Any]], object],
+        *,
+        selected: Iterable[Hashable] = (),
+        can_all: bool = False,
+        needs_one: bool = False,
+        text: str = "",
+    ) -> Overlay:
         """Tick any of ``options``, at least one where it ``needs_one``, or all at once where it ``can_all``; ``action`` is the word on the
         confirming button, ``text`` stands above the options; ``done(keys)``."""
-        dialog = ChoiceDialog(title=title, text=text, options=list(options), selected=list(selected), multiple=True, needs_one=needs_one,
-                              confirm=action, decline=_("Cancel"), hint=_("Search"), nothing=_("Nothing found"),
-                              **({"all_word": _("Select all"), "none_word": _("Select none")} if can_all else {}))
+        dialog = ChoiceDialog(
+            title=title,
+            text=text,
+            options=list(options),
+            selected=list(selected),
+            multiple=True,
+            needs_one=needs_one,
+            confirm=action,
+            decline=_("Cancel"),
+            hint=_("Search"),
+            nothing=_("Nothing found"),
+            **({"all_word": _("Select all"), "none_word": _("Select none")} if can_all else {}),
+        )
         dialog.bind(on_choose_many=lambda _dialog, keys: done(keys))
         return self.open(dialog)
 
     def pick_time(self, title: str, start: time | None, done: Callable[[time], object]) -> Overlay:
         """Ask for a time of day, 24 hours."""
-        dialog = TimeDialog(start, title=title, hour_word=_("Hour"), minute_word=_("Minute"), confirm=_("Set"), decline=_("Cancel"),
-                            separator=formats.current().time_separator)
+        dialog = TimeDialog(
+            start,
+            title=title,
+            hour_word=_("Hour"),
+            minute_word=_("Minute"),
+            confirm=_("Set"),
+            decline=_("Cancel"),
+            separator=formats.current().time_separator,
+        )
         dialog.bind(on_pick=lambda _dialog, value: done(value))
         return self.open(dialog)
 
-    def pick_date(self, title: str, start: date | None, done: Callable[[date], object], *, today: date,
-                  first: date | None = None, last: date | None = None) -> Overlay:
+    def pick_date(
+        self,
+        title: str,
+        start: date | None,
+        done: Callable[[date], object],
+        *,
+        today: date,
+        first: date | None = None,
+        last: date | None = None,
+    ) -> Overlay:
         """Ask for a day between ``first`` and ``last``; ``today`` is ringed."""
         words = formats.current()
-        dialog = DateDialog(title=title, chosen=start, today=today, first=first, last=last, months=words.months,
-                            weekdays=words.weekdays_short, today_word=_("Today"), confirm=_("Set"), decline=_("Cancel"))
+        dialog = DateDialog(
+            title=title,
+            chosen=start,
+            today=today,
+            first=first,
+            last=last,
+            months=words.months,
+            weekdays=words.weekdays_short,
+            today_word=_("Today"),
+            confirm=_("Set"),
+            decline=_("Cancel"),
+        )
         dialog.bind(on_pick=lambda _dialog, value: done(value))
         return self.open(dialog)
 
-    def menu(self, anchor: Widget, title: str, items: Sequence[MenuItem], done: Callable[[Any], object], text: str = "") -> Overlay:
+    def menu(
+        self, anchor: Widget, title: str, items: Sequence[MenuItem], done: Callable[[Any], object], text: str = ""
+    ) -> Overlay:
         """Hang a menu on ``anchor``; ``done(key)``. ``title``, and ``text`` below it, say what it is about."""
         menu = Menu(items=list(items), anchor=anchor, title=title, text=text)
         menu.bind(on_choose=lambda _menu, key: done(key))

@@ -1,4 +1,5 @@
 """The parameters that a mission asks for, as fields to fill in, and back as the values that are sent to the robot. Pure."""
+
 from __future__ import annotations
 
 import math
@@ -12,7 +13,7 @@ from app.domain.parameters import DURATION, WrongValue, kind_of, range_of, value
 from app.domain.robot import MissionParameter
 from app.i18n import _
 
-CHIPS = 6                                # choices that are shown side by side; more are a list to choose from
+CHIPS = 6  # choices that are shown side by side; more are a list to choose from
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
@@ -20,6 +21,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 class ParameterField:
     """A field of the widget ParameterFields. ``kind``: text, int, count (an int from 0), steps (an int between ``limits``), decimal,
     choice, list (of many) or position; ``choices`` are (value, word)."""
+
     name: str
     label: str
     kind: str
@@ -39,8 +41,18 @@ class Problems(ValueError):
 
 def fields_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any] = NOTHING) -> list[ParameterField]:
     """In the order in which the robot has them; they begin with what was ``entered`` before, as ``ParameterFields`` tells it."""
-    return [ParameterField(p.name, p.label or p.name, _field(p), _entered(p, entered[p.name]) if p.name in entered else _shown(p), _help(p),
-                           _choices(p), _limits(p)) for p in parameters]
+    return [
+        ParameterField(
+            p.name,
+            p.label or p.name,
+            _field(p),
+            _entered(p, entered[p.name]) if p.name in entered else _shown(p),
+            _help(p),
+            _choices(p),
+            _limits(p),
+        )
+        for p in parameters
+    ]
 
 
 def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]) -> dict[str, Any]:
@@ -97,8 +109,10 @@ def _shown(parameter: MissionParameter) -> Any:
     if kind == "choice":
         return yes_or_no(default)
     if kind == "duration" and (found := DURATION.fullmatch(str(default))):
-        return written(found).rstrip("0").removesuffix(".") if int(found[4] or 0) else written(found)[:-len(".000000")]
-    return int(default) if kind == "int" and isinstance(default, bool | float) and float(default).is_integer() else default
+        return written(found).rstrip("0").removesuffix(".") if int(found[4] or 0) else written(found)[: -len(".000000")]
+    return (
+        int(default) if kind == "int" and isinstance(default, bool | float) and float(default).is_integer() else default
+    )
 
 
 def _entered(parameter: MissionParameter, value: Any) -> Any:

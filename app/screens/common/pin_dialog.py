@@ -1,4 +1,5 @@
 """A PIN entered by taps, or on a keyboard where there is one: to open Settings, and to set it."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -14,14 +15,15 @@ BACKSPACE, ENTER, KEYPAD_ENTER = 8, 13, 271
 
 class PinDialog(FormDialog):
     """Digits as dots; ``on_entered(pin)`` when they are complete. While ``busy`` or ``waiting`` none are accepted."""
+
     text = StringProperty()
     pin = StringProperty()
     dots = StringProperty()
     problem = StringProperty()
     ready = BooleanProperty(False)
-    busy = BooleanProperty(False)            # it is being checked
-    waiting = BooleanProperty(False)         # after too many wrong ones
-    beside = BooleanProperty(False)          # the dots beside the keys
+    busy = BooleanProperty(False)  # it is being checked
+    waiting = BooleanProperty(False)  # after too many wrong ones
+    beside = BooleanProperty(False)  # the dots beside the keys
 
     __events__ = ("on_entered",)
 

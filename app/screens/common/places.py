@@ -1,4 +1,5 @@
 """Where files go to or come from, in words: the Documents folder, sticks, shares."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -10,12 +11,19 @@ from app.screens.common.shell import Shell
 from app.services.files.exports import DataFiles
 from app.services.files.places import Place, PlaceKind
 
-ICONS = {PlaceKind.DOCUMENTS: "folder-outline", PlaceKind.USB: "usb-flash-drive-outline", PlaceKind.SHARE: "folder-network-outline"}
+ICONS = {
+    PlaceKind.DOCUMENTS: "folder-outline",
+    PlaceKind.USB: "usb-flash-drive-outline",
+    PlaceKind.SHARE: "folder-network-outline",
+}
 
 
 def place_word(place: Place) -> str:
-    return {PlaceKind.DOCUMENTS: _("Documents"), PlaceKind.USB: _("USB: {name}").format(name=place.name),
-            PlaceKind.SHARE: _("Share: {name}").format(name=place.name)}[place.kind]
+    return {
+        PlaceKind.DOCUMENTS: _("Documents"),
+        PlaceKind.USB: _("USB: {name}").format(name=place.name),
+        PlaceKind.SHARE: _("Share: {name}").format(name=place.name),
+    }[place.kind]
 
 
 def place_option(place: Place, *, selected: bool = False) -> Option:
@@ -24,9 +32,13 @@ def place_option(place: Place, *, selected: bool = False) -> Option:
 
 def choose_place(shell: Shell, files: DataFiles, write: Callable[[Path], object]) -> None:
     """``write(directory)``; which one is asked where a stick or a share is there."""
+
     def found(places: Sequence[Place]) -> None:
         if len(places) == 1:
             write(places[0].path)
         else:
-            shell.dialogs.choose(_("Where to?"), [place_option(place) for place in places], lambda path: write(Path(path)))
+            shell.dialogs.choose(
+                _("Where to?"), [place_option(place) for place in places], lambda path: write(Path(path))
+            )
+
     shell.background.run(files.places, found, shell.say_problem)

@@ -1,4 +1,5 @@
 """Commands under way: a second tap on a button belongs to the first press, and those of one robot keep no other's waiting."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
@@ -6,12 +7,13 @@ from typing import NamedTuple
 
 from kivy.clock import Clock
 
-DOUBLE_TAP = 1.0                         # s within which a gloved finger's second tap on a button is the same press
-FRAME = .02                              # s
+DOUBLE_TAP = 1.0  # s within which a gloved finger's second tap on a button is the same press
+FRAME = 0.02  # s
 
 
 class OfRobot(NamedTuple):
     """A command that a robot is asked for, which may take seconds to answer."""
+
     command: Hashable
     robot_id: int
 
@@ -22,7 +24,7 @@ class Presses:
     def __init__(self, changed: Callable[[], object] = lambda: None) -> None:
         self._changed = changed
         self._under_way: list[Hashable] = []
-        self._rests: dict[Hashable, float] = {}               # until when a tap on a button belongs to the press before
+        self._rests: dict[Hashable, float] = {}  # until when a tap on a button belongs to the press before
 
     def begin(self, key: Hashable) -> bool:
         """False: that is under way already."""
@@ -48,5 +50,8 @@ class Presses:
 
     def names(self, robot_id: int | None) -> list[Hashable]:
         """What is under way for whoever looks at that robot."""
-        return [key.command if isinstance(key, OfRobot) else key for key in self._under_way
-                if not isinstance(key, OfRobot) or key.robot_id == robot_id]
+        return [
+            key.command if isinstance(key, OfRobot) else key
+            for key in self._under_way
+            if not isinstance(key, OfRobot) or key.robot_id == robot_id
+        ]

@@ -2,6 +2,7 @@
 
 Everything that comes from people, robots or files goes through ``html.escape``.
 """
+
 from __future__ import annotations
 
 import re
@@ -46,17 +47,20 @@ tr.with-more td { border-bottom-style: none }
 """
 NO_BREAK, JOIN = "\N{NO-BREAK SPACE}", "\N{WORD JOINER}"
 
-_UNIT = re.compile(r"(?<=\d) (?=\D)| (?=…)")            # between a number and its unit, before what is left out
+_UNIT = re.compile(r"(?<=\d) (?=\D)| (?=…)")  # between a number and its unit, before what is left out
 _RANGE = re.compile(r"(?<=\d)–(?=\d)")
 
 
 def document(title: str, parts: Iterable[str]) -> str:
     """The whole document; ``parts`` are HTML already."""
-    return (f'<!DOCTYPE html>\n<html lang="{escape(translator.language)}">\n<head>\n<meta charset="utf-8">\n'
-            '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; style-src \'unsafe-inline\'">\n'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-            + "\n".join(part for part in parts if part) + "\n</body>\n</html>\n")
+    return (
+        f'<!DOCTYPE html>\n<html lang="{escape(translator.language)}">\n<head>\n<meta charset="utf-8">\n'
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n"
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        + "\n".join(part for part in parts if part)
+        + "\n</body>\n</html>\n"
+    )
 
 
 def unbroken(text: str) -> str:
@@ -64,21 +68,34 @@ def unbroken(text: str) -> str:
     return _RANGE.sub(JOIN + "–" + JOIN, _UNIT.sub(NO_BREAK, text))
 
 
-def table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = (), note: str = "",
-          short: Sequence[int] = (), some: Sequence[int] = (), more: Sequence[str] = ()) -> str:
+def table(
+    title: str,
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    numbers: Sequence[int] = (),
+    note: str = "",
+    short: Sequence[int] = (),
+    some: Sequence[int] = (),
+    more: Sequence[str] = (),
+) -> str:
     """A section. ``rows`` are HTML already; ``numbers`` are the columns aligned right, ``short`` those that never wrap, ``some`` those with
     a least width; ``more`` has for each row a further line below it over the whole width."""
+
     def kind(n: int) -> str:
         name = "number" if n in numbers else "short" if n in short else "some" if n in some else ""
         return f' class="{name}"' if name else ""
 
     def line(n: int, row: Sequence[str]) -> str:
         cells = "".join(f"<td{kind(n)}>{cell}</td>" for n, cell in enumerate(row))
-        if not any(more[n:n + 1]):
+        if not any(more[n : n + 1]):
             return f"<tr>{cells}</tr>"
         return f'<tr class="with-more">{cells}</tr>\n<tr class="more"><td></td><td colspan="{len(row) - 1}">{more[n]}</td></tr>'
 
-    top = f"<thead><tr>{''.join(f'<th{kind(n)}>{escape(text)}</th>' for n, text in enumerate(head))}</tr></thead>\n" if head else ""
+    top = (
+        f"<thead><tr>{''.join(f'<th{kind(n)}>{escape(text)}</th>' for n, text in enumerate(head))}</tr></thead>\n"
+        if head
+        else ""
+    )
     body = "\n".join(line(n, row) for n, row in enumerate(rows))
     whole = f"<table>\n{top}{body}\n</table>\n" if body else ""
     foot = f'<p class="quiet">{escape(note)}</p>\n' if note else ""

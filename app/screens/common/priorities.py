@@ -1,4 +1,5 @@
 """The words of priorities: whole numbers, of which larger ones go first."""
+
 from __future__ import annotations
 
 from app.i18n import _

@@ -1,4 +1,5 @@
 """What went wrong, as one sentence in the language of the app."""
+
 from __future__ import annotations
 
 from app.database.errors import DatabaseError

@@ -1,4 +1,5 @@
 """A robot's question that somebody answers here: it may be over by then, or another one may have come in its place."""
+
 from __future__ import annotations
 
 from typing import Protocol
@@ -18,8 +19,8 @@ from app.services.dispatch.engine import Engine
 from app.services.live.snapshots import Snapshots
 from app.services.robots.commands import Operator
 
-READ_WITHIN = 8.0                        # s, in which a robot that refuses an answer can be read
-SURELY_AFTER = 2                         # readings, of which the first may have begun before
+READ_WITHIN = 8.0  # s, in which a robot that refuses an answer can be read
+SURELY_AFTER = 2  # readings, of which the first may have begun before
 
 
 class Services(Protocol):
@@ -52,6 +53,7 @@ def over(robot: Robot, guid: str, snapshots: Snapshots) -> str:
 def say_not_answered(shell: Shell, services: Services, robot: Robot, guid: str, problem: BaseException) -> None:
     """Why the question with this ``guid`` was not answered. What the robot asks instead of one that it takes no answer to is known when it
     has been read after that."""
+
     def say() -> None:
         if text := over(robot, guid, services.snapshots):
             shell.snackbars.show(text, icon="information-outline", seconds=PROBLEM_SECONDS)
@@ -92,9 +94,11 @@ def ask(shell: Shell, services: Services, robot: Robot) -> None:
 
     def answer(option: str) -> None:
         said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
-        shell.background.run(lambda: services.operator.answer_prompt(robot.id, guid, option),
-                             lambda _none: say(said, "comment-check-outline"),
-                             lambda problem: say_not_answered(shell, services, robot, guid, problem))
+        shell.background.run(
+            lambda: services.operator.answer_prompt(robot.id, guid, option),
+            lambda _none: say(said, "comment-check-outline"),
+            lambda problem: say_not_answered(shell, services, robot, guid, problem),
+        )
 
     def follow(_changed: Changed) -> None:
         if text := over(robot, guid, snapshots):
@@ -102,6 +106,8 @@ def ask(shell: Shell, services: Services, robot: Robot) -> None:
             say(text, "information-outline")
 
     title = _("{robot} asks: {question}").format(robot=robot.name, question=clipped(prompt.question, LONGEST_QUESTION))
-    dialog = shell.dialogs.choose(title, [Option(option, option, "comment-outline") for option in dict.fromkeys(prompt.options)], answer)
+    dialog = shell.dialogs.choose(
+        title, [Option(option, option, "comment-outline") for option in dict.fromkeys(prompt.options)], answer
+    )
     follows = shell.bus.subscribe(Changed, follow)
     dialog.bind(on_dismiss=lambda *_args: follows())

@@ -1,4 +1,5 @@
 """How one robot is shown, in chip, card, top bar and picker: words, icons and tones; normal is grey (ISA-101). Pure."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -13,18 +14,23 @@ from app.services.live.snapshots import is_stale
 
 ANSWERS = (Connection.CONNECTED, Connection.SLOW)
 STOPPED = (RobotState.EMERGENCY_STOP, RobotState.ERROR)
-HOLDING = (RobotState.PAUSE, RobotState.MANUAL_CONTROL, *STOPPED)        # does not go on by itself, whatever its text still says
-LOW = 10.0                               # % of battery under which a person has to look, where no minimum is set
+HOLDING = (
+    RobotState.PAUSE,
+    RobotState.MANUAL_CONTROL,
+    *STOPPED,
+)  # does not go on by itself, whatever its text still says
+LOW = 10.0  # % of battery under which a person has to look, where no minimum is set
 
 
 @dataclass(frozen=True)
 class Appearance:
     """A state as it is shown: always word, icon and tone together; ``loud``: a person is needed now."""
+
     word: str
     icon: str
     tone: str = "neutral"
     loud: bool = False
-    disc_icon: str = ""                  # where it is drawn on a disc; empty: the same
+    disc_icon: str = ""  # where it is drawn on a disc; empty: the same
 
 
 def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Appearance:
@@ -115,10 +121,11 @@ def _silence(connection: Connection) -> Appearance:
 @dataclass(frozen=True)
 class BatteryAppearance:
     """Unknown is "–" and level −1, never 0."""
+
     text: str = "–"
     icon: str = "battery-unknown"
     tone: str = "neutral"
-    level: float = -1.0                  # 0..1
+    level: float = -1.0  # 0..1
     level_tone: str = "accent"
     note: str = ""
 
@@ -142,8 +149,14 @@ def battery_appearance(status: RobotStatus | None, settings: Settings) -> Batter
         note = _("about {time} left").format(time=formats.rough_duration(left)) if left else ""
     if low:
         note = _("under {minimum} %").format(minimum=formats.plain(minimum))
-    return BatteryAppearance(_("{n} %").format(n=int(percent)), icon, "attention" if low else "neutral", percent / 100,
-                             "attention" if low else "accent", note)
+    return BatteryAppearance(
+        _("{n} %").format(n=int(percent)),
+        icon,
+        "attention" if low else "neutral",
+        percent / 100,
+        "attention" if low else "accent",
+        note,
+    )
 
 
 def is_old(snapshot: RobotSnapshot, now: datetime, settings: Settings) -> bool:

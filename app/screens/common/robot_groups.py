@@ -1,4 +1,5 @@
 """In which of a few groups a robot is, from what needs a person most to what needs nobody: how many robots are read at one look. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -17,20 +18,21 @@ from app.services.live.holds import Hold
 
 class Group(Enum):
     """Every robot is in exactly one. In the order of urgency."""
-    STOPPED = "stopped"                  # emergency stop or error
+
+    STOPPED = "stopped"  # emergency stop or error
     ASKS = "asks"
-    SILENT = "silent"                    # no answer, or none that can be trusted
-    LOOK = "look"                        # something that a person should look at, though the robot may go on
+    SILENT = "silent"  # no answer, or none that can be trusted
+    LOOK = "look"  # something that a person should look at, though the robot may go on
     PAUSED = "paused"
-    HELD = "held"                        # ready, and nothing is sent to it
+    HELD = "held"  # ready, and nothing is sent to it
     WORKING = "working"
     READY = "ready"
     CHARGING = "charging"
-    STARTING = "starting"                # or shutting down, or not asked yet
+    STARTING = "starting"  # or shutting down, or not asked yet
     OFF = "off"
 
 
-FEW = 3                                  # robots, up to which Home shows one of them and the others as chips
+FEW = 3  # robots, up to which Home shows one of them and the others as chips
 URGENCY = {group: number for number, group in enumerate(Group)}
 NEEDS_HELP = frozenset((Group.STOPPED, Group.ASKS, Group.SILENT, Group.LOOK, Group.PAUSED))
 
@@ -43,6 +45,7 @@ def help_rank(group: Group) -> int:
 @dataclass(frozen=True)
 class GroupLook:
     """``word`` is short enough for the smallest tile; normal groups are neutral."""
+
     word: str
     icon: str
     tone: str = "neutral"

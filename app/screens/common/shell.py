@@ -6,6 +6,7 @@ time it comes on screen (``shell.go("logs", execution_id=7)`` hands the intent o
 between the two it subscribes to ``Changed`` on the bus and ticks, otherwise it does nothing. The frame (top bar, banner, navigation)
 belongs to the window; a screen fills what is between them, and the margins around it are the frame's.
 """
+
 from __future__ import annotations
 
 import logging
@@ -39,7 +40,7 @@ SCREENS = {
 
 def pick(kind: type[S], container: object) -> S:
     """The services of a screen: ``kind`` is a dataclass whose fields are named as services of the container."""
-    return kind(**{field.name: getattr(container, field.name) for field in fields(kind)})   # type: ignore[arg-type]
+    return kind(**{field.name: getattr(container, field.name) for field in fields(kind)})  # type: ignore[arg-type]
 
 
 class Loudspeaker(Protocol):
@@ -60,6 +61,7 @@ class Shell:
     backup in the place of the database and goes on with it; None: this window can't. Without a
     ``loudspeaker`` it is silent. ``given`` is what is known of the values that missions get.
     """
+
     navigator: Navigator
     dialogs: Dialogs
     snackbars: Snackbars
@@ -82,14 +84,23 @@ class Shell:
         """What a robot was ``asked`` and has not done, by its name: by then somebody may look at another one."""
         if isinstance(problem, RobotError) and "{address}" in problem.msgid:
             self.say_problem(problem.at(robot.name), asked)
-        else:                                # of the disk, say, or of a host name: it names no robot
+        else:  # of the disk, say, or of a host name: it names no robot
             self.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))
 
-    def offer_undo(self, text: str, undo: Callable[[], object], undone: Callable[[], object], *, stays: bool = False,
-                   behind: str = "", about: Hashable | None = None) -> None:
+    def offer_undo(
+        self,
+        text: str,
+        undo: Callable[[], object],
+        undone: Callable[[], object],
+        *,
+        stays: bool = False,
+        behind: str = "",
+        about: Hashable | None = None,
+    ) -> None:
         """Say with ``text`` what was done, and offer to undo it, for some seconds or as long as it ``stays``. Where ``undo()``, in the
         background, raises InvalidInput, its sentence is said and the offer stays: somebody can mend that and try again. ``behind`` the
         guard of a screen it is offered as long as the guard has not let pass. Earlier messages and offers ``about`` the same are over."""
+
         def refused(problem: BaseException) -> None:
             if isinstance(problem, InvalidInput):
                 self.offer_undo(sentence_of(problem), undo, undone, stays=True, behind=behind, about=about)

@@ -1,4 +1,5 @@
 """Whether a mission can be started now on a robot, or on any of a group: one rule for Home, the Scheduler and the Logs."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -17,6 +18,7 @@ from app.services.live.snapshots import Snapshots
 
 class LiveServices(Protocol):
     """What is read of the services of a screen, all of it kept in memory."""
+
     @property
     def clock(self) -> Clock: ...
     @property
@@ -50,7 +52,9 @@ def _why_not_on(robot: Robot, stopped: bool) -> str:
     return _("{robot} is stopped").format(robot=robot.name) if stopped else ""
 
 
-def start_now(services: LiveServices, settings: Settings, robots: Iterable[Robot], target: Robot | Group) -> tuple[str, str]:
+def start_now(
+    services: LiveServices, settings: Settings, robots: Iterable[Robot], target: Robot | Group
+) -> tuple[str, str]:
     """Why nothing can be started on ``target`` at this moment, and what a start does where it is not sent at once ("Queue, held"); each
     empty where there is nothing to say."""
     now, holds = services.clock.now(), services.holds.all_active()

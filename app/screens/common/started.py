@@ -1,4 +1,5 @@
 """What became of a mission that a person has just started: said when it is known, and no longer than it holds."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -20,10 +21,10 @@ from app.services.live.changes import Topic
 from app.services.live.holds import Holds
 from app.widgets.snackbar import SECONDS
 
-ANSWERS_WITHIN = 5.0                     # s, after which it is said that a robot's answer is waited for
-CHOSEN_WITHIN = 1.0                      # s, after which it is said that a start of a group has no robot yet
+ANSWERS_WITHIN = 5.0  # s, after which it is said that a robot's answer is waited for
+CHOSEN_WITHIN = 1.0  # s, after which it is said that a start of a group has no robot yet
 
-Words = tuple[str, str, float]           # text, icon, and for how many seconds it is shown
+Words = tuple[str, str, float]  # text, icon, and for how many seconds it is shown
 
 
 def outcome(execution: Execution, given: Given) -> Words | None:
@@ -37,18 +38,30 @@ def outcome(execution: Execution, given: Given) -> Words | None:
         if execution.robot_id is None:
             words = ". ".join(filter(None, (passed, words)))
             return _("{mission} is not sent yet. {why}").format(**names, why=words), "timer-sand", PROBLEM_SECONDS
-        return _("{mission} is not sent to {robot} yet. {why}").format(**names, why=words), \
-            HAND if execution.wait is Wait.HOLD else "timer-sand", PROBLEM_SECONDS
+        return (
+            _("{mission} is not sent to {robot} yet. {why}").format(**names, why=words),
+            HAND if execution.wait is Wait.HOLD else "timer-sand",
+            PROBLEM_SECONDS,
+        )
     if execution.state is State.SUBMITTING and execution.queue_id is None and "answer" in execution.wait_details:
-        return _("It is not certain that {robot} has {mission}. {why}").format(
-            **names, why=waiting_words(execution, execution.timezone)), "timer-sand", PROBLEM_SECONDS
+        return (
+            _("It is not certain that {robot} has {mission}. {why}").format(
+                **names, why=waiting_words(execution, execution.timezone)
+            ),
+            "timer-sand",
+            PROBLEM_SECONDS,
+        )
     if execution.queue_id is not None or execution.state in (State.QUEUED, State.EXECUTING, State.COMPLETED):
         if why := passed or choice.chosen(execution.choice, execution.timezone, _):
             return _("{mission} is sent to {robot}. {why}").format(**names, why=why), "check", PROBLEM_SECONDS
         return _("{mission} is sent to {robot}").format(**names), "check", SECONDS
     if execution.reason is not None:
         why = sentence(execution.reason, execution.timezone, _)
-        return _("{mission} was not started on {robot}. {why}").format(**names, why=why), "alert-circle-outline", PROBLEM_SECONDS
+        return (
+            _("{mission} was not started on {robot}. {why}").format(**names, why=why),
+            "alert-circle-outline",
+            PROBLEM_SECONDS,
+        )
     return None
 
 
@@ -60,27 +73,47 @@ def say_not_started(shell: Shell, mission: str, where: str, why: str) -> None:
 
 def unanswered(execution: Execution, given: Given) -> Words:
     """Nothing is known yet."""
-    text = _("{mission} waits for an answer of {robot}, until {time} at most") if execution.robot else _(
-        "{mission} waits for a robot of {group}, until {time} at most")
-    return text.format(mission=given.run(execution), robot=execution.robot, group=execution.robot_group,
-                       time=formats.clock_time(execution.closes_at, execution.timezone)), "timer-sand", PROBLEM_SECONDS
+    text = (
+        _("{mission} waits for an answer of {robot}, until {time} at most")
+        if execution.robot
+        else _("{mission} waits for a robot of {group}, until {time} at most")
+    )
+    return (
+        text.format(
+            mission=given.run(execution),
+            robot=execution.robot,
+            group=execution.robot_group,
+            time=formats.clock_time(execution.closes_at, execution.timezone),
+        ),
+        "timer-sand",
+        PROBLEM_SECONDS,
+    )
 
 
 def as_it_is(history: History, holds: Holds) -> Callable[[int], Execution | None]:
     """Reads an execution. Its row says for some seconds more that it is held when it no longer is: until it is tried."""
+
     def read(execution_id: int) -> Execution | None:
         row = history.get(execution_id)
-        if row is None or row.robot_id is None or row.held or row.wait not in (Wait.HOLD, Wait.CLOCK) or holds.active(row.robot_id):
+        if (
+            row is None
+            or row.robot_id is None
+            or row.held
+            or row.wait not in (Wait.HOLD, Wait.CLOCK)
+            or holds.active(row.robot_id)
+        ):
             return row
         return replace(row, wait=Wait.DUE, wait_details={})
+
     return read
 
 
 @dataclass
 class Followed:
     """A start that something is to be said of, or was."""
-    is_early: bool                       # it is one of a group, which may get a robot at any moment
-    is_late: bool                        # its robot does not answer
+
+    is_early: bool  # it is one of a group, which may get a robot at any moment
+    is_late: bool  # its robot does not answer
     clocks: tuple[ClockEvent, ...] = ()
     said: str = ""
 
@@ -91,7 +124,7 @@ class StartReports:
 
     def __init__(self, shell: Shell, read: Callable[[int], Execution | None]) -> None:
         self._shell, self._read = shell, read
-        self._followed: dict[int, Followed] = {}              # by the execution's id
+        self._followed: dict[int, Followed] = {}  # by the execution's id
         self._is_open = False
         self._unsubscribe: Callable[[], object] = lambda: None
 
@@ -134,8 +167,9 @@ class StartReports:
 
     def _look(self, key: int) -> None:
         if self._current(key) is not None:
-            self._shell.background.run(lambda: self._read(key), lambda found: self._take(key, found), lambda _problem: None,
-                                       key=(self, key))
+            self._shell.background.run(
+                lambda: self._read(key), lambda found: self._take(key, found), lambda _problem: None, key=(self, key)
+            )
 
     def _current(self, key: int) -> Followed | None:
         """None as soon as what was said can't be read any more."""
@@ -160,11 +194,11 @@ class StartReports:
         if each.is_late and (words is None or is_retried):
             if not each.said:
                 self._say(key, each, unanswered(found, given))
-            return                                            # each try says no more
+            return  # each try says no more
         if words is not None:
             each.is_late = is_retried
             self._say(key, each, words)
-        elif each.said:                                       # what kept it back is over
+        elif each.said:  # what kept it back is over
             self.follow(found)
 
     def _say(self, key: int, each: Followed, words: Words) -> None:

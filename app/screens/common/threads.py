@@ -1,4 +1,5 @@
 """Events and results of other threads are delivered on the UI thread, a bounded number per frame."""
+
 from __future__ import annotations
 
 import logging
@@ -16,9 +17,9 @@ from app.services.live.changes import Changes, Topic
 
 log = logging.getLogger(__name__)
 
-APART = 2                    # threads for each kind of work that runs apart
-STAYING = 4                  # threads that wait for more work, as many as a screen keeps busy
-LAST_WORDS = .5              # s at most that a window which closes waits for what was asked of the tablet; a robot may take longer
+APART = 2  # threads for each kind of work that runs apart
+STAYING = 4  # threads that wait for more work, as many as a screen keeps busy
+LAST_WORDS = 0.5  # s at most that a window which closes waits for what was asked of the tablet; a robot may take longer
 
 
 class UiBus:
@@ -34,7 +35,7 @@ class UiBus:
         self._queue: deque[tuple[Hashable | None, list[Any]]] = deque()
         self._newest: dict[Hashable, list[Any]] = {}
         self._handlers: dict[type, list[Callable[[Any], object]]] = {}
-        self._is_scheduled = False           # a call of _drain; one event of kivy's that two threads trigger can get lost
+        self._is_scheduled = False  # a call of _drain; one event of kivy's that two threads trigger can get lost
 
     def publish(self, event: object, key: Hashable | None = None) -> None:
         """Deliver ``event`` to those who subscribed to its class or to a class above it."""
@@ -103,15 +104,18 @@ class UiBus:
 @dataclass(frozen=True)
 class Changed:
     """A service has published a change; delivered on the UI thread. ``about`` is the robot's id of a snapshot."""
+
     topic: Topic
     about: int | None = None
 
 
 def forward(changes: Changes, bus: UiBus) -> Callable[[], None]:
     """Deliver what the services publish on the UI thread, as ``Changed``; returns the function that ends it."""
+
     def publish(topic: Topic, about: int | None) -> None:
         event = Changed(topic, about)
         bus.publish(event, key=event)
+
     return changes.subscribe(publish)
 
 
@@ -137,7 +141,7 @@ class Threads:
     def __init__(self, name: str, most: int) -> None:
         self.pool = ThreadPoolExecutor(most, thread_name_prefix=f"ui-{name}")
         self.jobs: dict[Job, Future[None]] = {}
-        self.peak = 0                        # most jobs at a time, and so threads: one is made where all have work
+        self.peak = 0  # most jobs at a time, and so threads: one is made where all have work
 
     def submit(self, job: Job, call: Callable[..., None], *args: object) -> None:
         self.jobs[job] = self.pool.submit(call, job, *args)
@@ -150,17 +154,26 @@ class Background:
     ``unexpected(exception)`` gets failures for which no ``failed`` was given, on the UI thread, after they are in the log.
     """
 
-    def __init__(self, bus: UiBus, workers: int = 12, unexpected: Callable[[BaseException], object] | None = None) -> None:
+    def __init__(
+        self, bus: UiBus, workers: int = 12, unexpected: Callable[[BaseException], object] | None = None
+    ) -> None:
         self._bus = bus
         self._workers = workers
-        self._threads: dict[str, Threads] = {}                # of all kinds of work: "" is what does not run apart
+        self._threads: dict[str, Threads] = {}  # of all kinds of work: "" is what does not run apart
         self._unexpected = unexpected
         self._latest: dict[Hashable, Job] = {}
         self._pending: set[Job] = set()
         self._is_closed = False
 
-    def run(self, work: Callable[[], Any], done: Callable[[Any], object] | None = None,
-            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None, apart: str = "") -> Job:
+    def run(
+        self,
+        work: Callable[[], Any],
+        done: Callable[[Any], object] | None = None,
+        failed: Callable[[BaseException], object] | None = None,
+        *,
+        key: Hashable | None = None,
+        apart: str = "",
+    ) -> Job:
         """Run ``work()`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread. Call it on the UI thread.
 
         Of several runs with one ``key`` only the newest delivers (a search while typing). What nobody has pressed, but asks robots, runs
@@ -195,14 +208,20 @@ class Background:
             threads.pool.shutdown(wait=False, cancel_futures=bool(name))
         pressed = [each for name, threads in self._threads.items() if not name for each in threads.jobs.values()]
         for late in wait(pressed, LAST_WORDS).not_done:
-            late.cancel()                    # unless it runs
+            late.cancel()  # unless it runs
 
-    def _work(self, job: Job, work: Callable[[], Any], done: Callable[[Any], object] | None,
-              failed: Callable[[BaseException], object] | None, key: Hashable | None) -> None:
+    def _work(
+        self,
+        job: Job,
+        work: Callable[[], Any],
+        done: Callable[[Any], object] | None,
+        failed: Callable[[BaseException], object] | None,
+        key: Hashable | None,
+    ) -> None:
         try:
             result = work()
         except Exception as problem:
-            if self._is_closed:              # nobody is told any more
+            if self._is_closed:  # nobody is told any more
                 log.error("work in the background failed", exc_info=problem)
             self._bus.post(partial(self._deliver, job, key, partial(self._tell, problem, failed)))
         else:

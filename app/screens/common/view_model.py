@@ -64,6 +64,7 @@ Rules
 
 Tests: ``tests/ui/conftest.py`` gives the fixture ``ui`` (taps, typing, virtual time); ``tests/screenshots`` takes the pictures.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -87,7 +88,18 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-__all__ = ["Background", "Changed", "Dialogs", "Job", "Navigator", "Refresher", "ScreenBase", "Snackbars", "UiBus", "ViewModel"]
+__all__ = [
+    "Background",
+    "Changed",
+    "Dialogs",
+    "Job",
+    "Navigator",
+    "Refresher",
+    "ScreenBase",
+    "Snackbars",
+    "UiBus",
+    "ViewModel",
+]
 
 
 class ViewModel(EventDispatcher):
@@ -138,8 +150,13 @@ class Refresher(Generic[T]):
     thread. Several requests within a frame are one reading. Before ``start`` and after ``stop`` nothing is read, whoever asks.
     """
 
-    def __init__(self, shell: Shell, work: Callable[[], Callable[[], T]], take: Callable[[T], object],
-                 failed: Callable[[BaseException], object] | None = None) -> None:
+    def __init__(
+        self,
+        shell: Shell,
+        work: Callable[[], Callable[[], T]],
+        take: Callable[[T], object],
+        failed: Callable[[BaseException], object] | None = None,
+    ) -> None:
         self._shell, self._work, self._take, self._failed = shell, work, take, failed or shell.say_problem
         self._job: Job | None = None
         self._is_stale = self._is_started = False
@@ -194,6 +211,7 @@ class Refresher(Generic[T]):
 class ScreenBase(MDScreen):
     """A screen: a view model, and a widget that fills it. The navigator says when it is shown. ``portrait`` is the window's, whatever an
     alarm above the screen leaves of its height."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
     portrait = BooleanProperty(False)
 
@@ -222,17 +240,22 @@ class Navigator(EventDispatcher):
 
     Going to the screen that is already there shows it again with the new intent.
     """
+
     current = StringProperty()
     all_robots = BooleanProperty(False)  # were looked at last, and not the selected one alone
-    robot_id = NumericProperty(None, allownone=True)     # of the robot that Home shows, before its choice is stored
-    guard: Callable[[str, Callable[[], object]], object] | None = None     # asked before a screen is shown; proceeds, or not
+    robot_id = NumericProperty(None, allownone=True)  # of the robot that Home shows, before its choice is stored
+    guard: Callable[[str, Callable[[], object]], object] | None = (
+        None  # asked before a screen is shown; proceeds, or not
+    )
 
-    def __init__(self, manager: MDScreenManager, builders: Mapping[str, Callable[[], ScreenBase]], **kwargs: Any) -> None:
+    def __init__(
+        self, manager: MDScreenManager, builders: Mapping[str, Callable[[], ScreenBase]], **kwargs: Any
+    ) -> None:
         super().__init__(**kwargs)
         self._manager = manager
         self._builders = dict(builders)
         self._shown: ScreenBase | None = None
-        self._places: dict[str, dict[str, Any]] = {}          # of screens that were thrown away
+        self._places: dict[str, dict[str, Any]] = {}  # of screens that were thrown away
 
     def go(self, name: str, **intent: Any) -> None:
         """Show the screen ``name``, unless the guard asks for something first. Raises KeyError for an unknown one."""

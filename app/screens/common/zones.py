@@ -1,4 +1,5 @@
 """Time zones to choose from."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -11,7 +12,9 @@ from app.screens.common.options import Option
 
 def zone_options(names: Iterable[str], now: datetime, first: str = "") -> list[Option]:
     """By name, with the time that it is there and the difference from UTC, without short forms such as EST; the ``first`` one on top."""
-    places = {name for name in names if "/" in name and name.partition("/")[0] not in ("Etc", "SystemV", "posix", "right")}
+    places = {
+        name for name in names if "/" in name and name.partition("/")[0] not in ("Etc", "SystemV", "posix", "right")
+    }
     options = []
     for name in sorted(places | {"UTC", first} - {""}, key=lambda name: (name != first, name)):
         minutes = int((now.astimezone(ZoneInfo(name)).utcoffset() or timedelta()).total_seconds() // 60)

@@ -1,4 +1,5 @@
 """Two lists over any screen: the alarms (open, shelved, past), and the late starts that the operator may still hold."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -37,11 +38,13 @@ from app.widgets.dialogs import Dialog, FormDialog
 from app.widgets.lists import RecycledRow, Row
 from app.widgets.surfaces import TonedSurface
 
-PAGE = 50                                # past alarms that are read at first, and whenever the last one comes into sight
+PAGE = 50  # past alarms that are read at first, and whenever the last one comes into sight
 EMPTY: Mapping[str, Callable[[], str]] = {
     "open": lambda: _("No alarms. Everything is as it should be."),
     "put_off": lambda: _("Nothing else is open. What is shelved comes back by itself."),
-    "shelved": lambda: _("Nothing is shelved. Shelving keeps an alarm out of the way for some hours, then it comes back by itself."),
+    "shelved": lambda: _(
+        "Nothing is shelved. Shelving keeps an alarm out of the way for some hours, then it comes back by itself."
+    ),
     "past": lambda: _("No past alarms"),
 }
 Do = Callable[[Act, int | None], object]
@@ -50,6 +53,7 @@ Do = Callable[[Act, int | None], object]
 class AlarmRow(RecycledRow, TonedSurface):
     """One alarm, or several with one cause: what, its state, since when, how often, what to do, what was noted.
     ``action`` is the word of its button."""
+
     icon = StringProperty()
     text = StringProperty()
     state_icon = StringProperty()
@@ -58,11 +62,12 @@ class AlarmRow(RecycledRow, TonedSurface):
     answer = StringProperty()
     action = StringProperty()
     has_menu = BooleanProperty(False)
-    fold = StringProperty()              # icon of the button that shows or hides those of a group
+    fold = StringProperty()  # icon of the button that shows or hides those of a group
 
 
 class LateRow(Row, BoxLayout):
     """One late start: what, where, when it should have been. ``act("hold")`` turns ``held`` round."""
+
     text = StringProperty()
     note = StringProperty()
     held = BooleanProperty(False)
@@ -71,6 +76,7 @@ class LateRow(Row, BoxLayout):
 @dataclass(frozen=True)
 class LateStart:
     """What a LateRow shows; ``key`` is the id of the execution."""
+
     key: int
     text: str
     note: str
@@ -83,19 +89,20 @@ class AlarmsDialog(Dialog):
     One button acknowledges what is on screen (``on_acknowledge(keys)``), of whatever priority: never a row that is out of sight, cut off,
     or has only just come, as nobody has seen that.
     """
+
     tabs = ListProperty()
     tab = StringProperty("open")
     rows = ListProperty()
-    empty = StringProperty()             # shown where there are no rows
-    count = StringProperty()             # under the past ones
-    unseen = ListProperty()              # keys of the rows that nobody has acknowledged
-    all_word = StringProperty()          # of the button that acknowledges those on screen
+    empty = StringProperty()  # shown where there are no rows
+    count = StringProperty()  # under the past ones
+    unseen = ListProperty()  # keys of the rows that nobody has acknowledged
+    all_word = StringProperty()  # of the button that acknowledges those on screen
 
     __events__ = ("on_row", "on_end", "on_acknowledge")
 
     def __init__(self, **kwargs: Any) -> None:
         load_kv("frame/alarm_list")
-        self._came: dict[object, float] = {}                 # when a row was first there
+        self._came: dict[object, float] = {}  # when a row was first there
         self._rests_until = 0.0
         super().__init__(title=_("Alarms"), **kwargs)
         self._look = Clock.create_trigger(self._name_button)
@@ -122,7 +129,9 @@ class AlarmsDialog(Dialog):
 
     def _name_button(self, *_args: Any) -> None:
         found = len(self._in_sight()) if len(self.unseen) > 1 else 0
-        self.all_word = "" if not found else _("Acknowledge all") if found == len(self.unseen) else _("Acknowledge those shown")
+        self.all_word = (
+            "" if not found else _("Acknowledge all") if found == len(self.unseen) else _("Acknowledge those shown")
+        )
 
     def acknowledge(self) -> None:
         """What is on screen. Other rows are in their places a moment later, at which nobody has looked when a second tap comes."""
@@ -144,6 +153,7 @@ class AlarmsDialog(Dialog):
 
 class NoteDialog(FormDialog):
     """Acknowledge an alarm with a note: ``done(note)``."""
+
     text = StringProperty()
     longest = LONGEST_NOTE
 
@@ -165,10 +175,10 @@ class AlarmList:
         self._dialog: AlarmsDialog | None = None
         self._issues, self._settings = OpenIssues(), Settings()
         self._robots: Mapping[int, Robot] = {}
-        self._past: Sequence[Alarm] | None = None        # None: not read yet
+        self._past: Sequence[Alarm] | None = None  # None: not read yet
         self._past_total = 0
         self._wanted = PAGE
-        self._unfolded: set[int] = set()                 # alarms whose group shows all that are in it
+        self._unfolded: set[int] = set()  # alarms whose group shows all that are in it
 
     # ------------------------------------------------------------------ showing
     def open(self, unfold: int | None = None) -> None:
@@ -177,8 +187,13 @@ class AlarmList:
             return
         self._wanted, self._unfolded = PAGE, {unfold} if unfold is not None else set()
         self._dialog = dialog = AlarmsDialog()
-        dialog.bind(on_dismiss=self._closed, on_row=self._row_used, on_acknowledge=self._acknowledge, on_end=self._read_on,
-                    tab=lambda *_args: self._tab_chosen())
+        dialog.bind(
+            on_dismiss=self._closed,
+            on_row=self._row_used,
+            on_acknowledge=self._acknowledge,
+            on_end=self._read_on,
+            tab=lambda *_args: self._tab_chosen(),
+        )
         self._show()
         self._shell.dialogs.open(dialog)
 
@@ -207,8 +222,14 @@ class AlarmList:
         is_past = dialog.tab == "past"
         if is_past:
             entries = [past_entry(alarm, self._settings, now) for alarm in self._past or ()]
-        dialog.rows = [entry for group in off for entry in self._shelved(group, now)] if dialog.tab == "shelved" else entries
-        dialog.unseen = [entry.key for entry in entries if any(map(is_unseen, self._meant_by(entry.key)))] if dialog.tab == "open" else []
+        dialog.rows = (
+            [entry for group in off for entry in self._shelved(group, now)] if dialog.tab == "shelved" else entries
+        )
+        dialog.unseen = (
+            [entry.key for entry in entries if any(map(is_unseen, self._meant_by(entry.key)))]
+            if dialog.tab == "open"
+            else []
+        )
         empty = "put_off" if dialog.tab == "open" and off else dialog.tab
         dialog.empty = "" if dialog.rows or (is_past and self._past is None) else EMPTY[empty]()
         dialog.count = past_count(len(entries), self._past_total) if is_past and entries else ""
@@ -219,8 +240,10 @@ class AlarmList:
     def _entries(self, issue: OpenIssue, now: datetime) -> list[AlarmEntry]:
         """Of something open: one, and where a group is unfolded those of its alarms."""
         unfolded = self._is_unfolded(issue.alarms)
-        return [issue_entry(issue, self._robots, self._settings, now, unfolded),
-                *(open_entry(alarm, self._robots, self._settings, now) for alarm in issue.alarms if unfolded)]
+        return [
+            issue_entry(issue, self._robots, self._settings, now, unfolded),
+            *(open_entry(alarm, self._robots, self._settings, now) for alarm in issue.alarms if unfolded),
+        ]
 
     def _shelved(self, group: Together, now: datetime) -> list[AlarmEntry]:
         unfolded = self._is_unfolded(group)
@@ -231,8 +254,14 @@ class AlarmList:
         """The alarms of a row; none where they have gone, or it is about something else."""
         kind, alarm_id = key
         if kind == "group":
-            return next((group for group in together(self._issues.alarms, self._services.clock.now())
-                         if any(alarm.id == alarm_id for alarm in group)), ())
+            return next(
+                (
+                    group
+                    for group in together(self._issues.alarms, self._services.clock.now())
+                    if any(alarm.id == alarm_id for alarm in group)
+                ),
+                (),
+            )
         return tuple(alarm for alarm in self._issues.alarms if kind == "alarm" and alarm.id == alarm_id)
 
     # ------------------------------------------------------------------ the past ones
@@ -248,8 +277,9 @@ class AlarmList:
 
     def _read_past(self) -> None:
         wanted = self._wanted
-        self._shell.background.run(lambda: self._services.alarms.past(wanted), self._take_past, self._shell.say_problem,
-                                   key=("alarms", "past"))
+        self._shell.background.run(
+            lambda: self._services.alarms.past(wanted), self._take_past, self._shell.say_problem, key=("alarms", "past")
+        )
 
     def _take_past(self, found: tuple[Sequence[Alarm], int]) -> None:
         self._past, self._past_total = found
@@ -267,12 +297,16 @@ class AlarmList:
         elif kind == "late":
             self._do(Act.LATE_STARTS if all(e.held for e in self._issues.late_starts) else Act.HOLD, None)
         elif alarm is None:
-            return                               # gone meanwhile
+            return  # gone meanwhile
         elif kind == "group":
             self._group_used(next(group for group in together(all_alarms, now) if alarm in group), action, *values)
         elif action == "menu":
-            self._shell.dialogs.menu(values[0], self._text_of((alarm,)), menu_of_group((alarm,), self._robots),
-                                     lambda chosen: self._menu_used((alarm,), chosen))
+            self._shell.dialogs.menu(
+                values[0],
+                self._text_of((alarm,)),
+                menu_of_group((alarm,), self._robots),
+                lambda chosen: self._menu_used((alarm,), chosen),
+            )
         elif is_shelved(alarm, now):
             self._work(lambda: self._services.alarms.unshelve(alarm.id))
         elif not can_be_handled(alarm):
@@ -280,7 +314,7 @@ class AlarmList:
         else:
             way = button_of(alarm, self._robots)
             if way.act is Act.ACKNOWLEDGE:
-                self._acknowledge_all((alarm,))          # alone, though it may stand below its group
+                self._acknowledge_all((alarm,))  # alone, though it may stand below its group
             else:
                 self._do(way.act, way.about)
 
@@ -302,8 +336,12 @@ class AlarmList:
             self._unfolded = self._unfolded - ids if self._unfolded & ids else self._unfolded | ids
             self._show()
         elif action == "menu":
-            self._shell.dialogs.menu(values[0], self._text_of(group), menu_of_group(group, self._robots),
-                                     lambda chosen: self._menu_used(group, chosen))
+            self._shell.dialogs.menu(
+                values[0],
+                self._text_of(group),
+                menu_of_group(group, self._robots),
+                lambda chosen: self._menu_used(group, chosen),
+            )
         elif is_shelved(group[0], self._services.clock.now()):
             self._for_each(group, lambda alarm: alarms.unshelve(alarm.id))
         else:
@@ -315,8 +353,12 @@ class AlarmList:
         if chosen == "way":
             self._go(group[0])
         elif chosen == "note":
-            self._shell.dialogs.open(NoteDialog(self._text_of(group), lambda note: self._for_each(
-                group, lambda alarm: alarms.acknowledge(alarm.id, note))))
+            self._shell.dialogs.open(
+                NoteDialog(
+                    self._text_of(group),
+                    lambda note: self._for_each(group, lambda alarm: alarms.acknowledge(alarm.id, note)),
+                )
+            )
         else:
             hours = int(chosen)
             self._for_each(group, lambda alarm: alarms.shelve(alarm.id, hours))
@@ -338,11 +380,13 @@ class AlarmList:
         def all_of_them() -> None:
             for alarm in group:
                 work(alarm)
+
         self._work(all_of_them)
 
 
 class LateStartsDialog(FormDialog):
     """What fell due while the app was off, counted down: each can be held and released, or all at once. ``hold(ids, held)`` does it."""
+
     text = StringProperty()
     rows = ListProperty()
     all_held = BooleanProperty(False)
@@ -356,10 +400,18 @@ class LateStartsDialog(FormDialog):
         executions = issues.late_starts
         going = [e for e in executions if not e.held]
         many = len(going)
-        self.title = ngettext("The app was off. Start this now?", "The app was off. Start these {n} now?", many).format(n=many) if going \
+        self.title = (
+            ngettext("The app was off. Start this now?", "The app was off. Start these {n} now?", many).format(n=many)
+            if going
             else _("Held late starts")
-        text = (_("Each is started when it is released, and skipped when its time is over.") if not going else
-                _("It starts in {n} s unless you hold it.") if many == 1 else _("They start in {n} s unless you hold them."))
+        )
+        text = (
+            _("Each is started when it is released, and skipped when its time is over.")
+            if not going
+            else _("It starts in {n} s unless you hold it.")
+            if many == 1
+            else _("They start in {n} s unless you hold them.")
+        )
         self.text = text.format(n=seconds_left(going, now))
         self.all_held = not going
         self.rows = [LateStart(e.id, late_line(e, issues.given, settings), e.given_name, e.held) for e in executions]

@@ -1,4 +1,5 @@
 """The top bar and the banner, whatever the screen. Reads robots, alarms and holds in the background, ticks once a second."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
@@ -24,15 +25,29 @@ from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarm_list import AlarmList, LateStartsDialog
 from app.screens.frame.facts import FrameFacts, FrameServices, read
 from app.screens.frame.sounding import Sounding
-from app.screens.frame.view import BannerView, BarView, banner, open_issues, picker_title, robot_option, top_bar, whose_plan, zone_asked
+from app.screens.frame.view import (
+    BannerView,
+    BarView,
+    banner,
+    open_issues,
+    picker_title,
+    robot_option,
+    top_bar,
+    whose_plan,
+    zone_asked,
+)
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.dialogs import ChoiceDialog
 from app.widgets.frame import Frame
 from app.widgets.snackbar import Message
 
-NAVIGATION = (("home", "home-variant-outline", "home-variant"), ("scheduler", "calendar-clock-outline", "calendar-clock"),
-              ("logs", "text-box-outline", "text-box"), ("settings", "cog-outline", "cog"))
+NAVIGATION = (
+    ("home", "home-variant-outline", "home-variant"),
+    ("scheduler", "calendar-clock-outline", "calendar-clock"),
+    ("logs", "text-box-outline", "text-box"),
+    ("settings", "cog-outline", "cog"),
+)
 T = TypeVar("T")
 
 
@@ -42,13 +57,23 @@ def screen_word(name: str) -> str:
 
 def show_bar(frame: Frame, bar: BarView) -> None:
     frame.date, frame.clock, frame.robot = bar.date, bar.clock, bar.robot
-    frame.link, frame.link_icon, frame.link_tone, frame.help_count = bar.link, bar.link_icon, bar.link_tone, bar.help_count
+    frame.link, frame.link_icon, frame.link_tone, frame.help_count = (
+        bar.link,
+        bar.link_icon,
+        bar.link_tone,
+        bar.help_count,
+    )
 
 
 def show_banner(frame: Frame, view: BannerView) -> None:
     frame.alarm, frame.alarm_note, frame.alarm_icon, frame.alarm_tone = view.text, view.note, view.icon, view.tone
-    frame.alarm_others, frame.alarm_action, frame.alarm_urgent, frame.alarm_calm = view.others, view.action, view.urgent, view.calm
-    frame.alarm_about = view.act, view.about, view.action    # the word tells one late start from several
+    frame.alarm_others, frame.alarm_action, frame.alarm_urgent, frame.alarm_calm = (
+        view.others,
+        view.action,
+        view.urgent,
+        view.calm,
+    )
+    frame.alarm_about = view.act, view.about, view.action  # the word tells one late start from several
 
 
 def _listed(executions: Sequence[Execution]) -> frozenset[object]:
@@ -58,31 +83,41 @@ def _listed(executions: Sequence[Execution]) -> frozenset[object]:
 
 class FrameController:
     """Fills the Frame widget and does what its bar and banner ask for."""
+
     Services = FrameServices
 
     def __init__(self, services: FrameServices, shell: Shell, frame: Frame) -> None:
         self._services, self._shell, self._frame = services, shell, frame
         self._facts = FrameFacts()
-        self._is_read = self._is_asked = False                # the facts; for the choice of a robot, before they were
+        self._is_read = self._is_asked = False  # the facts; for the choice of a robot, before they were
         self._banner = BannerView()
         self._reader = Refresher(shell, lambda: lambda: read(services), self._take)
         self._alarms = AlarmList(services, shell, self._do)
         self._sounding = Sounding()
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._show)
         self._late: LateStartsDialog | None = None
-        self._zone_is_asked = False                           # once, without having been pressed for
-        self._choice: ChoiceDialog | None = None              # of a robot, while it is open
-        self._rests_until = 0.0                               # the banner, after it was pressed
-        self._late_seen: frozenset[object] = frozenset()      # executions, as listed, whose list the operator has closed
+        self._zone_is_asked = False  # once, without having been pressed for
+        self._choice: ChoiceDialog | None = None  # of a robot, while it is open
+        self._rests_until = 0.0  # the banner, after it was pressed
+        self._late_seen: frozenset[object] = frozenset()  # executions, as listed, whose list the operator has closed
         self._release: list[Callable[[], object]] = []
 
     # ------------------------------------------------------------------ life
     def start(self) -> None:
         frame = self._frame
-        frame.bind(on_go=self._go, on_pick_robot=self._pick_robot, on_solve=self._press_banner, on_list_alarms=self._show_alarms)
+        frame.bind(
+            on_go=self._go,
+            on_pick_robot=self._pick_robot,
+            on_solve=self._press_banner,
+            on_list_alarms=self._show_alarms,
+        )
         self._shell.navigator.bind(current=self._went, all_robots=self._went, robot_id=self._went)
-        self._release = [self._shell.bus.subscribe(Changed, self._changed), self._reader.start(), translator.subscribe(self._retranslated),
-                         Clock.schedule_interval(lambda _dt: self._show(), 1).cancel]
+        self._release = [
+            self._shell.bus.subscribe(Changed, self._changed),
+            self._reader.start(),
+            translator.subscribe(self._retranslated),
+            Clock.schedule_interval(lambda _dt: self._show(), 1).cancel,
+        ]
         self._retranslated()
         self._reader.read()
 
@@ -117,7 +152,9 @@ class FrameController:
         before, self._facts, self._is_read = self._facts.robot, facts, True
         if facts.robot and (before is None or before.id != facts.robot.id):
             self._services.engine.watch(facts.robot.id)
-        self._given.look(facts.robots.values(), ((e.robot_id, e.mission_guid, e.parameters) for e in facts.issues.late_starts))
+        self._given.look(
+            facts.robots.values(), ((e.robot_id, e.mission_guid, e.parameters) for e in facts.issues.late_starts)
+        )
         self._show()
         self._alarms.changed()
         self._show_late_starts()
@@ -130,14 +167,16 @@ class FrameController:
     def _show(self) -> None:
         facts, frame, now = self._facts, self._frame, self._services.clock.now()
         robot, issues = self._robot, replace(facts.issues, given=self._shell.given.known)
-        if self._is_read:                    # until then neither the robots nor the time zone are known
+        if self._is_read:  # until then neither the robots nor the time zone are known
             show_bar(frame, top_bar(robot, self._snapshot(robot), facts.settings, now, self._groups()))
-        if not finger.is_down():             # else a second later: the banner moves all that is below it
+        if not finger.is_down():  # else a second later: the banner moves all that is below it
             self._banner = banner(issues, facts.robots, facts.settings, now, self._here())
             show_banner(frame, self._banner)
             self._show_choice()
         shelved = together((alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)), now)
-        frame.bell_icon, frame.bell_count = bell(len(open_issues(issues, facts.robots, facts.settings, now)), len(shelved))
+        frame.bell_icon, frame.bell_count = bell(
+            len(open_issues(issues, facts.robots, facts.settings, now)), len(shelved)
+        )
         self._alarms.show(issues, facts.robots, facts.settings)
         is_heard = self._sounding.is_due(issues.alarms, now, self._services.clock.monotonic())
         if is_heard and facts.settings.alarm_sound and self._shell.loudspeaker is not None:
@@ -176,13 +215,19 @@ class FrameController:
             return
         groups = self._groups()
         ranked = sorted(zip(facts.robots.values(), groups, strict=True), key=lambda pair: help_rank(pair[1]))
-        self._choice = self._shell.dialogs.choose(picker_title(groups), self._options([robot for robot, _group in ranked]),
-                                                  self._select_robot, selected=self._robot.id if self._robot else None)
+        self._choice = self._shell.dialogs.choose(
+            picker_title(groups),
+            self._options([robot for robot, _group in ranked]),
+            self._select_robot,
+            selected=self._robot.id if self._robot else None,
+        )
         self._choice.bind(on_dismiss=self._choice_closed)
 
     def _options(self, robots: Iterable[Robot]) -> list[Option]:
         facts, snapshots, now = self._facts, self._services.snapshots, self._services.clock.now()
-        return [robot_option(robot, snapshots.get(robot.id), facts.settings, now, facts.issues.holds) for robot in robots]
+        return [
+            robot_option(robot, snapshots.get(robot.id), facts.settings, now, facts.issues.holds) for robot in robots
+        ]
 
     def _show_choice(self) -> None:
         """As the robots are now, each where it has been; those that are new come last."""
@@ -241,13 +286,19 @@ class FrameController:
             case Act.LATE_STARTS:
                 self._open_late_starts()
             case Act.RELEASE:
-                self._work(lambda: services.holds.release(about), lambda _none: self._shell.snackbars.end(about_hold(about)))
+                self._work(
+                    lambda: services.holds.release(about), lambda _none: self._shell.snackbars.end(about_hold(about))
+                )
             case Act.CLOCK_IS_RIGHT:
                 now, zone = services.clock.now(), self._facts.settings.timezone
                 self._shell.dialogs.confirm(
-                    _("Is it {day}, {time}?").format(day=formats.day(now, zone, year=True), time=formats.clock_time(now, zone)),
-                    _("Robots show other times. If the tablet's clock is right, missions start by it from now on."), _("It is right"),
-                    lambda: self._work(services.holds.confirm_clock))
+                    _("Is it {day}, {time}?").format(
+                        day=formats.day(now, zone, year=True), time=formats.clock_time(now, zone)
+                    ),
+                    _("Robots show other times. If the tablet's clock is right, missions start by it from now on."),
+                    _("It is right"),
+                    lambda: self._work(services.holds.confirm_clock),
+                )
             case Act.TIME_ZONE:
                 self._ask_zone()
             case Act.WHOSE_PLAN:
@@ -264,15 +315,24 @@ class FrameController:
     def _choose_zone(self, guess: str) -> None:
         """It is a setting: where a PIN keeps those, it is asked for before the zone is taken."""
         question, options = zone_asked(zone_names(), guess, self._services.clock.now())
-        self._shell.dialogs.choose(question, options, lambda zone: self._shell.navigator.past_guard(
-            "settings", lambda: self._take_zone(zone, guess)))
+        self._shell.dialogs.choose(
+            question,
+            options,
+            lambda zone: self._shell.navigator.past_guard("settings", lambda: self._take_zone(zone, guess)),
+        )
 
     def _take_zone(self, zone: str, guess: str) -> None:
         """Undone, it is asked for again."""
         catalogue = self._services.catalogue
-        self._work(lambda: catalogue.change_settings(timezone=zone), lambda _settings: self._shell.offer_undo(
-            _("The time zone is {zone}").format(zone=zone), lambda: catalogue.guess_zone_again(guess), lambda: self._choose_zone(guess),
-            behind="settings"))
+        self._work(
+            lambda: catalogue.change_settings(timezone=zone),
+            lambda _settings: self._shell.offer_undo(
+                _("The time zone is {zone}").format(zone=zone),
+                lambda: catalogue.guess_zone_again(guess),
+                lambda: self._choose_zone(guess),
+                behind="settings",
+            ),
+        )
 
     def _decide(self, moves_here: bool) -> None:
         tablet = self._services.tablet
@@ -297,11 +357,15 @@ class FrameController:
                 for each in about:
                     snackbars.end(each)
             else:
-                kept = ngettext("{n} start is held; it is skipped unless it is released in time",
-                                "{n} starts are held; those that are not released in time are skipped", number)
+                kept = ngettext(
+                    "{n} start is held; it is skipped unless it is released in time",
+                    "{n} starts are held; those that are not released in time are skipped",
+                    number,
+                )
                 late = ngettext("{n} start was on its way already", "{n} starts were on their way already", gone)
                 said = late.format(n=gone) if gone else kept.format(n=number)
                 snackbars.post(Message(said, HAND if not gone else "information-outline", about=frozenset(about)))
+
         self._work(lambda: self._services.operator.hold_starts(ids, held), done)
 
     def _show_alarms(self, _frame: Frame) -> None:

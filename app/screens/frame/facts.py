@@ -1,4 +1,5 @@
 """What the frame needs to know at one moment, read on a background thread; view.py turns it into words."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +23,7 @@ from app.services.robots.missions import RobotMissions
 @dataclass(frozen=True)
 class FrameServices:
     """What the frame uses of the app."""
+
     alarms: Alarms
     catalogue: Catalogue
     clock: Clock
@@ -38,12 +40,13 @@ class FrameServices:
 @dataclass(frozen=True)
 class OpenIssues:
     """Everything that a banner may show."""
-    alarms: Sequence[Alarm] = ()         # open ones, shelved ones among them
-    holds: Sequence[Hold] = ()           # the operator's, of all robots or of one
+
+    alarms: Sequence[Alarm] = ()  # open ones, shelved ones among them
+    holds: Sequence[Hold] = ()  # the operator's, of all robots or of one
     late_starts: Sequence[Execution] = ()
-    copy: Hold | None = None             # why nothing is sent from here: the data was copied from another tablet
-    guessed_zone: str = ""               # of the tablet, until a person has chosen one
-    given: Given = NOTHING_KNOWN         # what is known of the values that the late starts' missions get
+    copy: Hold | None = None  # why nothing is sent from here: the data was copied from another tablet
+    guessed_zone: str = ""  # of the tablet, until a person has chosen one
+    given: Given = NOTHING_KNOWN  # what is known of the values that the late starts' missions get
 
 
 @dataclass(frozen=True)
@@ -61,11 +64,20 @@ class FrameFacts:
 def read(services: FrameServices) -> FrameFacts:
     """Called off the UI thread."""
     robots = {robot.id: robot for robot in by_name(services.catalogue.robots())}
-    holds = sorted(services.holds.current(), key=lambda hold: hold.robot_id is not None)        # that of all robots first
+    holds = sorted(services.holds.current(), key=lambda hold: hold.robot_id is not None)  # that of all robots first
     alarms, settings = services.alarms.open(), services.settings()
     is_guess = any((alarm.code, alarm.key) == ZONE_GUESSED and alarm.cleared_at is None for alarm in alarms)
-    return FrameFacts(settings, robots, OpenIssues(alarms, holds, late_starts(services.history.open(), robots), _copy(services.holds),
-                                                   settings.timezone if is_guess else ""))
+    return FrameFacts(
+        settings,
+        robots,
+        OpenIssues(
+            alarms,
+            holds,
+            late_starts(services.history.open(), robots),
+            _copy(services.holds),
+            settings.timezone if is_guess else "",
+        ),
+    )
 
 
 def _copy(holds: Holds) -> Hold | None:

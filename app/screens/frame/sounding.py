@@ -1,5 +1,6 @@
 """When an alarm makes a sound: a new one of high priority, and again every 5 min until a person has acknowledged or shelved it, or it is
 over. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -8,29 +9,42 @@ from datetime import datetime, timedelta
 from app.domain.models import Alarm, Priority
 from app.screens.common.alarms_view import can_be_handled, is_over, is_shelved
 
-PATIENCE = timedelta(minutes=5)          # for which a person may be on the way
+PATIENCE = timedelta(minutes=5)  # for which a person may be on the way
 
 
 def calls_for_somebody(alarm: Alarm, now: datetime) -> bool:
     """Of high priority, and nobody has said that it was seen."""
-    return (alarm.priority is Priority.HIGH and alarm.acknowledged_at is None and not is_over(alarm) and not is_shelved(alarm, now))
+    return (
+        alarm.priority is Priority.HIGH
+        and alarm.acknowledged_at is None
+        and not is_over(alarm)
+        and not is_shelved(alarm, now)
+    )
 
 
 def is_overdue(alarm: Alarm, now: datetime) -> bool:
     """Whether somebody should have acknowledged it by now."""
-    return calls_for_somebody(alarm, now) and can_be_handled(alarm) and now - (alarm.last_at or alarm.raised_at) >= PATIENCE
+    return (
+        calls_for_somebody(alarm, now)
+        and can_be_handled(alarm)
+        and now - (alarm.last_at or alarm.raised_at) >= PATIENCE
+    )
 
 
 class Sounding:
     """Remembers what has been heard, by the monotonic clock: the other one may be set back."""
 
     def __init__(self) -> None:
-        self._heard: dict[tuple[str, str, int], float] = {}          # by code, key and how often it has come
+        self._heard: dict[tuple[str, str, int], float] = {}  # by code, key and how often it has come
 
     def is_due(self, alarms: Iterable[Alarm], now: datetime, monotonic: float) -> bool:
         """Whether there is to be a sound now; counts as heard. ``monotonic`` in s."""
         calling = {(alarm.code, alarm.key, alarm.count): alarm for alarm in alarms if calls_for_somebody(alarm, now)}
-        due = [key for key, alarm in calling.items()
-               if key not in self._heard or (can_be_handled(alarm) and monotonic - self._heard[key] >= PATIENCE.total_seconds())]
+        due = [
+            key
+            for key, alarm in calling.items()
+            if key not in self._heard
+            or (can_be_handled(alarm) and monotonic - self._heard[key] >= PATIENCE.total_seconds())
+        ]
         self._heard = {key: monotonic if key in due else self._heard[key] for key in calling}
         return bool(due)

@@ -1,4 +1,5 @@
 """What is always there, in words: the selected robot in the top bar, and the banner with the most serious alarm or hold. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -38,24 +39,28 @@ from app.services.live.holds import Hold
 @dataclass(frozen=True)
 class BarView:
     """The top bar, but for the screen's name."""
+
     date: str = ""
     clock: str = ""
     robot: str = ""
     link: str = ""
     link_icon: str = "robot-off-outline"
     link_tone: str = "offline"
-    help_count: str = ""                 # of robots that need a person, where Home doesn't show all of them side by side
+    help_count: str = ""  # of robots that need a person, where Home doesn't show all of them side by side
 
 
-def top_bar(robot: Robot | None, snapshot: RobotSnapshot | None, settings: Settings, now: datetime,
-            groups: Sequence[Group] = ()) -> BarView:
+def top_bar(
+    robot: Robot | None, snapshot: RobotSnapshot | None, settings: Settings, now: datetime, groups: Sequence[Group] = ()
+) -> BarView:
     """``groups`` are those of all robots."""
     date, clock = formats.day(now, settings.timezone, year=True), formats.clock_time(now, settings.timezone)
     if robot is None:
         return BarView(date, clock, _("No robot"))
     link = link_appearance(robot, snapshot or RobotSnapshot(robot.id), now, settings)
     needy = sum(group in NEEDS_HELP for group in groups)
-    return BarView(date, clock, robot.name, link.word, link.icon, link.tone, str(needy) if needy and len(groups) > FEW else "")
+    return BarView(
+        date, clock, robot.name, link.word, link.icon, link.tone, str(needy) if needy and len(groups) > FEW else ""
+    )
 
 
 def picker_title(groups: Sequence[Group]) -> str:
@@ -64,18 +69,26 @@ def picker_title(groups: Sequence[Group]) -> str:
     return _("Robot · {help}").format(help=help_needed) if help_needed else _("Robot")
 
 
-def robot_option(robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime, holds: Sequence[Hold] = ()) -> Option:
+def robot_option(
+    robot: Robot, snapshot: RobotSnapshot, settings: Settings, now: datetime, holds: Sequence[Hold] = ()
+) -> Option:
     """One robot in the list to choose from; the icon of one that needs help stands out."""
     hold, old = hold_at(holds, robot.id, now) if robot.enabled else None, is_old(snapshot, now, settings)
     state, group = state_appearance(robot, snapshot, old), group_of(robot, snapshot, old, settings)
     battery = battery_appearance(None if old else snapshot.status, settings)
-    return Option(robot.id, robot.name, state.icon, f"{state_and_hold(state.word, hold)} · {battery.text}",
-                  tone=look_of(group).tone if group in NEEDS_HELP else "neutral")
+    return Option(
+        robot.id,
+        robot.name,
+        state.icon,
+        f"{state_and_hold(state.word, hold)} · {battery.text}",
+        tone=look_of(group).tone if group in NEEDS_HELP else "neutral",
+    )
 
 
 @dataclass(frozen=True)
 class BannerView:
     """Empty ``text``: no banner."""
+
     text: str = ""
     note: str = ""
     tone: str = "fault"
@@ -83,12 +96,14 @@ class BannerView:
     others: str = ""
     action: str = ""
     act: Act = Act.NOTHING
-    about: int | None = None             # id of the robot, alarm or start that ``act`` is about
-    urgent: bool = False                 # larger: nobody has acknowledged it for long
-    calm: bool = False                   # somebody has acknowledged it
+    about: int | None = None  # id of the robot, alarm or start that ``act`` is about
+    urgent: bool = False  # larger: nobody has acknowledged it for long
+    calm: bool = False  # somebody has acknowledged it
 
 
-def banner(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE) -> BannerView:
+def banner(
+    issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE
+) -> BannerView:
     """The most serious one, and how many others the list has. ``here`` is the screen that is shown, so that no button leads there."""
     found = open_issues(issues, robots, settings, now, here)
     if not found:
@@ -102,29 +117,44 @@ def banner(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, 
 @dataclass(frozen=True)
 class OpenIssue:
     """One line that the banner counts and the list shows: an alarm, a hold, or the late starts."""
+
     key: tuple[str, int]
     view: BannerView
-    alarms: Together = ()                # several with one cause
+    alarms: Together = ()  # several with one cause
 
 
-def open_issues(issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime,
-                here: Here = NOWHERE) -> list[OpenIssue]:
+def open_issues(
+    issues: OpenIssues, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here = NOWHERE
+) -> list[OpenIssue]:
     """Everything that is open and not shelved, most serious first."""
     standing = [alarm for alarm in issues.alarms if not is_shelved(alarm, now)]
-    lines = [(min(map(urgency, group)), OpenIssue(("group" if len(group) > 1 else "alarm", group[0].id),
-                                                  _alarms(group, robots, settings, now, here), group))
-             for group in together(standing, now)]
-    lines += [(_HOLD, OpenIssue(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
-              for hold in issues.holds if not hold.clock and not hold.is_over(now)]             # an implausible clock has its own alarm
+    lines = [
+        (
+            min(map(urgency, group)),
+            OpenIssue(
+                ("group" if len(group) > 1 else "alarm", group[0].id),
+                _alarms(group, robots, settings, now, here),
+                group,
+            ),
+        )
+        for group in together(standing, now)
+    ]
+    lines += [
+        (_HOLD, OpenIssue(("hold", hold.robot_id or 0), _hold(hold, robots, settings, now)))
+        for hold in issues.holds
+        if not hold.clock and not hold.is_over(now)
+    ]  # an implausible clock has its own alarm
     starting = [OpenIssue(("late", 0), _late(issues, settings, now))] if issues.late_starts else []
-    if starting and all(start.held for start in issues.late_starts):          # nothing of them runs away, as of other holds
+    if starting and all(start.held for start in issues.late_starts):  # nothing of them runs away, as of other holds
         lines += [(_HOLD, starting.pop())]
     lines.sort(key=lambda line: line[0])
     copy = [OpenIssue(("copy", 0), _copy(issues.copy))] if issues.copy else []
     return [*copy, *starting, *(issue for _urgency, issue in lines)]
 
 
-def issue_entry(issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime, unfolded: bool = False) -> AlarmEntry:
+def issue_entry(
+    issue: OpenIssue, robots: Mapping[int, Robot], settings: Settings, now: datetime, unfolded: bool = False
+) -> AlarmEntry:
     """Its line in the list; ``unfolded``: those of a group are below it."""
     if len(issue.alarms) > 1:
         return group_entry(issue.alarms, settings, now, unfolded)
@@ -134,7 +164,7 @@ def issue_entry(issue: OpenIssue, robots: Mapping[int, Robot], settings: Setting
     return AlarmEntry(issue.key, view.icon, view.tone, view.text, view.note, action=view.action)
 
 
-_HOLD = (False, False, 0.5, 0.0)         # a hold comes after what is high and new, before all others
+_HOLD = (False, False, 0.5, 0.0)  # a hold comes after what is high and new, before all others
 
 
 def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, now: datetime, here: Here) -> BannerView:
@@ -143,19 +173,38 @@ def _alarms(group: Together, robots: Mapping[int, Robot], settings: Settings, no
     seen, calm = acknowledged_words(newest, settings, now), alarm.acknowledged_at is not None
     if not has_leader(group):
         note = " · ".join(filter(None, (seen, group_note(group, settings, now))))
-        return BannerView(_now_or_over(alarm, group_text(group, settings, now)), note, alarm_tone(alarm), _icon(alarm), "",
-                          _("Show all"), Act.SHOW_ALARMS, alarm.id, calm=calm)
+        return BannerView(
+            _now_or_over(alarm, group_text(group, settings, now)),
+            note,
+            alarm_tone(alarm),
+            _icon(alarm),
+            "",
+            _("Show all"),
+            Act.SHOW_ALARMS,
+            alarm.id,
+            calm=calm,
+        )
     way = way_to(alarm, robots)
-    is_told = way is not None and here.is_at(way) and alarm.code in ("robot_error", "emergency_stop")      # by the robot's card below
+    is_told = (
+        way is not None and here.is_at(way) and alarm.code in ("robot_error", "emergency_stop")
+    )  # by the robot's card below
     if way is None or here.is_at(way):
         way = acknowledging(alarm)
-    note, urgent = " · ".join(filter(None, (seen, group_note(group, settings, now, advises=not is_told)))), is_overdue(alarm, now)
+    note, urgent = (
+        " · ".join(filter(None, (seen, group_note(group, settings, now, advises=not is_told)))),
+        is_overdue(alarm, now),
+    )
     if urgent:
         since = formats.rough_duration((now - (alarm.last_at or alarm.raised_at)).total_seconds())
         note = _("Nobody has acknowledged it for {time} · {note}").format(time=since, note=note)
-    text = _("{robot} reports an error").format(robot=alarm.details["robot"]) if is_told and alarm.code == "robot_error" else \
-        group_text(group, settings, now)
-    return BannerView(_now_or_over(alarm, text), note, alarm_tone(alarm), _icon(alarm), "", way.word, way.act, way.about, urgent, calm)
+    text = (
+        _("{robot} reports an error").format(robot=alarm.details["robot"])
+        if is_told and alarm.code == "robot_error"
+        else group_text(group, settings, now)
+    )
+    return BannerView(
+        _now_or_over(alarm, text), note, alarm_tone(alarm), _icon(alarm), "", way.word, way.act, way.about, urgent, calm
+    )
 
 
 def _now_or_over(alarm: Alarm, text: str) -> str:
@@ -179,14 +228,19 @@ def _late(issues: OpenIssues, settings: Settings, now: datetime) -> BannerView:
         text = ngettext("{n} late mission is held", "{n} late missions are held", count).format(n=count)
         return BannerView(text, note, "attention", HAND, "", _("Show"), Act.LATE_STARTS)
     left = seconds_left(going, now)
-    first = ngettext("{n} late mission starts in {s} s", "{n} late missions start in {s} s", count).format(n=count, s=left)
+    first = ngettext("{n} late mission starts in {s} s", "{n} late missions start in {s} s", count).format(
+        n=count, s=left
+    )
     action, about = (_("Hold"), going[0].id) if count == 1 else (_("Hold all"), None)
     return BannerView(first, note, "attention", "timer-alert-outline", "", action, Act.HOLD, about)
 
 
 def late_line(execution: Execution, given: Given, settings: Settings) -> str:
-    return _("{mission} on {robot} ({time})").format(mission=given.run(execution), robot=execution.robot or execution.robot_group,
-                                                     time=formats.clock_time(execution.planned_at, settings.timezone))
+    return _("{mission} on {robot} ({time})").format(
+        mission=given.run(execution),
+        robot=execution.robot or execution.robot_group,
+        time=formats.clock_time(execution.planned_at, settings.timezone),
+    )
 
 
 def seconds_left(executions: Sequence[Execution], now: datetime) -> int:
@@ -197,8 +251,15 @@ def seconds_left(executions: Sequence[Execution], now: datetime) -> int:
 
 def _copy(hold: Hold) -> BannerView:
     reason = _(hold.reason)
-    return BannerView(_("Nothing is sent from this tablet"), reason[:1].upper() + reason[1:], "attention", "tablet-dashboard", "",
-                      _("Decide"), Act.WHOSE_PLAN)
+    return BannerView(
+        _("Nothing is sent from this tablet"),
+        reason[:1].upper() + reason[1:],
+        "attention",
+        "tablet-dashboard",
+        "",
+        _("Decide"),
+        Act.WHOSE_PLAN,
+    )
 
 
 def zone_asked(names: Iterable[str], guess: str, now: datetime) -> tuple[str, list[Option]]:
@@ -208,8 +269,20 @@ def zone_asked(names: Iterable[str], guess: str, now: datetime) -> tuple[str, li
 
 def whose_plan() -> list[Option]:
     """What data that was copied from another tablet is for; the keys say whether it moves here."""
-    return [Option(True, _("It moves here"), "tablet-dashboard", _("The other tablet is off. This one starts all missions from now on.")),
-            Option(False, _("It is only looked at"), "eye-outline", _("The other tablet goes on. Nothing is ever sent from here."))]
+    return [
+        Option(
+            True,
+            _("It moves here"),
+            "tablet-dashboard",
+            _("The other tablet is off. This one starts all missions from now on."),
+        ),
+        Option(
+            False,
+            _("It is only looked at"),
+            "eye-outline",
+            _("The other tablet goes on. Nothing is ever sent from here."),
+        ),
+    ]
 
 
 def _hold(hold: Hold, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> BannerView:
@@ -218,6 +291,8 @@ def _hold(hold: Hold, robots: Mapping[int, Robot], settings: Settings, now: date
     until = _("Held until released")
     if hold.until is not None:
         until = _("Held until {time}").format(time=formats.day_and_time(hold.until, settings.timezone, now))
-    since = _("since {time}").format(time=formats.day_and_time(hold.since, settings.timezone, now)) if hold.since else ""
+    since = (
+        _("since {time}").format(time=formats.day_and_time(hold.since, settings.timezone, now)) if hold.since else ""
+    )
     note = " · ".join(filter(None, (until, since, hold.reason and _(hold.reason))))
     return BannerView(text, note, "attention", "hand-back-right-outline", "", _("Release"), Act.RELEASE, hold.robot_id)

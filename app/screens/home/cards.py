@@ -1,4 +1,5 @@
 """The parts of Home, as kv/home/screen.kv and kv/home/cards.kv lay them out. Each finds the view model in ``vm``."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -35,8 +36,9 @@ NOTHING = HomeView()
 class HomeState(EventDispatcher):
     """What kv reads: the fields of HomeView, and what a person is about to do. ``busy`` has the names of the commands under way, of robots
     those of the one that is shown."""
+
     loaded = BooleanProperty(False)
-    fleet = ObjectProperty(FleetState(), rebind=True)        # the page All robots
+    fleet = ObjectProperty(FleetState(), rebind=True)  # the page All robots
     has_robots = BooleanProperty(False)
     robots = ListProperty()
     card = ObjectProperty(NOTHING.card, rebind=True)
@@ -52,17 +54,18 @@ class HomeState(EventDispatcher):
     finished = ListProperty()
     run = ObjectProperty(NOTHING.run, rebind=True)
     busy = ListProperty()
-    pause_rests = BooleanProperty(False)     # a tap on Pause or Resume belongs to the press before
-    waiting = ObjectProperty(NO_WAITING, rebind=True)        # for a robot
+    pause_rests = BooleanProperty(False)  # a tap on Pause or Resume belongs to the press before
+    waiting = ObjectProperty(NO_WAITING, rebind=True)  # for a robot
     goes_first = BooleanProperty(False)  # Run now on a group: before everything else
-    asks = BooleanProperty(False)        # the chosen mission has parameters: a dialog comes before it runs
+    asks = BooleanProperty(False)  # the chosen mission has parameters: a dialog comes before it runs
 
 
-NO_STATE = HomeState()                   # until a part is given its view model: kv applies a class's rule before that
+NO_STATE = HomeState()  # until a part is given its view model: kv applies a class's rule before that
 
 
 class OfHome:
     """Mixin of what shows a part of the state."""
+
     vm = ObjectProperty(NO_STATE, rebind=True)
 
 
@@ -83,10 +86,11 @@ class Bands(OfHome, LowPage):
 
     In a low window what a robot that needs a person waits for is seen at once: its card comes before the strip, and in it the part with
     that ``step``. That moves what is under a finger; a tap within the next moment was meant for what was there before."""
+
     low = BooleanProperty(False)
     step = StringProperty()
     scroll_y: float
-    hides_queue = BooleanProperty(False)     # its head is below the fold, with what it says of items that are blocked
+    hides_queue = BooleanProperty(False)  # its head is below the fold, with what it says of items that are blocked
 
     def __init__(self, **kwargs: Any) -> None:
         self._rests_until = 0.0
@@ -99,7 +103,9 @@ class Bands(OfHome, LowPage):
     def _needed(self, *_: Any) -> None:
         self._rests_until = Clock.get_time() + SETTLES
         bands, card = self.ids.bands, self.ids.card
-        if self.step and (1 - self.scroll_y) * (bands.height - self.height) < bands.top - card.y:        # some of the card is in sight
+        if (
+            self.step and (1 - self.scroll_y) * (bands.height - self.height) < bands.top - card.y
+        ):  # some of the card is in sight
             self.scroll_y = 1
         self._arrange()
 
@@ -128,6 +134,7 @@ class HomeEmpty(Part):
 class RobotStrip(Part):
     """A chip per robot, or the way to the page with all of them where they are many; and what is ``blocked`` in the queue, if that has
     to be said here: a tap fires ``on_show_blocked``."""
+
     blocked = StringProperty()
 
     __events__ = ("on_show_blocked",)
@@ -138,11 +145,13 @@ class RobotStrip(Part):
 
 class RobotHead(Part):
     """State and name; ``side`` of the state's disc in px."""
+
     side = NumericProperty(0)
 
 
 class RobotTiles(Part):
     """Battery and address, or the battery ``alone``, which is ``high``; ``spare`` px higher than ``needed``."""
+
     alone = BooleanProperty(False)
     high = NumericProperty(0)
     needed = NumericProperty(0)
@@ -155,6 +164,7 @@ class RobotControls(Part):
 
 class MissionTile(OfHome, TonedSurface):
     """What runs, or what has ``failed`` and what to do; ``spare`` px higher than ``needed``."""
+
     failed = BooleanProperty(False)
     needed = NumericProperty(0)
     spare = NumericProperty(0)
@@ -162,13 +172,15 @@ class MissionTile(OfHome, TonedSurface):
 
 class RobotMessage(OfHome, Tile):
     """The robot's own words, with its speed and distance where there is room."""
+
     labelled = BooleanProperty(False)
     roomy = BooleanProperty(False)
 
 
 class PromptPanel(OfHome, Surface):
     """The robot asks a person."""
-    LARGE_UP_TO = 100                    # characters of the question
+
+    LARGE_UP_TO = 100  # characters of the question
 
 
 class PromptOption(CommandButton):
@@ -179,7 +191,8 @@ class Answers(GridLayout):
     """``options``, none louder than another, in one row where they fit, large where they do so then, else in columns as wide as the
     longest, and at worst below each other. A tap fires ``on_answer(option)``, unless it is ``busy``: an answer is being sent. A finger
     that was on the way when ``about`` changed meant the question before."""
-    about = StringProperty()                 # the question
+
+    about = StringProperty()  # the question
     options = ListProperty()
     busy = BooleanProperty(False)
 
@@ -239,7 +252,7 @@ class PlaceMap(ButtonBehavior, RobotMap):
 
     def draw(self) -> None:
         super().draw()
-        self.box(self.right - dp(31), self.y + dp(5), dp(26), dp(26), tk.map_floor, dp(8), alpha=.82)
+        self.box(self.right - dp(31), self.y + dp(5), dp(26), dp(26), tk.map_floor, dp(8), alpha=0.82)
         self.icon("arrow-expand", self.right - dp(18), self.y + dp(18), tk.ink2, 22)
 
     def kept_free(self) -> list[tuple[float, float, float, float]]:
@@ -249,6 +262,7 @@ class PlaceMap(ButtonBehavior, RobotMap):
 
 class RobotPlace(Part):
     """The robot on its own map, and under it the robot's words."""
+
     texture = ObjectProperty(None, allownone=True)
 
     def __init__(self, **kwargs: Any) -> None:
@@ -263,6 +277,7 @@ class RobotPlace(Part):
 
 class Slot(Part):
     """A place in the robot's card for one of several things, the first of ``order`` that there is."""
+
     prompt = ObjectProperty(NOTHING.prompt)
     map = ObjectProperty(NOTHING.map)
     order: tuple[type[Widget], ...] = ()
@@ -288,16 +303,19 @@ class Slot(Part):
 
 class PromptSlot(Slot):
     """In the narrow card: the question or nothing."""
+
     order = (PromptPanel,)
 
 
 class PlaceSlot(Slot):
     """In the narrow card below the tiles: the map or the robot's words."""
+
     order = (RobotPlace, RobotMessage)
 
 
 class BelowTiles(Slot):
     """In the wide card: the question, the map, or the robot's words."""
+
     order = (PromptPanel, RobotPlace, RobotMessage)
 
 
@@ -311,13 +329,14 @@ class RobotCard(Card):
     Where a card is too ``tight`` for both its state and what a person has to do ``first``, an answer or what a fault asks for, the state
     comes after that; in a page that is too low it has the part with the next ``step`` at its top.
     """
-    needed = NumericProperty(0)          # height at which nothing in it scrolls
-    above = NumericProperty(0)           # height of what is above the map
-    seen = NumericProperty(0)            # height of what is above the controls, which don't scroll
-    spare = NumericProperty(0)           # of that, what nothing needs
+
+    needed = NumericProperty(0)  # height at which nothing in it scrolls
+    above = NumericProperty(0)  # height of what is above the map
+    seen = NumericProperty(0)  # height of what is above the controls, which don't scroll
+    spare = NumericProperty(0)  # of that, what nothing needs
     fills = BooleanProperty(False)
-    sought = BooleanProperty(False)      # rather than its address, and it is known where it is or was
-    first = NumericProperty(0)           # height of what a person has to do
+    sought = BooleanProperty(False)  # rather than its address, and it is known where it is or was
+    first = NumericProperty(0)  # height of what a person has to do
     step = StringProperty()
     controls_first = BooleanProperty(False)
     tight = BooleanProperty(False)
@@ -345,6 +364,7 @@ class RobotCardWide(Card):
     In a ``low`` window the page ends within it. What is pressed then comes before what is only read: the controls before the mission. The
     part with the next ``step`` comes before everything else, also before the state.
     """
+
     needed = NumericProperty(0)
     low = BooleanProperty(False)
     step = StringProperty()
@@ -361,7 +381,11 @@ class RobotCardWide(Card):
         elif self.step == "controls":
             order = ids.controls, ids.mission, ids.head
         else:
-            order = (ids.mission, ids.controls, ids.head) if self.step == "mission" else (ids.head, ids.controls, ids.mission)
+            order = (
+                (ids.mission, ids.controls, ids.head)
+                if self.step == "mission"
+                else (ids.head, ids.controls, ids.mission)
+            )
         beside = (ids.below, ids.tiles) if self.step == "prompt" else (ids.tiles, ids.below)
         for column, widgets in ((ids.words, order), (ids.beside, beside)):
             if tuple(reversed(column.children)) != widgets:
@@ -380,6 +404,7 @@ class QueueCard(Card):
 
 class BlockedLine(TonedTap):
     """That something in the queue is blocked, and why, in at most ``room`` px; a tap shows its row."""
+
     text = StringProperty()
     room = NumericProperty(0)
 

@@ -1,4 +1,5 @@
 """What the operator asks of the robot on Home. Each command runs in the background and says what came of it, by the robot's name."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
@@ -18,13 +19,14 @@ from app.screens.home.facts import HomeFacts, HomeServices, OnRobot
 from app.screens.home.reset import ResetReport
 from app.widgets.snackbar import SECONDS
 
-GONE = (404, 410)                        # what a robot answers about an item that it no longer has
+GONE = (404, 410)  # what a robot answers about an item that it no longer has
 
 T = TypeVar("T")
 
 
 class HomeCommands(HomeState):
     """The part of Home's view model that sends commands to the selected robot."""
+
     facts: HomeFacts
     _services: HomeServices
     _shell: Shell
@@ -32,7 +34,7 @@ class HomeCommands(HomeState):
     _presses: Presses
     _reset: ResetReport
     _cancelling: set[OnRobot]
-    _clearing: set[int]                  # ids of robots whose queues are being cleared
+    _clearing: set[int]  # ids of robots whose queues are being cleared
 
     def _show(self) -> None:
         """The facts have changed."""
@@ -48,38 +50,58 @@ class HomeCommands(HomeState):
             return
         robot_id = robot.id
         if self.controls.pauses:
-            self._act(key, lambda: operator.pause(robot_id), self._saying(_("{robot} pauses").format(robot=robot.name), "pause", key),
-                      self._refused(robot, _("Pause")))
+            self._act(
+                key,
+                lambda: operator.pause(robot_id),
+                self._saying(_("{robot} pauses").format(robot=robot.name), "pause", key),
+                self._refused(robot, _("Pause")),
+            )
         else:
-            self._act(key, lambda: operator.resume(robot_id), self._saying(_("{robot} continues").format(robot=robot.name), "play", key),
-                      self._refused(robot, _("Resume")))
+            self._act(
+                key,
+                lambda: operator.resume(robot_id),
+                self._saying(_("{robot} continues").format(robot=robot.name), "play", key),
+                self._refused(robot, _("Resume")),
+            )
 
     def reset_errors(self) -> None:
         """Whether it helped is said when the robot has been read again."""
         robot = self.facts.robot
         if robot is not None and not self._presses.is_same(OfRobot("reset", robot.id)):
             pressed_at = self._services.clock.now()
-            self._act(OfRobot("reset", robot.id), lambda: self._services.operator.reset_errors(robot.id),
-                      lambda _none: self._reset.begin(robot, pressed_at), self._refused(robot, _("Reset errors")))
+            self._act(
+                OfRobot("reset", robot.id),
+                lambda: self._services.operator.reset_errors(robot.id),
+                lambda _none: self._reset.begin(robot, pressed_at),
+                self._refused(robot, _("Reset errors")),
+            )
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""
         robot, count = self.facts.robot, self.controls.clear_count
         if robot is None or not count or self._presses.is_same(OfRobot("clear", robot.id)):
             return
-        title = ngettext("Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count)
+        title = ngettext(
+            "Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count
+        )
         text = _("Everything in its queue is removed, whoever put it there; what runs is aborted.")
         if self.card.old:
-            text += " " + _("There is no connection to {robot} just now: if the command does not reach it, nothing is removed; if only its "
-                            "answer is missing, what was sent from here is cancelled as soon as it answers.").format(robot=robot.name)
+            text += " " + _(
+                "There is no connection to {robot} just now: if the command does not reach it, nothing is removed; if only its "
+                "answer is missing, what was sent from here is cancelled as soon as it answers."
+            ).format(robot=robot.name)
         asked = title.format(n=count, robot=robot.name)
         self._shell.dialogs.confirm(asked, text, _("Clear queue"), lambda: self._clear(robot), danger=True)
 
     def _clear(self, robot: Robot) -> None:
         self._clearing.add(robot.id)
         self.facts = replace(self.facts, clearing=frozenset(self._clearing))
-        self._act(OfRobot("clear", robot.id), lambda: self._services.operator.clear_queue(robot.id), lambda _done: self._cleared(robot),
-                  lambda problem: self._not_cleared(problem, robot))
+        self._act(
+            OfRobot("clear", robot.id),
+            lambda: self._services.operator.clear_queue(robot.id),
+            lambda _done: self._cleared(robot),
+            lambda problem: self._not_cleared(problem, robot),
+        )
         self._show()
 
     def _cleared(self, robot: Robot) -> None:
@@ -100,7 +122,7 @@ class HomeCommands(HomeState):
         robot = self.facts.robot
         entry = next((entry for entry in self.queue if entry.key == key), None)
         if robot is None or entry is None or self._presses.is_same(OfRobot(key, robot.id)):
-            return                           # without an entry: it went in the frame of the press
+            return  # without an entry: it went in the frame of the press
         name = entry.mission
         if not entry.runs and self._is_undoable(key):
             self._cancel(robot, key, name)
@@ -108,7 +130,9 @@ class HomeCommands(HomeState):
         if not entry.runs:
             ask_to_cancel(self._shell, name, robot.name if entry.number else "", lambda: self._agreed(robot, key, name))
             return
-        following = next((each.mission for each in self.queue if each.number and each.cancellable), "") if entry.loud else ""
+        following = (
+            next((each.mission for each in self.queue if each.number and each.cancellable), "") if entry.loud else ""
+        )
         ask_to_stop(self._shell, name, robot.name, lambda: self._cancel(robot, key, name), following)
 
     def _agreed(self, robot: Robot, key: tuple[str, int], name: str) -> None:
@@ -127,15 +151,19 @@ class HomeCommands(HomeState):
         if kind == "item":
             self._cancelling.add((robot.id, number))
             self.facts = replace(self.facts, cancelling=frozenset(self._cancelling))
-        self._act(OfRobot(key, robot.id),
-                  lambda: operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number),
-                  lambda left: say_cancelled(self._shell, self._services.catalogue, name, left, self._reader.request),
-                  lambda problem: self._not_cancelled(problem, robot, key, name))
+        self._act(
+            OfRobot(key, robot.id),
+            lambda: (
+                operator.cancel_execution(number) if kind == "execution" else operator.cancel_item(robot.id, number)
+            ),
+            lambda left: say_cancelled(self._shell, self._services.catalogue, name, left, self._reader.request),
+            lambda problem: self._not_cancelled(problem, robot, key, name),
+        )
         self._show()
 
     def _not_cancelled(self, problem: BaseException, robot: Robot, key: tuple[str, int], name: str) -> None:
         kind, number = key
-        if kind == "item":                   # executions are numbered by themselves
+        if kind == "item":  # executions are numbered by themselves
             self._cancelling.discard((robot.id, number))
         if isinstance(problem, Rejected) and problem.status in GONE:
             self._say(_("{mission} had already ended").format(mission=name), "information-outline")
@@ -146,13 +174,21 @@ class HomeCommands(HomeState):
         robot, prompt = self.facts.robot, self.prompt
         if robot is not None and prompt.guid and not self._presses.is_same(OfRobot("answer", robot.id)):
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
-            self._act(OfRobot("answer", robot.id), lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
-                      self._saying(said, "comment-check-outline"),
-                      lambda problem: questions.say_not_answered(self._shell, self._services, robot, prompt.guid, problem))
+            self._act(
+                OfRobot("answer", robot.id),
+                lambda: self._services.operator.answer_prompt(robot.id, prompt.guid, option),
+                self._saying(said, "comment-check-outline"),
+                lambda problem: questions.say_not_answered(self._shell, self._services, robot, prompt.guid, problem),
+            )
 
     # ------------------------------------------------------------------ inside
-    def _act(self, key: Hashable, work: Callable[[], T], done: Callable[[T], object] | None = None,
-             failed: Callable[[BaseException], object] | None = None) -> None:
+    def _act(
+        self,
+        key: Hashable,
+        work: Callable[[], T],
+        done: Callable[[T], object] | None = None,
+        failed: Callable[[BaseException], object] | None = None,
+    ) -> None:
         """Do it in the background, unless that is under way; the button is busy until the outcome is on screen."""
         if not self._presses.begin(key):
             return
@@ -166,7 +202,9 @@ class HomeCommands(HomeState):
             self._presses.rest(key)
             ended(lambda: done(outcome) if done else None)
 
-        self._shell.background.run(work, succeeded, lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem)))
+        self._shell.background.run(
+            work, succeeded, lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem))
+        )
 
     def _saying(self, text: str, icon: str, about: Hashable | None = None) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""

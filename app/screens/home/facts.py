@@ -1,4 +1,5 @@
 """What Home needs to know at one moment, read on a background thread; view.py turns it into words."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
@@ -28,17 +29,18 @@ from app.services.robots.maps import RobotMaps
 from app.services.robots.missions import RobotMissions
 
 NEXT_PLANNED = LAST_FINISHED = 5
-PAUSED = "paused"                        # the activity
-LONGEST_QUEUE = 200                      # items of a robot's queue that are shown; the others are counted
+PAUSED = "paused"  # the activity
+LONGEST_QUEUE = 200  # items of a robot's queue that are shown; the others are counted
 
-OnRobot = tuple[int, int]                # a robot's id and the number of an item in its queue: robots number theirs alike
+OnRobot = tuple[int, int]  # a robot's id and the number of an item in its queue: robots number theirs alike
 
-Standing = tuple[int, RobotState | None, tuple[RobotProblem, ...]]      # a robot's id, its state and errors
+Standing = tuple[int, RobotState | None, tuple[RobotProblem, ...]]  # a robot's id, its state and errors
 
 
 @dataclass(frozen=True)
 class HomeServices:
     """What Home uses of the app."""
+
     alarms: Alarms
     calendar: Callable[[], WorkingCalendar]
     catalogue: Catalogue
@@ -60,27 +62,31 @@ class HomeFacts:
     settings: Settings = field(default_factory=Settings)
     robots: tuple[Robot, ...] = ()
     groups: tuple[Group, ...] = ()
-    snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot
-    entered: tuple[Mission, ...] = ()                   # for the selected robot, favourites first
-    missions: tuple[Mission, ...] = ()                  # those of them that it can be asked for
-    is_new: bool = False                                # the robot was selected a moment ago, and its missions are still to be read
-    all_missions: tuple[Mission, ...] = ()              # where there are groups
-    known: Mapping[int, Collection[str]] = field(default_factory=dict)       # guids of missions by robot, as far as they have been read
-    open: tuple[Execution, ...] = ()                    # under way or waiting, of all robots
+    snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)  # by robot
+    entered: tuple[Mission, ...] = ()  # for the selected robot, favourites first
+    missions: tuple[Mission, ...] = ()  # those of them that it can be asked for
+    is_new: bool = False  # the robot was selected a moment ago, and its missions are still to be read
+    all_missions: tuple[Mission, ...] = ()  # where there are groups
+    known: Mapping[int, Collection[str]] = field(
+        default_factory=dict
+    )  # guids of missions by robot, as far as they have been read
+    open: tuple[Execution, ...] = ()  # under way or waiting, of all robots
     planned: tuple[PlannedRun, ...] = ()
     finished: tuple[Execution, ...] = ()
-    expected: Mapping[str, DurationEstimate] = field(default_factory=dict)   # by guid, on the selected robot
-    names: Mapping[str, str] = field(default_factory=dict)                   # of missions by guid, as the selected robot calls them
-    alarms: int = 0                                     # that are open, shelved ones among them
-    holds: tuple[Hold, ...] = ()                        # of all robots or of one
-    given: Given = NOTHING_KNOWN                        # what is known of the values that missions get
+    expected: Mapping[str, DurationEstimate] = field(default_factory=dict)  # by guid, on the selected robot
+    names: Mapping[str, str] = field(default_factory=dict)  # of missions by guid, as the selected robot calls them
+    alarms: int = 0  # that are open, shelved ones among them
+    holds: tuple[Hold, ...] = ()  # of all robots or of one
+    given: Given = NOTHING_KNOWN  # what is known of the values that missions get
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
-    map: MapPicture | None = None                       # that the selected robot is on
-    cancelling: frozenset[OnRobot] = frozenset()        # items that the operator has just asked to be gone
-    clearing: frozenset[int] = frozenset()              # ids of robots whose queues the operator is just having cleared
-    reset_in_vain: frozenset[Standing] = frozenset()    # errors that stand although they were reset
-    seen_running: Mapping[OnRobot, datetime] = field(default_factory=dict)   # since when this tablet has seen an item run
-    activities: tuple[ActivitySpan, ...] = ()           # what the selected robot was seen doing since what it executes has begun
+    map: MapPicture | None = None  # that the selected robot is on
+    cancelling: frozenset[OnRobot] = frozenset()  # items that the operator has just asked to be gone
+    clearing: frozenset[int] = frozenset()  # ids of robots whose queues the operator is just having cleared
+    reset_in_vain: frozenset[Standing] = frozenset()  # errors that stand although they were reset
+    seen_running: Mapping[OnRobot, datetime] = field(
+        default_factory=dict
+    )  # since when this tablet has seen an item run
+    activities: tuple[ActivitySpan, ...] = ()  # what the selected robot was seen doing since what it executes has begun
 
     @property
     def is_reset_in_vain(self) -> bool:
@@ -169,7 +175,7 @@ class HomeFacts:
             return since
         is_paused = activity_of(status) == PAUSED
         paused = sum((span.end - span.start for span in self.activities if span.activity == PAUSED), timedelta())
-        if self.activities and self.activities[-1].activity == PAUSED:       # stored only once a minute
+        if self.activities and self.activities[-1].activity == PAUSED:  # stored only once a minute
             paused += max(timedelta(), (now if is_paused else read_at) - self.activities[-1].end)
         elif is_paused:
             paused += now - max(since, read_at)
@@ -202,26 +208,34 @@ def standing(snapshot: RobotSnapshot) -> Standing:
     return snapshot.robot_id, status.state if status else None, status.errors if status else ()
 
 
-def read(services: HomeServices, known: HomeFacts | None = None, seen_running: Mapping[OnRobot, datetime] | None = None) -> HomeFacts:
+def read(
+    services: HomeServices, known: HomeFacts | None = None, seen_running: Mapping[OnRobot, datetime] | None = None
+) -> HomeFacts:
     """Read everything, or with ``known`` only what the robots do: the plan and the history are then as they were.
 
     Called off the UI thread: it asks the database, never a robot.
     """
     facts = replace(known or _read_plan(services), seen_running=seen_running or {}, activities=())
-    facts = replace(facts, snapshots={robot.id: services.snapshots.get(robot.id) for robot in facts.robots},
-                    known={robot.id: services.robot_missions.names(robot.id) for robot in facts.robots} if facts.groups else {},
-                    holds=tuple(services.holds.all_active()))
+    facts = replace(
+        facts,
+        snapshots={robot.id: services.snapshots.get(robot.id) for robot in facts.robots},
+        known={robot.id: services.robot_missions.names(robot.id) for robot in facts.robots} if facts.groups else {},
+        holds=tuple(services.holds.all_active()),
+    )
     robot = facts.robot
     if robot is None:
         return facts
     running = facts.running
     since = facts.running_since(running) if running else None
     expected = services.history.expected(robot.id, facts.guid_of(running)) if running else None
-    return replace(facts, map=services.maps.known(robot.id, facts.map_id) if facts.map_id else None,
-                   missions=tuple(services.robot_missions.offered(robot.id, facts.entered)),
-                   names=services.robot_missions.names(robot.id),
-                   expected={facts.guid_of(running): expected} if running and expected else {},
-                   activities=_activities(services, robot, since) if since else ())
+    return replace(
+        facts,
+        map=services.maps.known(robot.id, facts.map_id) if facts.map_id else None,
+        missions=tuple(services.robot_missions.offered(robot.id, facts.entered)),
+        names=services.robot_missions.names(robot.id),
+        expected={facts.guid_of(running): expected} if running and expected else {},
+        activities=_activities(services, robot, since) if since else (),
+    )
 
 
 def _activities(services: HomeServices, robot: Robot, since: datetime) -> tuple[ActivitySpan, ...]:
@@ -231,9 +245,15 @@ def _activities(services: HomeServices, robot: Robot, since: datetime) -> tuple[
 
 def _read_plan(services: HomeServices) -> HomeFacts:
     facts = HomeFacts(
-        alarms=len(services.alarms.open()), settings=services.settings(), calendar=services.calendar(),
-        robots=by_name(services.catalogue.robots()), groups=by_name(services.catalogue.groups()), open=tuple(services.history.open()),
-        planned=tuple(services.plan.next(NEXT_PLANNED)), finished=tuple(services.history.last_finished(LAST_FINISHED)))
+        alarms=len(services.alarms.open()),
+        settings=services.settings(),
+        calendar=services.calendar(),
+        robots=by_name(services.catalogue.robots()),
+        groups=by_name(services.catalogue.groups()),
+        open=tuple(services.history.open()),
+        planned=tuple(services.plan.next(NEXT_PLANNED)),
+        finished=tuple(services.history.last_finished(LAST_FINISHED)),
+    )
     if facts.groups:
         facts = replace(facts, all_missions=tuple(services.catalogue.missions()))
     if facts.robot is None:

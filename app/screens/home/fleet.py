@@ -1,4 +1,5 @@
 """All robots in one look: a tile per robot, and how many there are of each kind. Pure."""
+
 from __future__ import annotations
 
 import math
@@ -17,9 +18,9 @@ from app.screens.common.holding import HAND
 from app.screens.common.robot_appearance import LOW, battery_appearance, link_appearance, state_appearance
 from app.screens.common.robot_groups import NEEDS_HELP, URGENCY, Group, count_words, look_of
 
-LARGE_UP_TO = 20                         # robots whose tiles are large
-ROOMY_UP_TO = 24                         # whose small tiles are wider, in so few lines that a wide page has room for all
-LONGER_THAN_USUAL = 1.5                  # times the usual duration, from which on it is marked
+LARGE_UP_TO = 20  # robots whose tiles are large
+ROOMY_UP_TO = 24  # whose small tiles are wider, in so few lines that a wide page has room for all
+LONGER_THAN_USUAL = 1.5  # times the usual duration, from which on it is marked
 
 AT_REST = (RobotState.READY, RobotState.ABORTED, RobotState.COMPLETED)
 
@@ -27,6 +28,7 @@ AT_REST = (RobotState.READY, RobotState.ABORTED, RobotState.COMPLETED)
 @dataclass(frozen=True)
 class Work:
     """What a robot executes. ``minutes_left`` None: not known; ``is_late``: it takes much longer than usual."""
+
     mission: str = ""
     minutes_left: int | None = None
     is_late: bool = False
@@ -35,11 +37,12 @@ class Work:
 @dataclass(frozen=True)
 class RobotTile:
     """``key``: id of the robot. ``word``: of its group; ``detail``: the mission, or why a person is needed."""
+
     key: int
     name: str
     word: str = ""
     icon: str = ""
-    tone: str = "neutral"                # neutral is normal
+    tone: str = "neutral"  # neutral is normal
     loud: bool = False
     detail: str = ""
     late: bool = False
@@ -51,6 +54,7 @@ class RobotTile:
 @dataclass(frozen=True)
 class Count:
     """How many robots are in a group; ``key`` is the group."""
+
     key: Group
     text: str
     icon: str
@@ -62,6 +66,7 @@ class Count:
 @dataclass(frozen=True)
 class Look:
     """Which robots are shown, and in which order."""
+
     only: Group | None = None
     needy_first: bool = False
 
@@ -73,19 +78,45 @@ def work(mission: str, elapsed_s: float | None, usual_s: float | None) -> Work:
     return Work(mission, max(0, math.ceil((usual_s - elapsed_s) / 60)), elapsed_s > LONGER_THAN_USUAL * usual_s)
 
 
-def robot_tile(robot: Robot, snapshot: RobotSnapshot, doing: Work | None, group: Group, old: bool, settings: Settings,
-               now: datetime) -> RobotTile:
+def robot_tile(
+    robot: Robot,
+    snapshot: RobotSnapshot,
+    doing: Work | None,
+    group: Group,
+    old: bool,
+    settings: Settings,
+    now: datetime,
+) -> RobotTile:
     """``old``: what is known of it is out of date; ``doing`` what it executes, if anything."""
     state, kind = state_appearance(robot, snapshot, old), look_of(group)
-    battery = battery_appearance(None if old else snapshot.status, settings)             # an old level would look like a present one
+    battery = battery_appearance(
+        None if old else snapshot.status, settings
+    )  # an old level would look like a present one
     detail = " ".join(_detail(robot, snapshot, doing, group, state.word, settings, now).split())
     return RobotTile(
-        robot.id, robot.name, kind.word, state.icon if kind.icon != HAND else HAND, kind.tone, kind.loud, detail,
+        robot.id,
+        robot.name,
+        kind.word,
+        state.icon if kind.icon != HAND else HAND,
+        kind.tone,
+        kind.loud,
+        detail,
         group is Group.WORKING and doing is not None and doing.is_late,
-        battery.text, battery.icon, battery.tone)
+        battery.text,
+        battery.icon,
+        battery.tone,
+    )
 
 
-def _detail(robot: Robot, snapshot: RobotSnapshot, doing: Work | None, group: Group, state: str, settings: Settings, now: datetime) -> str:
+def _detail(
+    robot: Robot,
+    snapshot: RobotSnapshot,
+    doing: Work | None,
+    group: Group,
+    state: str,
+    settings: Settings,
+    now: datetime,
+) -> str:
     """What it executes and for how long yet, or why it needs a person; ``state`` is the word for that."""
     status = snapshot.status
     match group:
@@ -128,7 +159,9 @@ def _doing(doing: Work) -> str:
 def counts(groups: Mapping[int, Group], look: Look) -> tuple[Count, ...]:
     """Most urgent first, normal ones grey; a group without robots only while it is the one that is shown. ``groups``: by robot."""
     found = Counter(groups.values())
-    return tuple(_count(group, found[group], group is look.only) for group in Group if found[group] or group is look.only)
+    return tuple(
+        _count(group, found[group], group is look.only) for group in Group if found[group] or group is look.only
+    )
 
 
 def _count(group: Group, n: int, selected: bool) -> Count:
@@ -145,4 +178,3 @@ def arranged(tiles: Sequence[RobotTile], groups: Mapping[int, Group], look: Look
     """``tiles``, in their places, as they are looked at."""
     shown = [tile for tile in tiles if look.only is None or groups[tile.key] is look.only]
     return sorted(shown, key=lambda tile: URGENCY[groups[tile.key]]) if look.needy_first else shown
-

@@ -1,4 +1,5 @@
 """The page All robots: which robots it shows, kept up to date a few of them per frame, so that a poll of all of them holds up none."""
+
 from __future__ import annotations
 
 import time
@@ -39,33 +40,35 @@ from app.widgets import finger
 from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock
 
-PER_FRAME = .003                         # s for looking at robots, and
-NEW_PER_FRAME = 6                        # tiles that become others; the rest waits for the next frame
-EMPTY_FOR = 60.0                         # s, after which a filter that no robot fits ends by itself
-MOVING_PER_FRAME, NEW_WHILE_MOVING = .001, 1             # as long as nobody can read them anyway
-Running = tuple[int, int]                # robot, and the item of its queue that it executes
+PER_FRAME = 0.003  # s for looking at robots, and
+NEW_PER_FRAME = 6  # tiles that become others; the rest waits for the next frame
+EMPTY_FOR = 60.0  # s, after which a filter that no robot fits ends by itself
+MOVING_PER_FRAME, NEW_WHILE_MOVING = 0.001, 1  # as long as nobody can read them anyway
+Running = tuple[int, int]  # robot, and the item of its queue that it executes
 
 
 class FleetState(EventDispatcher):
     """What kv reads. ``many``: there are enough robots for the page; ``is_shown``: it is in the place of one robot."""
+
     many = BooleanProperty(False)
     is_shown = BooleanProperty(False)
     tiles = ListProperty()
     large = BooleanProperty(True)
-    roomy = BooleanProperty(False)       # small tiles have room beside them
+    roomy = BooleanProperty(False)  # small tiles have room beside them
     counts = ListProperty()
     is_well = BooleanProperty(False)
     needy_first = BooleanProperty(False)
-    only = ObjectProperty(None, allownone=True)              # the group that is shown; None: all
+    only = ObjectProperty(None, allownone=True)  # the group that is shown; None: all
     empty = StringProperty()
-    moves = BooleanProperty(False)       # the list of tiles is being scrolled
-    waiting = ObjectProperty(NO_WAITING, rebind=True)        # for a robot
-    way_back = StringProperty()          # from one robot to all
+    moves = BooleanProperty(False)  # the list of tiles is being scrolled
+    waiting = ObjectProperty(NO_WAITING, rebind=True)  # for a robot
+    way_back = StringProperty()  # from one robot to all
 
 
 @dataclass(frozen=True)
 class Known:
     """Of something that runs: what it is called (empty: not known either), and how long it takes in s (None: not known)."""
+
     mission: str
     usual_s: float | None = None
 
@@ -73,6 +76,7 @@ class Known:
 @dataclass(frozen=True)
 class Seen:
     """A tile, and what it was made of: while that is the same, so is the tile."""
+
     robot: Robot
     snapshot: RobotSnapshot
     old: bool
@@ -90,21 +94,23 @@ class FleetViewModel(FleetState, ViewModel):
         self._services, self._shell, self._open_robot = services, shell, open_robot
         self._settings, self._alarms = Settings(), 0
         self._holds: tuple[Hold, ...] = ()
-        self._robots: Mapping[int, Robot] = {}                # in their places
-        self._ours: Mapping[tuple[int, int | str], Execution] = {}       # by robot and queue id, or token before that is stored
-        self._followed: Mapping[int, int] = {}                # the queue id of what we have seen begin, by robot
+        self._robots: Mapping[int, Robot] = {}  # in their places
+        self._ours: Mapping[
+            tuple[int, int | str], Execution
+        ] = {}  # by robot and queue id, or token before that is stored
+        self._followed: Mapping[int, int] = {}  # the queue id of what we have seen begin, by robot
         self._known: dict[Running, Known] = {}
-        self._unknown: dict[Running, str] = {}                # guid of the mission
+        self._unknown: dict[Running, str] = {}  # guid of the mission
         self._is_asking = False
         self._seen: dict[int, Seen] = {}
-        self._counted: tuple[Mapping[int, Group], Look, int] | None = None   # groups, look, alarms, which these tell:
+        self._counted: tuple[Mapping[int, Group], Look, int] | None = None  # groups, look, alarms, which these tell:
         self._counts: list[Count] = []
-        self._help, self._is_well = "", False                 # how many need a person, whether nothing needs one
-        self._waiting: dict[int, None] = {}                   # robots to be looked at, in that order
-        self._is_behind = True                                # what is shown is not what is known
-        self._is_withheld = False                             # because of a finger on the screen
+        self._help, self._is_well = "", False  # how many need a person, whether nothing needs one
+        self._waiting: dict[int, None] = {}  # robots to be looked at, in that order
+        self._is_behind = True  # what is shown is not what is known
+        self._is_withheld = False  # because of a finger on the screen
         self._is_first = True
-        self._empty_since: float | None = None                # since when no robot is as the filter wants
+        self._empty_since: float | None = None  # since when no robot is as the filter wants
         self._soon = Clock.create_trigger(self._look_at_some, 0)
         self.fbind("is_shown", shell.navigator.setter("all_robots"))
 
@@ -115,7 +121,7 @@ class FleetViewModel(FleetState, ViewModel):
         self.keep(lambda: Window.unbind(on_keyboard=self._key))
         self.every(1, self._tick)
         self._shell.navigator.all_robots = self.is_shown
-        self._empty_since = None                              # what is shown yet is from when the page was left
+        self._empty_since = None  # what is shown yet is from when the page was left
         self._tick()
 
     def retranslated(self) -> None:
@@ -127,8 +133,12 @@ class FleetViewModel(FleetState, ViewModel):
         """What Home has read."""
         self._settings, self._alarms, self._holds = facts.settings, facts.alarms, facts.holds
         self._robots = {robot.id: robot for robot in facts.robots}
-        self._ours = {(e.robot_id, e.token if e.queue_id is None else e.queue_id): e for e in facts.open if e.robot_id is not None}
-        self._followed = {e.robot_id: e.queue_id for e in facts.open if e.state is State.EXECUTING and e.robot_id and e.queue_id}
+        self._ours = {
+            (e.robot_id, e.token if e.queue_id is None else e.queue_id): e for e in facts.open if e.robot_id is not None
+        }
+        self._followed = {
+            e.robot_id: e.queue_id for e in facts.open if e.state is State.EXECUTING and e.robot_id and e.queue_id
+        }
         self._seen = {robot_id: seen for robot_id, seen in self._seen.items() if robot_id in self._robots}
         self._waiting = dict.fromkeys(self._robots)
         self._is_behind = True
@@ -137,7 +147,7 @@ class FleetViewModel(FleetState, ViewModel):
         self.is_shown = self.many and (self.is_shown or self._is_first)
         self._is_first = False
         if self.many:
-            while len(self._seen) < len(self._robots):        # the first look shows all of them
+            while len(self._seen) < len(self._robots):  # the first look shows all of them
                 self._look_at(self._next())
             self._show()
             self._soon()
@@ -170,7 +180,7 @@ class FleetViewModel(FleetState, ViewModel):
             return
         if self._is_withheld:
             self._show()
-            if self._is_withheld:            # else all that has changed meanwhile would come at once when the finger leaves
+            if self._is_withheld:  # else all that has changed meanwhile would come at once when the finger leaves
                 self._soon()
                 return
         seconds, most_new = (MOVING_PER_FRAME, NEW_WHILE_MOVING) if self.moves else (PER_FRAME, NEW_PER_FRAME)
@@ -190,12 +200,20 @@ class FleetViewModel(FleetState, ViewModel):
 
     def _look_at(self, robot_id: int) -> bool:
         """Whether its tile is another one now."""
-        robot, snapshot, now = self._robots[robot_id], self._services.snapshots.get(robot_id), self._services.clock.now()
+        robot, snapshot, now = (
+            self._robots[robot_id],
+            self._services.snapshots.get(robot_id),
+            self._services.clock.now(),
+        )
         old = is_old(snapshot, now, self._settings)
         doing = None if old else self._doing(robot_id, snapshot)
         seen = self._seen.get(robot_id)
         holds = tuple(hold for hold in self._holds if hold.covers(robot_id, now))
-        if seen and (seen.robot, seen.old, seen.doing, seen.holds) == (robot, old, doing, holds) and seen.snapshot is snapshot:
+        if (
+            seen
+            and (seen.robot, seen.old, seen.doing, seen.holds) == (robot, old, doing, holds)
+            and seen.snapshot is snapshot
+        ):
             return False
         group = or_held(group_of(robot, snapshot, old, self._settings), holds, robot, now)
         tile = robot_tile(robot, snapshot, doing, group, old, self._settings, now)
@@ -206,7 +224,7 @@ class FleetViewModel(FleetState, ViewModel):
 
     def _doing(self, robot_id: int, snapshot: RobotSnapshot) -> Work | None:
         item, status = self._running(robot_id, snapshot), snapshot.status
-        if item is None:                     # of what somebody else has started its status alone knows until the queue is read
+        if item is None:  # of what somebody else has started its status alone knows until the queue is read
             return Work(status.mission_text) if status is not None and status.state is RobotState.EXECUTING else None
         ours, known = self._ours_of(robot_id, item), self._known.get((robot_id, item.id))
         if known is None:
@@ -222,7 +240,9 @@ class FleetViewModel(FleetState, ViewModel):
         """As its status says: the queue of a robot that is not on screen is read at its polls only. Where that gives no number, as its
         queue says, or the run that we follow."""
         number = snapshot.status.mission_queue_id if snapshot.status else None
-        is_it = (lambda item: item.state is QueueState.EXECUTING) if number is None else (lambda item: item.id == number)
+        is_it = (
+            (lambda item: item.state is QueueState.EXECUTING) if number is None else (lambda item: item.id == number)
+        )
         found = next(filter(is_it, snapshot.queue), None)
         number = self._followed.get(robot_id) if number is None else number
         return found if found is not None or number is None else QueueItem(number, QueueState.EXECUTING)
@@ -239,8 +259,11 @@ class FleetViewModel(FleetState, ViewModel):
 
         def learnt(found: Mapping[Running, Known]) -> None:
             self._is_asking = False
-            running = {(robot_id, item.id) for robot_id, seen in self._seen.items()
-                       if (item := self._running(robot_id, seen.snapshot)) is not None}
+            running = {
+                (robot_id, item.id)
+                for robot_id, seen in self._seen.items()
+                if (item := self._running(robot_id, seen.snapshot)) is not None
+            }
             self._known = {run: known for run, known in {**self._known, **found}.items() if run in running}
             self._waiting |= dict.fromkeys(robot_id for robot_id, _item in found if robot_id in self._robots)
             self._soon()
@@ -265,8 +288,12 @@ class FleetViewModel(FleetState, ViewModel):
         self.way_back = _("All robots · {help}").format(help=self._help) if self._help else _("All robots")
         if self.is_shown:
             self.counts, self.is_well = self._counts, self._is_well
-            self.tiles = arranged([self._seen[robot_id].tile for robot_id in self._robots if robot_id in self._seen], groups, look)
-            self.empty = _("No robot is like this now. Tap the chip with the cross to see all.") if self.only is not None else ""
+            self.tiles = arranged(
+                [self._seen[robot_id].tile for robot_id in self._robots if robot_id in self._seen], groups, look
+            )
+            self.empty = (
+                _("No robot is like this now. Tap the chip with the cross to see all.") if self.only is not None else ""
+            )
 
     # ------------------------------------------------------------------ what the operator presses
     def show_only(self, group: Group | None) -> None:
@@ -290,7 +317,9 @@ class FleetViewModel(FleetState, ViewModel):
 
     def _key(self, _window: Any, key: int, *_args: Any) -> bool:
         """Esc, and Android's back button, leads from one robot to all of them. It is first for what is open above the page."""
-        goes_back = key == ESCAPE and self.many and not self.is_shown and self._shell.dialogs.top is None and dock.field is None
+        goes_back = (
+            key == ESCAPE and self.many and not self.is_shown and self._shell.dialogs.top is None and dock.field is None
+        )
         if goes_back:
             self.come_back()
         return goes_back

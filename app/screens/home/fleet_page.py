@@ -1,4 +1,5 @@
 """The widgets of the page All robots, as kv/home/fleet.kv lays them out."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -17,14 +18,15 @@ from app.widgets.text import Body, line_width
 from app.widgets.tokens import late_color, tk
 
 CLEAR = (0, 0, 0, 0)
-LONGEST_END = 5                          # characters of a name's last word that are always shown
+LONGEST_END = 5  # characters of a name's last word that are always shown
 
 
 class Painted(TonedTap):
     """Normal is grey; abnormal is tinted, solid when ``loud``, so that it is the first thing seen."""
+
     loud = BooleanProperty(False)
     back = late_color(CLEAR)
-    ink = late_color((0, 0, 0, 1))       # of what is to be read first
+    ink = late_color((0, 0, 0, 1))  # of what is to be read first
     ink2 = late_color((0, 0, 0, 1))
     edge = late_color(CLEAR)
 
@@ -44,11 +46,13 @@ class Painted(TonedTap):
 
 class OneLine(Body):
     """A text that never changes the height of a tile: what doesn't fit is in the robot's Home."""
+
     most_lines = NumericProperty(1)
 
 
 class FarLine(OneLine):
     """A text to be read from afar: in the largest of SIZES, up to ``most`` sp, in which all of it fits."""
+
     SIZES = (24, 20, 16)
     font_name = StringProperty("RobotoMedium")
     most = NumericProperty(SIZES[-1])
@@ -75,7 +79,7 @@ class NameLine(FarLine):
             return text
         head, _space, tail = text.rpartition(" ")
         tail = tail[-LONGEST_END:]
-        head = head or text[:-len(tail)]
+        head = head or text[: -len(tail)]
         while head and self._label.get_extents(f"{head}… {tail}")[0] > width:
             head = head[:-1]
         return f"{head.rstrip()}… {tail}"
@@ -83,6 +87,7 @@ class NameLine(FarLine):
 
 class FleetTile(RecycledRow, Painted):
     """One robot; a tap is "open". ``late``: its mission takes much longer than usual."""
+
     name = StringProperty()
     word = StringProperty()
     icon = StringProperty()
@@ -113,6 +118,7 @@ class LargeTile(FleetTile):
 class SmallTile(FleetTile):
     """More than twenty: name, group, battery, one line. Where it needs a person, name and group are as large as they can be, and the
     battery stands in that line."""
+
     is_calm = BooleanProperty(True)
     most = NumericProperty(16)
 
@@ -123,6 +129,7 @@ class SmallTile(FleetTile):
 
 class CountChip(Painted):
     """How many robots are in one group; a tap shows only those."""
+
     key = ObjectProperty(None, allownone=True)
     icon = StringProperty()
     text = StringProperty()
@@ -131,6 +138,7 @@ class CountChip(Painted):
 
 class Counts(StackLayout):
     """A chip per entry of ``data``; a tap fires ``on_choose(key)``. As high as its rows; one row of all is ``row_width`` px wide."""
+
     data = ListProperty()
     in_a_row = BooleanProperty(False)
     row_width = NumericProperty(0)
@@ -159,10 +167,10 @@ class Counts(StackLayout):
 
     def height_in(self, width: float, _row_width: float) -> float:
         """How high they are in as many rows as they take in ``width`` px; what their own widths are, ``row_width`` follows."""
-        rows, taken = 1, 0.
+        rows, taken = 1, 0.0
         for chip in reversed(self.children):
             if taken and taken + chip.width > width:
-                rows, taken = rows + 1, 0.
+                rows, taken = rows + 1, 0.0
             taken += chip.width + self.spacing[0]
         return float(sum(chip.height for chip in self.children[:1]) * rows + self.spacing[1] * (rows - 1))
 
@@ -178,4 +186,5 @@ class Counts(StackLayout):
 
 class FleetPage(BoxLayout):
     """The counts above the tiles; ``vm`` is a FleetViewModel."""
+
     vm = ObjectProperty(FleetState(), rebind=True)

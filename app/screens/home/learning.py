@@ -1,4 +1,5 @@
 """What Home asks the robots for, because only they know it: names of missions that nobody entered here, names of positions, and maps."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
@@ -21,9 +22,13 @@ class Learning:
         """What these facts lack."""
         self._learn_names(facts)
         self._learn_map(facts)
-        self._given.look(facts.robots, (
-            *((run.robot_id, run.mission_guid, run.parameters) for run in (*facts.open, *facts.finished)),
-            *((run.robot.id, run.mission.guid, run.schedule.parameters) for run in facts.planned)))
+        self._given.look(
+            facts.robots,
+            (
+                *((run.robot_id, run.mission_guid, run.parameters) for run in (*facts.open, *facts.finished)),
+                *((run.robot.id, run.mission.guid, run.schedule.parameters) for run in facts.planned),
+            ),
+        )
 
     def _learn_names(self, facts: HomeFacts) -> None:
         """Others run missions that nobody entered here; the robot knows their names."""
@@ -34,9 +39,13 @@ class Learning:
     def learn_names(self, robot_ids: Iterable[int]) -> None:
         """Which missions these robots have."""
         for robot_id in robot_ids:
-            self._shell.background.run(partial(self._services.robot_missions.learn_names, robot_id),
-                                       lambda is_new: self._learnt() if is_new else None, lambda _problem: None,
-                                       key=("home", "names", robot_id), apart="names")
+            self._shell.background.run(
+                partial(self._services.robot_missions.learn_names, robot_id),
+                lambda is_new: self._learnt() if is_new else None,
+                lambda _problem: None,
+                key=("home", "names", robot_id),
+                apart="names",
+            )
 
     def _learn_map(self, facts: HomeFacts) -> None:
         """One at a time; first the one that is kept in a file, then what the robot answers."""

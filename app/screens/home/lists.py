@@ -1,4 +1,5 @@
 """The lists of Home: the robot's queue, what is planned next, what ended last. Pure."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -20,6 +21,7 @@ from app.services.planning.plan import PlannedRun
 @dataclass(frozen=True)
 class RobotSummary:
     """``key``: id of the robot."""
+
     key: int
     name: str
     word: str
@@ -35,6 +37,7 @@ class RobotSummary:
 class QueueEntry:
     """``key``: ("execution", id) of ours, ("item", id of the queue item) of others', ("more", 0) for those that are only counted. Either a
     number or an icon says where it is."""
+
     key: tuple[str, int]
     mission: str
     origin: str = ""
@@ -43,23 +46,25 @@ class QueueEntry:
     tone: str = "neutral"
     loud: bool = False
     cancellable: bool = True
-    runs: bool = False                   # the robot is on it: cancelling stops it on its way
+    runs: bool = False  # the robot is on it: cancelling stops it on its way
 
 
 @dataclass(frozen=True)
 class PlannedStart:
     """``key``: id of the schedule and instant."""
+
     key: tuple[int, datetime]
     time: str
     mission: str
     note: str
-    icon: str = ""                       # something keeps it
-    day: str = ""                        # another one than today
+    icon: str = ""  # something keeps it
+    day: str = ""  # another one than today
 
 
 @dataclass(frozen=True)
 class FinishedRun:
     """``key``: id of the execution."""
+
     key: int
     icon: str
     tone: str
@@ -71,7 +76,9 @@ class FinishedRun:
 
 def robot_summaries(facts: HomeFacts, now: datetime) -> list[RobotSummary]:
     """Every robot with its state and battery."""
-    return [_summary(robot, facts.snapshots.get(robot.id) or RobotSnapshot(robot.id), facts, now) for robot in facts.robots]
+    return [
+        _summary(robot, facts.snapshots.get(robot.id) or RobotSnapshot(robot.id), facts, now) for robot in facts.robots
+    ]
 
 
 def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datetime) -> RobotSummary:
@@ -79,8 +86,17 @@ def _summary(robot: Robot, snapshot: RobotSnapshot, facts: HomeFacts, now: datet
     battery = battery_appearance(None if old else snapshot.status, facts.settings)
     state = state_appearance(robot, snapshot, old)
     look = look_of(or_held(group_of(robot, snapshot, old, facts.settings), facts.holds, robot, now))
-    return RobotSummary(robot.id, robot.name, look.word, state.icon if look.icon != HAND else HAND, state.tone, battery.text, battery.icon,
-                        "offline" if old else battery.tone, robot is facts.robot)
+    return RobotSummary(
+        robot.id,
+        robot.name,
+        look.word,
+        state.icon if look.icon != HAND else HAND,
+        state.tone,
+        battery.text,
+        battery.icon,
+        "offline" if old else battery.tone,
+        robot is facts.robot,
+    )
 
 
 # ---------------------------------------------------------------------- the queue
@@ -89,7 +105,7 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
     entries = []
     held, old = _is_held(facts), is_old(facts.snapshot, now, facts.settings)
     number, goes = 0, facts.robot is not None and facts.robot.id in facts.clearing
-    seen: set[int] = set()                   # ours; a copy of one is an item of its own
+    seen: set[int] = set()  # ours; a copy of one is an item of its own
     for item in facts.queue:
         ours = facts.execution_of(item)
         if ours and ours.id in seen:
@@ -101,17 +117,29 @@ def queue_entries(facts: HomeFacts, now: datetime) -> list[QueueEntry]:
         else:
             number += 1
             entry = QueueEntry(_key(item, ours), facts.name_of(item), _pending_origin(facts, item, ours), str(number))
-        entries.append(_cancelling(entry) if goes or facts.on_robot(item) in facts.cancelling or (ours and ours.cancel_code) else entry)
+        entries.append(
+            _cancelling(entry)
+            if goes or facts.on_robot(item) in facts.cancelling or (ours and ours.cancel_code)
+            else entry
+        )
     if more := len(facts.snapshot.queue) - len(facts.queue):
         number += more
-        entries.append(QueueEntry(("more", 0), ngettext("and {n} more", "and {n} more", more).format(n=more), icon="dots-horizontal",
-                                  cancellable=False))
+        entries.append(
+            QueueEntry(
+                ("more", 0),
+                ngettext("and {n} more", "and {n} more", more).format(n=more),
+                icon="dots-horizontal",
+                cancellable=False,
+            )
+        )
     for e in facts.not_in_queue:
         if e.state in (State.WAITING, State.SUBMITTING):
             entry = _waiting(facts, e, now)
-        elif e.cancel_code:                  # it waits for nothing: the robot has dropped it, and is read again before it has ended here
+        elif (
+            e.cancel_code
+        ):  # it waits for nothing: the robot has dropped it, and is read again before it has ended here
             entry = QueueEntry(("execution", e.id), facts.given.run(e), icon="cancel")
-        else:                                # the robot has it, but its queue was read before that; the entry stays where it is
+        else:  # the robot has it, but its queue was read before that; the entry stays where it is
             number += 1
             entry = QueueEntry(("execution", e.id), facts.given.run(e), _since(facts, e), str(number))
         entries.append(_cancelling(entry) if goes or e.cancel_code else entry)
@@ -138,9 +166,15 @@ def _running(facts: HomeFacts, item: QueueItem, ours: Execution | None, held: bo
     words = _("{source} · held, started {time}") if held else _("{source} · started {time}")
     origin = _with_choice(words.format(source=source_of(item, ours), time=started), facts, ours)
     stopped = status is not None and status.state in STOPPED
-    return QueueEntry(_key(item, ours), facts.name_of(item), origin,
-                      icon="pause" if held else "play", tone="offline" if old else "fault" if stopped else "accent",
-                      loud=not held and not old, runs=True)
+    return QueueEntry(
+        _key(item, ours),
+        facts.name_of(item),
+        origin,
+        icon="pause" if held else "play",
+        tone="offline" if old else "fault" if stopped else "accent",
+        loud=not held and not old,
+        runs=True,
+    )
 
 
 def _pending_origin(facts: HomeFacts, item: QueueItem, ours: Execution | None) -> str:
@@ -149,13 +183,17 @@ def _pending_origin(facts: HomeFacts, item: QueueItem, ours: Execution | None) -
     source = source_of(item, ours)
     if item.ordered is None:
         return source
-    by_robot = formats.wall_time(item.ordered)       # the robot's clock, which may differ from ours
+    by_robot = formats.wall_time(item.ordered)  # the robot's clock, which may differ from ours
     return _("{source} · {time} robot time").format(source=source, time=by_robot)
 
 
 def _since(facts: HomeFacts, execution: Execution) -> str:
-    since = formats.clock_time(execution.submitted_at or max(execution.created_at, execution.planned_at), facts.settings.timezone)
-    return _with_choice(_("{source} · since {time}").format(source=trigger_words(execution), time=since), facts, execution)
+    since = formats.clock_time(
+        execution.submitted_at or max(execution.created_at, execution.planned_at), facts.settings.timezone
+    )
+    return _with_choice(
+        _("{source} · since {time}").format(source=trigger_words(execution), time=since), facts, execution
+    )
 
 
 def _with_choice(words: str, facts: HomeFacts, ours: Execution | None) -> str:
@@ -178,26 +216,40 @@ def trigger_words(execution: Execution) -> str:
     return execution.given_name or _("Schedule")
 
 
-_WAIT_ICONS = {Wait.DUE: "timer-sand", Wait.RETRY: "refresh", Wait.BATTERY: "battery-alert-variant-outline",
-               Wait.HOLD: HAND, Wait.LATE_START: "timer-alert-outline", Wait.CLOCK: "clock-alert-outline",
-               Wait.ELSEWHERE: "magnify", Wait.ROBOT: "robot-outline", Wait.PLACE: "map-marker-outline"}
+_WAIT_ICONS = {
+    Wait.DUE: "timer-sand",
+    Wait.RETRY: "refresh",
+    Wait.BATTERY: "battery-alert-variant-outline",
+    Wait.HOLD: HAND,
+    Wait.LATE_START: "timer-alert-outline",
+    Wait.CLOCK: "clock-alert-outline",
+    Wait.ELSEWHERE: "magnify",
+    Wait.ROBOT: "robot-outline",
+    Wait.PLACE: "map-marker-outline",
+}
 
 
 def _waiting(facts: HomeFacts, execution: Execution, now: datetime) -> QueueEntry:
     """Not on the robot yet: what holds it, and until when."""
     words = waiting_words(execution, facts.settings.timezone, facts.hold(execution.robot_id or 0, now))
     if execution.wait is Wait.LATE_START and execution.hold_until is not None:
-        words = _("late, because the app was off; starts in {n} s").format(n=max(0, round((execution.hold_until - now).total_seconds())))
+        words = _("late, because the app was off; starts in {n} s").format(
+            n=max(0, round((execution.hold_until - now).total_seconds()))
+        )
     is_due = execution.wait is Wait.DUE or execution.state is State.SUBMITTING
-    return QueueEntry(("execution", execution.id), facts.given.run(execution),
-                      _("{source} · {sentence}").format(source=trigger_words(execution), sentence=words),
-                      icon="upload-outline" if execution.state is State.SUBMITTING else _WAIT_ICONS[execution.wait],
-                      tone="neutral" if is_due else "attention")
+    return QueueEntry(
+        ("execution", execution.id),
+        facts.given.run(execution),
+        _("{source} · {sentence}").format(source=trigger_words(execution), sentence=words),
+        icon="upload-outline" if execution.state is State.SUBMITTING else _WAIT_ICONS[execution.wait],
+        tone="neutral" if is_due else "attention",
+    )
 
 
 @dataclass(frozen=True)
 class Blocked:
     """What waits here for something other than its turn; ``key`` of its first row in the queue."""
+
     text: str = ""
     key: tuple[str, int] | None = None
 
@@ -210,11 +262,21 @@ def blocked(facts: HomeFacts) -> Blocked:
     rows = [e for e in facts.not_in_queue if e.state is State.WAITING and e.wait is not Wait.DUE and not e.cancel_code]
     if not rows:
         return NOT_BLOCKED
-    words = {Wait.RETRY: _("no answer"), Wait.BATTERY: _("battery"), Wait.HOLD: _("held"), Wait.LATE_START: _("late start"),
-             Wait.CLOCK: _("the tablet's clock"), Wait.ELSEWHERE: _("may have run already"),
-             Wait.ROBOT: _("the robot is busy"), Wait.PLACE: _("a place is full")}
+    words = {
+        Wait.RETRY: _("no answer"),
+        Wait.BATTERY: _("battery"),
+        Wait.HOLD: _("held"),
+        Wait.LATE_START: _("late start"),
+        Wait.CLOCK: _("the tablet's clock"),
+        Wait.ELSEWHERE: _("may have run already"),
+        Wait.ROBOT: _("the robot is busy"),
+        Wait.PLACE: _("a place is full"),
+    }
     why = ", ".join(dict.fromkeys(words[e.wait] for e in rows))
-    return Blocked(ngettext("{n} blocked: {why}", "{n} blocked: {why}", len(rows)).format(n=len(rows), why=why), ("execution", rows[0].id))
+    return Blocked(
+        ngettext("{n} blocked: {why}", "{n} blocked: {why}", len(rows)).format(n=len(rows), why=why),
+        ("execution", rows[0].id),
+    )
 
 
 def queue_note(facts: HomeFacts, now: datetime) -> str:
@@ -238,8 +300,9 @@ def queue_empty(facts: HomeFacts, robot: Robot, now: datetime) -> str:
         return _("Not read yet")
     if is_old(facts.snapshot, now, facts.settings):
         return _("The queue was empty when {robot} last answered.").format(robot=robot.name)
-    return _("{robot} has nothing to do. Missions from a schedule, from Run now or from the robot's own screen appear here.").format(
-        robot=robot.name)
+    return _(
+        "{robot} has nothing to do. Missions from a schedule, from Run now or from the robot's own screen appear here."
+    ).format(robot=robot.name)
 
 
 # ---------------------------------------------------------------------- before and after
@@ -254,9 +317,16 @@ def planned_starts(facts: HomeFacts, now: datetime) -> list[PlannedStart]:
         snapshot = facts.snapshots.get(run.robot.id) or RobotSnapshot(run.robot.id)
         silence = "" if kept else foreseen.silence(run, snapshot.connection)
         note = (foreseen.whose(run), silence, kept or (formats.ahead(soon) if soon < formats.DAY else ""))
-        starts.append(PlannedStart((run.schedule.id, run.at), formats.clock_time(run.at, zone),
-                                   facts.given.start(run),
-                                   " · ".join(filter(None, note)), HAND if held else "", day))
+        starts.append(
+            PlannedStart(
+                (run.schedule.id, run.at),
+                formats.clock_time(run.at, zone),
+                facts.given.start(run),
+                " · ".join(filter(None, note)),
+                HAND if held else "",
+                day,
+            )
+        )
     return starts
 
 
@@ -268,9 +338,11 @@ def held_words(facts: HomeFacts, run: PlannedRun, now: datetime) -> str:
 def planned_empty(facts: HomeFacts) -> str:
     """Why nothing is planned."""
     if names := [robot.name for robot in facts.robots if robot.needs_password]:
-        return ngettext("Nothing starts on {robots} before its password is entered in Settings.",
-                        "Nothing starts on {robots} before their passwords are entered in Settings.", len(names)).format(
-                            robots=", ".join(names))
+        return ngettext(
+            "Nothing starts on {robots} before its password is entered in Settings.",
+            "Nothing starts on {robots} before their passwords are entered in Settings.",
+            len(names),
+        ).format(robots=", ".join(names))
     return _("Nothing is planned. A schedule says when a mission runs; the Scheduler makes one.")
 
 
@@ -282,8 +354,15 @@ def finished_runs(facts: HomeFacts, now: datetime) -> list[FinishedRun]:
 def _finished(facts: HomeFacts, execution: Execution, now: datetime) -> FinishedRun:
     icon, tone = execution_appearance.LOOKS[execution.state]
     at = formats.day_and_time(execution.ended_at or execution.planned_at, facts.settings.timezone, now)
-    return FinishedRun(execution.id, icon, tone, tone in ("fault", "attention"), facts.given.run(execution),
-                       f"{execution.robot or execution.robot_group} {at}", outcome_line(execution))
+    return FinishedRun(
+        execution.id,
+        icon,
+        tone,
+        tone in ("fault", "attention"),
+        facts.given.run(execution),
+        f"{execution.robot or execution.robot_group} {at}",
+        outcome_line(execution),
+    )
 
 
 def outcome_line(execution: Execution) -> str:
@@ -294,7 +373,9 @@ def outcome_line(execution: Execution) -> str:
         return _("Completed in {duration}").format(duration=formats.duration(execution.duration_s))
     if execution.reason is not None and _says_outcome(execution.reason):
         return _reason(execution)
-    return _("{outcome}: {reason}").format(outcome=execution_appearance.word(execution.state), reason=_reason(execution))
+    return _("{outcome}: {reason}").format(
+        outcome=execution_appearance.word(execution.state), reason=_reason(execution)
+    )
 
 
 def _says_outcome(reason: Reason) -> bool:
@@ -307,5 +388,5 @@ def _reason(execution: Execution) -> str:
     if reason is None:
         return "–"
     if reason.code is ReasonCode.ROBOT_ABORTED and (message := reason.details.get("message")):
-        return str(message)              # the line says already that it failed
+        return str(message)  # the line says already that it failed
     return sentence(reason, execution.timezone, _)

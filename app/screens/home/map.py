@@ -1,4 +1,5 @@
 """Where the robot is, on its own map. Pure."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -20,13 +21,14 @@ from app.services.robots.map_picture import MapPicture, Place
 @dataclass(frozen=True)
 class MapView:
     """Without ``picture`` the robot's words are shown in its place. Points are fractions of the picture."""
+
     picture: MapPicture | None = None
     name: str = ""
     at: tuple[float, ...] = ()
     heading: float = 0.0
-    tone: str = "accent"                 # of the robot on the map
+    tone: str = "accent"  # of the robot on the map
     places: tuple[Place, ...] = ()
-    goal: tuple[tuple[float, float], ...] = ()           # none or one
+    goal: tuple[tuple[float, float], ...] = ()  # none or one
     message: str = ""
 
 
@@ -36,6 +38,7 @@ NO_MAP = MapView()
 @dataclass(frozen=True)
 class Marker:
     """A robot on the map; x and y are fractions of the picture, ``heading`` in degrees anticlockwise from the right."""
+
     x: float
     y: float
     heading: float
@@ -50,7 +53,13 @@ def robots_on_map(facts: HomeFacts, now: datetime) -> tuple[Marker, ...]:
     for robot in facts.robots:
         snapshot = facts.snapshots.get(robot.id)
         status = snapshot.status if snapshot else None
-        if facts.map is None or snapshot is None or status is None or status.position is None or status.map_id != facts.map_id:
+        if (
+            facts.map is None
+            or snapshot is None
+            or status is None
+            or status.position is None
+            or status.map_id != facts.map_id
+        ):
             continue
         if (at := facts.map.fraction(status.position.x, status.position.y)) is not None:
             old = is_old(snapshot, now, facts.settings)
@@ -78,8 +87,16 @@ def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:
         message, tone = words_of(snapshot.problem) or _("Seen here {time}").format(time=seen), "offline"
     else:
         message, tone = own_words(status), "accent" if tone == "neutral" else tone
-    return MapView(picture, picture.name, at, picture.heading(status.position.orientation), tone, picture.places,
-                   () if old else _goal(picture, status), message)
+    return MapView(
+        picture,
+        picture.name,
+        at,
+        picture.heading(status.position.orientation),
+        tone,
+        picture.places,
+        () if old else _goal(picture, status),
+        message,
+    )
 
 
 def own_words(status: RobotStatus | None) -> str:

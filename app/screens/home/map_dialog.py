@@ -1,4 +1,5 @@
 """All of the map that the selected robot is on, with every robot that is there."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from app.widgets.robot_map import ground
 
 class MapDialog(Dialog):
     """As large as the window; ``find`` says once a second where the robots are."""
+
     vm = ObjectProperty(NO_STATE, rebind=True)
     texture = ObjectProperty(None, allownone=True)
     robots = ListProperty()

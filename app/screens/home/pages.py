@@ -1,4 +1,5 @@
 """How Home goes from the page of all robots to that of one, and back."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -12,15 +13,16 @@ from kivy.uix.widget import Widget
 from app.screens.common.view_model import ScreenBase
 
 ALL_ROBOTS, NO_ROBOT = "fleet", "empty"
-SECOND_TAP = 0.5                         # s within which it follows the first
+SECOND_TAP = 0.5  # s within which it follows the first
 
 
 class Pages(ScreenBase):
     """``layout`` is what is shown. All robots and one other layout are kept for each other: both as they were left, and there at once."""
+
     layout = StringProperty()
 
     def __init__(self, **kwargs: Any) -> None:
-        self._pages: dict[str, Widget] = {}                   # by layout
+        self._pages: dict[str, Widget] = {}  # by layout
         self._rests_until = 0.0
         super().__init__(**kwargs)
 

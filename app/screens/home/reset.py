@@ -1,4 +1,5 @@
 """Whether Reset errors has helped: that it was sent is said at once, the rest when the robot has been read again."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
@@ -13,7 +14,7 @@ from app.screens.home.facts import HomeFacts, Standing, standing
 from app.screens.home.view import error_words, has_errors
 from app.widgets.snackbar import SECONDS
 
-READ_WITHIN = 5.0                        # s, after which it is said that errors stand although they were reset
+READ_WITHIN = 5.0  # s, after which it is said that errors stand although they were reset
 
 
 class ResetReport:
@@ -21,8 +22,10 @@ class ResetReport:
 
     def __init__(self, say: Callable[[str, str, Hashable, float], object]) -> None:
         self._say = say
-        self._asked: tuple[int, datetime, float] | None = None        # which robot, since when, and until when its answer is waited for
-        self.in_vain: frozenset[Standing] = frozenset()       # errors that were reset and stand
+        self._asked: tuple[int, datetime, float] | None = (
+            None  # which robot, since when, and until when its answer is waited for
+        )
+        self.in_vain: frozenset[Standing] = frozenset()  # errors that were reset and stand
 
     def begin(self, robot: Robot, pressed_at: datetime) -> None:
         """The robot has taken Reset errors."""
@@ -50,9 +53,14 @@ class ResetReport:
             self._asked = None
             if status is not None:
                 self.in_vain |= {standing(seen)}
-            text = _("Reset errors was sent to {robot}, which has not answered since") if status is None else \
-                _("Still there: {problem}. See to its cause at {robot}, then reset again")
-            self._tell(robot, text, "alert-circle-outline", PROBLEM_SECONDS, problem=error_words(status) if status else "")
+            text = (
+                _("Reset errors was sent to {robot}, which has not answered since")
+                if status is None
+                else _("Still there: {problem}. See to its cause at {robot}, then reset again")
+            )
+            self._tell(
+                robot, text, "alert-circle-outline", PROBLEM_SECONDS, problem=error_words(status) if status else ""
+            )
 
     def _tell(self, robot: Robot, text: str, icon: str, seconds: float = SECONDS, **details: str) -> None:
         self._say(text.format(robot=robot.name, **details), icon, ("reset", robot.id), seconds)

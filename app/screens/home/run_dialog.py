@@ -1,4 +1,5 @@
 """What a mission asks for before it runs: all its fields, and a Run of its own."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -16,9 +17,10 @@ from app.widgets.dialogs import FormDialog
 class RunDialog(FormDialog):
     """``on_run(values)``, values by the parameters' names. Its button says what Home's own would; while a field is empty it is off and says
     which."""
+
     vm = ObjectProperty(NO_STATE, rebind=True)
     fields = ListProperty()
-    problems = ObjectProperty({}, force_dispatch=True)         # by name of the parameter
+    problems = ObjectProperty({}, force_dispatch=True)  # by name of the parameter
     missing = StringProperty()
 
     __events__ = ("on_run",)

@@ -1,4 +1,5 @@
 """Run now: what it would start, and on whom: a group, of which any robot comes, or the selected robot. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -20,14 +21,15 @@ from app.services.allocation.belief import CRITICAL, HIGH
 from app.services.live.holds import Hold
 from app.services.robots.commands import Operator
 
-CHIPS = 4                                # missions offered by one tap where none is marked as a favourite
-FEW_GROUPS = 2                           # each offered by one tap; more of them in a list
-MANY_GROUPS = ("groups", 0)              # key of the way to that
+CHIPS = 4  # missions offered by one tap where none is marked as a favourite
+FEW_GROUPS = 2  # each offered by one tap; more of them in a list
+MANY_GROUPS = ("groups", 0)  # key of the way to that
 
 
 @dataclass(frozen=True)
 class RunView:
     """Run now. ``off`` when it can't be pressed; the button then says why."""
+
     note: str = ""
     mission_id: int | None = None
     mission: str = ""
@@ -35,8 +37,8 @@ class RunView:
     text: str = ""
     icon: str = "play"
     off: bool = True
-    low_battery: str = ""                # asked before it runs
-    targets: tuple[Option, ...] = ()     # groups, then the selected robot; none where there is no group
+    low_battery: str = ""  # asked before it runs
+    targets: tuple[Option, ...] = ()  # groups, then the selected robot; none where there is no group
     can_be_first: bool = False
 
 
@@ -53,9 +55,16 @@ def run_now(facts: HomeFacts, robot: Robot, chosen: int | None, now: datetime) -
         text, off = why, True
     elif mission is None:
         text, off = _no_mission(facts), True
-    return RunView(note=note, mission_id=mission.id if mission else None,
-                   mission=mission.name if mission else _("Choose a mission"), chips=chips, text=text, off=off,
-                   icon="play" if off else icon, low_battery=_low_battery(facts, robot, now))
+    return RunView(
+        note=note,
+        mission_id=mission.id if mission else None,
+        mission=mission.name if mission else _("Choose a mission"),
+        chips=chips,
+        text=text,
+        off=off,
+        icon="play" if off else icon,
+        low_battery=_low_battery(facts, robot, now),
+    )
 
 
 def _what_run_does(facts: HomeFacts, robot: Robot, hold: Hold | None, now: datetime) -> tuple[str, str, str]:
@@ -83,15 +92,19 @@ def _low_battery(facts: HomeFacts, robot: Robot, now: datetime) -> str:
         return ""
     if status is None or status.battery_percentage is None:
         return _("The battery of {robot} is not known; the minimum is {minimum} %.").format(
-            robot=robot.name, minimum=formats.plain(minimum))
+            robot=robot.name, minimum=formats.plain(minimum)
+        )
     if status.battery_percentage >= minimum:
         return ""
     return _("The battery of {robot} is at {battery} %, under the minimum of {minimum} %.").format(
-        robot=robot.name, battery=f"{status.battery_percentage:.0f}", minimum=formats.plain(minimum))
+        robot=robot.name, battery=f"{status.battery_percentage:.0f}", minimum=formats.plain(minimum)
+    )
 
 
 # ---------------------------------------------------------------------- on a group
-def start(operator: Operator, target: Target, robot_id: int, mission_id: int, parameters: Mapping[str, Any], token: str) -> Execution:
+def start(
+    operator: Operator, target: Target, robot_id: int, mission_id: int, parameters: Mapping[str, Any], token: str
+) -> Execution:
     """``robot_id``: of the selected robot."""
     if target.group_id is None:
         return operator.run_now(robot_id, mission_id, parameters, token)
@@ -101,6 +114,7 @@ def start(operator: Operator, target: Target, robot_id: int, mission_id: int, pa
 @dataclass(frozen=True)
 class Target:
     """``group_id`` None: the selected robot. ``first``: before everything else that waits, also on a robot that is kept."""
+
     group_id: int | None = None
     first: bool = False
 
@@ -117,14 +131,20 @@ def target_chips(facts: HomeFacts, target: Target) -> tuple[Option, ...]:
     are_many = len(facts.groups) > FEW_GROUPS
     shown = [each for each in facts.groups if each is group or not are_many]
     more = [Option(MANY_GROUPS, _("Groups ({n})").format(n=len(facts.groups)), "select-group")] if are_many else []
-    return (*(_any_of(each, each is group) for each in shown), *more,
-            Option(("robot", robot.id), robot.name, "robot-outline", selected=group is None))
+    return (
+        *(_any_of(each, each is group) for each in shown),
+        *more,
+        Option(("robot", robot.id), robot.name, "robot-outline", selected=group is None),
+    )
 
 
 def group_options(facts: HomeFacts) -> list[Option]:
     """All groups, each with its robots."""
     called = {robot.id: robot.name for robot in facts.robots}
-    return [replace(_any_of(each), note=", ".join(called[member] for member in each.members if member in called)) for each in facts.groups]
+    return [
+        replace(_any_of(each), note=", ".join(called[member] for member in each.members if member in called))
+        for each in facts.groups
+    ]
 
 
 def _any_of(group: Group, selected: bool = False) -> Option:
@@ -140,8 +160,15 @@ def mission_options(facts: HomeFacts, target: Target) -> list[Option]:
     """Of a group with the robots that don't have it."""
     group = chosen_group(facts, target)
     members = [robot for robot in facts.robots if group is not None and robot.id in group.members]
-    return [Option(each.id, each.name, "star" if each.favourite else "star-outline",
-                   lacking_words(lacking(each, members, facts.all_missions, facts.known))) for each in facts.missions]
+    return [
+        Option(
+            each.id,
+            each.name,
+            "star" if each.favourite else "star-outline",
+            lacking_words(lacking(each, members, facts.all_missions, facts.known)),
+        )
+        for each in facts.missions
+    ]
 
 
 def aimed(run: RunView, facts: HomeFacts, target: Target, now: datetime) -> RunView:
@@ -168,7 +195,9 @@ def on_group(run: RunView, facts: HomeFacts, group: Group, now: datetime) -> Run
         text, off = why, True
     elif mission is None:
         text, off = _no_mission(facts), True
-    elif mission.robot_id is not None and not any(other.name == mission.name and other.robot_id is None for other in facts.entered):
+    elif mission.robot_id is not None and not any(
+        other.name == mission.name and other.robot_id is None for other in facts.entered
+    ):
         text, off = _("This mission is for one robot only"), True
     elif len(lacking(mission, members, facts.all_missions, facts.known)) == len(members):
         text, off = _("No robot of {group} has this mission").format(group=group.name), True

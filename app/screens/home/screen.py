@@ -1,4 +1,5 @@
 """Home: what is going on, and the commands to the robot. The facts are read in the background, turned into words once a second."""
+
 from __future__ import annotations
 
 import uuid
@@ -48,20 +49,20 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.facts = HomeFacts()
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self._chosen: int | None = None
-        self._asked_for: tuple[int, int] | None = None        # robot and mission whose parameters are shown
-        self._wanted: Sequence[MissionParameter] = ()         # the parameters that it has
-        self._is_asking = self._is_known = False              # the robot for them, and whether it has answered
-        self._pressed: tuple[str, str] | None = None          # mission and robot or group: Run was pressed meanwhile
+        self._asked_for: tuple[int, int] | None = None  # robot and mission whose parameters are shown
+        self._wanted: Sequence[MissionParameter] = ()  # the parameters that it has
+        self._is_asking = self._is_known = False  # the robot for them, and whether it has answered
+        self._pressed: tuple[str, str] | None = None  # mission and robot or group: Run was pressed meanwhile
         self._seen_running: dict[OnRobot, datetime] = {}
         self._cancelling: set[OnRobot] = set()
-        self._clearing: set[int] = set()                      # ids of robots whose queues are being cleared
+        self._clearing: set[int] = set()  # ids of robots whose queues are being cleared
         self._reset = ResetReport(self._say)
         self._presses = Presses(self._tell_busy)
         self._learning = Learning(services, shell, self._reader.request)
-        self._target = Target()                               # of Run now
+        self._target = Target()  # of Run now
         self.waiting = self.fleet.waiting = WaitingModel(services, shell, self._reader.request, self._started.follow)
-        self._is_plan_old = True                              # more than what the robots do has changed
-        self._pausable: int | None = None                     # id of the robot for which Pause is on screen
+        self._is_plan_old = True  # more than what the robots do has changed
+        self._pausable: int | None = None  # id of the robot for which Pause is on screen
 
     # ------------------------------------------------------------------ reading
     def opened(self, robot_id: int | None = None) -> None:
@@ -114,16 +115,16 @@ class HomeViewModel(HomeCommands, ViewModel):
         return lambda: read(self._services, known, seen_running)
 
     def _read_anew(self) -> None:
-        self._is_plan_old = True                              # a reading that is dropped may have been the one that knew
+        self._is_plan_old = True  # a reading that is dropped may have been the one that knew
         self._reader.read_anew()
 
     def take(self, facts: HomeFacts) -> None:
         """Show what was read."""
-        if "robot" in self.busy:                              # the choice of a moment ago is on its way to the database
+        if "robot" in self.busy:  # the choice of a moment ago is on its way to the database
             facts = facts.about(self.facts.settings.selected_robot_id)
         self.facts = facts
         if self._target.group_id is not None and chosen_group(facts, self._target) is None:
-            self._aim(Target())                               # it was deleted
+            self._aim(Target())  # it was deleted
         self._note_running()
         self._learning.look(facts)
         self.waiting.take(facts)
@@ -141,9 +142,16 @@ class HomeViewModel(HomeCommands, ViewModel):
         facts, running = self.facts, self.facts.running
         seen = facts.on_robot(running) if running else None
         self._seen_running = {seen: self._seen_running.get(seen) or self._services.clock.now()} if seen else {}
-        self._cancelling &= {(robot_id, item.id) for robot_id, snapshot in facts.snapshots.items() for item in snapshot.queue}
-        self.facts = replace(self.facts, seen_running=self._seen_running, cancelling=frozenset(self._cancelling),
-                             clearing=frozenset(self._clearing), given=self._shell.given.known)
+        self._cancelling &= {
+            (robot_id, item.id) for robot_id, snapshot in facts.snapshots.items() for item in snapshot.queue
+        }
+        self.facts = replace(
+            self.facts,
+            seen_running=self._seen_running,
+            cancelling=frozenset(self._cancelling),
+            clearing=frozenset(self._clearing),
+            given=self._shell.given.known,
+        )
 
     def _show(self) -> None:
         now = self._services.clock.now()
@@ -151,7 +159,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         view = replace(view, run=aimed(view.run, self.facts, self._target, now))
         robot_id = self._shell.navigator.robot_id = self.facts.robot.id if self.facts.robot is not None else None
         if robot_id is not None and robot_id == self._pausable and not view.controls.pauses:
-            self._presses.rest(OfRobot("pause", robot_id))    # a finger on its way to Pause must not resume
+            self._presses.rest(OfRobot("pause", robot_id))  # a finger on its way to Pause must not resume
         self._pausable = robot_id if view.controls.pauses else None
         for field in fields(view):
             value = getattr(view, field.name)
@@ -173,8 +181,11 @@ class HomeViewModel(HomeCommands, ViewModel):
     def _keep_selection(self) -> None:
         """Until the last choice is written, however fast they follow each other."""
         wanted = self.facts.settings.selected_robot_id
-        self._act("robot", lambda: self._services.catalogue.change_settings(selected_robot_id=wanted),
-                  lambda _done: None if self.facts.settings.selected_robot_id == wanted else self._keep_selection())
+        self._act(
+            "robot",
+            lambda: self._services.catalogue.change_settings(selected_robot_id=wanted),
+            lambda _done: None if self.facts.settings.selected_robot_id == wanted else self._keep_selection(),
+        )
 
     def add_robot(self) -> None:
         self._shell.go("settings", section="robots", add=True)
@@ -191,8 +202,13 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._shell.dialogs.open(MapDialog(self, lambda: robots_on_map(self.facts, self._services.clock.now())))
 
     def pick_mission(self) -> None:
-        self._shell.dialogs.choose(_("Mission to run"), mission_options(self.facts, self._target),
-                                   or_fetch(self._shell, self.choose_mission), selected=self.run.mission_id, last=fetch_option())
+        self._shell.dialogs.choose(
+            _("Mission to run"),
+            mission_options(self.facts, self._target),
+            or_fetch(self._shell, self.choose_mission),
+            selected=self.run.mission_id,
+            last=fetch_option(),
+        )
 
     def choose_mission(self, mission_id: int) -> None:
         self._chosen = mission_id
@@ -240,9 +256,13 @@ class HomeViewModel(HomeCommands, ViewModel):
             self._shell.given.take(mission.guid, found)
             self._take_parameters(wanted, found)
 
-        self._shell.background.run(lambda: self._services.robot_missions.parameters(robot.id, mission.guid), told,
-                                   lambda _problem: self._take_parameters(wanted, self._shell.given.known.parameters.get(mission.guid)),
-                                   key=("home", "parameters"), apart="parameters")
+        self._shell.background.run(
+            lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
+            told,
+            lambda _problem: self._take_parameters(wanted, self._shell.given.known.parameters.get(mission.guid)),
+            key=("home", "parameters"),
+            apart="parameters",
+        )
 
     def _take_parameters(self, asked_for: tuple[int, int] | None, found: Sequence[MissionParameter] | None) -> None:
         """As this robot or, where it does not answer, another one has told them. None: no answer; Run asks once more, and is sent without
@@ -316,14 +336,21 @@ class HomeViewModel(HomeCommands, ViewModel):
             return
         token, mission_id, target = str(uuid.uuid4()), run.mission_id, self._target
         is_held = self.facts.hold(robot.id, self._services.clock.now()) is not None
-        is_silent = target.group_id is None and self.card.old and not is_held      # now: another robot may be shown when it is on disk
+        is_silent = (
+            target.group_id is None and self.card.old and not is_held
+        )  # now: another robot may be shown when it is on disk
 
         def submit() -> None:
-            self._act("run", lambda: start(self._services.operator, target, robot.id, mission_id, parameters, token),
-                      lambda execution: self._started.follow(execution, is_silent))
+            self._act(
+                "run",
+                lambda: start(self._services.operator, target, robot.id, mission_id, parameters, token),
+                lambda execution: self._started.follow(execution, is_silent),
+            )
 
         if run.low_battery:
-            self._shell.dialogs.confirm(_("Run {mission} anyway?").format(mission=run.mission), run.low_battery, _("Run"), submit)
+            self._shell.dialogs.confirm(
+                _("Run {mission} anyway?").format(mission=run.mission), run.low_battery, _("Run"), submit
+            )
         else:
             submit()
 
@@ -336,6 +363,7 @@ class HomeViewModel(HomeCommands, ViewModel):
 class HomeScreen(Pages):
     """Three columns in landscape; bands in portrait, and in a window too small for the columns; one column in a narrow one; all robots
     where they are many, until one is chosen; and an invitation while there is none."""
+
     Services = HomeServices
 
     def __init__(self, services: HomeServices, shell: Shell, **kwargs: Any) -> None:
@@ -352,7 +380,9 @@ class HomeScreen(Pages):
         if not self.vm.loaded:
             return
         layout = NO_ROBOT if not self.vm.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else self._fitting()
-        kind = {NO_ROBOT: HomeEmpty, "column": HomeColumn, "tall": HomeTall, "wide": HomeWide, ALL_ROBOTS: FleetPage}[layout]
+        kind = {NO_ROBOT: HomeEmpty, "column": HomeColumn, "tall": HomeTall, "wide": HomeWide, ALL_ROBOTS: FleetPage}[
+            layout
+        ]
         self.turn_to(layout, lambda: kind(vm=self.vm.fleet if layout == ALL_ROBOTS else self.vm))
 
     def place(self) -> dict[str, Any]:
@@ -364,7 +394,7 @@ class HomeScreen(Pages):
         """By the window's height, not by that of the screen, which changes with every alarm: a field in use would be built anew."""
         if self.width < dp(660):
             return "column"
-        around = dp(64 + 64 + 32) + dp(97)                    # bars, margins, and a banner of two lines
-        fixed = 2 * tk.h_action + dp(56) + sp(14)             # the robots' strip and the controls
+        around = dp(64 + 64 + 32) + dp(97)  # bars, margins, and a banner of two lines
+        fixed = 2 * tk.h_action + dp(56) + sp(14)  # the robots' strip and the controls
         is_small = self.width < dp(850) or Window.height - around - fixed < sp(110)
         return "tall" if self.portrait or is_small else "wide"

@@ -1,4 +1,5 @@
 """The facts of one moment in words. Pure; called once a second, so that ages and elapsed times run on."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
@@ -54,11 +55,12 @@ from app.services.live.holds import Hold
 @dataclass(frozen=True)
 class MissionView:
     """What runs, or what is wrong and what a person can do about it."""
+
     label: str = ""
     name: str = "–"
     note: str = ""
     tone: str = "neutral"
-    progress: float = -1.0               # 0..1, −1: not known
+    progress: float = -1.0  # 0..1, −1: not known
     elapsed: str = ""
 
 
@@ -75,12 +77,13 @@ class TileView:
     value: str = "–"
     note: str = ""
     note_icon: str = ""
-    tone: str = "neutral"                # of the note
+    tone: str = "neutral"  # of the note
 
 
 @dataclass(frozen=True)
 class CardView:
     """The robot: state, mission, battery, and beside that when it is done, or how it answers."""
+
     state: str = "–"
     icon: str = "robot-off-outline"
     tone: str = "offline"
@@ -88,12 +91,12 @@ class CardView:
     note: str = ""
     mission: MissionView = field(default_factory=MissionView)
     battery: BatteryAppearance = NO_BATTERY
-    battery_mark: float = -1.0           # the minimum, 0..1
-    battery_minimum: str = ""            # in words
-    old: bool = True                     # values are shown as stale
+    battery_mark: float = -1.0  # the minimum, 0..1
+    battery_minimum: str = ""  # in words
+    old: bool = True  # values are shown as stale
     beside: TileView = field(default_factory=TileView)
     message_label: str = ""
-    message: str = ""                       # in the robot's own words, or what is wrong with the connection
+    message: str = ""  # in the robot's own words, or what is wrong with the connection
     facts: tuple[LabelledValue, ...] = ()
 
 
@@ -101,8 +104,9 @@ class CardView:
 class ControlsView:
     """The buttons say what they will do. ``next_step`` is what a robot that needs a person waits for, the loudest thing on the page: to
     "answer", "reset" or "resume" it, or for "hands" on it."""
+
     next_step: str = ""
-    pauses: bool = True                  # else it resumes
+    pauses: bool = True  # else it resumes
     pause: str = ""
     pause_icon: str = "pause"
     pause_style: str = "tonal"
@@ -114,12 +118,15 @@ class ControlsView:
     @property
     def step_in(self) -> str:
         """The part of the robot's card in which the next step is."""
-        return {"answer": "prompt", "reset": "controls", "resume": "controls", "hands": "mission"}.get(self.next_step, "")
+        return {"answer": "prompt", "reset": "controls", "resume": "controls", "hands": "mission"}.get(
+            self.next_step, ""
+        )
 
 
 @dataclass(frozen=True)
 class PromptView:
     """A question of the running mission; empty ``guid``: none."""
+
     guid: str = ""
     question: str = ""
     options: tuple[str, ...] = ()
@@ -128,7 +135,7 @@ class PromptView:
 @dataclass(frozen=True)
 class HomeView:
     has_robots: bool = False
-    robots: tuple[RobotSummary, ...] = ()                # none where they are many: then they have a page
+    robots: tuple[RobotSummary, ...] = ()  # none where they are many: then they have a page
     card: CardView = field(default_factory=CardView)
     controls: ControlsView = field(default_factory=ControlsView)
     prompt: PromptView = field(default_factory=PromptView)
@@ -150,12 +157,21 @@ def present(facts: HomeFacts, now: datetime, chosen_mission: int | None = None) 
         return HomeView()
     shown, old = card(facts, robot, now), is_old(facts.snapshot, now, facts.settings)
     return HomeView(
-        has_robots=True, robots=tuple(robot_summaries(facts, now)) if len(facts.robots) <= FEW else (),
-        card=shown, controls=controls(facts, robot, old), prompt=prompt(facts.snapshot, old), map=map_view(facts, now, shown.tone, old),
-        queue=tuple(queue_entries(facts, now)), queue_note=queue_note(facts, now),
-        queue_blocked=blocked(facts), queue_empty=queue_empty(facts, robot, now),
-        planned=tuple(planned_starts(facts, now)), planned_empty=planned_empty(facts), finished=tuple(finished_runs(facts, now)),
-        run=run_now(facts, robot, chosen_mission, now))
+        has_robots=True,
+        robots=tuple(robot_summaries(facts, now)) if len(facts.robots) <= FEW else (),
+        card=shown,
+        controls=controls(facts, robot, old),
+        prompt=prompt(facts.snapshot, old),
+        map=map_view(facts, now, shown.tone, old),
+        queue=tuple(queue_entries(facts, now)),
+        queue_note=queue_note(facts, now),
+        queue_blocked=blocked(facts),
+        queue_empty=queue_empty(facts, robot, now),
+        planned=tuple(planned_starts(facts, now)),
+        planned_empty=planned_empty(facts),
+        finished=tuple(finished_runs(facts, now)),
+        run=run_now(facts, robot, chosen_mission, now),
+    )
 
 
 # ---------------------------------------------------------------------- the robot
@@ -165,15 +181,21 @@ def card(facts: HomeFacts, robot: Robot, now: datetime) -> CardView:
     state, hold = state_appearance(robot, snapshot, old), _hold(facts, robot, now)
     minimum = settings.minimum_battery_percent
     return CardView(
-        state=state_and_hold(state.word, hold), icon=state.disc_icon or state.icon, tone=state.tone, loud=state.loud,
+        state=state_and_hold(state.word, hold),
+        icon=state.disc_icon or state.icon,
+        tone=state.tone,
+        loud=state.loud,
         note=" · ".join(filter(None, (robot.name, robot.model, until_words(hold, settings, now) if hold else ""))),
         mission=_mission(facts, robot, now, old),
-        battery=_battery(snapshot, settings, old, now), battery_mark=minimum / 100 if minimum else -1.0, old=old,
+        battery=_battery(snapshot, settings, old, now),
+        battery_mark=minimum / 100 if minimum else -1.0,
+        old=old,
         battery_minimum=_("min {minimum} %").format(minimum=formats.plain(minimum)) if minimum else "",
         beside=_done_about(facts, now, old or not robot.enabled) or _reached(robot, snapshot, settings, now),
         message_label=_("What is wrong") if old else _("At the moment"),
         message=words_of(snapshot.problem) if old else own_words(snapshot.status),
-        facts=() if old or snapshot.status is None else _figures(snapshot.status))
+        facts=() if old or snapshot.status is None else _figures(snapshot.status),
+    )
 
 
 def _hold(facts: HomeFacts, robot: Robot, now: datetime) -> Hold | None:
@@ -199,8 +221,12 @@ def _done_about(facts: HomeFacts, now: datetime, old: bool) -> TileView | None:
     left = (end - now).total_seconds()
     if left <= 0:
         return TileView("timer-outline", _("Longer than usual"), f"+{formats.rough_duration(-left)}")
-    return TileView("timer-outline", _("Done about"), formats.day_and_time(end, facts.settings.timezone, now),
-                    _("{time} left").format(time=formats.rough_duration(left)))
+    return TileView(
+        "timer-outline",
+        _("Done about"),
+        formats.day_and_time(end, facts.settings.timezone, now),
+        _("{time} left").format(time=formats.rough_duration(left)),
+    )
 
 
 def _battery(snapshot: RobotSnapshot, settings: Settings, old: bool, now: datetime) -> BatteryAppearance:
@@ -208,32 +234,45 @@ def _battery(snapshot: RobotSnapshot, settings: Settings, old: bool, now: dateti
     battery = battery_appearance(snapshot.status, settings)
     if not old or battery.level < 0:
         return battery
-    return replace(battery, note=_("as of {time}").format(time=formats.day_and_time(snapshot.read_at, settings.timezone, now)))
+    return replace(
+        battery, note=_("as of {time}").format(time=formats.day_and_time(snapshot.read_at, settings.timezone, now))
+    )
 
 
 def _mission(facts: HomeFacts, robot: Robot, now: datetime, old: bool) -> MissionView:
     snapshot = facts.snapshot
     status = snapshot.status
     if not robot.enabled:
-        return MissionView(_("Mission"), _("Not asked"), _("Its password has to be entered in Settings") if robot.needs_password else
-                           _("The robot is switched off in Settings"))
+        return MissionView(
+            _("Mission"),
+            _("Not asked"),
+            _("Its password has to be entered in Settings")
+            if robot.needs_password
+            else _("The robot is switched off in Settings"),
+        )
     if old or status is None:
         return _last_known(facts, snapshot, now)
     if status.state is RobotState.EMERGENCY_STOP:
-        return MissionView(_("What to do now"), _("Release the red button, then press Reset on the robot"),
-                           _errors(status), "fault")
+        return MissionView(
+            _("What to do now"), _("Release the red button, then press Reset on the robot"), _errors(status), "fault"
+        )
     if has_errors(status):
         tone, said = "fault" if status.state is RobotState.ERROR else "attention", error_words(status)
         if can_reset(status):
-            hint = _("Reset errors did not clear it: see to its cause first") if facts.is_reset_in_vain else \
-                _("Reset errors clears it; the robot then waits for Resume")
+            hint = (
+                _("Reset errors did not clear it: see to its cause first")
+                if facts.is_reset_in_vain
+                else _("Reset errors clears it; the robot then waits for Resume")
+            )
             return MissionView(_("What the robot says"), said, hint, tone)
         return MissionView(_("What to do now"), _("It can't be reset from here: check the robot itself"), said, tone)
     if facts.running is not None:
         return _running(facts, facts.running, now)
-    if status.state is RobotState.EXECUTING:             # its queue is still to be read, as when it answers again
+    if status.state is RobotState.EXECUTING:  # its queue is still to be read, as when it answers again
         return MissionView(_("Mission"), "–", _("the robot is being asked"))
-    hint = _("Resume lets the robot take missions again") if status.state is RobotState.PAUSE else _next(facts, robot, now)
+    hint = (
+        _("Resume lets the robot take missions again") if status.state is RobotState.PAUSE else _next(facts, robot, now)
+    )
     return MissionView(_("Mission"), _("None"), hint)
 
 
@@ -241,8 +280,11 @@ def _next(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     """What the idle robot will do next, as far as it is among the next planned."""
     run = next((run for run in facts.planned if run.robot.id == robot.id), None)
     if run is None:
-        return kept_for(facts, robot, now) or _idle_obstacle(facts, robot, None, now) or (
-            "" if facts.planned else _("nothing is planned"))
+        return (
+            kept_for(facts, robot, now)
+            or _idle_obstacle(facts, robot, None, now)
+            or ("" if facts.planned else _("nothing is planned"))
+        )
     when = held_words(facts, run, now) or formats.until(run.at, now, facts.settings.timezone)
     words = _("probably next: {mission}, {when}") if run.is_approximate else _("next: {mission}, {when}")
     planned = kept_for(facts, robot, now) or words.format(mission=facts.given.start(run), when=when)
@@ -253,7 +295,13 @@ def _idle_obstacle(facts: HomeFacts, robot: Robot, next_planned_at: datetime | N
     """Why what is to start when the robot is idle does not start now."""
     rule, status = robot.idle, facts.snapshot.status
     mission = next((mission for mission in facts.entered if rule is not None and mission.id == rule.mission_id), None)
-    if rule is None or not rule.enabled or mission is None or status is None or not idle.is_idle(status, bool(facts.snapshot.queue)):
+    if (
+        rule is None
+        or not rule.enabled
+        or mission is None
+        or status is None
+        or not idle.is_idle(status, bool(facts.snapshot.queue))
+    ):
         return ""
     battery, minimum = status.battery_percentage, rules.minimum_battery(None, mission, facts.settings)
     match idle.obstacle(battery, minimum, next_planned_at, facts.settings, facts.calendar, now):
@@ -263,8 +311,9 @@ def _idle_obstacle(facts: HomeFacts, robot: Robot, next_planned_at: datetime | N
             return _("{mission} when idle waits: battery unknown").format(mission=mission.name)
         case idle.Obstacle.BATTERY:
             return _("{mission} when idle waits: battery {battery}, {minimum} wanted").format(
-                mission=mission.name, battery=formats.percent(battery), minimum=formats.percent(minimum))
-    return ""                            # what is planned within minutes is said already
+                mission=mission.name, battery=formats.percent(battery), minimum=formats.percent(minimum)
+            )
+    return ""  # what is planned within minutes is said already
 
 
 def _last_known(facts: HomeFacts, snapshot: RobotSnapshot, now: datetime) -> MissionView:
@@ -272,7 +321,11 @@ def _last_known(facts: HomeFacts, snapshot: RobotSnapshot, now: datetime) -> Mis
     if snapshot.read_at is None:
         return MissionView(_("Mission"))
     since = formats.day_and_time(snapshot.read_at, facts.settings.timezone, now)
-    return MissionView(_("Last known mission"), facts.name_of(running) if running else "–", _("unknown since {time}").format(time=since))
+    return MissionView(
+        _("Last known mission"),
+        facts.name_of(running) if running else "–",
+        _("unknown since {time}").format(time=since),
+    )
 
 
 def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> MissionView:
@@ -281,12 +334,17 @@ def _running(facts: HomeFacts, item: QueueItem, now: datetime) -> MissionView:
     elapsed = max(0.0, (now - since).total_seconds()) if since else None
     usual = facts.expected.get(facts.guid_of(item))
     is_paused = status is not None and status.state is RobotState.PAUSE
-    view = MissionView(_("Mission, held by the pause") if is_paused else _("Mission"), facts.name_of(item),
-                       elapsed=formats.duration(elapsed))
-    if is_charging(status):                              # ends when the robot is charged or gets another mission, not after a usual time
+    view = MissionView(
+        _("Mission, held by the pause") if is_paused else _("Mission"),
+        facts.name_of(item),
+        elapsed=formats.duration(elapsed),
+    )
+    if is_charging(status):  # ends when the robot is charged or gets another mission, not after a usual time
         return replace(view, note="" if is_paused else _("charging: not compared with earlier runs"))
     if not usual or not usual.median_s or elapsed is None:
-        return replace(view, note=_("no earlier run to compare with") if ours else _("since this tablet has seen it run"))
+        return replace(
+            view, note=_("no earlier run to compare with") if ours else _("since this tablet has seen it run")
+        )
     duration = formats.duration(usual.median_s)
     view = replace(view, progress=min(1.0, elapsed / usual.median_s))
     if usual.typed:
@@ -320,10 +378,13 @@ def prompt(snapshot: RobotSnapshot, old: bool) -> PromptView:
         return PromptView()
     question, more = asked.question, asked.more_options
     if len(question) > LONGEST_QUESTION:
-        question = _("{question} … read all of it at the robot").format(question=question[:LONGEST_QUESTION].rsplit(" ", 1)[0])
+        question = _("{question} … read all of it at the robot").format(
+            question=question[:LONGEST_QUESTION].rsplit(" ", 1)[0]
+        )
     if more:
-        question += " " + ngettext("({n} more answer can be given at the robot)", "({n} more answers can be given at the robot)",
-                                   more).format(n=more)
+        question += " " + ngettext(
+            "({n} more answer can be given at the robot)", "({n} more answers can be given at the robot)", more
+        ).format(n=more)
     return PromptView(asked.guid, question, asked.options)
 
 
@@ -368,7 +429,13 @@ def controls(facts: HomeFacts, robot: Robot, old: bool) -> ControlsView:
     next_step = _next_step(facts, robot, old)
     count = len(facts.snapshot.queue) + len(facts.not_in_queue)
     return ControlsView(
-        next_step=next_step, reset_style="filled" if next_step == "reset" else "outlined",
-        pauses=not resumes, pause=_("Resume") if resumes else _("Pause"), pause_icon="play" if resumes else "pause",
-        pause_style="filled" if next_step == "resume" else "outlined" if state in STOPPED else "tonal", pause_off=off or state in STOPPED,
-        reset_off=not robot.enabled or not can_reset(status), clear_count=count if robot.enabled else 0)
+        next_step=next_step,
+        reset_style="filled" if next_step == "reset" else "outlined",
+        pauses=not resumes,
+        pause=_("Resume") if resumes else _("Pause"),
+        pause_icon="play" if resumes else "pause",
+        pause_style="filled" if next_step == "resume" else "outlined" if state in STOPPED else "tonal",
+        pause_off=off or state in STOPPED,
+        reset_off=not robot.enabled or not can_reset(status),
+        clear_count=count if robot.enabled else 0,
+    )

@@ -1,4 +1,5 @@
 """Starts that wait for a robot of their group, and which robot is kept for what matters more. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
@@ -20,23 +21,24 @@ from app.screens.home.lists import trigger_words
 from app.services.allocation.belief import HIGH, Out
 from app.services.allocation.decide import AHEAD, LAST_CALL
 
-SHOWN = 2                                # on Home; all of them in a dialog
-ON_THE_WAY = timedelta(seconds=2)        # after which it is said that a start is being sent
+SHOWN = 2  # on Home; all of them in a dialog
+ON_THE_WAY = timedelta(seconds=2)  # after which it is said that a start is being sent
 
 
 @dataclass(frozen=True)
 class WaitingStart:
     """``key``: id of the execution. ``urgent``: High or Critical."""
+
     key: int
     mission: str
-    origin: str                          # for whom it is, who wanted it, and since when
+    origin: str  # for whom it is, who wanted it, and since when
     note: str
     priority: str = ""
     urgent: bool = False
     can_give: bool = True
     cancelling: bool = False
-    is_stuck: bool = False               # a silent robot may have it: another one can be asked to do it as well
-    has_robot: bool = False              # so that it goes before nothing else any more
+    is_stuck: bool = False  # a silent robot may have it: another one can be asked to do it as well
+    has_robot: bool = False  # so that it goes before nothing else any more
 
 
 def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
@@ -46,15 +48,28 @@ def waiting_of(rows: Iterable[Execution]) -> list[Execution]:
 
 
 def waiting_starts(rows: Sequence[Execution], settings: Settings, given: Given = NOTHING_KNOWN) -> list[WaitingStart]:
-    return [replace(_start(row, waits_for(row, settings), settings, given), can_give=row.group_id is not None and not row.held)
-            for row in rows]
+    return [
+        replace(
+            _start(row, waits_for(row, settings), settings, given), can_give=row.group_id is not None and not row.held
+        )
+        for row in rows
+    ]
 
 
 def _start(row: Execution, note: str, settings: Settings, given: Given) -> WaitingStart:
     since = formats.clock_time(max(row.created_at, row.planned_at), settings.timezone)
-    origin = _("any of {group} · {source} · since {time}").format(group=row.robot_group, source=trigger_words(row), time=since)
-    return WaitingStart(row.id, given.run(row), origin, note, word(row.priority), row.priority >= HIGH,
-                        cancelling=row.cancel_code is not None)
+    origin = _("any of {group} · {source} · since {time}").format(
+        group=row.robot_group, source=trigger_words(row), time=since
+    )
+    return WaitingStart(
+        row.id,
+        given.run(row),
+        origin,
+        note,
+        word(row.priority),
+        row.priority >= HIGH,
+        cancelling=row.cancel_code is not None,
+    )
 
 
 def starts_with_a_robot(facts: HomeFacts, now: datetime) -> list[tuple[Execution, WaitingStart]]:
@@ -85,7 +100,9 @@ def others_for(row: Execution, robots: Iterable[Robot], groups: Iterable[Group])
     """Who could do it as well: any other of the group, or one of them."""
     members = next((group.members for group in groups if group.id == row.group_id), ())
     others = [robot for robot in robots if robot.id in members and robot.id != row.robot_id and robot.enabled]
-    any_other = [Option(0, _("Any other of {group}").format(group=row.robot_group), "select-group")] if len(others) > 1 else []
+    any_other = (
+        [Option(0, _("Any other of {group}").format(group=row.robot_group), "select-group")] if len(others) > 1 else []
+    )
     return [*any_other, *(Option(robot.id, robot.name, "robot-outline") for robot in others)]
 
 
@@ -94,10 +111,15 @@ def waits_for(row: Execution, settings: Settings) -> str:
     zone = settings.timezone
     parts = [waiting_words(row, zone)]
     passed = choice.moved_on(row.tried, row.robot, _)
-    if row.wait is Wait.ROBOT and (told := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)):
+    if row.wait is Wait.ROBOT and (
+        told := choice.awaited(_without_those_tried(row) if passed else row.wait_details, zone, _)
+    ):
         last_call = formats.clock_time(row.closes_at - timedelta(seconds=LAST_CALL), zone)
-        end = _("Goes into a queue at {time} at the latest") if choice.may_any(row.wait_details) else \
-            _("Given up at {time} if none can by then")
+        end = (
+            _("Goes into a queue at {time} at the latest")
+            if choice.may_any(row.wait_details)
+            else _("Given up at {time} if none can by then")
+        )
         if row.finish_by is not None:
             end, last_call = _("Skipped if it can't be done by {time}"), formats.clock_time(row.finish_by, zone)
         parts = [told, end.format(time=last_call)]
@@ -106,7 +128,11 @@ def waits_for(row: Execution, settings: Settings) -> str:
 
 def _without_those_tried(row: Execution) -> dict[str, Any]:
     """What it waits for; of robots that it was given to before it is said already what they did."""
-    robots = [each for each in row.wait_details.get("robots", ()) if not (isinstance(each, dict) and each.get("out") == Out.TRIED)]
+    robots = [
+        each
+        for each in row.wait_details.get("robots", ())
+        if not (isinstance(each, dict) and each.get("out") == Out.TRIED)
+    ]
     return {**row.wait_details, "robots": robots}
 
 
@@ -131,8 +157,14 @@ def more_words(count: int) -> str:
 def kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
     """What the robot is left free for, though something waits."""
     missions = {row.wait_details.get("kept_for") for row in facts.open if has_no_robot(row)}
-    run = next((run for run in facts.planned if run.mission.name in missions and run.robot.id == robot.id
-                and (run.at - now).total_seconds() <= AHEAD), None)
+    run = next(
+        (
+            run
+            for run in facts.planned
+            if run.mission.name in missions and run.robot.id == robot.id and (run.at - now).total_seconds() <= AHEAD
+        ),
+        None,
+    )
     if run is None:
         return ""
     name = names.given_to_schedule(run.schedule.name, run.mission.name, run.whose) or facts.given.start(run)

@@ -1,4 +1,5 @@
 """What waits for a robot, on Home and above all robots: giving it to one by hand, cancelling it, all of it in a dialog."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -25,14 +26,15 @@ from app.widgets.dialogs import Dialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 
-READ_EVERY = 5                           # s, while something waits
+READ_EVERY = 5  # s, while something waits
 
 
 class WaitingState(EventDispatcher):
     """What kv reads: the first rows, all of them, and how many there are, in words."""
+
     rows = ListProperty()
     all_rows = ListProperty()
-    title = StringProperty()             # empty: nothing waits
+    title = StringProperty()  # empty: nothing waits
     more = StringProperty()
 
     def act(self, _key: int, _action: str) -> None:
@@ -46,14 +48,22 @@ class WaitingModel(WaitingState):
     """``changed()`` is called when something has been done that can be read; ``follow(execution)`` says what becomes of one that a person
     has given to a robot."""
 
-    def __init__(self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]) -> None:
+    def __init__(
+        self, services: HomeServices, shell: Shell, changed: Callable[[], object], follow: Callable[[Execution], object]
+    ) -> None:
         super().__init__()
         self._services, self._shell = services, shell
-        self._starts = GroupStarts(services.operator, services.catalogue, shell, changed, follow,
-                                   lambda number: next((row for row in self._facts.open if row.id == number), None))
+        self._starts = GroupStarts(
+            services.operator,
+            services.catalogue,
+            shell,
+            changed,
+            follow,
+            lambda number: next((row for row in self._facts.open if row.id == number), None),
+        )
         self._facts = HomeFacts()
         self._waiting: dict[int, Execution] = {}
-        self._given: dict[int, WaitingStart] = {}             # to a robot, which has not said that it has them
+        self._given: dict[int, WaitingStart] = {}  # to a robot, which has not said that it has them
         self._seconds = 0
 
     def take(self, facts: HomeFacts) -> None:
@@ -100,6 +110,7 @@ NO_WAITING = WaitingState()
 
 class WaitingRow(RecycledRow, BoxLayout):
     """A start without a robot, or that its robot does not have yet. Actions: "give", "priority", "cancel"."""
+
     mission = StringProperty()
     origin = StringProperty()
     note = StringProperty()
@@ -113,9 +124,11 @@ class WaitingRow(RecycledRow, BoxLayout):
 
 class WaitingCard(SectionCard):
     """The first of what waits; without any it takes no room."""
+
     state = ObjectProperty(NO_WAITING, rebind=True)
 
 
 class WaitingDialog(Dialog):
     """All of what waits."""
+
     state = ObjectProperty(NO_WAITING, rebind=True)

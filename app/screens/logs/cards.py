@@ -1,4 +1,5 @@
 """The widgets of the Logs that kv/logs lays out."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -16,16 +17,21 @@ from app.widgets.fields import SearchField
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 
-LAYOUT_S = 0.35              # until rows have found their height and the list is at rest
+LAYOUT_S = 0.35  # until rows have found their height and the list is at rest
 
 
 class LogsBody(BoxLayout):
     """What is below the five figures: one part of ``PARTS``; the others do not exist."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
     part = StringProperty()
 
     def on_vm(self, *_: Any) -> None:
-        if self.vm is not None and self.part in PARTS and not any(type(child) is PARTS[self.part] for child in self.children):
+        if (
+            self.vm is not None
+            and self.part in PARTS
+            and not any(type(child) is PARTS[self.part] for child in self.children)
+        ):
             self.clear_widgets()
             self.add_widget(PARTS[self.part](vm=self.vm))
 
@@ -34,6 +40,7 @@ class LogsBody(BoxLayout):
 
 class LogsFilters(StackLayout):
     """Period and robot, for every part; ``card`` is the view model."""
+
     card = ObjectProperty(None, rebind=True)
 
 
@@ -43,11 +50,13 @@ class RunsFilters(LogsFilters):
 
 class ExportButton(CommandButton):
     """Writes the runs that are listed; ``card`` is the view model."""
+
     card = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class LogsPart(BoxLayout):
     """Base of the parts."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
 
@@ -68,6 +77,7 @@ PARTS = {"runs": RunsPart, "figures": FiguresPart, "robots": RobotsPart}
 
 class MoreCard(SectionCard):
     """A figure with its words; the button in its head explains it: ``vm.explain(key)``."""
+
     title = StringProperty()
     note = StringProperty()
     about = StringProperty()
@@ -75,18 +85,21 @@ class MoreCard(SectionCard):
 
 class Ranking(BoxLayout):
     """A text, and reasons as ranked bars (RankRow)."""
+
     text = StringProperty()
     rows = ListProperty()
 
 
 class LineLegend(BoxLayout):
     """What the drawn band means."""
+
     text = StringProperty()
     shown = BooleanProperty(True)
 
 
 class GroupCard(Row, SectionCard):
     """The figures of a group."""
+
     title = StringProperty()
     note = StringProperty()
     rows = ListProperty()
@@ -94,6 +107,7 @@ class GroupCard(Row, SectionCard):
 
 class RunsSearch(SearchField):
     """The search field of the runs; ``card`` is the view model. Somebody who opens it types; one that comes back with its words is read."""
+
     card = ObjectProperty(None, rebind=True)
 
     def on_kv_post(self, _base: Widget) -> None:
@@ -102,12 +116,13 @@ class RunsSearch(SearchField):
 
 class RunsList(LongList):
     """The runs. ``opened_run`` is the key of the row that shows its story: it is scrolled into sight, also when it has grown."""
+
     opened_run = ObjectProperty(None, allownone=True)
 
     def __init__(self, **kwargs: Any) -> None:
         self._scroll_soon = Clock.create_trigger(self._scroll_to_opened, LAYOUT_S)
         self._turn_page_soon = Clock.create_trigger(self._turn_page, LAYOUT_S)
-        self._is_pending = False             # opened, but perhaps not in the list yet: it is still being read
+        self._is_pending = False  # opened, but perhaps not in the list yet: it is still being read
         super().__init__(**kwargs)
         self.fbind("opened_run", self._opened)
         self.fbind("data", self._data_changed)

@@ -1,4 +1,5 @@
 """The page of figures in words: what was planned and ran, how long it waited, why it failed, how long missions take. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -19,14 +20,15 @@ from app.services.planning.durations import Trend
 
 Row = TypeVar("Row")
 
-MOST_FAILURES = 0.8          # share of all failures that the first few causes are said to make up
-LEAST_DRAWN = 0.02           # share of a whole: less is no bar
-ABOUT_USUAL = 0.05           # of the usual duration, within which the median is called as usual
+MOST_FAILURES = 0.8  # share of all failures that the first few causes are said to make up
+LEAST_DRAWN = 0.02  # share of a whole: less is no bar
+ABOUT_USUAL = 0.05  # of the usual duration, within which the median is called as usual
 
 
 @dataclass(frozen=True)
 class RankedBar:
     """One bar of a ranking, ``share`` 0..1; ``detail`` goes under its label."""
+
     label: str
     value: str
     note: str
@@ -37,6 +39,7 @@ class RankedBar:
 @dataclass(frozen=True)
 class Point:
     """A day's median in seconds, at 0..1 of the period; ``joined``: the day before has one too."""
+
     place: float
     value: float
     joined: bool = False
@@ -45,6 +48,7 @@ class Point:
 @dataclass(frozen=True)
 class UsualBand:
     """What was usual before the period: eight of ten runs took between ``low`` and ``high`` seconds; ``middle`` is the median."""
+
     low: float
     middle: float
     high: float
@@ -53,6 +57,7 @@ class UsualBand:
 @dataclass(frozen=True)
 class TrendLine:
     """How long a mission takes: in words, and day by day as a chart."""
+
     key: str
     mission: str
     value: str
@@ -62,13 +67,14 @@ class TrendLine:
     points: tuple[Point, ...]
     band: UsualBand | None
     count: str
-    scale: tuple[str, str]               # the lowest and the highest that is drawn
-    days: tuple[str, str]                # the first and the last day
+    scale: tuple[str, str]  # the lowest and the highest that is drawn
+    days: tuple[str, str]  # the first and the last day
 
 
 @dataclass(frozen=True)
 class Panel(Generic[Row]):
     """What a card of the page shows; ``note`` goes into its head."""
+
     note: str = ""
     text: str = ""
     rows: tuple[Row, ...] = ()
@@ -80,7 +86,7 @@ class FiguresPage:
     waiting: Panel[FactLine] = Panel()
     causes: Panel[RankedBar] = Panel()
     durations: Panel[TrendLine] = Panel()
-    queue_share: float = 0.0             # of the time from submission to end; 0: too little to be drawn
+    queue_share: float = 0.0  # of the time from submission to end; 0: too little to be drawn
     groups: tuple[GroupCardView, ...] = ()
 
 
@@ -90,8 +96,14 @@ def page(figures: Figures, more: MoreFigures) -> FiguresPage:
         Panel(adherence_head(found), adherence_text(found), adherence_rows(found)),
         Panel(delay_head(delays), waiting_text(delays), delay_rows(delays)),
         Panel(cause_head(more.causes), cause_summary(more.causes), cause_rows(more.causes)),
-        Panel("", "" if more.trends else _("No mission was completed."), trend_rows(more.trends, figures.first_day, figures.last_day)),
-        share if (share := delays.queue_share or 0.0) >= LEAST_DRAWN else 0.0, cards(more.groups))
+        Panel(
+            "",
+            "" if more.trends else _("No mission was completed."),
+            trend_rows(more.trends, figures.first_day, figures.last_day),
+        ),
+        share if (share := delays.queue_share or 0.0) >= LEAST_DRAWN else 0.0,
+        cards(more.groups),
+    )
 
 
 # ---------------------------------------------------------------------- planned and run
@@ -100,14 +112,22 @@ def adherence_head(found: Adherence) -> str:
     if found.rate is None:
         return _("Nothing was planned")
     text = ngettext("{share} of {n} planned", "{share} of {n} planned", found.planned).format(
-        share=formats.percent(found.rate * 100, 0 if found.rate == 1 else 1), n=found.planned)
+        share=formats.percent(found.rate * 100, 0 if found.rate == 1 else 1), n=found.planned
+    )
     return with_interval(text, found.ran, found.planned)
 
 
 def adherence_rows(found: Adherence) -> tuple[RankedBar, ...]:
     """Why planned runs did not run, the most frequent reason first."""
-    return tuple(RankedBar(sentence(Reason(code), "UTC", _), str(number), formats.percent(number / found.planned * 100, 1),
-                         number / found.planned) for code, number in found.not_run.items())
+    return tuple(
+        RankedBar(
+            sentence(Reason(code), "UTC", _),
+            str(number),
+            formats.percent(number / found.planned * 100, 1),
+            number / found.planned,
+        )
+        for code, number in found.not_run.items()
+    )
 
 
 def adherence_text(found: Adherence) -> str:
@@ -120,14 +140,20 @@ def adherence_text(found: Adherence) -> str:
 def delay_rows(delays: Delays) -> tuple[FactLine, ...]:
     if not delays.count:
         return ()
-    return (FactLine(_("Half started within"), formats.duration(delays.p50_s)),
-            FactLine(_("Nine of ten within"), formats.duration(delays.p90_s)),
-            FactLine(_("Wait in the robot's queue, median"), formats.duration(delays.queue_p50_s)),
-            FactLine(_("Run, median"), formats.duration(delays.run_p50_s)))
+    return (
+        FactLine(_("Half started within"), formats.duration(delays.p50_s)),
+        FactLine(_("Nine of ten within"), formats.duration(delays.p90_s)),
+        FactLine(_("Wait in the robot's queue, median"), formats.duration(delays.queue_p50_s)),
+        FactLine(_("Run, median"), formats.duration(delays.run_p50_s)),
+    )
 
 
 def delay_head(delays: Delays) -> str:
-    return ngettext("{n} run", "{n} runs", delays.count).format(n=delays.count) if delays.count else _("No planned run has started")
+    return (
+        ngettext("{n} run", "{n} runs", delays.count).format(n=delays.count)
+        if delays.count
+        else _("No planned run has started")
+    )
 
 
 def waiting_text(delays: Delays) -> str:
@@ -135,7 +161,8 @@ def waiting_text(delays: Delays) -> str:
     if delays.queue_share is None:
         return ""
     return _("Of the time from submission to end, {share} was waiting in the queue.").format(
-        share=formats.percent(delays.queue_share * 100, 1))
+        share=formats.percent(delays.queue_share * 100, 1)
+    )
 
 
 # ---------------------------------------------------------------------- why runs failed
@@ -146,9 +173,16 @@ def cause_text(cause: Cause) -> str:
 
 
 def cause_rows(causes: Sequence[Cause]) -> tuple[RankedBar, ...]:
-    return tuple(RankedBar(
-        cause_text(cause), str(cause.number), formats.percent(cause.share * 100), cause.share,
-        ", ".join(f"{name} ×{number}" for name, number in cause.particulars)) for cause in causes)
+    return tuple(
+        RankedBar(
+            cause_text(cause),
+            str(cause.number),
+            formats.percent(cause.share * 100),
+            cause.share,
+            ", ".join(f"{name} ×{number}" for name, number in cause.particulars),
+        )
+        for cause in causes
+    )
 
 
 def cause_head(causes: Sequence[Cause]) -> str:
@@ -164,8 +198,11 @@ def cause_summary(causes: Sequence[Cause]) -> str:
     if first == len(causes) or causes[first - 1].code is None:
         return ""
     share = formats.percent(causes[first - 1].cumulative * 100)
-    return ngettext("The first reason makes up {share} of all failures.", "The first {n} reasons make up {share} of all failures.",
-                    first).format(n=first, share=share)
+    return ngettext(
+        "The first reason makes up {share} of all failures.",
+        "The first {n} reasons make up {share} of all failures.",
+        first,
+    ).format(n=first, share=share)
 
 
 # ---------------------------------------------------------------------- how long missions take
@@ -179,13 +216,21 @@ def _trend_row(trend: Trend, first: date, last: date) -> TrendLine:
     usual, known = trend.usual, {day.day for day in trend.days}
     drawn = [*(day.median_s for day in trend.days), *((usual.p10_s, usual.p90_s) if usual else ())]
     return TrendLine(
-        trend.guid, trend.mission, formats.duration(trend.median_s), _comparison(trend),
+        trend.guid,
+        trend.mission,
+        formats.duration(trend.median_s),
+        _comparison(trend),
         tone="attention" if trend.is_longer else "neutral",
         icon="arrow-up-bold" if trend.is_longer else "arrow-down-bold" if trend.is_shorter else "",
-        points=tuple(Point((day.day - first).days / length, day.median_s, day.day - timedelta(days=1) in known) for day in trend.days),
+        points=tuple(
+            Point((day.day - first).days / length, day.median_s, day.day - timedelta(days=1) in known)
+            for day in trend.days
+        ),
         band=UsualBand(usual.p10_s, usual.p50_s, usual.p90_s) if usual else None,
         count=ngettext("{n} run", "{n} runs", trend.count).format(n=trend.count),
-        scale=(formats.duration(min(drawn)), formats.duration(max(drawn))), days=(formats.wall_day(first), formats.wall_day(last)))
+        scale=(formats.duration(min(drawn)), formats.duration(max(drawn))),
+        days=(formats.wall_day(first), formats.wall_day(last)),
+    )
 
 
 def _comparison(trend: Trend) -> str:
@@ -193,7 +238,11 @@ def _comparison(trend: Trend) -> str:
     usual = trend.usual
     if usual is None:
         return _("No earlier period to compare with")
-    values = {"usual": formats.duration(usual.p50_s), "low": formats.duration(usual.p10_s), "high": formats.duration(usual.p90_s)}
+    values = {
+        "usual": formats.duration(usual.p50_s),
+        "low": formats.duration(usual.p10_s),
+        "high": formats.duration(usual.p90_s),
+    }
     change = trend.median_s / usual.p50_s - 1 if usual.p50_s else 0.0
     text = _("As usual: {usual} ({low} to {high})")
     if trend.is_longer:
@@ -213,38 +262,72 @@ MORE = ("delays", "causes", "durations")
 
 def explanation(key: str, figures: Figures, more: MoreFigures) -> Explanation:
     """Of one of the keys in ``MORE``."""
-    found = {"delays": lambda: _about_delays(figures.delays), "causes": lambda: _about_causes(more.causes),
-             "durations": lambda: _about_durations(more.trends)}[key]()
+    found = {
+        "delays": lambda: _about_delays(figures.delays),
+        "causes": lambda: _about_causes(more.causes),
+        "durations": lambda: _about_durations(more.trends),
+    }[key]()
     return replace(found, lines=(*found.lines, period_line(figures)))
 
 
 def _about_delays(delays: Delays) -> Explanation:
-    values = ((_("Start delay, median"), delays.p50_s), (_("Start delay, nine of ten within"), delays.p90_s),
-              (_("of it until the robot had accepted, median"), delays.app_p50_s),
-              (_("of it in the robot's queue, median"), delays.queue_p50_s), (_("Run, median"), delays.run_p50_s),
-              (_("Run, nine of ten within"), delays.run_p90_s))
-    return Explanation(_("Starting and waiting"), _(
-        "Of the newest 5,000 planned runs that started. The start delay goes from the planned time to the start on the robot: until "
-        "the robot had accepted it, and then in its queue. Waiting is compared with the time from start to end, in robot time."), (
-            FactLine(_("Runs"), str(delays.count)), *(FactLine(label, formats.duration(value)) for label, value in values)))
+    values = (
+        (_("Start delay, median"), delays.p50_s),
+        (_("Start delay, nine of ten within"), delays.p90_s),
+        (_("of it until the robot had accepted, median"), delays.app_p50_s),
+        (_("of it in the robot's queue, median"), delays.queue_p50_s),
+        (_("Run, median"), delays.run_p50_s),
+        (_("Run, nine of ten within"), delays.run_p90_s),
+    )
+    return Explanation(
+        _("Starting and waiting"),
+        _(
+            "Of the newest 5,000 planned runs that started. The start delay goes from the planned time to the start on the robot: until "
+            "the robot had accepted it, and then in its queue. Waiting is compared with the time from start to end, in robot time."
+        ),
+        (
+            FactLine(_("Runs"), str(delays.count)),
+            *(FactLine(label, formats.duration(value)) for label, value in values),
+        ),
+    )
 
 
 def _about_causes(causes: Sequence[Cause]) -> Explanation:
-    return Explanation(_("Reasons for failure"), _(
-        "Failed runs, however they had been started, by why they failed, most frequent first. For runs that the robot ended itself this is "
-        "the robot's message, without names and numbers; what it named most often stands below."),
-        tuple(FactLine(cause_text(cause), _("{n} · {share}").format(n=cause.number, share=formats.percent(cause.share * 100)))
-              for cause in causes))
+    return Explanation(
+        _("Reasons for failure"),
+        _(
+            "Failed runs, however they had been started, by why they failed, most frequent first. For runs that the robot ended itself "
+            "this is the robot's message, without names and numbers; what it named most often stands below."
+        ),
+        tuple(
+            FactLine(
+                cause_text(cause), _("{n} · {share}").format(n=cause.number, share=formats.percent(cause.share * 100))
+            )
+            for cause in causes
+        ),
+    )
 
 
 def _about_durations(trends: Sequence[Trend]) -> Explanation:
     lines = []
     for trend in trends:
-        before = ngettext("{n} run before the period", "{n} runs before the period", trend.usual.count).format(n=trend.usual.count) \
-            if trend.usual else ""
+        before = (
+            ngettext("{n} run before the period", "{n} runs before the period", trend.usual.count).format(
+                n=trend.usual.count
+            )
+            if trend.usual
+            else ""
+        )
         runs = ngettext("{n} run", "{n} runs", trend.count).format(n=trend.count)
-        lines.append(FactLine(trend.mission, formats.duration(trend.median_s), f"{runs} · {before}" if before else runs))
-    return Explanation(_("Duration of missions"), _(
-        "The median duration of completed runs, day by day, of the missions that took the most time in total. The band is what was usual "
-        "before the period: between its edges lay eight of ten of the newest 200 runs. It takes at least 10 runs to draw one."),
-        tuple(lines))
+        lines.append(
+            FactLine(trend.mission, formats.duration(trend.median_s), f"{runs} · {before}" if before else runs)
+        )
+    return Explanation(
+        _("Duration of missions"),
+        _(
+            "The median duration of completed runs, day by day, of the missions that took the most time in total. The band is "
+            "what was usual before the period: between its edges lay eight of ten of the newest 200 runs. It takes at "
+            "least 10 runs to draw one."
+        ),
+        tuple(lines),
+    )

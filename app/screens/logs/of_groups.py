@@ -1,4 +1,5 @@
 """What the Logs say of groups of robots: whose a run is, which robots were passed by, why one was chosen. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -11,12 +12,13 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
 
-Step = tuple[str, str, str]              # label, time, note
+Step = tuple[str, str, str]  # label, time, note
 
 
 @dataclass(frozen=True)
 class OfGroup:
     """A group as the history knows it: by its name then. ``members``: ids of its robots now, whose figures are shown."""
+
     name: str
     members: tuple[int, ...] = ()
 
@@ -24,10 +26,19 @@ class OfGroup:
 def target_options(groups: Sequence[Group], robots: Sequence[Robot]) -> list[Option]:
     """Groups first, then robots; 0: all."""
     names = {robot.id: robot.name for robot in robots}
-    return [Option(0, _("All robots")),
-            *(Option(OfGroup(group.name, group.members), _("Any of {group}").format(group=group.name), "select-group",
-                     ", ".join(names[member] for member in group.members if member in names)) for group in groups),
-            *(Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in robots)]
+    return [
+        Option(0, _("All robots")),
+        *(
+            Option(
+                OfGroup(group.name, group.members),
+                _("Any of {group}").format(group=group.name),
+                "select-group",
+                ", ".join(names[member] for member in group.members if member in names),
+            )
+            for group in groups
+        ),
+        *(Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in robots),
+    ]
 
 
 def whose(execution: Execution) -> str:
@@ -44,12 +55,18 @@ def steps(execution: Execution, zone: ZoneInfo) -> list[Step]:
     """Between planned and submitted: robots that were passed by, the one that was chosen and why; or what it still waits for."""
     if not execution.robot_group:
         return []
-    found = [(_("Passed by"), formats.NOTHING, note) for key, each in execution.tried.items()
-             if (note := choice.moved_on({key: each}, execution.robot, _).partition("; ")[0])]
+    found = [
+        (_("Passed by"), formats.NOTHING, note)
+        for key, each in execution.tried.items()
+        if (note := choice.moved_on({key: each}, execution.robot, _).partition("; ")[0])
+    ]
     if chosen := choice.chosen(execution.choice, zone, _):
-        at = formats.wall_time(execution.bound_at.astimezone(zone), seconds=True) if execution.bound_at else formats.NOTHING
+        at = (
+            formats.wall_time(execution.bound_at.astimezone(zone), seconds=True)
+            if execution.bound_at
+            else formats.NOTHING
+        )
         found.append((_("Chosen"), at, chosen))
     elif execution.state is State.WAITING and (awaited := choice.awaited(execution.wait_details, zone, _)):
         found.append((_("Waits for a robot"), formats.NOTHING, awaited))
     return found
-

@@ -1,4 +1,5 @@
 """The shift report as a page to print, in the language of the app. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -27,28 +28,70 @@ def page(report: ShiftReport, given: Given = NOTHING_KNOWN) -> str:
     """The whole document; ``given``: what is known of the values that missions get."""
     title = _("Shift report")
     pair = f'<div class="pair">\n{_planned(report)}\n{_causes(report)}\n</div>'
-    parts = [_head(report, title), _figures(report), pair, _robots(report), _runs(report, given), _alarms(report),
-             f'<p class="quiet ends">{escape(_explained())}</p>']
+    parts = [
+        _head(report, title),
+        _figures(report),
+        pair,
+        _robots(report),
+        _runs(report, given),
+        _alarms(report),
+        f'<p class="quiet ends">{escape(_explained())}</p>',
+    ]
     return document(f"{title} {_period(report)}", parts)
 
 
 def on_screen(report: ShiftReport, given: Given = NOTHING_KNOWN) -> Explanation:
     """The same in short, for screens on which no file can be opened: the figures, robots, runs that were not completed, and alarms."""
     zone, at = report.settings.timezone, report.made_at
-    robots = [FactLine(robot.robot, formats.percent(None if robot.utilisation is None else robot.utilisation * 100),
-                       " · ".join(f"{label} {number}" for label, number in (
-                           (_("Completed"), robot.completed), (execution_appearance.word(State.FAILED), robot.failed),
-                           (_("Cancelled"), robot.cancelled)) if number)) for robot in by_name(report.thesis.robots, "robot")]
-    runs = [FactLine(given.run(run), execution_appearance.word(run.state), " · ".join(filter(None, (
-        formats.day_and_time(run.planned_at, zone, at), run.robot, sentence(run.reason, zone, _) if run.reason else ""))))
-        for run in report.runs]
-    more_runs = ngettext("and {n} more in the log", "and {n} more in the log", report.more_runs).format(n=report.more_runs)
+    robots = [
+        FactLine(
+            robot.robot,
+            formats.percent(None if robot.utilisation is None else robot.utilisation * 100),
+            " · ".join(
+                f"{label} {number}"
+                for label, number in (
+                    (_("Completed"), robot.completed),
+                    (execution_appearance.word(State.FAILED), robot.failed),
+                    (_("Cancelled"), robot.cancelled),
+                )
+                if number
+            ),
+        )
+        for robot in by_name(report.thesis.robots, "robot")
+    ]
+    runs = [
+        FactLine(
+            given.run(run),
+            execution_appearance.word(run.state),
+            " · ".join(
+                filter(
+                    None,
+                    (
+                        formats.day_and_time(run.planned_at, zone, at),
+                        run.robot,
+                        sentence(run.reason, zone, _) if run.reason else "",
+                    ),
+                )
+            ),
+        )
+        for run in report.runs
+    ]
+    more_runs = ngettext("and {n} more in the log", "and {n} more in the log", report.more_runs).format(
+        n=report.more_runs
+    )
     more_alarms = ngettext("and {n} more", "and {n} more", report.more_alarms).format(n=report.more_alarms)
-    alarms = [FactLine(alarm_text(alarm, report.settings, at), formats.day_and_time(alarm.raised_at, zone, at), alarm.note)
-              for alarm in report.alarms]
-    lines = [*(FactLine(*figure) for figure in _key_figures(report)), *robots, *runs,
-             *([FactLine(more_runs, "")] if report.more_runs > 0 else []), *alarms,
-             *([FactLine(more_alarms, "")] if report.more_alarms else [])]
+    alarms = [
+        FactLine(alarm_text(alarm, report.settings, at), formats.day_and_time(alarm.raised_at, zone, at), alarm.note)
+        for alarm in report.alarms
+    ]
+    lines = [
+        *(FactLine(*figure) for figure in _key_figures(report)),
+        *robots,
+        *runs,
+        *([FactLine(more_runs, "")] if report.more_runs > 0 else []),
+        *alarms,
+        *([FactLine(more_alarms, "")] if report.more_alarms else []),
+    ]
     return Explanation(_("Shift report"), f"{_period(report)} · {_whose(report)}", tuple(lines))
 
 
@@ -56,7 +99,8 @@ def _explained() -> str:
     return _(
         "Runs count that ended in the period. Success rate: completed out of completed and failed ones. Adherence: planned starts that "
         "reached the robot. Utilisation: time on missions out of the time for which the robot was observed. Late: started more than "
-        "a minute after the planned time. In brackets: where the true share probably lies when there are few cases (95 %).")
+        "a minute after the planned time. In brackets: where the true share probably lies when there are few cases (95 %)."
+    )
 
 
 # ---------------------------------------------------------------------- head and figures
@@ -76,9 +120,11 @@ def _whose(report: ShiftReport) -> str:
 def _head(report: ShiftReport, title: str) -> str:
     zone = report.settings.timezone
     made = _("Made {when}, {zone}").format(when=formats.day_and_time(report.made_at, zone), zone=zone)
-    return (f"<h1>{escape(title)}</h1>\n"
-            f'<div class="head"><p><strong>{escape(_period(report))}</strong> · {escape(_whose(report))}</p>\n'
-            f'<p class="quiet">{escape(made)}</p></div>')
+    return (
+        f"<h1>{escape(title)}</h1>\n"
+        f'<div class="head"><p><strong>{escape(_period(report))}</strong> · {escape(_whose(report))}</p>\n'
+        f'<p class="quiet">{escape(made)}</p></div>'
+    )
 
 
 def _key_figures(report: ShiftReport) -> Sequence[tuple[str, str, str]]:
@@ -86,26 +132,57 @@ def _key_figures(report: ShiftReport) -> Sequence[tuple[str, str, str]]:
     thesis, adherence, delays = report.thesis, report.adherence, report.delays
     tried = thesis.completed + thesis.failed
     return [
-        (_("Success rate"), _share(thesis.success_rate), with_interval(
-            ngettext("{completed} of {n} ended run", "{completed} of {n} ended runs", tried).format(completed=thesis.completed, n=tried),
-            thesis.completed, tried)),
-        (_("Schedule adherence"), _share(adherence.rate), with_interval(
-            ngettext("{ran} of {n} planned", "{ran} of {n} planned", adherence.planned).format(ran=adherence.ran, n=adherence.planned),
-            adherence.ran, adherence.planned)),
-        (_("Mean duration"), formats.duration(thesis.mean_duration_s),
-         ngettext("{n} completed run", "{n} completed runs", thesis.timed).format(n=thesis.timed)),
-        (_("Start delay, median"), formats.duration(delays.p50_s),
-         _("nine of ten within {duration}").format(duration=formats.duration(delays.p90_s))),
-        (_("On missions"), formats.rough_duration(thesis.mission_s), ngettext("{n} robot", "{n} robots", len(thesis.robots)).format(
-            n=len(thesis.robots)))]
+        (
+            _("Success rate"),
+            _share(thesis.success_rate),
+            with_interval(
+                ngettext("{completed} of {n} ended run", "{completed} of {n} ended runs", tried).format(
+                    completed=thesis.completed, n=tried
+                ),
+                thesis.completed,
+                tried,
+            ),
+        ),
+        (
+            _("Schedule adherence"),
+            _share(adherence.rate),
+            with_interval(
+                ngettext("{ran} of {n} planned", "{ran} of {n} planned", adherence.planned).format(
+                    ran=adherence.ran, n=adherence.planned
+                ),
+                adherence.ran,
+                adherence.planned,
+            ),
+        ),
+        (
+            _("Mean duration"),
+            formats.duration(thesis.mean_duration_s),
+            ngettext("{n} completed run", "{n} completed runs", thesis.timed).format(n=thesis.timed),
+        ),
+        (
+            _("Start delay, median"),
+            formats.duration(delays.p50_s),
+            _("nine of ten within {duration}").format(duration=formats.duration(delays.p90_s)),
+        ),
+        (
+            _("On missions"),
+            formats.rough_duration(thesis.mission_s),
+            ngettext("{n} robot", "{n} robots", len(thesis.robots)).format(n=len(thesis.robots)),
+        ),
+    ]
 
 
 def _figures(report: ShiftReport) -> str:
-    return '<section class="figures">\n' + "\n".join(
-        f'<div class="figure"><small>{escape(label)}</small><b>{escape(value)}</b>'
-        f'<span class="quiet">{escape(unbroken(note))}</span></div>'
-        for label, value, note in _key_figures(report)) + "\n</section>" + "".join(
-            f'\n<p class="quiet">{escape(unbroken(group_kpi.line(group, _)))}</p>' for group in report.groups)
+    return (
+        '<section class="figures">\n'
+        + "\n".join(
+            f'<div class="figure"><small>{escape(label)}</small><b>{escape(value)}</b>'
+            f'<span class="quiet">{escape(unbroken(note))}</span></div>'
+            for label, value, note in _key_figures(report)
+        )
+        + "\n</section>"
+        + "".join(f'\n<p class="quiet">{escape(unbroken(group_kpi.line(group, _)))}</p>' for group in report.groups)
+    )
 
 
 def _share(value: float | None) -> str:
@@ -115,75 +192,145 @@ def _share(value: float | None) -> str:
 # ---------------------------------------------------------------------- tables
 def _planned(report: ShiftReport) -> str:
     adherence, thesis = report.adherence, report.thesis
-    counts = [(_("Planned"), adherence.planned), (_("Ran"), adherence.ran), (_("Late"), report.delays.late),
-              (_("Not run"), adherence.planned - adherence.ran)]
+    counts = [
+        (_("Planned"), adherence.planned),
+        (_("Ran"), adherence.ran),
+        (_("Late"), report.delays.late),
+        (_("Not run"), adherence.planned - adherence.ran),
+    ]
     rows = [[escape(label), str(number)] for label, number in counts]
-    rows += [[f"– {escape(sentence(Reason(code), 'UTC', _))}", str(number)] for code, number in adherence.not_run.items()]
-    ended = [(_("Completed"), thesis.completed), (execution_appearance.word(State.FAILED), thesis.failed),
-             (_("Cancelled"), thesis.cancelled), (_("Not run"), report.skipped + report.missed)]
+    rows += [
+        [f"– {escape(sentence(Reason(code), 'UTC', _))}", str(number)] for code, number in adherence.not_run.items()
+    ]
+    ended = [
+        (_("Completed"), thesis.completed),
+        (execution_appearance.word(State.FAILED), thesis.failed),
+        (_("Cancelled"), thesis.cancelled),
+        (_("Not run"), report.skipped + report.missed),
+    ]
     note = _("All runs, also those started by hand or by idleness: {counts}.").format(
-        counts=", ".join(f"{label}{NO_BREAK}{number}" for label, number in ended))
+        counts=", ".join(f"{label}{NO_BREAK}{number}" for label, number in ended)
+    )
     return table(_("Planned and run"), (), rows, (1,), note)
 
 
 def _robots(report: ShiftReport) -> str:
     timelines = {one.robot_id: one for one in report.timelines}
     robots = by_name(report.thesis.robots, "robot")
-    return table(_("Robots"), (_("Robot"), _("Utilisation"), "", _("On missions"), _("Observed"), _("Completed"),
-                               execution_appearance.word(State.FAILED), _("Cancelled")),
-                 [_robot(robot) for robot in robots], (1, 3, 4, 5, 6, 7),
-                 note=_("All that the robots of {group} did counts, for whomever.").format(group=report.group) if report.group else "",
-                 more=[_other_time(timelines.get(robot.robot_id)) for robot in robots])
+    return table(
+        _("Robots"),
+        (
+            _("Robot"),
+            _("Utilisation"),
+            "",
+            _("On missions"),
+            _("Observed"),
+            _("Completed"),
+            execution_appearance.word(State.FAILED),
+            _("Cancelled"),
+        ),
+        [_robot(robot) for robot in robots],
+        (1, 3, 4, 5, 6, 7),
+        note=_("All that the robots of {group} did counts, for whomever.").format(group=report.group)
+        if report.group
+        else "",
+        more=[_other_time(timelines.get(robot.robot_id)) for robot in robots],
+    )
 
 
 def _robot(robot: RobotKpis) -> Sequence[str]:
     share = robot.utilisation
     bar = f'<span class="bar"><i style="width:{share * 100:.0f}%"></i></span>' if share is not None else ""
-    return (escape(robot.robot), escape(formats.percent(None if share is None else share * 100)), bar,
-            escape(formats.rough_duration(robot.mission_s)), escape(formats.rough_duration(robot.observed_s)), str(robot.completed),
-            str(robot.failed), str(robot.cancelled))
+    return (
+        escape(robot.robot),
+        escape(formats.percent(None if share is None else share * 100)),
+        bar,
+        escape(formats.rough_duration(robot.mission_s)),
+        escape(formats.rough_duration(robot.observed_s)),
+        str(robot.completed),
+        str(robot.failed),
+        str(robot.cancelled),
+    )
 
 
 def _other_time(timeline: RobotTimeline | None) -> str:
     """What a robot did other than missions and idling."""
     seconds = timeline.seconds if timeline else {}
-    parts = [f"{word(kind)} {formats.rough_duration(seconds[kind])}".replace(" ", NO_BREAK)
-             for kind in ("charging", "paused", "error", "offline", NO_DATA) if seconds.get(kind, 0) >= 60]
+    parts = [
+        f"{word(kind)} {formats.rough_duration(seconds[kind])}".replace(" ", NO_BREAK)
+        for kind in ("charging", "paused", "error", "offline", NO_DATA)
+        if seconds.get(kind, 0) >= 60
+    ]
     return escape(", ".join(parts))
 
 
 def _causes(report: ShiftReport) -> str:
-    rows = [[escape(unbroken(cause_text(cause))), str(cause.number), escape(formats.percent(cause.cumulative * 100))]
-            for cause in report.causes]
+    rows = [
+        [escape(unbroken(cause_text(cause))), str(cause.number), escape(formats.percent(cause.cumulative * 100))]
+        for cause in report.causes
+    ]
     if not rows:
         return table(_("Reasons for failure"), (), rows, note=_("No run failed."))
     return table(_("Reasons for failure"), (_("Reason"), _("Number"), _("Cumulative")), rows, (1, 2))
 
 
 def _runs(report: ShiftReport, given: Given) -> str:
-    more = ngettext("and {n} more in the log", "and {n} more in the log", report.more_runs).format(n=report.more_runs) \
-        if report.more_runs > 0 else ""
-    note = more if report.runs else _("Every run that ended was completed.") if report.thesis.completed else _("Nothing ran.")
-    return table(_("Not completed"), (_("Planned"), _("Robot"), _("Mission"), _("Outcome"), _("Reason")) if report.runs else (),
-                 [_run(run, report, given) for run in report.runs], note=note, short=(0, 1, 3), some=(2,))
+    more = (
+        ngettext("and {n} more in the log", "and {n} more in the log", report.more_runs).format(n=report.more_runs)
+        if report.more_runs > 0
+        else ""
+    )
+    note = (
+        more
+        if report.runs
+        else _("Every run that ended was completed.")
+        if report.thesis.completed
+        else _("Nothing ran.")
+    )
+    return table(
+        _("Not completed"),
+        (_("Planned"), _("Robot"), _("Mission"), _("Outcome"), _("Reason")) if report.runs else (),
+        [_run(run, report, given) for run in report.runs],
+        note=note,
+        short=(0, 1, 3),
+        some=(2,),
+    )
 
 
 def _run(run: Execution, report: ShiftReport, given: Given) -> Sequence[str]:
     reason = unbroken(sentence(run.reason, report.settings.timezone, _)) if run.reason else ""
-    return (_when(run.planned_at, report), escape(run.robot), escape(given.run(run)), escape(execution_appearance.word(run.state)),
-            escape(reason))
+    return (
+        _when(run.planned_at, report),
+        escape(run.robot),
+        escape(given.run(run)),
+        escape(execution_appearance.word(run.state)),
+        escape(reason),
+    )
 
 
 def _alarms(report: ShiftReport) -> str:
-    note = ngettext("and {n} more", "and {n} more", report.more_alarms).format(n=report.more_alarms) if report.more_alarms else ""
-    return table(_("Alarms"), (_("Since"), _("Alarm"), _("Until"), _("Note")) if report.alarms else (),
-                 [_alarm(alarm, report) for alarm in report.alarms], note=note if report.alarms else _("There was none."),
-                 short=(0, 2))
+    note = (
+        ngettext("and {n} more", "and {n} more", report.more_alarms).format(n=report.more_alarms)
+        if report.more_alarms
+        else ""
+    )
+    return table(
+        _("Alarms"),
+        (_("Since"), _("Alarm"), _("Until"), _("Note")) if report.alarms else (),
+        [_alarm(alarm, report) for alarm in report.alarms],
+        note=note if report.alarms else _("There was none."),
+        short=(0, 2),
+    )
 
 
 def _alarm(alarm: Alarm, report: ShiftReport) -> Sequence[str]:
     until = _when(alarm.cleared_at, report) if alarm.cleared_at else escape(_("ongoing"))
-    return (_when(alarm.raised_at, report), escape(alarm_text(alarm, report.settings, report.made_at)), until, escape(alarm.note))
+    return (
+        _when(alarm.raised_at, report),
+        escape(alarm_text(alarm, report.settings, report.made_at)),
+        until,
+        escape(alarm.note),
+    )
 
 
 def _when(instant: datetime, report: ShiftReport) -> str:

@@ -1,4 +1,5 @@
 """What the robots did over the period: read on a background thread, and in words for the bands. The words are pure."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
@@ -18,15 +19,16 @@ from app.screens.logs.view import Filters, period_start
 from app.services.history.kpi import RobotKpis
 from app.services.history.robot_states import RobotTimeline
 
-COLUMNS = 600                        # of a band; finer can't be seen
+COLUMNS = 600  # of a band; finer can't be seen
 HOUR = 3600.0
-SHORTEST = timedelta(hours=1)         # that can be zoomed to
+SHORTEST = timedelta(hours=1)  # that can be zoomed to
 KINDS = ("executing", "charging", "idle", "paused", "error", "offline", NO_DATA)
 
 
 @dataclass(frozen=True)
 class Steps:
     """What of the period can be looked at from here."""
+
     earlier: bool = False
     later: bool = False
     more: bool = False
@@ -36,6 +38,7 @@ class Steps:
 @dataclass(frozen=True)
 class StatesFacts:
     """``start`` and ``end`` are those of what is drawn, ``whole`` those of the period that was read."""
+
     start: datetime
     end: datetime
     timelines: Sequence[RobotTimeline]
@@ -70,13 +73,17 @@ class StatesFacts:
     @property
     def steps(self) -> Steps:
         first, last = self.period
-        return Steps(self.start > first, self.end < last, self.end - self.start < last - first, self.end - self.start > SHORTEST)
+        return Steps(
+            self.start > first, self.end < last, self.end - self.start < last - first, self.end - self.start > SHORTEST
+        )
 
     def zoomed(self, further: bool) -> StatesFacts:
         """Half or twice the time: around the middle, but what ended with the period still does."""
         length = self.end - self.start
         wanted = max(SHORTEST, length / 2) if further else length * 2
-        return self.within(self.end - wanted if self.end == self.period[1] else self.start + (length - wanted) / 2, wanted)
+        return self.within(
+            self.end - wanted if self.end == self.period[1] else self.start + (length - wanted) / 2, wanted
+        )
 
     def moved(self, later: bool) -> StatesFacts:
         """Half a view earlier or later."""
@@ -87,6 +94,7 @@ class StatesFacts:
 @dataclass(frozen=True)
 class Span:
     """One activity from ``start`` to ``end``, both 0..1 of the period."""
+
     start: float
     end: float
     kind: str
@@ -95,6 +103,7 @@ class Span:
 @dataclass(frozen=True)
 class Lane:
     """The band of one robot."""
+
     key: int
     name: str
     note: str
@@ -104,6 +113,7 @@ class Lane:
 @dataclass(frozen=True)
 class Tick:
     """A mark on the axis at 0..1 of the period."""
+
     place: float
     label: str
     strong: bool
@@ -112,6 +122,7 @@ class Tick:
 @dataclass(frozen=True)
 class Mark:
     """The frame around a span of the lane ``key``."""
+
     key: int
     start: float
     end: float
@@ -126,15 +137,22 @@ class LegendEntry:
 def read_states(services: LogsServices, filters: Filters, now: datetime, zone: ZoneInfo) -> StatesFacts:
     """Called off the UI thread."""
     start = period_start(filters.period, now, zone) or midnight((now - KEPT_FOR).astimezone(zone).date(), zone)
-    if start >= now:                     # at midnight sharp
+    if start >= now:  # at midnight sharp
         start = now - timedelta(minutes=1)
     return StatesFacts(start, now, by_name(services.robot_states.timelines(start, now, filters.robot_ids), "robot"))
 
 
 # ---------------------------------------------------------------------- in words
 def word(activity: str) -> str:
-    return {"executing": _("On a mission"), "charging": _("Charging"), "idle": _("Idle"), "paused": _("Paused"), "error": _("Error"),
-            "offline": _("Offline"), NO_DATA: _("No data")}[activity]
+    return {
+        "executing": _("On a mission"),
+        "charging": _("Charging"),
+        "idle": _("Idle"),
+        "paused": _("Paused"),
+        "error": _("Error"),
+        "offline": _("Offline"),
+        NO_DATA: _("No data"),
+    }[activity]
 
 
 def legend() -> list[LegendEntry]:
@@ -144,14 +162,26 @@ def legend() -> list[LegendEntry]:
 def lanes(facts: StatesFacts, robots: Sequence[RobotKpis]) -> list[Lane]:
     """``robots``: their figures of the same period, as what is said here is their utilisation too."""
     figures = {robot.robot_id: robot for robot in robots}
-    return [Lane(one.robot_id, one.robot, _share_on_missions(figures.get(one.robot_id)), tuple(
-                Span(facts.place(span.start), facts.place(span.end), span.activity) for span in as_drawn(_drawn(facts, one), COLUMNS)))
-            for one in facts.timelines]
+    return [
+        Lane(
+            one.robot_id,
+            one.robot,
+            _share_on_missions(figures.get(one.robot_id)),
+            tuple(
+                Span(facts.place(span.start), facts.place(span.end), span.activity)
+                for span in as_drawn(_drawn(facts, one), COLUMNS)
+            ),
+        )
+        for one in facts.timelines
+    ]
 
 
 def _drawn(facts: StatesFacts, one: RobotTimeline) -> list[ActivitySpan]:
-    return [span._replace(start=max(span.start, facts.start), end=min(span.end, facts.end)) for span in one.spans
-            if span.end > facts.start and span.start < facts.end]
+    return [
+        span._replace(start=max(span.start, facts.start), end=min(span.end, facts.end))
+        for span in one.spans
+        if span.end > facts.start and span.start < facts.end
+    ]
 
 
 def _share_on_missions(figures: RobotKpis | None) -> str:
@@ -175,7 +205,7 @@ def _hours(facts: StatesFacts, zone: ZoneInfo) -> Iterator[Tick]:
     step = next(step for step in (1, 2, 3, 6, 24) if (facts.end - facts.start).total_seconds() / HOUR / step <= 12)
     at = facts.start.astimezone(UTC).replace(minute=0, second=0, microsecond=0)
     is_named = False
-    for quarters in range(4 * 27):               # clocks are changed by half an hour, too
+    for quarters in range(4 * 27):  # clocks are changed by half an hour, too
         instant = (at + timedelta(minutes=15 * quarters)).astimezone(zone)
         if facts.start <= instant < facts.end and instant.minute == 0 and instant.hour % step == 0:
             time, day = formats.wall_time(instant), formats.wall_day(instant.date())
@@ -205,14 +235,24 @@ def span_at(facts: StatesFacts, robot_id: int, place: float) -> tuple[RobotTimel
 def span_details(one: RobotTimeline, span: ActivitySpan, now: datetime, zone: str) -> Explanation:
     """What, and from when to when."""
     texts = {
-        "executing": _("The robot was on a mission."), "charging": _("The robot was charging."), "idle": _("The robot was ready and idle."),
-        "paused": _("The robot was paused or driven by hand."), "error": _("The robot reported an error or an emergency stop."),
+        "executing": _("The robot was on a mission."),
+        "charging": _("The robot was charging."),
+        "idle": _("The robot was ready and idle."),
+        "paused": _("The robot was paused or driven by hand."),
+        "error": _("The robot reported an error or an emergency stop."),
         "offline": _("The robot did not answer."),
-        NO_DATA: _("Nothing was recorded: the app was off or asleep, or this robot was switched off in Settings.")}
+        NO_DATA: _("Nothing was recorded: the app was off or asleep, or this robot was switched off in Settings."),
+    }
     ends = formats.day_and_time(span.end, zone, now) if span.end < now else _("ongoing")
-    return Explanation(_("{robot}: {what}").format(robot=one.robot, what=word(span.activity)), texts[span.activity], (
-        FactLine(_("From"), formats.day_and_time(span.start, zone, now)), FactLine(_("To"), ends),
-        FactLine(_("For"), formats.duration(span.seconds))))
+    return Explanation(
+        _("{robot}: {what}").format(robot=one.robot, what=word(span.activity)),
+        texts[span.activity],
+        (
+            FactLine(_("From"), formats.day_and_time(span.start, zone, now)),
+            FactLine(_("To"), ends),
+            FactLine(_("For"), formats.duration(span.seconds)),
+        ),
+    )
 
 
 def explanation(facts: StatesFacts | None) -> Explanation:
@@ -221,7 +261,12 @@ def explanation(facts: StatesFacts | None) -> Explanation:
     for one in facts.timelines if facts else ():
         parts = [f"{word(kind)} {formats.rough_duration(one.seconds[kind])}" for kind in KINDS if kind in one.seconds]
         lines.append(FactLine(one.robot, "", " · ".join(parts)))
-    return Explanation(_("What the robots did"), _(
-        "Recorded at every poll. The time since the poll before counts as the activity seen now; gaps of more than three polls have no "
-        "data. Kept for 90 days. Where many spans are close together, a band shows the activity that took the most time, and every "
-        "error."), tuple(lines))
+    return Explanation(
+        _("What the robots did"),
+        _(
+            "Recorded at every poll. The time since the poll before counts as the activity seen now; gaps of more than three polls have no "
+            "data. Kept for 90 days. Where many spans are close together, a band shows the activity that took the most time, and every "
+            "error."
+        ),
+        tuple(lines),
+    )

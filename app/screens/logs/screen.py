@@ -1,4 +1,5 @@
 """Logs: what happened, and how well. Facts are read in the background and turned into words by the view modules."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -20,7 +21,15 @@ from app.screens.common.start_now import start_now
 from app.screens.common.started import StartReports, as_it_is, say_not_started
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
 from app.screens.logs import cards, kpi_view, more_view, of_groups, report_page, robot_states, view  # noqa: F401  (kv's Factory learns the cards)
-from app.screens.logs.facts import PAGE, LogsFacts, LogsServices, execution_filter, period_with, read_facts, read_next_page
+from app.screens.logs.facts import (
+    PAGE,
+    LogsFacts,
+    LogsServices,
+    execution_filter,
+    period_with,
+    read_facts,
+    read_next_page,
+)
 from app.screens.logs.figures import Figures, MoreFigures, read_figures, read_more_figures
 from app.screens.logs.kpi_view import Explanation
 from app.screens.logs.of_groups import OfGroup
@@ -34,14 +43,15 @@ from app.widgets.snackbar import Message
 
 T = TypeVar("T")
 
-MAX_ROWS = 5000              # kept in the list; older runs are found with the filters
-SEARCH_DELAY_S = 0.3         # after the last key
-REFRESH_S = 60.0             # the figures depend on the time of day too
-PATH_SHOWN_S = 12.0          # long enough to read where a file was written
+MAX_ROWS = 5000  # kept in the list; older runs are found with the filters
+SEARCH_DELAY_S = 0.3  # after the last key
+REFRESH_S = 60.0  # the figures depend on the time of day too
+PATH_SHOWN_S = 12.0  # long enough to read where a file was written
 
 
 class LogsViewModel(ViewModel):
     """What kv reads."""
+
     period = StringProperty(Period.WEEK)
     periods = ListProperty()
     part = StringProperty("runs")
@@ -55,19 +65,19 @@ class LogsViewModel(ViewModel):
     days = ListProperty()
     rows = ListProperty()
     figures = ObjectProperty(more_view.FiguresPage(), rebind=True)
-    lanes = ListProperty()                            # of the page of robots
+    lanes = ListProperty()  # of the page of robots
     ticks = ListProperty()
-    mark = ObjectProperty(None, allownone=True)       # of the span whose details are shown
+    mark = ObjectProperty(None, allownone=True)  # of the span whose details are shown
     legend = ListProperty()
-    steps = ObjectProperty(Steps(), rebind=True)      # that the bands can be moved and zoomed by
-    opened_run = ObjectProperty(None, allownone=True)    # id of the run whose story is shown
+    steps = ObjectProperty(Steps(), rebind=True)  # that the bands can be moved and zoomed by
+    opened_run = ObjectProperty(None, allownone=True)  # id of the run whose story is shown
     count_text = StringProperty()
     export_text = StringProperty()
-    reach = StringProperty()                          # what the figures count: since when, and that no filter of the list leaves it out
+    reach = StringProperty()  # what the figures count: since when, and that no filter of the list leaves it out
     outcome_chip = StringProperty()
     mission_chip = StringProperty()
     trigger_chip = StringProperty()
-    is_filtered = BooleanProperty(False)              # whether the filters of the list leave something out
+    is_filtered = BooleanProperty(False)  # whether the filters of the list leave something out
     searching = BooleanProperty(False)
     query = StringProperty()
     empty_title = StringProperty()
@@ -87,14 +97,16 @@ class LogsViewModel(ViewModel):
         self._row_cache = view.RowCache()
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._learnt)
         self._next_page: Job | None = None
-        self._story: Job | None = None                # of the run that was asked for
+        self._story: Job | None = None  # of the run that was asked for
         self._runs_refresher = Refresher(shell, self._start_reading, self._take)
         self._figures_refresher = Refresher(shell, self._start_reading_figures, self._take_figures)
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
         self._search_soon = Clock.create_trigger(lambda _dt: self.set_filters(text=self.query), SEARCH_DELAY_S)
 
     # ------------------------------------------------------------------ reading
-    def opened(self, execution_id: int | None = None, anew: bool = False, seen: tuple[str, Filters] | None = None) -> None:
+    def opened(
+        self, execution_id: int | None = None, anew: bool = False, seen: tuple[str, Filters] | None = None
+    ) -> None:
         """``execution_id``: show the story of that run; ``anew``: the runs, without filters; ``seen``: what to come back to otherwise."""
         if seen is not None:
             self.part, self._filters = seen
@@ -109,8 +121,9 @@ class LogsViewModel(ViewModel):
         elif execution_id is None:
             self._runs_refresher.read()
         else:
-            self._story = self._shell.background.run(lambda: self._services.ledger.get(execution_id), self._open_run,
-                                                     self._shell.say_problem)
+            self._story = self._shell.background.run(
+                lambda: self._services.ledger.get(execution_id), self._open_run, self._shell.say_problem
+            )
 
     def closed(self) -> None:
         self._forget_story()
@@ -125,15 +138,17 @@ class LogsViewModel(ViewModel):
 
     def _start_reading(self) -> Callable[[], tuple[int, LogsFacts]]:
         """With the names as they are known by now: the robots may tell more while a search is open."""
-        self._filters = filters = replace(self._filters, values=self._shell.given.known.positions_with(self._filters.text))
+        self._filters = filters = replace(
+            self._filters, values=self._shell.given.known.positions_with(self._filters.text)
+        )
         rows = min(MAX_ROWS, max(PAGE, len(self._facts.rows)))
         return lambda: (rows, read_facts(self._services, filters, rows))
 
     def _take(self, reading: tuple[int, LogsFacts]) -> None:
         rows, facts = reading
-        if facts.filters != self._filters:           # they are being read again
+        if facts.filters != self._filters:  # they are being read again
             return
-        if min(len(self._facts.rows), MAX_ROWS) > rows:      # more were loaded meanwhile
+        if min(len(self._facts.rows), MAX_ROWS) > rows:  # more were loaded meanwhile
             self._runs_refresher.request()
             return
         self._facts = facts
@@ -144,9 +159,12 @@ class LogsViewModel(ViewModel):
         """They are computed from many rows, so the list does not wait for them."""
         services, filters, facts, part = self._services, self._filters, self._facts, self.part
         now, zone = services.clock.now(), facts.zone
-        return lambda: (filters, read_figures(services, filters, now, zone),
-                        read_more_figures(services, filters, now, zone) if part == "figures" else None,
-                        read_states(services, filters, now, zone) if part == "robots" else None)
+        return lambda: (
+            filters,
+            read_figures(services, filters, now, zone),
+            read_more_figures(services, filters, now, zone) if part == "figures" else None,
+            read_states(services, filters, now, zone) if part == "robots" else None,
+        )
 
     def _take_figures(self, found: tuple[Filters, Figures, MoreFigures | None, StatesFacts | None]) -> None:
         filters, figures, more, states = found
@@ -166,9 +184,11 @@ class LogsViewModel(ViewModel):
                 self._facts = facts.with_more(page)
                 self._show_rows()
             elif facts.filters == self._filters == self._facts.filters:
-                self.load_more()                     # the list was read again meanwhile: this page does not follow its last row
+                self.load_more()  # the list was read again meanwhile: this page does not follow its last row
 
-        self._next_page = self._shell.background.run(lambda: read_next_page(self._services, facts), loaded, self._shell.say_problem)
+        self._next_page = self._shell.background.run(
+            lambda: read_next_page(self._services, facts), loaded, self._shell.say_problem
+        )
 
     def _open_run(self, execution: Execution | None) -> None:
         """Show the story of this run, in a list that contains it."""
@@ -205,8 +225,16 @@ class LogsViewModel(ViewModel):
 
     def _show_rows(self) -> None:
         facts, now = self._facts, self._services.clock.now()
-        self.rows = self._row_cache.rows(facts.rows, now, facts.zone, facts.usual_s, self.opened_run, facts.expected,
-                                         facts.elsewhere, self._shell.given.known)
+        self.rows = self._row_cache.rows(
+            facts.rows,
+            now,
+            facts.zone,
+            facts.usual_s,
+            self.opened_run,
+            facts.expected,
+            facts.elsewhere,
+            self._shell.given.known,
+        )
         self._given.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))
 
     def _learnt(self) -> None:
@@ -221,13 +249,19 @@ class LogsViewModel(ViewModel):
         else:
             self.kpis, self.utilisation = kpi_view.cards(self._figures), kpi_view.utilisation_bars(self._figures)
             self._show_reach()
-            self.utilisation_note, self.days = kpi_view.total_note(self._figures), kpi_view.outcome_days(self._figures.days)
+            self.utilisation_note, self.days = (
+                kpi_view.total_note(self._figures),
+                kpi_view.outcome_days(self._figures.days),
+            )
             self.days_note = kpi_view.days_note(self.days)
             if self.part == "figures":
                 self.figures = more_view.page(self._figures, self._more)
         if self._states is not None and self.part == "robots":
             robots = self._figures.thesis.robots if self._figures is not None else ()
-            self.lanes, self.ticks = robot_states.lanes(self._states, robots), robot_states.ticks(self._states, self._facts.zone)
+            self.lanes, self.ticks = (
+                robot_states.lanes(self._states, robots),
+                robot_states.ticks(self._states, self._facts.zone),
+            )
             self.legend, self.steps = robot_states.legend(), self._states.steps
 
     def _show_reach(self) -> None:
@@ -239,8 +273,11 @@ class LogsViewModel(ViewModel):
         if key == "states":
             self._open_explanation(robot_states.explanation(self._states))
         elif self._figures is not None:
-            self._open_explanation(more_view.explanation(key, self._figures, self._more) if key in more_view.MORE else
-                                   kpi_view.explanation(key, self._figures))
+            self._open_explanation(
+                more_view.explanation(key, self._figures, self._more)
+                if key in more_view.MORE
+                else kpi_view.explanation(key, self._figures)
+            )
 
     def _open_explanation(self, found: Explanation) -> FigureDialog:
         return self._shell.dialogs.open(FigureDialog(title=found.title, text=found.text, rows=found.lines))
@@ -251,7 +288,9 @@ class LogsViewModel(ViewModel):
         found = robot_states.span_at(states, robot_id, place) if states else None
         if states is not None and found is not None:
             self.mark = Mark(robot_id, states.place(found[1].start), states.place(found[1].end))
-            dialog = self._open_explanation(robot_states.span_details(*found, states.period[1], self._facts.settings.timezone))
+            dialog = self._open_explanation(
+                robot_states.span_details(*found, states.period[1], self._facts.settings.timezone)
+            )
             dialog.bind(on_dismiss=lambda _dialog: setattr(self, "mark", None))
 
     def zoom(self, further: bool) -> None:
@@ -279,14 +318,24 @@ class LogsViewModel(ViewModel):
         if run is None:
             return
         mission, where = self._shell.given.known.run(run), of_groups.any_of(run) or run.robot
-        target = self._facts.target(run)         # if it is no longer there, starting it says so
-        why_not, instead = start_now(self._services, self._facts.settings, self._facts.robots, target) if target is not None else ("", "")
+        target = self._facts.target(run)  # if it is no longer there, starting it says so
+        why_not, instead = (
+            start_now(self._services, self._facts.settings, self._facts.robots, target)
+            if target is not None
+            else ("", "")
+        )
         if why_not:
             say_not_started(self._shell, mission, where, why_not)
             return
         question = _("Run {mission} on {robot} now?").format(mission=mission, robot=where)
-        self._shell.dialogs.confirm(question, "", instead or _("Run now"), lambda: self._shell.background.run(
-            lambda: self._services.operator.run_again(execution_id), self._started.follow, self._shell.say_problem))
+        self._shell.dialogs.confirm(
+            question,
+            "",
+            instead or _("Run now"),
+            lambda: self._shell.background.run(
+                lambda: self._services.operator.run_again(execution_id), self._started.follow, self._shell.say_problem
+            ),
+        )
 
     def toggle(self, execution_id: int) -> None:
         """Open or close the story of a run."""
@@ -307,7 +356,7 @@ class LogsViewModel(ViewModel):
         self._forget_story()
         if filters != self._filters:
             if filters.period is not self._filters.period:
-                self._states = None              # all of it is looked at first
+                self._states = None  # all of it is looked at first
             self._filters = filters
             self._facts = replace(self._facts, rows=())
         self._show()
@@ -321,31 +370,48 @@ class LogsViewModel(ViewModel):
         if part != self.part:
             if self._story is not None and not self._story.finished:
                 self._forget_story()
-                self._runs_refresher.read()      # which would have followed it
+                self._runs_refresher.read()  # which would have followed it
             self.part = part
             self._show_reach()
             self._figures_refresher.read()
 
     def choose_robot(self) -> None:
-        self._shell.dialogs.choose(_("Robot"), of_groups.target_options(self._facts.groups, self._facts.robots), self._choose_whose,
-                                   selected=self._filters.group or self._filters.robot_id or 0)
+        self._shell.dialogs.choose(
+            _("Robot"),
+            of_groups.target_options(self._facts.groups, self._facts.robots),
+            self._choose_whose,
+            selected=self._filters.group or self._filters.robot_id or 0,
+        )
 
     def _choose_whose(self, key: OfGroup | int) -> None:
         is_group = isinstance(key, OfGroup)
         self.set_filters(group=key if is_group else None, robot_id=None if is_group else key or None)
 
     def choose_outcomes(self) -> None:
-        self._shell.dialogs.choose_many(_("Outcome"), view.outcome_options(), _("Show"),
-                                        lambda keys: self.set_filters(outcomes=tuple(keys)), selected=self._filters.outcomes)
+        self._shell.dialogs.choose_many(
+            _("Outcome"),
+            view.outcome_options(),
+            _("Show"),
+            lambda keys: self.set_filters(outcomes=tuple(keys)),
+            selected=self._filters.outcomes,
+        )
 
     def choose_triggers(self) -> None:
-        self._shell.dialogs.choose_many(_("Started by"), view.trigger_options(), _("Show"),
-                                        lambda keys: self.set_filters(triggers=tuple(Trigger(key) for key in keys)),
-                                        selected=self._filters.triggers)
+        self._shell.dialogs.choose_many(
+            _("Started by"),
+            view.trigger_options(),
+            _("Show"),
+            lambda keys: self.set_filters(triggers=tuple(Trigger(key) for key in keys)),
+            selected=self._filters.triggers,
+        )
 
     def choose_mission(self) -> None:
-        self._shell.dialogs.choose(_("Mission"), view.mission_options(self._facts.missions),
-                                   lambda name: self.set_filters(mission=name or None), selected=self._filters.mission or "")
+        self._shell.dialogs.choose(
+            _("Mission"),
+            view.mission_options(self._facts.missions),
+            lambda name: self.set_filters(mission=name or None),
+            selected=self._filters.mission or "",
+        )
 
     def toggle_search(self) -> None:
         """Closing the search also clears it."""
@@ -375,9 +441,15 @@ class LogsViewModel(ViewModel):
             return ngettext("{n} run written to {path}", "{n} runs written to {path}", runs).format(n=runs, path=path)
 
         def write(for_excel: bool, directory: Path) -> None:
-            self._write("exporting", lambda: self._services.log_files.export(wanted, directory, for_excel=for_excel), said)
-        self._shell.dialogs.choose(self.export_text, view.table_options(), lambda for_excel: choose_place(
-            self._shell, self._services.log_files, partial(write, for_excel)))
+            self._write(
+                "exporting", lambda: self._services.log_files.export(wanted, directory, for_excel=for_excel), said
+            )
+
+        self._shell.dialogs.choose(
+            self.export_text,
+            view.table_options(),
+            lambda for_excel: choose_place(self._shell, self._services.log_files, partial(write, for_excel)),
+        )
 
     def choose_report(self) -> None:
         """Ask for the period of a shift report, then write it as a page to print."""
@@ -394,13 +466,22 @@ class LogsViewModel(ViewModel):
             return report, services.log_files.write_page(report_page.page(report, given), directory)
 
         def write(key: str, directory: Path) -> None:
-            self._write("reporting", partial(work, key, directory), lambda done: _("Report written to {path}").format(path=done[1]),
-                        lambda done: self._open_explanation(report_page.on_screen(done[0], given)))
+            self._write(
+                "reporting",
+                partial(work, key, directory),
+                lambda done: _("Report written to {path}").format(path=done[1]),
+                lambda done: self._open_explanation(report_page.on_screen(done[0], given)),
+            )
 
-        self._shell.dialogs.choose(_("Shift report, {robot}").format(robot=robot), view.report_options(),
-                                   lambda key: choose_place(self._shell, services.log_files, partial(write, key)))
+        self._shell.dialogs.choose(
+            _("Shift report, {robot}").format(robot=robot),
+            view.report_options(),
+            lambda key: choose_place(self._shell, services.log_files, partial(write, key)),
+        )
 
-    def _write(self, busy: str, work: Callable[[], T], text: Callable[[T], str], show: Callable[[T], object] | None = None) -> None:
+    def _write(
+        self, busy: str, work: Callable[[], T], text: Callable[[T], str], show: Callable[[T], object] | None = None
+    ) -> None:
         """Write a file and say where it is, with a button to ``show`` what is in it; the property ``busy`` is True while it is written."""
         if getattr(self, busy):
             return
@@ -408,8 +489,15 @@ class LogsViewModel(ViewModel):
 
         def written(result: T) -> None:
             setattr(self, busy, False)
-            self._shell.snackbars.post(Message(text(result), "file-check-outline", _("Show") if show else "",
-                                               partial(show, result) if show else None, seconds=PATH_SHOWN_S))
+            self._shell.snackbars.post(
+                Message(
+                    text(result),
+                    "file-check-outline",
+                    _("Show") if show else "",
+                    partial(show, result) if show else None,
+                    seconds=PATH_SHOWN_S,
+                )
+            )
 
         def failed(problem: BaseException) -> None:
             setattr(self, busy, False)
@@ -420,8 +508,9 @@ class LogsViewModel(ViewModel):
 
 class LogsScreen(ScreenBase):
     """Tabs, filters, figures, and one of the parts."""
+
     Services = LogsServices
-    lower_height = NumericProperty(0)    # least, of the part
+    lower_height = NumericProperty(0)  # least, of the part
 
     def __init__(self, services: LogsServices, shell: Shell, **kwargs: Any) -> None:
         load_kv("logs/screen", "logs/figures", "logs/robot_states")

@@ -1,4 +1,5 @@
 """The Logs in words: runs as rows, a run as its story, the filters. Pure; the figures are in kpi_view.py."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -21,18 +22,19 @@ from app.screens.logs import of_groups
 from app.screens.logs.of_groups import OfGroup
 from app.services.history.shift_report import ReportPeriod
 
-UsualSeconds = Mapping[tuple[int | None, str], float]       # usual seconds by robot and guid
+UsualSeconds = Mapping[tuple[int | None, str], float]  # usual seconds by robot and guid
 
-ON_TIME_S = 60.0             # later than this, the delay is shown
-SEEN_LATE = timedelta(minutes=1)         # after the robot's own durations, from which it is seen when the run was found late
-AS_USUAL = 0.2               # of the usual duration, within which a run took as long as usual
-LONGEST_CHIP = 26            # characters of a mission's name on its button
-UNDER_WAY = "under_way"      # the outcome filter's key of what has not ended
+ON_TIME_S = 60.0  # later than this, the delay is shown
+SEEN_LATE = timedelta(minutes=1)  # after the robot's own durations, from which it is seen when the run was found late
+AS_USUAL = 0.2  # of the usual duration, within which a run took as long as usual
+LONGEST_CHIP = 26  # characters of a mission's name on its button
+UNDER_WAY = "under_way"  # the outcome filter's key of what has not ended
 NOT_RUN = (State.SKIPPED, State.MISSED)  # one outcome for people, named by the first
 
 
 class Period(StrEnum):
     """Whole days up to today, in the zone of the settings; the shortest first. ALL has days to come, too: starts that are skipped ahead."""
+
     TODAY = "today"
     WEEK = "week"
     MONTH = "month"
@@ -46,19 +48,22 @@ class Period(StrEnum):
 @dataclass(frozen=True)
 class Filters:
     """What is shown. ``robot_id`` None: all robots; ``outcomes`` are values of ``State`` and UNDER_WAY, none: all."""
+
     period: Period = Period.WEEK
     robot_id: int | None = None
     outcomes: tuple[str, ...] = ()
     mission: str | None = None
     triggers: tuple[Trigger, ...] = ()
     text: str = ""
-    values: tuple[str, ...] = ()         # identifiers of positions in whose names that text is
-    group: OfGroup | None = None         # in place of the robot
+    values: tuple[str, ...] = ()  # identifiers of positions in whose names that text is
+    group: OfGroup | None = None  # in place of the robot
 
     @property
     def states(self) -> tuple[State, ...]:
-        chosen = (OPEN_STATES if outcome == UNDER_WAY else NOT_RUN if outcome == NOT_RUN[0] else (State(outcome),)
-                  for outcome in self.outcomes)
+        chosen = (
+            OPEN_STATES if outcome == UNDER_WAY else NOT_RUN if outcome == NOT_RUN[0] else (State(outcome),)
+            for outcome in self.outcomes
+        )
         return tuple(state for states in chosen for state in states)
 
     @property
@@ -88,7 +93,12 @@ def period_end(period: Period, now: datetime, zone: ZoneInfo) -> datetime | None
 
 # ---------------------------------------------------------------------- the filters
 def periods() -> list[tuple[str, str]]:
-    return [(Period.TODAY, _("Today")), (Period.WEEK, _("7 days")), (Period.MONTH, _("30 days")), (Period.ALL, _("All"))]
+    return [
+        (Period.TODAY, _("Today")),
+        (Period.WEEK, _("7 days")),
+        (Period.MONTH, _("30 days")),
+        (Period.ALL, _("All")),
+    ]
 
 
 def parts() -> list[tuple[str, str]]:
@@ -97,10 +107,12 @@ def parts() -> list[tuple[str, str]]:
 
 
 def report_options() -> list[Option]:
-    return [Option(ReportPeriod.SHIFT, _("This shift"), "account-clock-outline", _("The last 8 hours")),
-            Option(ReportPeriod.TODAY, _("Today"), "calendar-today"),
-            Option(ReportPeriod.YESTERDAY, _("Yesterday"), "calendar-arrow-left"),
-            Option(ReportPeriod.WEEK, _("7 days"), "calendar-week")]
+    return [
+        Option(ReportPeriod.SHIFT, _("This shift"), "account-clock-outline", _("The last 8 hours")),
+        Option(ReportPeriod.TODAY, _("Today"), "calendar-today"),
+        Option(ReportPeriod.YESTERDAY, _("Yesterday"), "calendar-arrow-left"),
+        Option(ReportPeriod.WEEK, _("7 days"), "calendar-week"),
+    ]
 
 
 def robot_chip(filters: Filters, robots: Sequence[Robot]) -> str:
@@ -111,14 +123,25 @@ def robot_chip(filters: Filters, robots: Sequence[Robot]) -> str:
 
 def outcome_options() -> list[Option]:
     ended = (State.COMPLETED, State.FAILED, State.CANCELLED, NOT_RUN[0])
-    return [*(Option(str(state), execution_appearance.word(state), execution_appearance.LOOKS[state][0]) for state in ended),
-            Option(UNDER_WAY, _("Under way"), execution_appearance.LOOKS[State.EXECUTING][0])]
+    return [
+        *(
+            Option(str(state), execution_appearance.word(state), execution_appearance.LOOKS[state][0])
+            for state in ended
+        ),
+        Option(UNDER_WAY, _("Under way"), execution_appearance.LOOKS[State.EXECUTING][0]),
+    ]
 
 
 def outcome_chip(filters: Filters) -> str:
     """The one chosen, how many, or nothing."""
     words = [option.text for option in outcome_options() if option.key in filters.outcomes]
-    return words[0] if len(words) == 1 else ngettext("{n} outcome", "{n} outcomes", len(words)).format(n=len(words)) if words else ""
+    return (
+        words[0]
+        if len(words) == 1
+        else ngettext("{n} outcome", "{n} outcomes", len(words)).format(n=len(words))
+        if words
+        else ""
+    )
 
 
 def trigger_options() -> list[Option]:
@@ -154,15 +177,18 @@ def export_text(count: int) -> str:
 
 def table_options() -> list[Option]:
     """Forms of the table; the key is whether it is for Excel."""
-    return [Option(True, _("For Excel"), "microsoft-excel", _("with semicolons")),
-            Option(False, "CSV", "file-delimited-outline", _("with commas, as other programs read it"))]
+    return [
+        Option(True, _("For Excel"), "microsoft-excel", _("with semicolons")),
+        Option(False, "CSV", "file-delimited-outline", _("with commas, as other programs read it")),
+    ]
 
 
 def empty_texts(filters: Filters) -> tuple[str, str]:
     """(title, text) of a list without rows."""
     if not filters.narrow_list and filters.period is Period.ALL and filters.robot_ids is None:
-        return _("Nothing has run yet"), \
-            _("Every run of a schedule, of idle automation and of Run now appears here, with its outcome and the reason.")
+        return _("Nothing has run yet"), _(
+            "Every run of a schedule, of idle automation and of Run now appears here, with its outcome and the reason."
+        )
     return _("Nothing found"), _("Choose a longer period, or fewer filters.")
 
 
@@ -170,6 +196,7 @@ def empty_texts(filters: Filters) -> tuple[str, str]:
 @dataclass(frozen=True)
 class StepView:
     """One step of a run's story."""
+
     label: str
     time: str
     note: str
@@ -180,6 +207,7 @@ class StepView:
 @dataclass(frozen=True)
 class RunRow:
     """A run in the list; only an opened one has ``steps``, ``message`` and, where it can be run ``again``, the word for that."""
+
     key: int
     icon: str
     tone: str
@@ -196,33 +224,58 @@ class RunRow:
     again: str = ""
 
 
-RUN_AGAIN = (State.FAILED, *NOT_RUN)     # what somebody may want to have after all
+RUN_AGAIN = (State.FAILED, *NOT_RUN)  # what somebody may want to have after all
 
 
-def row(execution: Execution, now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened: bool,
-        expected: DurationEstimate | None = None, elsewhere: Elsewhere | None = None, given: Given = NOTHING_KNOWN) -> RunRow:
+def row(
+    execution: Execution,
+    now: datetime,
+    zone: ZoneInfo,
+    usual: UsualSeconds,
+    opened: bool,
+    expected: DurationEstimate | None = None,
+    elsewhere: Elsewhere | None = None,
+    given: Given = NOTHING_KNOWN,
+) -> RunRow:
     """``expected``: how long a run that has not ended will take, as far as that is known; ``elsewhere``: that it was started on another
     robot, or instead of one there; ``given``: what is known of the values that missions get."""
     icon, tone = execution_appearance.LOOKS[execution.state]
     return RunRow(
-        execution.id, icon, tone, execution_appearance.word(execution.state),
-        given.run(execution), reason_line(execution, zone, usual),
-        of_groups.whose(execution), execution_appearance.trigger_word(execution.trigger),
-        when(execution.planned_at.astimezone(zone), now.astimezone(zone)), formats.duration(execution.duration_s), opened,
-        story(execution, zone, usual, expected, elsewhere) if opened else (), message(execution, given) if opened else "",
-        _("Run again") if opened and execution.state in RUN_AGAIN else "")
+        execution.id,
+        icon,
+        tone,
+        execution_appearance.word(execution.state),
+        given.run(execution),
+        reason_line(execution, zone, usual),
+        of_groups.whose(execution),
+        execution_appearance.trigger_word(execution.trigger),
+        when(execution.planned_at.astimezone(zone), now.astimezone(zone)),
+        formats.duration(execution.duration_s),
+        opened,
+        story(execution, zone, usual, expected, elsewhere) if opened else (),
+        message(execution, given) if opened else "",
+        _("Run again") if opened and execution.state in RUN_AGAIN else "",
+    )
 
 
 class RowCache:
     """Rows of many runs: the row of an unchanged run is not built again, so that thousands can be shown within a frame."""
 
     def __init__(self) -> None:
-        self._context: object = None                     # what all rows depend on
-        self._rows: dict[int, tuple[Execution, object, RunRow]] = {}     # by run: as it was, what else its row depends on
+        self._context: object = None  # what all rows depend on
+        self._rows: dict[int, tuple[Execution, object, RunRow]] = {}  # by run: as it was, what else its row depends on
 
-    def rows(self, executions: Sequence[Execution], now: datetime, zone: ZoneInfo, usual: UsualSeconds, opened_run: int | None,
-             expected: Mapping[int, DurationEstimate], elsewhere: Mapping[int, Elsewhere],
-             given: Given = NOTHING_KNOWN) -> list[RunRow]:
+    def rows(
+        self,
+        executions: Sequence[Execution],
+        now: datetime,
+        zone: ZoneInfo,
+        usual: UsualSeconds,
+        opened_run: int | None,
+        expected: Mapping[int, DurationEstimate],
+        elsewhere: Mapping[int, Elsewhere],
+        given: Given = NOTHING_KNOWN,
+    ) -> list[RunRow]:
         """``row`` of each; ``opened_run`` is the id of the one that shows its story, ``expected`` goes by the id of what has not ended."""
         context = now.astimezone(zone).date(), zone, translator.language, given
         known = self._rows if context == self._context else {}
@@ -266,8 +319,10 @@ def _completed(execution: Execution, usual: UsualSeconds) -> str:
     late = _late_s(execution)
     if execution.trigger is not Trigger.SCHEDULED or late is None or late <= ON_TIME_S:
         return {"longer": _("Longer than usual"), "shorter": _("Shorter than usual")}.get(length, "")
-    text = {"longer": _("Started {late} late, longer than usual"), "shorter": _("Started {late} late, shorter than usual")}.get(
-        length, _("Started {late} late"))
+    text = {
+        "longer": _("Started {late} late, longer than usual"),
+        "shorter": _("Started {late} late, shorter than usual"),
+    }.get(length, _("Started {late} late"))
     return text.format(late=formats.rough_duration(late))
 
 
@@ -288,8 +343,13 @@ def _length(execution: Execution, usual: UsualSeconds) -> str:
 
 
 # ---------------------------------------------------------------------- its story
-def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: DurationEstimate | None = None,
-          elsewhere: Elsewhere | None = None) -> tuple[StepView, ...]:
+def story(
+    execution: Execution,
+    zone: ZoneInfo,
+    usual: UsualSeconds,
+    expected: DurationEstimate | None = None,
+    elsewhere: Elsewhere | None = None,
+) -> tuple[StepView, ...]:
     """planned → submitted → started → ended, as far as it came; with days where there are several."""
     started_at, ran_until = _really_ran(execution)
     ended_at = skipped_at(execution) or ran_until
@@ -299,7 +359,9 @@ def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: D
 
     def time(at: datetime | None) -> str:
         there = None if at is None else at.astimezone(zone)
-        return " ".join([*([formats.wall_day(there.date())] if there and with_day else []), formats.wall_time(there, seconds=True)])
+        return " ".join(
+            [*([formats.wall_day(there.date())] if there and with_day else []), formats.wall_time(there, seconds=True)]
+        )
 
     attempts = ngettext("{n} attempt", "{n} attempts", execution.attempts).format(n=execution.attempts)
     steps = [(_("Planned"), time(execution.planned_at), _planned_note(execution, elsewhere))]
@@ -309,15 +371,23 @@ def story(execution: Execution, zone: ZoneInfo, usual: UsualSeconds, expected: D
     elif execution.attempts:
         steps.append((_("Tried"), attempts, _("none accepted")))
     if left is not None:
-        steps.append((_("Elsewhere"), time(left.at), _("a person started it on {robot} instead").format(robot=left.other_robot)))
+        steps.append(
+            (_("Elsewhere"), time(left.at), _("a person started it on {robot} instead").format(robot=left.other_robot))
+        )
     if started_at is not None:
         steps.append((_("Started"), time(started_at), _queue_note(execution)))
     state = execution_appearance.word(execution.state)
     seen = _("seen at {time}").format(time=time(execution.ended_at)) if ran_until != execution.ended_at else ""
-    steps.append((state, "–", _open_note(expected)) if execution.state.is_open else
-                 (state, time(ended_at), " · ".join(filter(None, (_end_note(execution, usual), seen)))))
+    steps.append(
+        (state, "–", _open_note(expected))
+        if execution.state.is_open
+        else (state, time(ended_at), " · ".join(filter(None, (_end_note(execution, usual), seen))))
+    )
     last = len(steps) - 1
-    return tuple(StepView(*step, _last_tone(execution.state) if n == last else "neutral", n == last) for n, step in enumerate(steps))
+    return tuple(
+        StepView(*step, _last_tone(execution.state) if n == last else "neutral", n == last)
+        for n, step in enumerate(steps)
+    )
 
 
 def _really_ran(execution: Execution) -> tuple[datetime | None, datetime | None]:
@@ -349,7 +419,11 @@ def _planned_note(execution: Execution, elsewhere: Elsewhere | None) -> str:
     wanted it."""
     last = _("the last of {n}").format(n=writing.count(execution.starts, _)) if execution.starts > 1 else ""
     started_by = execution.given_name or execution_appearance.trigger_word(execution.trigger)
-    instead = _("instead of the start on {robot}").format(robot=elsewhere.robot) if elsewhere and elsewhere.other == execution.id else ""
+    instead = (
+        _("instead of the start on {robot}").format(robot=elsewhere.robot)
+        if elsewhere and elsewhere.other == execution.id
+        else ""
+    )
     return " · ".join(filter(None, (last, started_by, of_groups.any_of(execution), instead)))
 
 
@@ -366,7 +440,11 @@ def _open_note(expected: DurationEstimate | None) -> str:
     """How long it will take, and where that is known from."""
     if expected is None:
         return _("not ended yet")
-    text = _("not ended yet, {duration} as typed in Settings") if expected.typed else _("not ended yet, usually {duration}")
+    text = (
+        _("not ended yet, {duration} as typed in Settings")
+        if expected.typed
+        else _("not ended yet, usually {duration}")
+    )
     return text.format(duration=formats.duration(expected.median_s))
 
 
@@ -375,18 +453,25 @@ def _end_note(execution: Execution, usual: UsualSeconds) -> str:
         return ""
     expected = usual.get((execution.robot_id, execution.mission_guid))
     if expected and execution.state is State.COMPLETED:
-        return _("after {duration}, usually {usual}").format(duration=formats.duration(execution.duration_s),
-                                                             usual=formats.duration(expected))
+        return _("after {duration}, usually {usual}").format(
+            duration=formats.duration(execution.duration_s), usual=formats.duration(expected)
+        )
     return _("after {duration}").format(duration=formats.duration(execution.duration_s))
 
 
 def message(execution: Execution, given: Given = NOTHING_KNOWN) -> str:
     """What it was given; below that the robot's message, and the number of its queue item."""
-    return "\n".join(filter(None, (given.line(execution.mission_guid, execution.parameters), _robot_message(execution))))
+    return "\n".join(
+        filter(None, (given.line(execution.mission_guid, execution.parameters), _robot_message(execution)))
+    )
 
 
 def _robot_message(execution: Execution) -> str:
-    text = execution.reason.details.get("message") if execution.reason and execution.reason.code is ReasonCode.ROBOT_ABORTED else None
+    text = (
+        execution.reason.details.get("message")
+        if execution.reason and execution.reason.code is ReasonCode.ROBOT_ABORTED
+        else None
+    )
     item = execution.queue_id
     if text and item is not None:
         return _("Robot: {message} (queue item {n})").format(message=text, n=item)

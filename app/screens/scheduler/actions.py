@@ -1,4 +1,5 @@
 """What an operator does with a schedule beside editing it: run it now, skip starts, pause, delete."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
@@ -23,66 +24,111 @@ class ScheduleActions:
     """Each in the background, one at a time on a schedule; ``done()`` when one has ended, well or not: its effect can be read. ``name``
     says what a schedule is called."""
 
-    def __init__(self, services: SchedulerServices, shell: Shell, started: StartReports, name: Callable[[Schedule], str],
-                 done: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        services: SchedulerServices,
+        shell: Shell,
+        started: StartReports,
+        name: Callable[[Schedule], str],
+        done: Callable[[], object],
+    ) -> None:
         self._services, self._shell, self._started, self._name, self._done = services, shell, started, name, done
-        self._busy: set[int] = set()                          # ids of schedules that something is being done to
+        self._busy: set[int] = set()  # ids of schedules that something is being done to
 
     def switch(self, schedule_id: int, on: bool) -> None:
         words = _("{name} is switched on") if on else _("{name} is switched off")
 
         def switched(before: Switched) -> None:
-            self._shell.offer_undo(words.format(name=self._name(before.schedule)), lambda: self._services.catalogue.switch_back(before),
-                                   self._done, about=_about(schedule_id))
+            self._shell.offer_undo(
+                words.format(name=self._name(before.schedule)),
+                lambda: self._services.catalogue.switch_back(before),
+                self._done,
+                about=_about(schedule_id),
+            )
 
         self._act(schedule_id, lambda: self._services.catalogue.switch_schedule(schedule_id, on), switched)
 
     def run_now(self, schedule: Schedule) -> None:
         """With the schedule's own parameters, whatever its constraints are."""
         operator = self._services.operator
-        start, target = (operator.run_now, schedule.robot_id) if schedule.group_id is None else (operator.run_on_any, schedule.group_id)
-        self._act(schedule.id, lambda: start(target or 0, schedule.mission_id, schedule.parameters), self._started.follow)
+        start, target = (
+            (operator.run_now, schedule.robot_id)
+            if schedule.group_id is None
+            else (operator.run_on_any, schedule.group_id)
+        )
+        self._act(
+            schedule.id, lambda: start(target or 0, schedule.mission_id, schedule.parameters), self._started.follow
+        )
 
     def skip_next(self, schedule: Schedule) -> None:
-        self._act(schedule.id, lambda: self._services.pausing.skip_next(schedule.id, schedule.next_at),
-                  lambda at: self._was_skipped(schedule, at))
+        self._act(
+            schedule.id,
+            lambda: self._services.pausing.skip_next(schedule.id, schedule.next_at),
+            lambda at: self._was_skipped(schedule, at),
+        )
 
     def skip(self, schedule: Schedule, at: datetime) -> None:
         """The start planned at that instant."""
-        self._act(schedule.id, lambda: self._services.pausing.skip(schedule.id, at), lambda _at: self._was_skipped(schedule, at))
+        self._act(
+            schedule.id,
+            lambda: self._services.pausing.skip(schedule.id, at),
+            lambda _at: self._was_skipped(schedule, at),
+        )
 
     def take_again(self, schedule: Schedule, at: datetime) -> None:
         """What was skipped is started after all."""
-        text = _("The start of {name} is planned again: {time}").format(name=self._name(schedule), time=self._time(schedule, at))
+        text = _("The start of {name} is planned again: {time}").format(
+            name=self._name(schedule), time=self._time(schedule, at)
+        )
         pausing = self._services.pausing
-        self._act(schedule.id, lambda: pausing.take_again(schedule.id, at, must_run=True), lambda _none: self._shell.offer_undo(
-            text, lambda: pausing.skip(schedule.id, at), self._done, about=_about(schedule.id, at)))
+        self._act(
+            schedule.id,
+            lambda: pausing.take_again(schedule.id, at, must_run=True),
+            lambda _none: self._shell.offer_undo(
+                text, lambda: pausing.skip(schedule.id, at), self._done, about=_about(schedule.id, at)
+            ),
+        )
 
     def pause(self, schedule: Schedule) -> None:
         """Ask until which day its starts are skipped."""
-        self._shell.dialogs.choose(_("Pause {name}").format(name=self._name(schedule)),
-                                   view.pause_options(schedule, self._services.clock.now()),
-                                   lambda day: self._pick_pause(schedule) if day == view.PICK else self._pause_until(schedule, day))
+        self._shell.dialogs.choose(
+            _("Pause {name}").format(name=self._name(schedule)),
+            view.pause_options(schedule, self._services.clock.now()),
+            lambda day: self._pick_pause(schedule) if day == view.PICK else self._pause_until(schedule, day),
+        )
 
     def resume(self, schedule: Schedule) -> None:
-        self._act(schedule.id, lambda: self._services.pausing.resume(schedule.id), lambda _resumed: self._say(
-            schedule, _("{name} is resumed").format(name=self._name(schedule)), "play-circle-outline"))
+        self._act(
+            schedule.id,
+            lambda: self._services.pausing.resume(schedule.id),
+            lambda _resumed: self._say(
+                schedule, _("{name} is resumed").format(name=self._name(schedule)), "play-circle-outline"
+            ),
+        )
 
     def delete(self, schedule: Schedule) -> None:
         """At once; it can be undone until the message is closed by hand."""
-        text = _("{name} is deleted").format(name=self._name(schedule))        # while it is known what it does where
+        text = _("{name} is deleted").format(name=self._name(schedule))  # while it is known what it does where
 
         def deleted(removed: Removed) -> None:
-            self._shell.offer_undo(text, lambda: self._services.catalogue.restore(removed), self._done, stays=True,
-                                   about=_about(schedule.id))
+            self._shell.offer_undo(
+                text,
+                lambda: self._services.catalogue.restore(removed),
+                self._done,
+                stays=True,
+                about=_about(schedule.id),
+            )
 
         self._act(schedule.id, lambda: self._services.catalogue.remove_schedule(schedule.id), deleted)
 
     # ------------------------------------------------------------------ inside
     def _was_skipped(self, schedule: Schedule, at: datetime) -> None:
-        text = _("The start of {name} is skipped: {time}").format(name=self._name(schedule), time=self._time(schedule, at))
-        self._shell.offer_undo(text, lambda: self._services.pausing.take_again(schedule.id, at), self._done,
-                               about=_about(schedule.id, at))
+        text = _("The start of {name} is skipped: {time}").format(
+            name=self._name(schedule), time=self._time(schedule, at)
+        )
+        self._shell.offer_undo(
+            text, lambda: self._services.pausing.take_again(schedule.id, at), self._done, about=_about(schedule.id, at)
+        )
 
     def _time(self, schedule: Schedule, at: datetime) -> str:
         return formats.day_and_time(at, schedule.timezone, self._services.clock.now())
@@ -90,14 +136,22 @@ class ScheduleActions:
     def _pick_pause(self, schedule: Schedule) -> None:
         today = self._services.clock.now().astimezone(ZoneInfo(schedule.timezone)).date()
         tomorrow = today + timedelta(days=1)
-        self._shell.dialogs.pick_date(_("First day with starts again"), tomorrow, lambda day: self._pause_until(schedule, day), today=today,
-                                      first=tomorrow)
+        self._shell.dialogs.pick_date(
+            _("First day with starts again"),
+            tomorrow,
+            lambda day: self._pause_until(schedule, day),
+            today=today,
+            first=tomorrow,
+        )
 
     def _pause_until(self, schedule: Schedule, day: date) -> None:
         until = view.day_begins(day, ZoneInfo(schedule.timezone))
         said = _("{name} is paused until {day}").format(name=self._name(schedule), day=formats.wall_day(day))
-        self._act(schedule.id, lambda: self._services.pausing.pause(schedule.id, until),
-                  lambda _paused: self._say(schedule, said, "pause-circle-outline"))
+        self._act(
+            schedule.id,
+            lambda: self._services.pausing.pause(schedule.id, until),
+            lambda _paused: self._say(schedule, said, "pause-circle-outline"),
+        )
 
     def _act(self, schedule_id: int, work: Callable[[], T], done: Callable[[T], object]) -> None:
         if schedule_id in self._busy:
@@ -109,7 +163,9 @@ class ScheduleActions:
             report(outcome)
             self._done()
 
-        self._shell.background.run(work, lambda result: ended(done, result), lambda problem: ended(self._shell.say_problem, problem))
+        self._shell.background.run(
+            work, lambda result: ended(done, result), lambda problem: ended(self._shell.say_problem, problem)
+        )
 
     def _say(self, schedule: Schedule, text: str, icon: str) -> None:
         self._shell.snackbars.show(text, icon=icon, about=_about(schedule.id))

@@ -1,5 +1,6 @@
 """Suggestions: schedules that often came late, why, and what would have helped. Accepting opens the form, filled; nothing is changed before
 that is saved, and both can be undone."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -24,13 +25,14 @@ from app.widgets.dialogs import FormDialog
 from app.widgets.lists import Row
 from app.widgets.surfaces import Surface
 
-SOON = 5.0                               # s after the Scheduler was opened, so that it is drawn first
+SOON = 5.0  # s after the Scheduler was opened, so that it is drawn first
 AGAIN = timedelta(hours=12)
 
 
 @dataclass(frozen=True)
 class ChangeView:
     """Values of SuggestionChange; ``key``: which of the suggestion's."""
+
     key: int
     promise: str
     action: str
@@ -39,15 +41,24 @@ class ChangeView:
 @dataclass(frozen=True)
 class SuggestionView:
     """Values of SuggestionPanel; ``key``: id of the schedule."""
+
     key: int
     text: str
     changes: tuple[ChangeView, ...]
 
 
 def suggestion_views(advice: Advice, called: Callable[[Schedule], str]) -> list[SuggestionView]:
-    return [SuggestionView(one.schedule.id, words.sentence(one, _, called(one.schedule)), tuple(
-        ChangeView(number, words.promise(change, _), words.action(change, _)) for number, change in enumerate(one.changes)))
-            for one in advice.suggestions]
+    return [
+        SuggestionView(
+            one.schedule.id,
+            words.sentence(one, _, called(one.schedule)),
+            tuple(
+                ChangeView(number, words.promise(change, _), words.action(change, _))
+                for number, change in enumerate(one.changes)
+            ),
+        )
+        for one in advice.suggestions
+    ]
 
 
 def title(advice: Advice | None) -> str:
@@ -55,15 +66,20 @@ def title(advice: Advice | None) -> str:
     if advice is None or not (advice.suggestions or advice.results):
         return ""
     count = len(advice.suggestions)
-    return ngettext("Suggestions ({n})", "Suggestions ({n})", count).format(n=count) if count else _("What came of suggestions")
+    return (
+        ngettext("Suggestions ({n})", "Suggestions ({n})", count).format(n=count)
+        if count
+        else _("What came of suggestions")
+    )
 
 
 class AdviceState(EventDispatcher):
     """What kv reads. Without a ``title`` there is nothing to see."""
+
     title = StringProperty()
     rows = ListProperty()
     results = StringProperty()
-    busy = BooleanProperty(False)        # being computed
+    busy = BooleanProperty(False)  # being computed
 
     def open_dialog(self) -> None:
         """All of them."""
@@ -75,13 +91,19 @@ class AdviceState(EventDispatcher):
 class AdviceModel(AdviceState):
     """``facts()`` are the present ones, ``edit(draft)`` puts something into the form; ``changed()`` is called when the plan was."""
 
-    def __init__(self, services: SchedulerServices, shell: Shell, facts: Callable[[], SchedulerFacts], edit: Callable[[Draft], object],
-                 changed: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        services: SchedulerServices,
+        shell: Shell,
+        facts: Callable[[], SchedulerFacts],
+        edit: Callable[[Draft], object],
+        changed: Callable[[], object],
+    ) -> None:
         super().__init__()
         self._services, self._shell, self._facts, self._edit, self._changed = services, shell, facts, edit, changed
         self._advice = Advice()
         self._computed_at: datetime | None = None
-        self._in_form: tuple[Suggestion, Change] | None = None           # what was taken and not saved yet
+        self._in_form: tuple[Suggestion, Change] | None = None  # what was taken and not saved yet
         self._dialog: SuggestionsDialog | None = None
 
     # ------------------------------------------------------------------ what there is
@@ -100,8 +122,13 @@ class AdviceModel(AdviceState):
     def compute(self) -> None:
         """Seconds of work, in the background."""
         self.busy = True
-        self._shell.background.run(self._services.suggestions.compute, self._computed, self._not_computed,
-                                   key=("scheduler", "suggestions"), apart="suggestions")
+        self._shell.background.run(
+            self._services.suggestions.compute,
+            self._computed,
+            self._not_computed,
+            key=("scheduler", "suggestions"),
+            apart="suggestions",
+        )
 
     def _computed(self, advice: Advice) -> None:
         self._computed_at = self._services.clock.now()
@@ -119,10 +146,12 @@ class AdviceModel(AdviceState):
         called = self._facts().called
         self.title = title(self._advice)
         if not self.title and self._dialog is not None:
-            self._dialog.dismiss()                        # with what it says: it must not be seen empty while it closes
+            self._dialog.dismiss()  # with what it says: it must not be seen empty while it closes
             return
         self.rows = suggestion_views(self._advice, called)
-        self.results = "\n".join(words.since_then(result, _, called(result.schedule)) for result in self._advice.results)
+        self.results = "\n".join(
+            words.since_then(result, _, called(result.schedule)) for result in self._advice.results
+        )
 
     def open_dialog(self) -> None:
         self._dialog = SuggestionsDialog(state=self)
@@ -161,16 +190,22 @@ class AdviceModel(AdviceState):
 
         self._shell.background.run(
             lambda: self._services.suggestions.accept(one, change.option),
-            lambda answer: self._answered(one, text, lambda: undo(answer)), self._shell.say_problem)
+            lambda answer: self._answered(one, text, lambda: undo(answer)),
+            self._shell.say_problem,
+        )
         return True
 
     def _dismiss(self, one: Suggestion) -> None:
         suggestions, name = self._services.suggestions, self._facts().called(one.schedule)
         self._shell.background.run(
             lambda: suggestions.dismiss(one),
-            lambda answer: self._answered(one, _("{name}: nothing more about it for 60 days").format(name=name),
-                                          lambda: suggestions.take_back(answer)),
-            self._shell.say_problem)
+            lambda answer: self._answered(
+                one,
+                _("{name}: nothing more about it for 60 days").format(name=name),
+                lambda: suggestions.take_back(answer),
+            ),
+            self._shell.say_problem,
+        )
 
     def _answered(self, one: Suggestion, text: str, undo: Callable[[], object]) -> None:
         """It goes at once, though it may have been found anew meanwhile; others may be worth telling now."""
@@ -182,6 +217,7 @@ class AdviceModel(AdviceState):
         def undone() -> None:
             self._changed()
             self.compute()
+
         self._shell.offer_undo(text, undo, undone)
 
 
@@ -189,7 +225,11 @@ def _is_change(schedule: Schedule, change: Change) -> bool:
     """Whether it is now as was suggested, whatever else a person has changed of it."""
     wanted = change.draft
     return (schedule.id, schedule.start, schedule.robot_id, schedule.group_id) == (
-        wanted.id, wanted.start, wanted.robot_id, wanted.group_id)
+        wanted.id,
+        wanted.start,
+        wanted.robot_id,
+        wanted.group_id,
+    )
 
 
 NO_ADVICE = AdviceState()
@@ -197,6 +237,7 @@ NO_ADVICE = AdviceState()
 
 class SuggestionPanel(Row, Surface):
     """One finding and what would have helped. Actions: "take" with the number of a change, "dismiss"."""
+
     text = StringProperty()
     changes = ListProperty()
 
@@ -215,6 +256,7 @@ class SuggestionPanel(Row, Surface):
 
 class SuggestionChange(BoxLayout):
     """What would have been, and the button that opens the form: ``on_take``."""
+
     promise = StringProperty()
     action = StringProperty()
 
@@ -226,4 +268,5 @@ class SuggestionChange(BoxLayout):
 
 class SuggestionsDialog(FormDialog):
     """All of them, and what came of those that were taken."""
+
     state = ObjectProperty(NO_ADVICE, rebind=True)

@@ -1,4 +1,5 @@
 """The part of the form that asks the robot what the chosen mission asks for. Save waits for the answer, but not for long."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -17,17 +18,18 @@ from app.screens.common.shell import Shell
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 
-ROBOT_ANSWERS_WITHIN = 3.0               # s for which saving waits for what the robot says the mission asks for
+ROBOT_ANSWERS_WITHIN = 3.0  # s for which saving waits for what the robot says the mission asks for
 
-Asked = tuple[int | None, str, Mapping[str, Any]]             # robot, guid of the mission, and what the schedule gives it
+Asked = tuple[int | None, str, Mapping[str, Any]]  # robot, guid of the mission, and what the schedule gives it
 
 
 class AsksRobot(EventDispatcher):
     """Until the robot answers, and where neither it nor another one has told them, the parameters are those of the schedule."""
+
     saving = BooleanProperty(False)
-    parameters = ListProperty()          # fields of the chosen mission
-    problems = ObjectProperty({})        # by name of the parameter
-    map = ObjectProperty(None, allownone=True)           # that the robot is on, where the mission asks for a position
+    parameters = ListProperty()  # fields of the chosen mission
+    problems = ObjectProperty({})  # by name of the parameter
+    map = ObjectProperty(None, allownone=True)  # that the robot is on, where the mission asks for a position
     _services: SchedulerServices
     _shell: Shell
     _facts: SchedulerFacts
@@ -36,10 +38,10 @@ class AsksRobot(EventDispatcher):
 
     def __init__(self) -> None:
         super().__init__()
-        self._asked: tuple[MissionParameter, ...] = ()        # what the mission asks for
-        self._asked_of: Asked | None = None                   # None: what is in the form has just been put there
+        self._asked: tuple[MissionParameter, ...] = ()  # what the mission asks for
+        self._asked_of: Asked | None = None  # None: what is in the form has just been put there
         self._is_asking = self._saves_when_known = False
-        self._refused: InvalidInput | None = None             # by the last attempt to save this draft
+        self._refused: InvalidInput | None = None  # by the last attempt to save this draft
         self._wait_no_longer = Clock.create_trigger(lambda _dt: self._parameters_are_known(()), ROBOT_ANSWERS_WITHIN)
 
     def save(self, parameters: Mapping[str, Any] | None = None) -> None:
@@ -54,7 +56,9 @@ class AsksRobot(EventDispatcher):
     def enter(self, values: Mapping[str, Any]) -> None:
         """Somebody has changed one of the parameters' fields: all of them, as they are shown. What is there without that is no entry."""
         given = {field.name: _written(field.default) for field in fields_of(self._asked)}
-        self._draft = replace(self._draft, entered={name: value for name, value in values.items() if _written(value) != given.get(name)})
+        self._draft = replace(
+            self._draft, entered={name: value for name, value in values.items() if _written(value) != given.get(name)}
+        )
         self._is_changed()
         self.show()
 
@@ -101,9 +105,12 @@ class AsksRobot(EventDispatcher):
             self._robot_answered(wanted, found)
 
         self._shell.background.run(
-            lambda: self._ask_robot(robot_id, mission.guid), told,
+            lambda: self._ask_robot(robot_id, mission.guid),
+            told,
             lambda _problem: self._robot_answered(wanted, self._shell.given.known.parameters.get(mission.guid)),
-            key=("scheduler", "parameters"), apart="parameters")
+            key=("scheduler", "parameters"),
+            apart="parameters",
+        )
 
     def _asked_robot(self) -> int | None:
         """Of a group, the first that is switched on: what a mission asks for is the same on all of them."""
@@ -114,11 +121,17 @@ class AsksRobot(EventDispatcher):
 
     def _learn_others(self, robot_id: int) -> None:
         """Of a group what its other robots have is learnt meanwhile: perhaps none has the mission."""
-        others = [robot.id for robot in self._facts.members(self._draft.group_id) if robot.enabled and robot.id != robot_id]
+        others = [
+            robot.id for robot in self._facts.members(self._draft.group_id) if robot.enabled and robot.id != robot_id
+        ]
         if others:
             self._shell.background.run(
                 lambda: sum(self._services.robot_missions.learn_names(other) for other in others),
-                lambda new: self._forecast_soon() if new else None, lambda _problem: None, key=("scheduler", "names"), apart="names")
+                lambda new: self._forecast_soon() if new else None,
+                lambda _problem: None,
+                key=("scheduler", "names"),
+                apart="names",
+            )
 
     def _ask_robot(self, robot_id: int, guid: str) -> tuple[MissionParameter, ...]:
         self._services.robot_missions.learn_names(robot_id)
@@ -130,9 +143,11 @@ class AsksRobot(EventDispatcher):
             return
         if found is not None:
             kept = self._draft.parameters
-            self._take_parameters(tuple(replace(p, default=kept[p.name]) if p.name in kept else p for p in found)
-                                  or _parameters_of(self._draft))
-            self._forecast_soon()                             # it may not have the mission at all
+            self._take_parameters(
+                tuple(replace(p, default=kept[p.name]) if p.name in kept else p for p in found)
+                or _parameters_of(self._draft)
+            )
+            self._forecast_soon()  # it may not have the mission at all
             if any(parameter.is_position for parameter in found):
                 self._learn_map(asked)
         self._parameters_are_known(found or ())
@@ -147,8 +162,12 @@ class AsksRobot(EventDispatcher):
         self.map = maps.known(robot_id, map_id)
         if self.map is None and maps.is_due(robot_id, map_id):
             self._shell.background.run(
-                lambda: maps.learn(robot_id, map_id), lambda found: setattr(self, "map", found) if asked == self._asked_of else None,
-                lambda _problem: None, key=("scheduler", "map"), apart="maps")
+                lambda: maps.learn(robot_id, map_id),
+                lambda found: setattr(self, "map", found) if asked == self._asked_of else None,
+                lambda _problem: None,
+                key=("scheduler", "map"),
+                apart="maps",
+            )
 
     def _parameters_are_known(self, found: Sequence[MissionParameter]) -> None:
         """Or will not be soon. Save, where that has waited for it; but nobody has seen fields that appear just now."""
@@ -171,8 +190,10 @@ class AsksRobot(EventDispatcher):
 
 def _parameters_of(draft: Draft) -> tuple[MissionParameter, ...]:
     """Those that the schedule has a value for."""
-    return tuple(MissionParameter(name, type="integer" if type(value) is int else "", default=value)
-                 for name, value in draft.parameters.items())
+    return tuple(
+        MissionParameter(name, type="integer" if type(value) is int else "", default=value)
+        for name, value in draft.parameters.items()
+    )
 
 
 def _written(value: Any) -> str:

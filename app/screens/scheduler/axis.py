@@ -1,4 +1,5 @@
 """What lies behind the bars of the timeline: the hours that are read, their ticks, closed and held time. Pure; hours as in timeline.py."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
@@ -13,15 +14,16 @@ from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.view import day_begins
 from app.services.live.holds import Hold
 
-FOLDED_FROM = 6.0                        # hours without work and without bars
-QUARTERS = 4                             # of an hour: clocks are changed at one
-NEAR_NOW = 0.03                          # of what is seen, around the now-line, where ticks have no label
+FOLDED_FROM = 6.0  # hours without work and without bars
+QUARTERS = 4  # of an hour: clocks are changed at one
+NEAR_NOW = 0.03  # of what is seen, around the now-line, where ticks have no label
 
-Span = tuple[float, float]               # from and to
+Span = tuple[float, float]  # from and to
 
 
 class Band(NamedTuple):
     """A time when nothing is started: "closed", drawn "folded" where it is long and empty, or "held" by a person."""
+
     start: float
     end: float
     text: str
@@ -30,6 +32,7 @@ class Band(NamedTuple):
 
 class Tick(NamedTuple):
     """A line of the axis; a strong one begins a day."""
+
     hour: float
     label: str
     strong: bool
@@ -38,6 +41,7 @@ class Tick(NamedTuple):
 @dataclass(frozen=True)
 class Range:
     """The hours that are read: from ``low`` to ``high``."""
+
     origin: datetime
     low: float
     high: float
@@ -55,18 +59,27 @@ def closed(facts: SchedulerFacts, read: Range, taken: Iterable[Span], unfolded: 
     first = read.instant(read.low).astimezone(zone).date()
     for n in range(int((read.high - read.low) / 24) + 3):
         day = first + timedelta(days=n)
-        begins, ends = max(read.low, read.at(day_begins(day, zone))), min(read.high, read.at(day_begins(day + timedelta(days=1), zone)))
+        begins, ends = (
+            max(read.low, read.at(day_begins(day, zone))),
+            min(read.high, read.at(day_begins(day + timedelta(days=1), zone))),
+        )
         status = facts.calendar.day_status(day)
         if begins < ends and not status.is_working:
             name = status.name or formats.current().weekdays[day.weekday()]
-            days.append(Band(begins, ends, _("{weekday}: not a working day").format(weekday=name[:1].upper() + name[1:])))
+            days.append(
+                Band(begins, ends, _("{weekday}: not a working day").format(weekday=name[:1].upper() + name[1:]))
+            )
     shown = [read.at(instant) for instant in unfolded]
-    folds = [Band(start, end, _no_work(read.instant(start).astimezone(zone), read.instant(end).astimezone(zone)), "folded")
-             for start, end in _between(_joined(days), sorted(taken))
-             if end - start > FOLDED_FROM and not any(start <= hour < end for hour in shown)]
+    folds = [
+        Band(start, end, _no_work(read.instant(start).astimezone(zone), read.instant(end).astimezone(zone)), "folded")
+        for start, end in _between(_joined(days), sorted(taken))
+        if end - start > FOLDED_FROM and not any(start <= hour < end for hour in shown)
+    ]
     yield from folds
     for one in days:
-        yield from (one._replace(start=start, end=end) for start, end in _between([one[:2]], [fold[:2] for fold in folds]))
+        yield from (
+            one._replace(start=start, end=end) for start, end in _between([one[:2]], [fold[:2] for fold in folds])
+        )
 
 
 def _joined(days: Iterable[Band]) -> list[Span]:
@@ -108,7 +121,12 @@ def held(facts: SchedulerFacts, now: datetime, read: Range) -> Iterable[Band]:
         begins = max(read.low, read.at(hold.since)) if hold.since else read.low
         ends = min(read.high, read.at(hold.until)) if hold.until else read.high
         if hold.robot_id is None and begins < ends:
-            yield Band(begins, ends, " · ".join(filter(None, (held_until(hold, facts, now), hold.reason and _(hold.reason)))), "held")
+            yield Band(
+                begins,
+                ends,
+                " · ".join(filter(None, (held_until(hold, facts, now), hold.reason and _(hold.reason)))),
+                "held",
+            )
 
 
 def held_until(hold: Hold | None, facts: SchedulerFacts, now: datetime) -> str:

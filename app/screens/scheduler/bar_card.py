@@ -1,4 +1,5 @@
 """The card that opens at a bar of the timeline: what the bar stands for, and what can be done with it. Pure."""
+
 from __future__ import annotations
 
 from datetime import datetime, timedelta
@@ -24,11 +25,25 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     """Of a run that has begun, waits or has ended, or of a start that is skipped: what came of it and why."""
     begins, ends = span_of(facts, execution, now)
     hold = facts.hold(execution.robot_id, execution.group_id, now)
-    why = waiting_words(execution, facts.settings.timezone, hold) if execution.state.is_open else \
-        sentence(execution.reason, facts.zone, _) if execution.reason else execution_appearance.word(execution.state)
-    log, edit = MenuItem("log", _("Open in Logs"), "text-box-outline"), MenuItem("edit", _("Edit schedule"), "pencil-outline")
-    if facts.is_skipped(execution, now):                 # each in the place that it, or its opposite, has on the card of a planned start
-        items = [MenuItem("again", _("Start it after all"), "undo", disabled=not facts.may_start_after_all(execution, now)), edit, log]
+    why = (
+        waiting_words(execution, facts.settings.timezone, hold)
+        if execution.state.is_open
+        else sentence(execution.reason, facts.zone, _)
+        if execution.reason
+        else execution_appearance.word(execution.state)
+    )
+    log, edit = (
+        MenuItem("log", _("Open in Logs"), "text-box-outline"),
+        MenuItem("edit", _("Edit schedule"), "pencil-outline"),
+    )
+    if facts.is_skipped(
+        execution, now
+    ):  # each in the place that it, or its opposite, has on the card of a planned start
+        items = [
+            MenuItem("again", _("Start it after all"), "undo", disabled=not facts.may_start_after_all(execution, now)),
+            edit,
+            log,
+        ]
     else:
         items = [log, edit] if facts.schedule(execution.schedule_id) is not None else [log]
     if has_no_robot(execution) and execution.group_id is not None:
@@ -36,16 +51,29 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     name = facts.name(facts.schedule(execution.schedule_id))
     whose = execution.robot or _("any of {group}").format(group=execution.robot_group)
     chosen = choice.chosen(execution.choice, facts.zone, _)
-    return Card(facts.given.run(execution), _lines(name, f"{whose} · {_from_to(facts, begins, ends)}", why, chosen), tuple(items))
+    return Card(
+        facts.given.run(execution),
+        _lines(name, f"{whose} · {_from_to(facts, begins, ends)}", why, chosen),
+        tuple(items),
+    )
 
 
 def _waiting_items(execution: Execution) -> list[MenuItem]:
     """As on Home, and to keep it back."""
     off = execution.cancel_code is not None
-    return [MenuItem("give", _("Give to a robot"), "robot-outline", disabled=off or execution.held),
-            MenuItem("priority", _("Priority: {priority}").format(priority=word(execution.priority)), "chevron-double-up", disabled=off),
-            MenuItem("release", _("Release"), "play") if execution.held else MenuItem("hold", _("Hold"), HAND, disabled=off),
-            MenuItem("cancel", _("Cancel"), "close", disabled=off)]
+    return [
+        MenuItem("give", _("Give to a robot"), "robot-outline", disabled=off or execution.held),
+        MenuItem(
+            "priority",
+            _("Priority: {priority}").format(priority=word(execution.priority)),
+            "chevron-double-up",
+            disabled=off,
+        ),
+        MenuItem("release", _("Release"), "play")
+        if execution.held
+        else MenuItem("hold", _("Hold"), HAND, disabled=off),
+        MenuItem("cancel", _("Cancel"), "close", disabled=off),
+    ]
 
 
 def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
@@ -60,12 +88,23 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
         length = _("Usually {usual}, nine of ten within {slow}").format(usual=usual, slow=slow)
     held = ""
     if hold is not None:
-        held = _("Held until it is released") if hold.until is None else sentence(
-            Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _)
-    items = (MenuItem("skip", _("Skip this one"), "skip-next"), MenuItem("edit", _("Edit schedule"), "pencil-outline"),
-             run_item(facts, run.schedule, now))
+        held = (
+            _("Held until it is released")
+            if hold.until is None
+            else sentence(
+                Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _
+            )
+        )
+    items = (
+        MenuItem("skip", _("Skip this one"), "skip-next"),
+        MenuItem("edit", _("Edit schedule"), "pencil-outline"),
+        run_item(facts, run.schedule, now),
+    )
     when = f"{foreseen.whose(run)} · {_from_to(facts, run.begins, ends)}"
-    contested = [conflicts.sentence(each.code, each.at, each.details, facts.zone, _) for each in Contested(facts.conflicts).of(run)]
+    contested = [
+        conflicts.sentence(each.code, each.at, each.details, facts.zone, _)
+        for each in Contested(facts.conflicts).of(run)
+    ]
     way = _("To change its time, press and hold its bar and drag it") if run.begins == run.at else ""
     note = _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested, way)
     return Card(facts.given.start(run), note, items)

@@ -1,10 +1,18 @@
 """The parts of the Scheduler as kv/scheduler/screen.kv lays them out."""
+
 from __future__ import annotations
 
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    BooleanProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
@@ -23,41 +31,46 @@ from app.widgets.surfaces import Tap
 
 class PlanExport(CommandButton):
     """Writes the plan as a calendar file."""
+
     vm = ObjectProperty(None, allownone=True, rebind=True)
 
 
 class PlanHold(CommandButton):
     """Holds everything, or one robot; releases everything."""
+
     vm = ObjectProperty(None, allownone=True, rebind=True)
 
 
 class PartsLine(BoxLayout):
     """In a low window: which part of the Scheduler is shown."""
+
     screen = ObjectProperty(None, allownone=True, rebind=True)
-    pages = ListProperty()               # what there is beside the plan
+    pages = ListProperty()  # what there is beside the plan
 
 
 class UpcomingCard(SectionCard):
     """The plan: bars for each robot, or the starts of 7 days."""
-    paged = BooleanProperty(False)       # its head is the line of parts
+
+    paged = BooleanProperty(False)  # its head is the line of parts
     mode = OptionProperty("hours", options=("hours", "days"))
     timeline = ObjectProperty(TimelineView(), rebind=True)
     days = ListProperty()
     narrow = BooleanProperty(False)
-    held = BooleanProperty(False)        # nothing is sent to any robot
-    follows = BooleanProperty(True)      # what is shown moves with the time
-    bars_height = NumericProperty(0)     # of all robots' lanes
-    around = NumericProperty(0)          # height of all but the lanes
-    room = NumericProperty(0)            # height that the form and the schedules leave
-    lanes = NumericProperty(2)           # that are seen, each of them whole
+    held = BooleanProperty(False)  # nothing is sent to any robot
+    follows = BooleanProperty(True)  # what is shown moves with the time
+    bars_height = NumericProperty(0)  # of all robots' lanes
+    around = NumericProperty(0)  # height of all but the lanes
+    room = NumericProperty(0)  # height that the form and the schedules leave
+    lanes = NumericProperty(2)  # that are seen, each of them whole
 
 
 class TimelineLegend(LegendItems):
     """Below what fingers move: at one width it never becomes lower, and it changes when no finger is there."""
-    most = NumericProperty(0)            # height of most lines so far
+
+    most = NumericProperty(0)  # height of most lines so far
 
     def __init__(self, **kwargs: Any) -> None:
-        self._build_later = Clock.create_trigger(self._build, .1)
+        self._build_later = Clock.create_trigger(self._build, 0.1)
         self._measure = Clock.create_trigger(lambda _dt: setattr(self, "most", self.minimum_height))
         super().__init__(**kwargs)
         self.fbind("width", self._measure)
@@ -74,22 +87,26 @@ class TimelineLegend(LegendItems):
 
 class UpcomingHead(BoxLayout):
     """What the card is called, and what can be done with the plan."""
+
     card = ObjectProperty(None, rebind=True)
 
 
 class TimeControls(BoxLayout):
     """Back, now, forward, zoom in, zoom out: what fingers do, as buttons."""
+
     card = ObjectProperty(None, rebind=True)
     roomy = BooleanProperty(True)
 
 
 class HoursPart(LowPage):
     """The timeline; many robots scroll."""
+
     card = ObjectProperty(None, rebind=True)
 
 
 class DaysPart(LongList):
     """The list of days."""
+
     card = ObjectProperty(None, rebind=True)
 
 
@@ -99,6 +116,7 @@ class SchedulerEmpty(EmptyState):
 
 class SchedulesCard(SectionCard):
     """The list of schedules; with many of them it can be searched (``tools``), sorted, and narrowed to one robot."""
+
     rows = ListProperty()
     note = StringProperty()
     tools = BooleanProperty(False)
@@ -108,8 +126,8 @@ class SchedulesCard(SectionCard):
 
     def __init__(self, **kwargs: Any) -> None:
         self._edited: object = None
-        self._tapped: object = None          # the row whose tap is being answered
-        self._reveal = Clock.create_trigger(self._bring_in_sight, .05)       # when the rows are there
+        self._tapped: object = None  # the row whose tap is being answered
+        self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # when the rows are there
         super().__init__(**kwargs)
 
     def on_rows(self, *_: object) -> None:
@@ -131,6 +149,7 @@ class SchedulesCard(SectionCard):
 
 class SchedulesSearch(SearchField):
     """The search field of the schedules. Somebody who opens it types; one that comes back with its words is read."""
+
     card = ObjectProperty(None, allownone=True, rebind=True)
 
     def on_kv_post(self, _base: Widget) -> None:
@@ -139,18 +158,19 @@ class SchedulesSearch(SearchField):
 
 class FormCard(SectionCard):
     """The form; ``view`` is what it shows, ``vm`` the FormModel that its fields call. A field with a new problem comes in sight."""
+
     view = ObjectProperty(FormView(), rebind=True)
     more = BooleanProperty(False)
-    stacked = BooleanProperty(False)     # the preview below the fields
-    low = BooleanProperty(False)         # where these would have no room, each is as high as it needs, and the page scrolls
+    stacked = BooleanProperty(False)  # the preview below the fields
+    low = BooleanProperty(False)  # where these would have no room, each is as high as it needs, and the page scrolls
     saving = BooleanProperty(False)
     parameters = ListProperty()
     problems = ObjectProperty({})
-    map = ObjectProperty(None, allownone=True)       # on which positions can be chosen
+    map = ObjectProperty(None, allownone=True)  # on which positions can be chosen
 
     def __init__(self, **kwargs: Any) -> None:
         self._wrong_field = ""
-        self._reveal = Clock.create_trigger(self._bring_in_sight, .05)      # when the field is there and says so
+        self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # when the field is there and says so
         super().__init__(**kwargs)
         self.fbind("view", self._see_problem)
 
@@ -160,13 +180,21 @@ class FormCard(SectionCard):
         self._wrong_field = self.view.wrong_field
 
     def _bring_in_sight(self, _dt: float) -> None:
-        said = next((widget for widget in self.ids.fields.walk(restrict=True) if getattr(widget, "faulty", False) and widget.height), None)
+        said = next(
+            (
+                widget
+                for widget in self.ids.fields.walk(restrict=True)
+                if getattr(widget, "faulty", False) and widget.height
+            ),
+            None,
+        )
         if said is not None:
             turn_to(said)
 
 
 class StartChip(StatusBadge):
     """One of the next starts; ``kind`` is the icon of what is in its way. The time of a skipped one is crossed out."""
+
     kind = StringProperty()
 
     def on_kv_post(self, base_widget: object) -> None:
@@ -177,11 +205,13 @@ class StartChip(StatusBadge):
 
 class StartChips(LegendItems):
     """The next starts side by side."""
+
     entry = StartChip
 
 
 class FormWarning(Row, Tap):
     """A ``line`` beside the form; a tap shows the whole sentence, and again the line."""
+
     line = StringProperty()
     text = StringProperty()
     quiet = BooleanProperty(False)
@@ -196,4 +226,5 @@ class FormWarning(Row, Tap):
 
 class FormPart(BoxLayout):
     """Some fields of the form; which there are is in kv. ``card`` is given when it is made, so kv may read ``root.card.view``."""
+
     card = ObjectProperty(None, rebind=True)

@@ -1,4 +1,5 @@
 """Which planned starts the conflicts of the plan are about. Pure."""
+
 from __future__ import annotations
 
 from bisect import bisect_left
@@ -18,7 +19,7 @@ class Contested:
 
     def __init__(self, conflicts: Iterable[Conflict]) -> None:
         self._found = defaultdict[Hashable, list[Conflict]](list)
-        self._places = defaultdict[str, dict[Hashable, None]](dict)         # by the name of a mission, as places count
+        self._places = defaultdict[str, dict[Hashable, None]](dict)  # by the name of a mission, as places count
         for conflict in conflicts:
             if conflict.code in SHOWN:
                 key = _key(conflict)
@@ -35,7 +36,7 @@ class Contested:
         found = list(self._found.get(("start", run.schedule.id, run.at), ()))
         for key in keys:
             those = self._found.get(key, [])
-            for conflict in reversed(those[:bisect_left(those, ends, key=_at)]):
+            for conflict in reversed(those[: bisect_left(those, ends, key=_at)]):
                 until = conflict.details["until"]
                 if until is not None and until <= run.at:
                     break

@@ -3,6 +3,7 @@
 The form knows once, daily, weekly, "every" and monthly; any other rule (yearly, every second week, a count …), as imported files may
 have, is kept as it is under ``Kind.OTHER``. A draft that was opened and not changed makes exactly the schedule it came from.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -16,14 +17,15 @@ from app.domain.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 
-Target = int | tuple[str, int]           # a robot's id, or ("group", id)
-LAST = -1                                # day of month or number of a weekday: the last one
-MOST_MINUTES, MOST_HOURS = 720, 24       # "every …": what the form offers
-SOON = 60                                # days in which a working day is looked for
+Target = int | tuple[str, int]  # a robot's id, or ("group", id)
+LAST = -1  # day of month or number of a weekday: the last one
+MOST_MINUTES, MOST_HOURS = 720, 24  # "every …": what the form offers
+SOON = 60  # days in which a working day is looked for
 
 
 class Kind(StrEnum):
     """How often."""
+
     ONCE = "once"
     DAILY = "daily"
     WEEKLY = "weekly"
@@ -34,15 +36,34 @@ class Kind(StrEnum):
 
 class Unit(StrEnum):
     """Of "every n …"."""
+
     MINUTES = "minutes"
     HOURS = "hours"
 
 
-BEGINS_AT = {Unit.MINUTES: 30, Unit.HOURS: 1}        # "every …" with that unit, until another number is chosen
+BEGINS_AT = {Unit.MINUTES: 30, Unit.HOURS: 1}  # "every …" with that unit, until another number is chosen
 COMMON_MINUTES = (5, 10, 15, 30)
 # the fields that say when, which are changed together, and those that say on what, and what
-TIMES = ("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule", "day", "at", "timezone", "more_hours", "weekdays",
-         "until_time", "month_day", "nth", "month_weekday", "origin", "dragged")
+TIMES = (
+    "kind",
+    "every",
+    "unit",
+    "all_day",
+    "by_weekday",
+    "last_day",
+    "other_rule",
+    "day",
+    "at",
+    "timezone",
+    "more_hours",
+    "weekdays",
+    "until_time",
+    "month_day",
+    "nth",
+    "month_weekday",
+    "origin",
+    "dragged",
+)
 TARGET = ("robot_id", "group_id", "finish_by_minutes")
 TASK = ("mission_id", "parameters")
 
@@ -50,39 +71,40 @@ TASK = ("mission_id", "parameters")
 @dataclass(frozen=True)
 class Draft:
     """What the form shows. ``base`` is the schedule being edited; None: a new one."""
+
     day: date
     at: time
     timezone: str
     mission_id: int | None = None
     robot_id: int | None = None
-    group_id: int | None = None              # in place of the robot: any of this group
+    group_id: int | None = None  # in place of the robot: any of this group
     kind: Kind = Kind.ONCE
-    more_hours: tuple[int, ...] = ()         # daily, weekly, monthly: also at the same minute of these hours
-    weekdays: tuple[str, ...] = WEEKDAYS     # of weekly and every
-    every: int | None = BEGINS_AT[Unit.HOURS]     # None: no number is typed yet
+    more_hours: tuple[int, ...] = ()  # daily, weekly, monthly: also at the same minute of these hours
+    weekdays: tuple[str, ...] = WEEKDAYS  # of weekly and every
+    every: int | None = BEGINS_AT[Unit.HOURS]  # None: no number is typed yet
     unit: Unit = Unit.HOURS
-    all_day: bool = False                    # every: round the clock instead of between two times
-    until_time: time = time(18, 0)           # every: the second of the two times
-    by_weekday: bool = False                 # monthly: n-th weekday instead of day of month
-    month_day: int = 1                       # 1–31 or LAST
-    nth: int = 1                             # 1–5 or LAST
+    all_day: bool = False  # every: round the clock instead of between two times
+    until_time: time = time(18, 0)  # every: the second of the two times
+    by_weekday: bool = False  # monthly: n-th weekday instead of day of month
+    month_day: int = 1  # 1–31 or LAST
+    nth: int = 1  # 1–5 or LAST
     month_weekday: str = "MO"
     last_day: date | None = None
     other_rule: str = ""
     minimum_battery_percent: float | None = None
     start_window_minutes: int | None = None
-    finish_by_minutes: int | None = None     # of a group: it has to be done by then, after its instant
+    finish_by_minutes: int | None = None  # of a group: it has to be done by then, after its instant
     overlap: Overlap = Overlap.SKIP
     priority: int = 0
     respect_working_days: bool = True
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    entered: Mapping[str, Any] = field(default_factory=dict)          # in the parameters' fields, as text where it was typed
+    entered: Mapping[str, Any] = field(default_factory=dict)  # in the parameters' fields, as text where it was typed
     name: str = ""
     base: Schedule | None = None
-    dragged: tuple[Any, ...] | None = None   # its times as a finger made them that dragged one of its starts
-    origin: Schedule | None = None           # where its times come from: the base, or what it is a copy of
-    lost: Schedule | None = None             # what it was of, which has been deleted meanwhile
-    entry: object = field(default_factory=object, compare=False, repr=False)       # the same through all its changes
+    dragged: tuple[Any, ...] | None = None  # its times as a finger made them that dragged one of its starts
+    origin: Schedule | None = None  # where its times come from: the base, or what it is a copy of
+    lost: Schedule | None = None  # what it was of, which has been deleted meanwhile
+    entry: object = field(default_factory=object, compare=False, repr=False)  # the same through all its changes
 
     @property
     def is_new(self) -> bool:
@@ -97,12 +119,20 @@ class Draft:
         """At another robot or group; what only a group can do is dropped for a robot."""
         if isinstance(target, tuple):
             return replace(self, robot_id=None, group_id=target[1])
-        return replace(self, robot_id=target, group_id=None, finish_by_minutes=None,
-                       overlap=Overlap.SKIP if self.overlap is Overlap.PARALLEL else self.overlap)
+        return replace(
+            self,
+            robot_id=target,
+            group_id=None,
+            finish_by_minutes=None,
+            overlap=Overlap.SKIP if self.overlap is Overlap.PARALLEL else self.overlap,
+        )
 
     def is_stored(self, name: str) -> bool:
         """Whether it is a schedule as it is, with nothing changed; ``name`` as a person has given it."""
-        return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin, dragged=self.dragged) == self
+        return (
+            self.base is not None
+            and replace(Draft.of(self.base, name), origin=self.origin, dragged=self.dragged) == self
+        )
 
     def timed_as(self, other: Draft) -> Draft:
         """The same at the times of ``other``."""
@@ -118,9 +148,14 @@ class Draft:
     def times(self) -> tuple[Any, ...]:
         """The fields that decide the instants, as far as this kind uses them."""
         own: dict[Kind, tuple[Any, ...]] = {
-            Kind.WEEKLY: (self.weekdays,), Kind.OTHER: (self.other_rule,),
+            Kind.WEEKLY: (self.weekdays,),
+            Kind.OTHER: (self.other_rule,),
             Kind.EVERY: (self.weekdays, self.every, self.unit, self.all_day, None if self.all_day else self.until_time),
-            Kind.MONTHLY: (self.by_weekday, *((self.nth, self.month_weekday) if self.by_weekday else (self.month_day,)))}
+            Kind.MONTHLY: (
+                self.by_weekday,
+                *((self.nth, self.month_weekday) if self.by_weekday else (self.month_day,)),
+            ),
+        }
         last = None if self.kind is Kind.ONCE else self.last_day
         return self.day, self.at.minute, self._hours(), self.timezone, self.kind, last, *own.get(self.kind, ())
 
@@ -168,12 +203,24 @@ class Draft:
         origin = self.origin
         # a rule that makes the same times keeps the form in which it was stored
         times = origin if origin is not None and self.times == Draft.of(origin).times else self
-        return replace(base, name=self.name.strip(), robot_id=self.robot_id, group_id=self.group_id, mission_id=self.mission_id,
-                       finish_by_minutes=self.finish_by_minutes,
-                       minimum_battery_percent=self.minimum_battery_percent, start_window_minutes=self.start_window_minutes,
-                       overlap=self.overlap, priority=self.priority, respect_working_days=self.respect_working_days,
-                       parameters=self.parameters, start=times.start, timezone=times.timezone, recurrence=times.recurrence,
-                       between=times.between)
+        return replace(
+            base,
+            name=self.name.strip(),
+            robot_id=self.robot_id,
+            group_id=self.group_id,
+            mission_id=self.mission_id,
+            finish_by_minutes=self.finish_by_minutes,
+            minimum_battery_percent=self.minimum_battery_percent,
+            start_window_minutes=self.start_window_minutes,
+            overlap=self.overlap,
+            priority=self.priority,
+            respect_working_days=self.respect_working_days,
+            parameters=self.parameters,
+            start=times.start,
+            timezone=times.timezone,
+            recurrence=times.recurrence,
+            between=times.between,
+        )
 
     def with_day(self, day: date) -> Draft:
         """Another first day; what was derived from the old one changes with it."""
@@ -200,30 +247,56 @@ class Draft:
     @staticmethod
     def derived(day: date) -> dict[str, Any]:
         """Fields of a monthly rule whose first day this is."""
-        nth = (day.day - 1) // 7 + 1 if day.day <= 28 else LAST       # a fifth Monday is rare: the last one is meant
+        nth = (day.day - 1) // 7 + 1 if day.day <= 28 else LAST  # a fifth Monday is rare: the last one is meant
         return {"month_day": day.day, "nth": nth, "month_weekday": WEEKDAYS[day.weekday()]}
 
     @classmethod
-    def new(cls, now: datetime, settings: Settings, robot_id: int | None = None, mission_id: int | None = None,
-            calendar: WorkingCalendar | None = None) -> Draft:
+    def new(
+        cls,
+        now: datetime,
+        settings: Settings,
+        robot_id: int | None = None,
+        mission_id: int | None = None,
+        calendar: WorkingCalendar | None = None,
+    ) -> Draft:
         """An empty form. ``now`` is local: the next full hour, on the next working day."""
         start = (now + timedelta(minutes=65)).replace(minute=0, second=0, microsecond=0, tzinfo=None)
         calendar = calendar or WorkingCalendar(settings)
-        start = next((day for n in range(SOON) if calendar.is_working_day((day := start + timedelta(days=n)).date())), start)
-        return cls(day=start.date(), at=start.time(), timezone=settings.timezone, robot_id=robot_id, mission_id=mission_id,
-                   weekdays=tuple(settings.working_days), **cls.derived(start.date()))
+        start = next(
+            (day for n in range(SOON) if calendar.is_working_day((day := start + timedelta(days=n)).date())), start
+        )
+        return cls(
+            day=start.date(),
+            at=start.time(),
+            timezone=settings.timezone,
+            robot_id=robot_id,
+            mission_id=mission_id,
+            weekdays=tuple(settings.working_days),
+            **cls.derived(start.date()),
+        )
 
     @classmethod
     def of(cls, schedule: Schedule, name: str | None = None) -> Draft:
         """The form for a stored schedule. ``name`` as a person has given it, empty where none has; None: as it is stored."""
         draft = cls(
-            day=schedule.start.date(), at=schedule.start.time(), timezone=schedule.timezone, mission_id=schedule.mission_id,
-            robot_id=schedule.robot_id, group_id=schedule.group_id, finish_by_minutes=schedule.finish_by_minutes,
+            day=schedule.start.date(),
+            at=schedule.start.time(),
+            timezone=schedule.timezone,
+            mission_id=schedule.mission_id,
+            robot_id=schedule.robot_id,
+            group_id=schedule.group_id,
+            finish_by_minutes=schedule.finish_by_minutes,
             minimum_battery_percent=schedule.minimum_battery_percent,
-            start_window_minutes=schedule.start_window_minutes, overlap=schedule.overlap, priority=schedule.priority,
-            respect_working_days=schedule.respect_working_days, parameters=schedule.parameters,
-            name=schedule.name if name is None else name, base=schedule,
-            origin=schedule, **cls.derived(schedule.start.date()))
+            start_window_minutes=schedule.start_window_minutes,
+            overlap=schedule.overlap,
+            priority=schedule.priority,
+            respect_working_days=schedule.respect_working_days,
+            parameters=schedule.parameters,
+            name=schedule.name if name is None else name,
+            base=schedule,
+            origin=schedule,
+            **cls.derived(schedule.start.date()),
+        )
         return replace(draft, **_read_rule(schedule))
 
     def copy(self) -> Draft:
@@ -255,15 +328,20 @@ class Draft:
         if self.kind in (Kind.EVERY, Kind.OTHER):
             by = datetime.combine(before, after.time()) - before
             begins, ends = datetime.combine(before, self.at) + by, datetime.combine(before, self.until_time) + by
-            return replace(self, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59))
+            return replace(
+                self, at=begins.time(), until_time=ends.time() if ends.date() <= begins.date() else time(23, 59)
+            )
         hour = after.hour if before.hour == self.at.hour else self.at.hour
         hours = {*self._hours(), after.hour} - ({before.hour} if before.hour != after.hour else set())
         draft = replace(self, at=time(hour, after.minute), more_hours=tuple(sorted(hours - {hour})))
         if before.date() == after.date():
             return draft
         old, new = WEEKDAYS[before.weekday()], WEEKDAYS[after.weekday()]
-        return replace(draft, weekdays=tuple({new if day == old else day: None for day in self.weekdays}), **(
-            Draft.derived(after.date()) if self.kind is Kind.MONTHLY else {}))
+        return replace(
+            draft,
+            weekdays=tuple({new if day == old else day: None for day in self.weekdays}),
+            **(Draft.derived(after.date()) if self.kind is Kind.MONTHLY else {}),
+        )
 
     def _hours(self) -> list[int]:
         more = self.more_hours if self.kind in (Kind.DAILY, Kind.WEEKLY, Kind.MONTHLY) else ()
@@ -291,8 +369,10 @@ class Draft:
 
 
 _FREQUENCIES = {
-    Kind.DAILY: lambda draft: "FREQ=DAILY", Kind.WEEKLY: lambda draft: "FREQ=WEEKLY",
-    Kind.EVERY: Draft._interval, Kind.MONTHLY: Draft._monthly,
+    Kind.DAILY: lambda draft: "FREQ=DAILY",
+    Kind.WEEKLY: lambda draft: "FREQ=WEEKLY",
+    Kind.EVERY: Draft._interval,
+    Kind.MONTHLY: Draft._monthly,
 }
 
 
@@ -307,8 +387,8 @@ def _read_rule(schedule: Schedule) -> dict[str, Any]:
         return other
     if (until := parts.pop("UNTIL", None)) is not None:
         if len(until) != len("20261231"):
-            return other                 # a time of day, too
-        fields["last_day"] = datetime.strptime(until, "%Y%m%d").date()      # noqa: DTZ007 - a date
+            return other  # a time of day, too
+        fields["last_day"] = datetime.strptime(until, "%Y%m%d").date()  # noqa: DTZ007 - a date
     return other if parts else fields
 
 
@@ -347,7 +427,13 @@ def _read_every(unit: Unit, interval: int, parts: dict[str, str], between: Betwe
     days = _plain_days(parts.pop("BYDAY", ",".join(WEEKDAYS)))
     if days is None or interval > (MOST_HOURS if unit is Unit.HOURS else MOST_MINUTES):
         return None
-    fields: dict[str, Any] = {"kind": Kind.EVERY, "unit": unit, "every": interval, "weekdays": days, "all_day": between is None}
+    fields: dict[str, Any] = {
+        "kind": Kind.EVERY,
+        "unit": unit,
+        "every": interval,
+        "weekdays": days,
+        "all_day": between is None,
+    }
     if between is not None:
         fields |= {"at": between.start, "until_time": between.end}
     return fields

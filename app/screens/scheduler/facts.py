@@ -1,4 +1,5 @@
 """What the Scheduler uses of the app, and what it shows at one moment: read on a background thread, from the database only."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping
@@ -31,17 +32,18 @@ from app.services.robots.maps import RobotMaps
 from app.services.robots.missions import RobotMissions
 from app.services.suggestions.suggestions import Suggestions
 
-HOURS = 24                               # that the timeline shows at first
-MARGIN = 0.5                             # of what it shows, read on either side of it, so that a finger finds something there
+HOURS = 24  # that the timeline shows at first
+MARGIN = 0.5  # of what it shows, read on either side of it, so that a finger finds something there
 DAYS = 7
-BEFORE = timedelta(hours=1)              # of the past stays in sight
-LONGEST_BREAK = timedelta(days=60)       # of closed days on end that can be folded, with what is seen around them
-MOST_PAST = 5000                         # runs of the past in one window
+BEFORE = timedelta(hours=1)  # of the past stays in sight
+LONGEST_BREAK = timedelta(days=60)  # of closed days on end that can be folded, with what is seen around them
+MOST_PAST = 5000  # runs of the past in one window
 
 
 @dataclass(frozen=True)
 class SchedulerServices:
     """Named as in the container."""
+
     settings: Callable[[], Settings]
     calendar: Callable[[], WorkingCalendar]
     catalogue: Catalogue
@@ -63,11 +65,12 @@ class SchedulerServices:
 class Window:
     """What the timeline shows. ``left`` None: it moves with the time, beginning a little before now. Time without work is folded, but for
     what contains one of ``unfolded``; it takes hardly any of the ``hours``."""
+
     left: datetime | None = None
     hours: float = HOURS
     unfolded: frozenset[datetime] = frozenset()
-    robots: frozenset[int] = frozenset()                             # by id; none: all
-    opened: frozenset[Hashable] = frozenset()                        # lines that stand for several lanes, which are shown
+    robots: frozenset[int] = frozenset()  # by id; none: all
+    opened: frozenset[Hashable] = frozenset()  # lines that stand for several lanes, which are shown
 
     def start(self, now: datetime, zone: ZoneInfo) -> datetime:
         """UTC instant of the left edge."""
@@ -83,7 +86,7 @@ def _beyond(start: datetime, hours: float, zone: ZoneInfo, calendar: WorkingCale
     """The instant so many hours of working days after ``start``, or before it."""
     at, left, way = start, abs(hours), 1 if hours > 0 else -1
     while left > 0 and abs(at - start) < LONGEST_BREAK:
-        step = min(left, 1.)
+        step = min(left, 1.0)
         left -= step if calendar.is_working_day((at + timedelta(hours=way * step / 2)).astimezone(zone).date()) else 0
         at += timedelta(hours=way * step)
     return at
@@ -97,20 +100,30 @@ class SchedulerFacts:
     groups: tuple[Group, ...] = ()
     missions: tuple[Mission, ...] = ()
     schedules: tuple[Schedule, ...] = ()
-    last: Mapping[int, Execution] = field(default_factory=dict)      # by schedule: its newest execution
-    planned: tuple[PlannedRun, ...] = ()                             # within the window, or the next days for the list
-    conflicts: tuple[Conflict, ...] = ()                             # of them, in order of time
-    more: Mapping[int, datetime] = field(default_factory=dict)       # by schedule: from when on it has starts that are not in ``planned``
-    past: tuple[Execution, ...] = ()     # planned within the window and before now, open ones included; and skipped ones to come
-    holds: tuple[Hold, ...] = ()                                     # set by persons and not over
-    own_hold: Hold | None = None                                     # the tablet's: its clock is wrong, or its data another tablet's
-    usual_s: Mapping[tuple[int, str], float] = field(default_factory=dict)   # how long open missions take, by robot and guid
-    names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # of the missions that a robot has, by its id and their guid
-    typed: frozenset[tuple[int, str]] = frozenset()                  # of these, those known from Settings only
-    stopped: frozenset[int] = frozenset()                            # ids of robots that do nothing until a person has seen to them
-    silent: Mapping[int, Connection] = field(default_factory=dict)   # how robots that give no answer, or none to trust, are connected
-    given: Given = NOTHING_KNOWN                                     # what is known of the values that missions get
-    skips: frozenset[tuple[int, datetime]] = frozenset()             # starts to come that are skipped: schedule and instant
+    last: Mapping[int, Execution] = field(default_factory=dict)  # by schedule: its newest execution
+    planned: tuple[PlannedRun, ...] = ()  # within the window, or the next days for the list
+    conflicts: tuple[Conflict, ...] = ()  # of them, in order of time
+    more: Mapping[int, datetime] = field(
+        default_factory=dict
+    )  # by schedule: from when on it has starts that are not in ``planned``
+    past: tuple[
+        Execution, ...
+    ] = ()  # planned within the window and before now, open ones included; and skipped ones to come
+    holds: tuple[Hold, ...] = ()  # set by persons and not over
+    own_hold: Hold | None = None  # the tablet's: its clock is wrong, or its data another tablet's
+    usual_s: Mapping[tuple[int, str], float] = field(
+        default_factory=dict
+    )  # how long open missions take, by robot and guid
+    names: Mapping[int, Mapping[str, str]] = field(
+        default_factory=dict
+    )  # of the missions that a robot has, by its id and their guid
+    typed: frozenset[tuple[int, str]] = frozenset()  # of these, those known from Settings only
+    stopped: frozenset[int] = frozenset()  # ids of robots that do nothing until a person has seen to them
+    silent: Mapping[int, Connection] = field(
+        default_factory=dict
+    )  # how robots that give no answer, or none to trust, are connected
+    given: Given = NOTHING_KNOWN  # what is known of the values that missions get
+    skips: frozenset[tuple[int, datetime]] = frozenset()  # starts to come that are skipped: schedule and instant
 
     @property
     def zone(self) -> ZoneInfo:
@@ -152,19 +165,28 @@ class SchedulerFacts:
     def may_start_after_all(self, execution: Execution, now: datetime) -> bool:
         """Whether it is such a start, and would run if it were not skipped."""
         schedule, at = self.schedule(execution.schedule_id), execution.planned_at
-        return self.is_skipped(execution, now) and schedule is not None and schedule.enabled and not schedule.is_paused(at)
+        return (
+            self.is_skipped(execution, now) and schedule is not None and schedule.enabled and not schedule.is_paused(at)
+        )
 
     def name(self, schedule: Schedule | None) -> str:
         """The name that a person has given it; empty where it is made of mission and robot, or group."""
         if schedule is None:
             return ""
         target, mission = self.target(schedule), self.mission(schedule.mission_id)
-        return names.given_to_schedule(schedule.name, mission.name, target.name) if target and mission else schedule.name
+        return (
+            names.given_to_schedule(schedule.name, mission.name, target.name) if target and mission else schedule.name
+        )
 
     @property
     def names_of_all(self) -> list[tuple[int, str]]:
         """Of what a schedule can name, and of the schedules."""
-        named: tuple[Robot | Group | Mission | Schedule, ...] = (*self.robots, *self.groups, *self.missions, *self.schedules)
+        named: tuple[Robot | Group | Mission | Schedule, ...] = (
+            *self.robots,
+            *self.groups,
+            *self.missions,
+            *self.schedules,
+        )
         return [(each.id, each.name) for each in named]
 
     def given_to(self) -> Iterator[Start]:
@@ -191,28 +213,45 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
     """Read everything; without a window the plan of a week. Called off the UI thread: asks the database, never a robot."""
     catalogue, history, now, settings = services.catalogue, services.history, services.clock.now(), services.settings()
     calendar = services.calendar()
-    start, end = (now, now + timedelta(days=DAYS)) if window is None else window.span(now, ZoneInfo(settings.timezone), calendar)
+    start, end = (
+        (now, now + timedelta(days=DAYS)) if window is None else window.span(now, ZoneInfo(settings.timezone), calendar)
+    )
     stored = {schedule.id: schedule for schedule in catalogue.schedules()}
-    skips = frozenset((number, at) for number, at in services.plan.skips() if _is_start(at, stored.get(number), calendar))
+    skips = frozenset(
+        (number, at) for number, at in services.plan.skips() if _is_start(at, stored.get(number), calendar)
+    )
     schedules = tuple(_without(skips, schedule, calendar) for schedule in stored.values())
     rows = history.page(ExecutionFilter(start=start - LONGEST_RUN, end=end), size=MOST_PAST).rows
     soon = now + timedelta(seconds=1)
     past = tuple(e for e in rows if e.planned_at < soon or (e.schedule_id, e.planned_at) in skips)
-    open_ones = {(e.robot_id, e.mission_guid) for e in past if (e.state.is_open or e.planned_at > now) and e.robot_id is not None}
+    open_ones = {
+        (e.robot_id, e.mission_guid) for e in past if (e.state.is_open or e.planned_at > now) and e.robot_id is not None
+    }
     usual = {key: found for key in open_ones if (found := history.expected(*key)) is not None}
-    for year in (now.year, now.year + 1):                            # so that drawing doesn't have to compute their public holidays
+    for year in (now.year, now.year + 1):  # so that drawing doesn't have to compute their public holidays
         calendar.day_status(now.date().replace(year=year, day=1))
     robots, planned = by_name(catalogue.robots()), services.plan.between(start, end)
     return SchedulerFacts(
-        settings=settings, calendar=calendar, robots=robots, groups=by_name(catalogue.groups()), missions=tuple(catalogue.missions()),
+        settings=settings,
+        calendar=calendar,
+        robots=robots,
+        groups=by_name(catalogue.groups()),
+        missions=tuple(catalogue.missions()),
         schedules=schedules,
         last={schedule.id: last for schedule in schedules if (last := _last(history, schedule, now)) is not None},
-        planned=planned.runs, conflicts=planned.conflicts, more=planned.more, past=past, holds=tuple(services.holds.current()),
+        planned=planned.runs,
+        conflicts=planned.conflicts,
+        more=planned.more,
+        past=past,
+        holds=tuple(services.holds.current()),
         own_hold=next((hold for hold in services.holds.all_active() if hold.clock or hold.is_copy), None),
         usual_s={key: one.median_s for key, one in usual.items() if one.median_s},
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
-        typed=frozenset(key for key, one in usual.items() if one.typed), silent=silent(services.snapshots, robots), skips=skips,
-        stopped=stopped(services, settings, robots))
+        typed=frozenset(key for key, one in usual.items() if one.typed),
+        silent=silent(services.snapshots, robots),
+        skips=skips,
+        stopped=stopped(services, settings, robots),
+    )
 
 
 def silent(snapshots: Snapshots, robots: Iterable[Robot]) -> Mapping[int, Connection]:

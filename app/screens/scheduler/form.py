@@ -1,4 +1,5 @@
 """The Scheduler's form: keeps the draft, asks for its forecast while it is edited, saves it. Its texts are made by form_view.py."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,8 +24,8 @@ from app.screens.scheduler.form_view import Preview
 from app.screens.scheduler.form_warnings import WarningRow
 from app.services.catalogue.preview import Forecast
 
-AFTER_TYPING = 0.1                       # s of rest before the forecast is asked for
-MOST_ASIDE = 5                           # drafts that are kept
+AFTER_TYPING = 0.1  # s of rest before the forecast is asked for
+MOST_ASIDE = 5  # drafts that are kept
 # what the next form goes on with
 KEPT = ("_facts", "_draft", "_empty", "_offered", "_submitted", "_in_writing", "saving", "aside", "more", "entry")
 
@@ -33,13 +34,20 @@ class FormModel(FormFields):
     """``saved(schedule, is_left)`` is called when one has been stored, ``is_left`` unless somebody has begun
     another one meanwhile or changed this one, and returns whether it says so itself; ``skip(schedule, start)`` to leave out a start,
     ``again(schedule, start)`` to start it after all."""
-    more = BooleanProperty(False)        # the less common fields are shown
-    aside = ListProperty()               # drafts with what was entered and not saved, the last one last
+
+    more = BooleanProperty(False)  # the less common fields are shown
+    aside = ListProperty()  # drafts with what was entered and not saved, the last one last
 
     __events__ = ("on_draft",)
 
-    def __init__(self, services: SchedulerServices, shell: Shell, saved: Callable[[Schedule, bool], bool],
-                 skip: Callable[[Schedule, datetime], object], again: Callable[[Schedule, datetime], object]) -> None:
+    def __init__(
+        self,
+        services: SchedulerServices,
+        shell: Shell,
+        saved: Callable[[Schedule, bool], bool],
+        skip: Callable[[Schedule, datetime], object],
+        again: Callable[[Schedule, datetime], object],
+    ) -> None:
         super().__init__()
         self._services, self._shell, self._saved, self._skip, self._again = services, shell, saved, skip, again
         self._facts = SchedulerFacts()
@@ -47,11 +55,11 @@ class FormModel(FormFields):
         self._forecast_later = Clock.create_trigger(lambda _dt: self.forecast(), AFTER_TYPING)
         self._draft = self._fresh()
         self.entry = self._draft.entry
-        self._submitted: object = None                        # the entry that is being written as it is in the form
-        self._in_writing: set[object] = set()                 # entries that are, be they in the form or not
-        self._empty: Draft | None = self._draft               # as it was begun; None: something was put into it
-        self._offered: Draft | None = None                    # as a finger on free time has begun it
-        self._successor: FormModel | None = None              # that goes on with all of it
+        self._submitted: object = None  # the entry that is being written as it is in the form
+        self._in_writing: set[object] = set()  # entries that are, be they in the form or not
+        self._empty: Draft | None = self._draft  # as it was begun; None: something was put into it
+        self._offered: Draft | None = None  # as a finger on free time has begun it
+        self._successor: FormModel | None = None  # that goes on with all of it
 
     # ------------------------------------------------------------------ what is edited
     @property
@@ -73,7 +81,7 @@ class FormModel(FormFields):
         schedule that is deleted meanwhile leaves it."""
         base, is_stored = self._draft.base, self._is_stored
         if facts.names_of_all != self._facts.names_of_all:
-            self._refused = None                              # it may be possible now
+            self._refused = None  # it may be possible now
         self._facts = facts
         if not self.is_in_use:
             self._draft = self._empty = replace(self._fresh(), entry=self._draft.entry)
@@ -88,7 +96,11 @@ class FormModel(FormFields):
     def _brought_up_to_date(self, draft: Draft) -> Draft:
         """A schedule that is deleted meanwhile is made anew by saving."""
         base, facts = draft.base or draft.lost, self._facts
-        return draft.brought_up_to_date(facts.schedule(base.id), facts.name) if base is not None and facts.robots else draft
+        return (
+            draft.brought_up_to_date(facts.schedule(base.id), facts.name)
+            if base is not None and facts.robots
+            else draft
+        )
 
     def begin(self, draft: Draft | None = None) -> None:
         """Show ``draft``, which fires ``on_draft``, or an empty form. Unsaved entries that are not in it can be brought back."""
@@ -96,8 +108,12 @@ class FormModel(FormFields):
         kept = self._draft
         if self._is_entered and not (draft is not None and draft.keeps(kept)):
             self._put_aside(kept)
-            said = _("{name}: what was entered and not saved is put aside").format(name=form_view.called(self._facts, kept))
-            self._shell.snackbars.undo(said, _("Bring it back"), lambda: self.bring_back(kept.entry), about=_about(kept))
+            said = _("{name}: what was entered and not saved is put aside").format(
+                name=form_view.called(self._facts, kept)
+            )
+            self._shell.snackbars.undo(
+                said, _("Bring it back"), lambda: self.bring_back(kept.entry), about=_about(kept)
+            )
         if draft is not None:
             self._keep_aside([each for each in self.aside if each.entry is not draft.entry])
         self._show_draft(draft)
@@ -150,15 +166,22 @@ class FormModel(FormFields):
             self.bring_back(self.aside[0].entry)
             return
         options = [form_view.aside_option(self._facts, draft) for draft in reversed(self.aside)]
-        self._ask(self._shell.dialogs.choose(
-            _("Bring back"), [*options, Option(None, _("Throw all of them away"), "delete-outline")],
-            lambda entry: self._throw_away() if entry is None else self.bring_back(entry)), about="aside")
+        self._ask(
+            self._shell.dialogs.choose(
+                _("Bring back"),
+                [*options, Option(None, _("Throw all of them away"), "delete-outline")],
+                lambda entry: self._throw_away() if entry is None else self.bring_back(entry),
+            ),
+            about="aside",
+        )
 
     def _throw_away(self) -> None:
         """All that was put aside."""
         thrown = self.aside
         self._keep_aside([])
-        self._shell.snackbars.undo(_("What was put aside is thrown away"), _("Undo"), lambda: self._shell.go("scheduler", aside=thrown))
+        self._shell.snackbars.undo(
+            _("What was put aside is thrown away"), _("Undo"), lambda: self._shell.go("scheduler", aside=thrown)
+        )
 
     def bring_back(self, entry: object) -> None:
         """Of what was put aside; what is in the form now takes its place there."""
@@ -218,10 +241,18 @@ class FormModel(FormFields):
         is_moved = self._draft.base is not None and self._draft.dragged == self._draft.times
         if is_moved and not self._is_stored:
             is_skipped = any(number == self.editing for number, _at in self._facts.skips)
-            text = _("Not saved yet. Saving moves all its starts like this one.") if self._draft.kind is not Kind.ONCE else \
-                _("Not saved yet. Until then it is skipped.") if is_skipped else _("Not saved yet. Until then it starts as before.")
-            view = replace(view, skip_why=text) if view.has_skip else \
-                replace(view, warnings=(WarningRow(text, quiet=True), *view.warnings))
+            text = (
+                _("Not saved yet. Saving moves all its starts like this one.")
+                if self._draft.kind is not Kind.ONCE
+                else _("Not saved yet. Until then it is skipped.")
+                if is_skipped
+                else _("Not saved yet. Until then it starts as before.")
+            )
+            view = (
+                replace(view, skip_why=text)
+                if view.has_skip
+                else replace(view, warnings=(WarningRow(text, quiet=True), *view.warnings))
+            )
         self.view = view
         self.more = self.more or view.wrong_field in form_view.UNDER_MORE
 
@@ -238,32 +269,42 @@ class FormModel(FormFields):
             try:
                 self._draft = replace(self._draft, parameters=values_of(self._asked, parameters or {}))
             except Problems as problems:
-                self.problems = dict(problems.by_name)        # at the fields, which may be out of sight
+                self.problems = dict(problems.by_name)  # at the fields, which may be out of sight
                 labels = {field.name: field.label for field in self.parameters}
                 name, problem = next(iter(problems.by_name.items()))
-                self._shell.snackbars.show(_("{field}: {problem}").format(field=labels[name], problem=problem), icon="alert-circle-outline")
+                self._shell.snackbars.show(
+                    _("{field}: {problem}").format(field=labels[name], problem=problem), icon="alert-circle-outline"
+                )
                 return
         draft, schedule = self._draft, self._draft.schedule()
         self.saving, self._submitted = True, draft.entry
         self._in_writing.add(draft.entry)
         self._shell.background.run(
-            lambda: self._services.catalogue.save_schedule(schedule), lambda saved: self._present._is_saved(draft, saved),
-            lambda problem: self._present._not_saved(draft, problem))
+            lambda: self._services.catalogue.save_schedule(schedule),
+            lambda saved: self._present._is_saved(draft, saved),
+            lambda problem: self._present._not_saved(draft, problem),
+        )
 
     def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
         """``draft`` was; what has been entered since is not, be it in the form or put aside."""
         is_same, is_left = self._is_written(draft)
         new, name = draft.is_new, self._facts.called(schedule)
-        self._facts = replace(self._facts, schedules=(*(each for each in self._facts.schedules if each.id != schedule.id), schedule))
-        self._keep_aside([replace(each, base=schedule, lost=None) if each.entry is draft.entry else each for each in self.aside])
+        self._facts = replace(
+            self._facts, schedules=(*(each for each in self._facts.schedules if each.id != schedule.id), schedule)
+        )
+        self._keep_aside(
+            [replace(each, base=schedule, lost=None) if each.entry is draft.entry else each for each in self.aside]
+        )
         if is_left:
             self.clear()
         elif is_same:
             self._draft = replace(self._draft, base=schedule, lost=None)
             self._changed()
         if not self._saved(schedule, is_left):
-            self._shell.snackbars.show(_("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
-                                       icon="calendar-check")
+            self._shell.snackbars.show(
+                _("{name} is planned").format(name=name) if new else _("{name} is changed").format(name=name),
+                icon="calendar-check",
+            )
 
     def _is_written(self, draft: Draft) -> tuple[bool, bool]:
         """Or not: it is over. Whether the form has an entry of that, and whether it has it as it was."""
@@ -275,11 +316,11 @@ class FormModel(FormFields):
 
     def _not_saved(self, draft: Draft, problem: BaseException) -> None:
         is_same, is_left = self._is_written(draft)
-        if isinstance(problem, InvalidInput) and is_left and self._draft == draft:         # nor changed by a reading
+        if isinstance(problem, InvalidInput) and is_left and self._draft == draft:  # nor changed by a reading
             self._refused = problem
             self.show()
             return
-        if not is_same:                                       # somebody is on with another one, in good faith
+        if not is_same:  # somebody is on with another one, in good faith
             self._put_aside(draft)
         self._shell.say_problem(problem, form_view.called(self._facts, draft))
 
@@ -295,7 +336,9 @@ class FormModel(FormFields):
 
     def _change(self, draft: Draft) -> None:
         if draft != self._draft:
-            self._draft = draft if draft.mission_id == self._draft.mission_id else replace(draft, parameters={}, entered={})
+            self._draft = (
+                draft if draft.mission_id == self._draft.mission_id else replace(draft, parameters={}, entered={})
+            )
             self._is_changed()
             self._changed()
 
@@ -303,7 +346,7 @@ class FormModel(FormFields):
         self._refused = None
         self._preview = replace(self._preview, problem=None)
         self._ask_parameters()
-        self.show()                                           # at once what needs no service
+        self.show()  # at once what needs no service
         self._forecast_soon()
 
     def leave(self) -> None:
@@ -326,8 +369,12 @@ class FormModel(FormFields):
             self.show()
             return
         known = self._services.robot_missions.names(schedule.robot_id) if schedule.robot_id else {}
-        self._shell.background.run(lambda: self._ask_forecast(schedule, known), lambda preview: self._take_preview(draft, preview),
-                                   self._shell.say_problem, key=("scheduler", "forecast"))
+        self._shell.background.run(
+            lambda: self._ask_forecast(schedule, known),
+            lambda preview: self._take_preview(draft, preview),
+            self._shell.say_problem,
+            key=("scheduler", "forecast"),
+        )
 
     def _ask_forecast(self, schedule: Schedule, known: Mapping[str, str]) -> Preview:
         try:
@@ -343,8 +390,13 @@ class FormModel(FormFields):
 
 def _uses_more(draft: Draft) -> bool:
     """Whether one of the less common fields is not at its default."""
-    return bool(draft.last_day or draft.more_hours or (draft.priority and draft.group_id is None) or draft.overlap is not Overlap.SKIP
-                or not draft.respect_working_days)
+    return bool(
+        draft.last_day
+        or draft.more_hours
+        or (draft.priority and draft.group_id is None)
+        or draft.overlap is not Overlap.SKIP
+        or not draft.respect_working_days
+    )
 
 
 def _about(draft: Draft) -> tuple[str, object]:

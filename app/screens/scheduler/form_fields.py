@@ -1,4 +1,5 @@
 """The part of the form in which a person chooses: what its fields do, and what they ask."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -22,8 +23,9 @@ from app.widgets.fields import whole_number
 
 class FormFields(AsksRobot):
     """``view`` is what is shown. A question is about the draft in the form, ``entry``, and closes when another one takes its place."""
+
     view = ObjectProperty(FormView(), rebind=True)
-    entry = ObjectProperty(None, allownone=True)         # of the draft in the form
+    entry = ObjectProperty(None, allownone=True)  # of the draft in the form
     _preview: Preview
     _skip: Callable[[Schedule, datetime], object]
     _again: Callable[[Schedule, datetime], object]
@@ -36,6 +38,7 @@ class FormFields(AsksRobot):
 
     def _ask(self, question: Overlay, about: str = "entry") -> None:
         """Until that property changes: messages above a dialog can be pressed, and what Save has waited for is saved some time."""
+
         def close(*_args: object) -> None:
             question.dismiss()
 
@@ -48,15 +51,26 @@ class FormFields(AsksRobot):
 
     def choose_mission(self) -> None:
         if not form_view.mission_options(self._facts, self._draft.target):
-            self._shell.dialogs.confirm(_("No missions yet"), _("Missions are made on the robot; in Settings they are fetched from it."),
-                                        _("Open Settings"), lambda: self._shell.go("settings", section="missions"))
+            self._shell.dialogs.confirm(
+                _("No missions yet"),
+                _("Missions are made on the robot; in Settings they are fetched from it."),
+                _("Open Settings"),
+                lambda: self._shell.go("settings", section="missions"),
+            )
             return
         self.choose("mission_id")
 
     def pick_day(self) -> None:
         today = self._local_now().date()
-        self._ask(self._shell.dialogs.pick_date(self.view.day_label, self._draft.day, lambda day: self._change(self._draft.with_day(day)),
-                                                today=today, first=min(today, self._draft.day)))
+        self._ask(
+            self._shell.dialogs.pick_date(
+                self.view.day_label,
+                self._draft.day,
+                lambda day: self._change(self._draft.with_day(day)),
+                today=today,
+                first=min(today, self._draft.day),
+            )
+        )
 
     def take_free(self) -> None:
         """The offered time, at which no other run of the robot is in the way."""
@@ -69,9 +83,13 @@ class FormFields(AsksRobot):
         if schedule is None or forecast is None:
             return
         title = _("Skip or take back which start of {name}?") if forecast.skipped else _("Skip which start of {name}?")
-        self._ask(self._shell.dialogs.choose(
-            title.format(name=self._facts.called(schedule)), form_view.skip_options(forecast, self._draft, self._services.clock.now()),
-            lambda at: self._again(schedule, at) if at in forecast.skipped else self._skip(schedule, at)))
+        self._ask(
+            self._shell.dialogs.choose(
+                title.format(name=self._facts.called(schedule)),
+                form_view.skip_options(forecast, self._draft, self._services.clock.now()),
+                lambda at: self._again(schedule, at) if at in forecast.skipped else self._skip(schedule, at),
+            )
+        )
 
     def pick_time(self) -> None:
         self._ask(self._shell.dialogs.pick_time(self.view.time_label, self._draft.at, lambda at: self.set(at=at)))
@@ -80,11 +98,18 @@ class FormFields(AsksRobot):
         self._ask(self._shell.dialogs.pick_time(_("Until"), self._draft.until_time, lambda at: self.set(until_time=at)))
 
     def pick_last_day(self) -> None:
-        self._ask(self._shell.dialogs.pick_date(_("Last day"), self._draft.last_day or self._draft.day, lambda day: self.set(last_day=day),
-                                                today=self._local_now().date(), first=self._draft.day))
+        self._ask(
+            self._shell.dialogs.pick_date(
+                _("Last day"),
+                self._draft.last_day or self._draft.day,
+                lambda day: self.set(last_day=day),
+                today=self._local_now().date(),
+                first=self._draft.day,
+            )
+        )
 
     def choose_kind(self, kind: str) -> None:
-        """"Interval" begins with an end that is after its beginning."""
+        """ "Interval" begins with an end that is after its beginning."""
         draft = self._draft
         later = {}
         if kind == Kind.EVERY and draft.until_time <= draft.at:
@@ -107,13 +132,27 @@ class FormFields(AsksRobot):
             self.set(unit=Unit(unit), every=BEGINS_AT[Unit(unit)])
 
     def choose_also(self) -> None:
-        self._ask(self._shell.dialogs.choose_many(_("Also at"), form_view.also_options(self._draft), _("Set"),
-                                                  lambda hours: self.set(more_hours=tuple(hours)), selected=self._draft.more_hours))
+        self._ask(
+            self._shell.dialogs.choose_many(
+                _("Also at"),
+                form_view.also_options(self._draft),
+                _("Set"),
+                lambda hours: self.set(more_hours=tuple(hours)),
+                selected=self._draft.more_hours,
+            )
+        )
 
     def step_to(self, field: str) -> None:
         """Ask for the number of a field of the draft."""
-        self._ask(self._shell.dialogs.open(StepDialog(form_view.steps(self._facts, self._draft, field), getattr(self._draft, field),
-                                                      lambda chosen: self.set(**{field: chosen}))))
+        self._ask(
+            self._shell.dialogs.open(
+                StepDialog(
+                    form_view.steps(self._facts, self._draft, field),
+                    getattr(self._draft, field),
+                    lambda chosen: self.set(**{field: chosen}),
+                )
+            )
+        )
 
     def choose(self, field: str) -> None:
         """Pick the value of a field of the draft."""
@@ -126,6 +165,17 @@ class FormFields(AsksRobot):
             "month_weekday": (_("Weekday"), form_view.weekday_options()),
             "overlap": (_("When the previous run is still open"), form_view.overlap_options(draft)),
         }[field]
-        self._ask(self._shell.dialogs.choose(title, options, or_fetch(self._shell, lambda key: self._change(
-            self._draft.aimed_at(key) if field == "target" else replace(self._draft, **{field: key}))), selected=selected,
-            last=fetch_option() if field == "mission_id" else None))
+        self._ask(
+            self._shell.dialogs.choose(
+                title,
+                options,
+                or_fetch(
+                    self._shell,
+                    lambda key: self._change(
+                        self._draft.aimed_at(key) if field == "target" else replace(self._draft, **{field: key})
+                    ),
+                ),
+                selected=selected,
+                last=fetch_option() if field == "mission_id" else None,
+            )
+        )

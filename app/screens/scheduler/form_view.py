@@ -1,4 +1,5 @@
 """Texts of the form: what is chosen, what is wrong with it and where, which starts would follow. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -24,21 +25,43 @@ from app.services.planning.sentences import left_out
 
 # field of a service's InvalidInput -> the form's field that shows it
 FIELDS = {
-    "start": "day", "recurrence": "kind", "between": "until_time", "minimum_battery_percent": "battery", "start_window_minutes": "window",
-    "until": "last_day", "respect_working_days": "day", "overlap": "overlap", "finish_by_minutes": "finish_by", "group": "robot",
+    "start": "day",
+    "recurrence": "kind",
+    "between": "until_time",
+    "minimum_battery_percent": "battery",
+    "start_window_minutes": "window",
+    "until": "last_day",
+    "respect_working_days": "day",
+    "overlap": "overlap",
+    "finish_by_minutes": "finish_by",
+    "group": "robot",
 }
 UNDER_MORE = ("last_day", "name")
-SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "every", "until_time", "battery", "window", "overlap", "finish_by",
-                *UNDER_MORE)
-SOON = timedelta(days=28)    # in which a weekday and its number say which day is meant
-WINDOWS = (5, 15, 30, 60, 120)           # min
-BATTERIES = (10, 20, 30, 50)             # %
-SKIPPED = "skip-next"                    # icon of a start that a person skips
+SHOWN_FIELDS = (
+    "mission",
+    "robot",
+    "day",
+    "time",
+    "kind",
+    "weekdays",
+    "every",
+    "until_time",
+    "battery",
+    "window",
+    "overlap",
+    "finish_by",
+    *UNDER_MORE,
+)
+SOON = timedelta(days=28)  # in which a weekday and its number say which day is meant
+WINDOWS = (5, 15, 30, 60, 120)  # min
+BATTERIES = (10, 20, 30, 50)  # %
+SKIPPED = "skip-next"  # icon of a start that a person skips
 
 
 @dataclass(frozen=True)
 class Preview:
     """What the services answer to a draft: a forecast, or why it can't be saved."""
+
     forecast: Forecast | None = None
     problem: InvalidInput | None = None
 
@@ -46,6 +69,7 @@ class Preview:
 @dataclass(frozen=True)
 class StartRow:
     """One of the next starts; ``kind`` is the icon of one with a warning, one that is held or one that is skipped."""
+
     text: str
     kind: str = ""
 
@@ -53,8 +77,9 @@ class StartRow:
 @dataclass(frozen=True)
 class Steps:
     """A number that is asked for. ``chips``: key and word of the common values; those that are no numbers themselves are in ``meant``."""
+
     title: str
-    label: str                           # of the number itself
+    label: str  # of the number itself
     help: str
     minimum: int
     maximum: int
@@ -71,8 +96,9 @@ class Steps:
 @dataclass(frozen=True)
 class FormView:
     """What the form shows."""
+
     title: str = ""
-    closable: bool = False               # there is something in it
+    closable: bool = False  # there is something in it
     mission: str = ""
     robot: str = ""
     day_label: str = ""
@@ -85,17 +111,17 @@ class FormView:
     day_chips: tuple[Option, ...] = ()
     every: int | None = 1
     most_every: int = MOST_HOURS
-    common_every: tuple[Option, ...] = ()        # numbers that are chosen by one tap
+    common_every: tuple[Option, ...] = ()  # numbers that are chosen by one tap
     unit: str = Unit.HOURS
     all_day: bool = False
     by_weekday: bool = False
     nth: str = ""
     month_weekday: str = ""
     month_day: str = ""
-    left_out: str = ""                   # the months that don't have that day; the last day of each is offered then
+    left_out: str = ""  # the months that don't have that day; the last day of each is offered then
     repeats: bool = False
     last_day: str = ""
-    ends: bool = False                   # a last day is set
+    ends: bool = False  # a last day is set
     can_also: bool = False
     also: str = ""
     battery: str = ""
@@ -109,17 +135,17 @@ class FormView:
     name_hint: str = ""
     sentence: str = ""
     starts: tuple[StartRow, ...] = ()
-    has_skip: bool = False               # there are starts of which one can be skipped, or is
-    skip: str = ""                       # offers that, and to start after all what is skipped
-    can_skip: bool = False               # one of those shown
-    skip_why: str = ""                   # it can't be skipped
-    lasts: str = ""                      # how long it takes, and how that is known
+    has_skip: bool = False  # there are starts of which one can be skipped, or is
+    skip: str = ""  # offers that, and to start after all what is skipped
+    can_skip: bool = False  # one of those shown
+    skip_why: str = ""  # it can't be skipped
+    lasts: str = ""  # how long it takes, and how that is known
     warnings: tuple[WarningRow, ...] = ()
-    free: str = ""                       # offers a time at which no other run is in the way
+    free: str = ""  # offers a time at which no other run is in the way
     save: str = ""
     save_off: bool = True
-    why: str = ""                        # it can't be saved
-    wrong_field: str = ""                # that is the reason, and says so; empty: it is said beside Save
+    why: str = ""  # it can't be saved
+    wrong_field: str = ""  # that is the reason, and says so; empty: it is said beside Save
 
     def problem_at(self, field: str) -> str:
         return self.why if field == self.wrong_field else ""
@@ -128,8 +154,12 @@ class FormView:
     def kind_fields(self) -> str:
         """The widget with the fields that this kind of recurrence needs besides; empty: none."""
         monthly = "MonthWeekdayFields" if self.by_weekday else "MonthDayFields"
-        return {Kind.WEEKLY: "WeeklyFields", Kind.EVERY: "EveryFields", Kind.MONTHLY: monthly, Kind.OTHER: "OtherFields"}.get(
-            Kind(self.kind), "")
+        return {
+            Kind.WEEKLY: "WeeklyFields",
+            Kind.EVERY: "EveryFields",
+            Kind.MONTHLY: monthly,
+            Kind.OTHER: "OtherFields",
+        }.get(Kind(self.kind), "")
 
 
 def called(facts: SchedulerFacts, draft: Draft) -> str:
@@ -157,38 +187,63 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     target = facts.target(draft)
     field_name, problem = _problem(facts, draft, preview, now)
     forecast = None if problem else preview.forecast
-    waits = mission is None or target is None                      # not begun rather than wrong
+    waits = mission is None or target is None  # not begun rather than wrong
     minimum = rules.minimum_battery(_schedule_so_far(draft), mission, facts.settings)
     repeats = draft.kind not in (Kind.ONCE, Kind.OTHER)
     skipped = forecast.skipped if forecast else ()
-    is_stored = draft.is_stored(facts.name(draft.base))              # what is shown are its starts
+    is_stored = draft.is_stored(facts.name(draft.base))  # what is shown are its starts
     return FormView(
         title=_("New schedule") if draft.is_new else _("Edit schedule"),
-        mission=mission.name if mission else _("Choose a mission"), robot=of_groups.target_text(target),
-        day_label=_("First day") if draft.kind is not Kind.ONCE else _("Day"), day=formats.wall_day(draft.day, year=True),
-        time_label=_("From") if draft.kind is Kind.EVERY and not draft.all_day else _("Time"), time=formats.wall_time(draft.at),
-        until=formats.wall_time(draft.until_time), kind=draft.kind, kinds=kinds(draft), day_chips=_day_chips(draft),
-        every=draft.every, most_every=MOST_HOURS if draft.unit is Unit.HOURS else MOST_MINUTES, unit=draft.unit, all_day=draft.all_day,
+        mission=mission.name if mission else _("Choose a mission"),
+        robot=of_groups.target_text(target),
+        day_label=_("First day") if draft.kind is not Kind.ONCE else _("Day"),
+        day=formats.wall_day(draft.day, year=True),
+        time_label=_("From") if draft.kind is Kind.EVERY and not draft.all_day else _("Time"),
+        time=formats.wall_time(draft.at),
+        until=formats.wall_time(draft.until_time),
+        kind=draft.kind,
+        kinds=kinds(draft),
+        day_chips=_day_chips(draft),
+        every=draft.every,
+        most_every=MOST_HOURS if draft.unit is Unit.HOURS else MOST_MINUTES,
+        unit=draft.unit,
+        all_day=draft.all_day,
         common_every=_common_every(draft),
-        by_weekday=draft.by_weekday, nth=nth_text(draft.nth), month_day=month_day_text(draft.month_day),
-        month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)], left_out=_left_out(draft),
-        repeats=repeats, last_day=formats.wall_day(draft.last_day, year=True) if repeats and draft.last_day else _("No last day"),
-        ends=repeats and draft.last_day is not None, can_also=repeats and draft.kind is not Kind.EVERY, also=_also(draft),
+        by_weekday=draft.by_weekday,
+        nth=nth_text(draft.nth),
+        month_day=month_day_text(draft.month_day),
+        month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
+        left_out=_left_out(draft),
+        repeats=repeats,
+        last_day=formats.wall_day(draft.last_day, year=True) if repeats and draft.last_day else _("No last day"),
+        ends=repeats and draft.last_day is not None,
+        can_also=repeats and draft.kind is not Kind.EVERY,
+        also=_also(draft),
         battery=formats.percent(minimum) if minimum else _("Any"),
-        window=window_text(facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes),
-        overlap=overlap_text(draft.overlap), respect_working_days=draft.respect_working_days,
-        priorities=of_groups.priority_chips(draft.priority), of_group=draft.group_id is not None,
-        finish_by=of_groups.finish_by_text(draft.finish_by_minutes), name=draft.name, name_hint=_name_hint(mission, target),
+        window=window_text(
+            facts.settings.start_window_minutes if draft.start_window_minutes is None else draft.start_window_minutes
+        ),
+        overlap=overlap_text(draft.overlap),
+        respect_working_days=draft.respect_working_days,
+        priorities=of_groups.priority_chips(draft.priority),
+        of_group=draft.group_id is not None,
+        finish_by=of_groups.finish_by_text(draft.finish_by_minutes),
+        name=draft.name,
+        name_hint=_name_hint(mission, target),
         sentence="" if problem else rule_sentence(draft.schedule(), mission, facts.settings, facts.calendar),
         starts=_starts(facts, forecast, draft, now),
         has_skip=draft.base is not None and draft.base.enabled and (draft.base.next_at is not None or bool(skipped)),
         skip=_("Skip or take back a start") if skipped else _("Skip a start"),
         can_skip=bool(forecast and (forecast.starts or skipped)) and is_stored,
         skip_why="" if is_stored else _("Save the changes first, then skip a start"),
-        lasts=_lasts(forecast, target), warnings=warnings(facts, draft, forecast, now),
+        lasts=_lasts(forecast, target),
+        warnings=warnings(facts, draft, forecast, now),
         free=_free(forecast),
-        save=_("Save schedule") if draft.is_new else _("Save changes"), save_off=bool(problem) or preview.forecast is None, why=problem,
-        wrong_field="" if waits else field_name)
+        save=_("Save schedule") if draft.is_new else _("Save changes"),
+        save_off=bool(problem) or preview.forecast is None,
+        why=problem,
+        wrong_field="" if waits else field_name,
+    )
 
 
 def _name_hint(mission: Mission | None, robot: Robot | Group | None) -> str:
@@ -208,17 +263,20 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
         schedule = draft.schedule()
     except InvalidInput as problem:
         return problem.field, sentence_of(problem)
-    if facts.mission(draft.mission_id) is None:              # deleted meanwhile, as what follows
+    if facts.mission(draft.mission_id) is None:  # deleted meanwhile, as what follows
         return "mission", _("Choose a mission")
     if facts.target(draft) is None:
         return "robot", _("Choose a robot")
     status = facts.calendar.day_status(draft.day)
     if draft.kind is Kind.ONCE and draft.respect_working_days and not status.is_working:
         if status.name:
-            return "day", _("Not a working day: {name}. Choose another day, or any day under More").format(name=status.name)
+            return "day", _("Not a working day: {name}. Choose another day, or any day under More").format(
+                name=status.name
+            )
         weekday = formats.current().weekdays[draft.day.weekday()]
         return "day", _("{weekday} is not a working day: choose another day, or any day under More").format(
-            weekday=weekday[:1].upper() + weekday[1:])
+            weekday=weekday[:1].upper() + weekday[1:]
+        )
     if preview.problem is not None:
         return form_field(preview.problem), sentence_of(preview.problem)
     if _is_over(draft, schedule, now):
@@ -229,8 +287,11 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
 def _is_over(draft: Draft, schedule: Schedule, now: datetime) -> bool:
     """A one-time start in the past would never run, or at once: neither is what a person plans."""
     is_past = draft.start <= now.astimezone(ZoneInfo(draft.timezone)).replace(tzinfo=None)
-    return draft.kind is Kind.ONCE and is_past and (
-        draft.base is None or (schedule.start, schedule.recurrence) != (draft.base.start, draft.base.recurrence))
+    return (
+        draft.kind is Kind.ONCE
+        and is_past
+        and (draft.base is None or (schedule.start, schedule.recurrence) != (draft.base.start, draft.base.recurrence))
+    )
 
 
 def form_field(problem: InvalidInput) -> str:
@@ -242,17 +303,29 @@ def form_field(problem: InvalidInput) -> str:
 # ---------------------------------------------------------------------- what is chosen
 def kinds(draft: Draft) -> tuple[tuple[str, str], ...]:
     own = ((Kind.OTHER, _("Own rule")),) if draft.kind is Kind.OTHER or draft.other_rule else ()
-    return ((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (Kind.EVERY, _("Interval")),
-            (Kind.MONTHLY, _("Monthly")), *own)
+    return (
+        (Kind.ONCE, _("Once")),
+        (Kind.DAILY, _("Daily")),
+        (Kind.WEEKLY, _("Weekly")),
+        (Kind.EVERY, _("Interval")),
+        (Kind.MONTHLY, _("Monthly")),
+        *own,
+    )
 
 
 def _common_every(draft: Draft) -> tuple[Option, ...]:
-    return tuple(Option(n, formats.duration(n * 60), selected=n == draft.every) for n in COMMON_MINUTES if draft.unit is Unit.MINUTES)
+    return tuple(
+        Option(n, formats.duration(n * 60), selected=n == draft.every)
+        for n in COMMON_MINUTES
+        if draft.unit is Unit.MINUTES
+    )
 
 
 def _day_chips(draft: Draft) -> tuple[Option, ...]:
-    return tuple(Option(day, name[:1].upper() + name[1:], selected=day in draft.weekdays)
-                 for day, name in zip(WEEKDAYS, formats.current().weekdays_short, strict=True))
+    return tuple(
+        Option(day, name[:1].upper() + name[1:], selected=day in draft.weekdays)
+        for day, name in zip(WEEKDAYS, formats.current().weekdays_short, strict=True)
+    )
 
 
 def _also(draft: Draft) -> str:
@@ -301,14 +374,22 @@ def mission_options(facts: SchedulerFacts, target: Target | None) -> list[Option
     fitting = [mission for mission in facts.missions if robot_id is None or mission.robot_id in (None, robot_id)]
     if there := facts.names.get(robot_id or 0):
         fitting = [mission for mission in fitting if mission.guid in there]
-    own = {mission.name for mission in fitting if mission.robot_id is not None}          # a robot's own guid replaces the general one
+    own = {
+        mission.name for mission in fitting if mission.robot_id is not None
+    }  # a robot's own guid replaces the general one
     options = []
     for mission in sorted(fitting, key=lambda m: (not m.favourite, m.name.casefold())):
         if mission.robot_id is None and mission.name in own and robot_id is not None:
             continue
         robot = facts.robot(mission.robot_id)
-        options.append(Option(mission.id, mission.name, "star" if mission.favourite else "star-outline",
-                              _("only on {robot}").format(robot=robot.name) if robot else ""))
+        options.append(
+            Option(
+                mission.id,
+                mission.name,
+                "star" if mission.favourite else "star-outline",
+                _("only on {robot}").format(robot=robot.name) if robot else "",
+            )
+        )
     return options
 
 
@@ -317,30 +398,85 @@ def steps(facts: SchedulerFacts, draft: Draft, name: str) -> Steps:
     label = _("Or any other")
     if name == "minimum_battery_percent":
         inherited = rules.minimum_battery(None, facts.mission(draft.mission_id), facts.settings) or 0
-        common = [(value, battery_text(value)) for value in (0, *BATTERIES) if value != inherited or value == draft.minimum_battery_percent]
-        return Steps(_("Start only if the battery is at least"), label, _("0 to 100 %"), 0, 100, 5, "%", (
-            (None, _("As in Settings: {minimum}").format(minimum=formats.percent(inherited) if inherited else _("none"))), *common),
-            {None: inherited})
+        common = [
+            (value, battery_text(value))
+            for value in (0, *BATTERIES)
+            if value != inherited or value == draft.minimum_battery_percent
+        ]
+        return Steps(
+            _("Start only if the battery is at least"),
+            label,
+            _("0 to 100 %"),
+            0,
+            100,
+            5,
+            "%",
+            (
+                (
+                    None,
+                    _("As in Settings: {minimum}").format(
+                        minimum=formats.percent(inherited) if inherited else _("none")
+                    ),
+                ),
+                *common,
+            ),
+            {None: inherited},
+        )
     if name == "start_window_minutes":
         minutes = facts.settings.start_window_minutes
-        common = [(value, window_text(value)) for value in (0, *WINDOWS)
-                  if max(1, value) != max(1, minutes) or value == draft.start_window_minutes]
-        return Steps(_("How late it may start"), label, _("1 to 1440 min"), 1, 1440, 5, _("min"), (
-            (None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), *common), {None: max(1, minutes), 0: 1})
+        common = [
+            (value, window_text(value))
+            for value in (0, *WINDOWS)
+            if max(1, value) != max(1, minutes) or value == draft.start_window_minutes
+        ]
+        return Steps(
+            _("How late it may start"),
+            label,
+            _("1 to 1440 min"),
+            1,
+            1440,
+            5,
+            _("min"),
+            ((None, _("As in Settings: {minimum}").format(minimum=window_text(minutes))), *common),
+            {None: max(1, minutes), 0: 1},
+        )
     if name == "finish_by_minutes":
-        return Steps(_("When it has to be done"), label, _("1 to 1440 min after its start; one that can't be done by then is skipped"),
-                     1, 1440, 5, _("min"), ((None, of_groups.finish_by_text(None)),
-                                            *((value, formats.duration(value * 60)) for value in of_groups.FINISH_BY)),
-                     {None: of_groups.FINISH_BY[0]})
-    return Steps(_("Day of the month"), label, _("1 to 31; not every month has a 29th, 30th and 31st"), 1, 31, 1, "", (
-        (1, "1"), (15, "15"), (LAST, month_day_text(LAST))), {LAST: 31})
+        return Steps(
+            _("When it has to be done"),
+            label,
+            _("1 to 1440 min after its start; one that can't be done by then is skipped"),
+            1,
+            1440,
+            5,
+            _("min"),
+            (
+                (None, of_groups.finish_by_text(None)),
+                *((value, formats.duration(value * 60)) for value in of_groups.FINISH_BY),
+            ),
+            {None: of_groups.FINISH_BY[0]},
+        )
+    return Steps(
+        _("Day of the month"),
+        label,
+        _("1 to 31; not every month has a 29th, 30th and 31st"),
+        1,
+        31,
+        1,
+        "",
+        ((1, "1"), (15, "15"), (LAST, month_day_text(LAST))),
+        {LAST: 31},
+    )
 
 
 def overlap_options(draft: Draft) -> list[Option]:
-    options = [Option(Overlap.SKIP, _("Skip the new start"), note=_("while the previous run of this schedule is open")),
-               Option(Overlap.QUEUE, _("Queue it"), note=_("it runs when the previous one has ended"))]
+    options = [
+        Option(Overlap.SKIP, _("Skip the new start"), note=_("while the previous run of this schedule is open")),
+        Option(Overlap.QUEUE, _("Queue it"), note=_("it runs when the previous one has ended")),
+    ]
     if draft.group_id is not None:
-        options.append(Option(Overlap.PARALLEL, _("Run it beside the previous one"), note=_("on another robot of the group")))
+        options.append(
+            Option(Overlap.PARALLEL, _("Run it beside the previous one"), note=_("on another robot of the group"))
+        )
     return options
 
 
@@ -371,8 +507,11 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
 def skip_options(forecast: Forecast, draft: Draft, now: datetime) -> list[Option]:
     """Its next starts by their instants, in their order; what is skipped says so."""
     icon, note = {True: "undo", False: SKIPPED}, {True: _("skipped: start it after all"), False: ""}
-    return [Option(at, _day_and_time(at, draft, now), icon[skipped], note[skipped])
-            for at in _shown(forecast) for skipped in [at in forecast.skipped]]
+    return [
+        Option(at, _day_and_time(at, draft, now), icon[skipped], note[skipped])
+        for at in _shown(forecast)
+        for skipped in [at in forecast.skipped]
+    ]
 
 
 def _shown(forecast: Forecast) -> list[datetime]:
@@ -383,7 +522,9 @@ def _shown(forecast: Forecast) -> list[datetime]:
 def _day_and_time(at: datetime, draft: Draft, now: datetime) -> str:
     local, today = (moment.astimezone(ZoneInfo(draft.timezone)) for moment in (at, now))
     near = local.date() - today.date() < SOON
-    return f"{formats.near_day(local.date()) if near else dated(local.date(), today.date())} · {formats.wall_time(local)}"
+    return (
+        f"{formats.near_day(local.date()) if near else dated(local.date(), today.date())} · {formats.wall_time(local)}"
+    )
 
 
 def _lasts(forecast: Forecast | None, robot: Robot | Group | None) -> str:
@@ -393,12 +534,17 @@ def _lasts(forecast: Forecast | None, robot: Robot | Group | None) -> str:
     usual = forecast.usual
     if usual is None:
         return _("How long it takes on {robot} is not known yet: {duration} are assumed").format(
-            robot=robot.name, duration=formats.duration(ASSUMED_S))
+            robot=robot.name, duration=formats.duration(ASSUMED_S)
+        )
     if usual.typed:
         return _("{duration} as typed in Settings: no run was completed on {robot} yet").format(
-            robot=robot.name, duration=formats.duration(usual.median_s))
-    return ngettext("Usually {duration}, by its one run on {robot}", "Usually {duration}, by the last {n} runs on {robot}",
-                    usual.runs).format(duration=formats.duration(usual.median_s), n=usual.runs, robot=robot.name)
+            robot=robot.name, duration=formats.duration(usual.median_s)
+        )
+    return ngettext(
+        "Usually {duration}, by its one run on {robot}",
+        "Usually {duration}, by the last {n} runs on {robot}",
+        usual.runs,
+    ).format(duration=formats.duration(usual.median_s), n=usual.runs, robot=robot.name)
 
 
 def _free(forecast: Forecast | None) -> str:

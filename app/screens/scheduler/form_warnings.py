@@ -1,4 +1,5 @@
 """What the form warns of: one line each, and the whole sentence for whoever taps it. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
@@ -17,6 +18,7 @@ from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 @dataclass(frozen=True)
 class WarningRow:
     """A sentence beside the form; ``line`` says it in short, empty where the sentence is short enough. A ``quiet`` one is no warning."""
+
     text: str
     line: str = ""
     quiet: bool = False
@@ -24,17 +26,25 @@ class WarningRow:
 
 def dated(day: date, today: date) -> str:
     """A day, with its year only where it is another one."""
-    return formats.wall_day(day) if day.year == today.year or day - today < timedelta(days=180) else formats.wall_day(day, year=True)
+    return (
+        formats.wall_day(day)
+        if day.year == today.year or day - today < timedelta(days=180)
+        else formats.wall_day(day, year=True)
+    )
 
 
 def warnings(facts: SchedulerFacts, draft: Draft, forecast: Forecast | None, now: datetime) -> tuple[WarningRow, ...]:
     """One for each concern; those with the same schedule, group or place are one."""
     alike: dict[Hashable, list[Concern]] = {}
     for concern in forecast.concerns if forecast else ():
-        about = next((concern.details[key] for key in ("schedule_id", "group", "place") if key in concern.details), concern.at)
+        about = next(
+            (concern.details[key] for key in ("schedule_id", "group", "place") if key in concern.details), concern.at
+        )
         alike.setdefault((concern.code, about), []).append(concern)
-    return tuple(WarningRow(_warning(facts, draft, same[0], len(same), now), _line(facts, draft, same[0], len(same)))
-                 for same in alike.values())
+    return tuple(
+        WarningRow(_warning(facts, draft, same[0], len(same), now), _line(facts, draft, same[0], len(same)))
+        for same in alike.values()
+    )
 
 
 def _line(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) -> str:
@@ -42,17 +52,23 @@ def _line(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) -> 
     details = concern.details
     match concern.code:
         case ConcernCode.OVERLAP:
-            return ngettext("{n} overlap: {mission}", "{n} overlaps: {mission}", times).format(n=times, mission=_other(facts, concern))
+            return ngettext("{n} overlap: {mission}", "{n} overlaps: {mission}", times).format(
+                n=times, mission=_other(facts, concern)
+            )
         case ConcernCode.LOW_BATTERY:
             return _("Battery too low {n} times lately").format(n=details["count"])
         case ConcernCode.DAY_OFF:
             return _("Begins after {day}").format(day=formats.wall_day(details["day"]))
         case ConcernCode.CLOSED_DAYS:
-            return ngettext("{n} day is left out", "{n} days are left out", len(details["days"])).format(n=len(details["days"]))
+            return ngettext("{n} day is left out", "{n} days are left out", len(details["days"])).format(
+                n=len(details["days"])
+            )
         case ConcernCode.CLOCK_CHANGE:
             return _("{day}: the clocks change").format(day=formats.day(concern.at, draft.timezone))
         case ConcernCode.MISSION_MISSING:
-            return (_("No robot of {group} has it") if "group" in details else _("{robot} does not have it")).format(**details)
+            return (_("No robot of {group} has it") if "group" in details else _("{robot} does not have it")).format(
+                **details
+            )
         case ConcernCode.ROBOT_OFF:
             return _("{robot} is switched off").format(**details)
         case _:
@@ -74,31 +90,47 @@ def _warning(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int, 
     match concern.code:
         case ConcernCode.OVERLAP:
             begins, ends = (formats.wall_time(details[name].astimezone(zone)) for name in ("start", "end"))
-            text = _overlap_text(concern, times).format(n=times, day=day, robot=robot.name if robot else "–", start=begins, end=ends,
-                                                        mission=_other(facts, concern))
+            text = _overlap_text(concern, times).format(
+                n=times,
+                day=day,
+                robot=robot.name if robot else "–",
+                start=begins,
+                end=ends,
+                mission=_other(facts, concern),
+            )
             return text + _likely(details.get("likely"))
         case ConcernCode.LOW_BATTERY:
             return _("The battery of {robot} was too low around this time {n} times in the last {days} days").format(
-                robot=robot.name if robot else "–", n=details["count"], days=details["days"])
+                robot=robot.name if robot else "–", n=details["count"], days=details["days"]
+            )
         case ConcernCode.DAY_OFF:
             if details.get("name"):
-                return _("{day} is not a working day: {name}. It begins later").format(day=formats.wall_day(details["day"]),
-                                                                                       name=details["name"])
+                return _("{day} is not a working day: {name}. It begins later").format(
+                    day=formats.wall_day(details["day"]), name=details["name"]
+                )
             return _("{day} is not a working day, so it begins later").format(day=formats.wall_day(details["day"]))
         case ConcernCode.CLOSED_DAYS:
             return _passed_over(details["days"])
         case ConcernCode.CLOCK_CHANGE:
-            text = _("{day}: {time} comes twice that night, it starts the first time") if details["twice"] else \
-                _("{day}: there is no {time} that night, it starts at {start}")
+            text = (
+                _("{day}: {time} comes twice that night, it starts the first time")
+                if details["twice"]
+                else _("{day}: there is no {time} that night, it starts at {start}")
+            )
             begins = formats.wall_time((concern.at or now).astimezone(zone))
             return text.format(day=day, time=formats.wall_time(details["nominal"]), start=begins)
         case ConcernCode.MISSION_MISSING:
-            return (_("No robot of {group} has the mission {mission}") if "group" in details else
-                    _("{robot} does not have the mission {mission}")).format(**details)
+            return (
+                _("No robot of {group} has the mission {mission}")
+                if "group" in details
+                else _("{robot} does not have the mission {mission}")
+            ).format(**details)
         case ConcernCode.ROBOT_OFF:
             return _("{robot} is switched off in Settings: nothing will be sent").format(**details)
         case ConcernCode.PAUSED:
-            return _("Paused: no start before {time}").format(time=formats.day_or_time(details["until"], draft.timezone, now))
+            return _("Paused: no start before {time}").format(
+                time=formats.day_or_time(details["until"], draft.timezone, now)
+            )
         case ConcernCode.SWITCHED_OFF:
             return _("Switched off: nothing starts")
         case ConcernCode.NO_START:
@@ -113,8 +145,11 @@ def _passed_over(days: Sequence[tuple[date, str]]) -> str:
     day, name = days[0]
     if len(days) == 1:
         return _("Not on {day}, not a working day: {name}").format(day=formats.wall_day(day), name=name)
-    text = ngettext("Not on {day} ({name}) nor {n} other day: not working days",
-                    "Not on {day} ({name}) nor {n} other days: not working days", len(days) - 1)
+    text = ngettext(
+        "Not on {day} ({name}) nor {n} other day: not working days",
+        "Not on {day} ({name}) nor {n} other days: not working days",
+        len(days) - 1,
+    )
     return text.format(day=formats.wall_day(day), name=name, n=len(days) - 1)
 
 

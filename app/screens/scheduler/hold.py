@@ -1,4 +1,5 @@
 """The dialog that holds all robots, or one: nothing is sent until its end, or until somebody releases it."""
+
 from __future__ import annotations
 
 from datetime import UTC, date, datetime, time, timedelta
@@ -22,13 +23,14 @@ from app.widgets.dialogs import FormDialog
 
 class HoldDialog(FormDialog):
     """Which robots, why, until when."""
+
     robot_id = NumericProperty(hold_view.ALL)
     robot = StringProperty()
     reason = StringProperty()
     reasons = ListProperty()
     ends = ListProperty()
     follows = StringProperty()
-    present = StringProperty()           # the hold that there is already
+    present = StringProperty()  # the hold that there is already
     reason_problem = StringProperty()
     end_problem = StringProperty()
     problem = StringProperty()
@@ -68,7 +70,9 @@ class HoldDialog(FormDialog):
 
     # ------------------------------------------------------------------ what is chosen
     def choose_robot(self) -> None:
-        self._shell.dialogs.choose(_("Hold"), hold_view.robot_options(self._facts), self._robot_chosen, selected=int(self.robot_id))
+        self._shell.dialogs.choose(
+            _("Hold"), hold_view.robot_options(self._facts), self._robot_chosen, selected=int(self.robot_id)
+        )
 
     def _robot_chosen(self, robot_id: int) -> None:
         self.robot_id = robot_id
@@ -92,7 +96,10 @@ class HoldDialog(FormDialog):
         self._shell.dialogs.pick_time(_("Hold until"), time(later.hour, 0), lambda at: self._time_chosen(day, at))
 
     def _time_chosen(self, day: date, at: time) -> None:
-        self._end, self._chosen = hold_view.CHOSEN, to_utc(datetime.combine(day, at), ZoneInfo(self._zone)).astimezone(UTC)
+        self._end, self._chosen = (
+            hold_view.CHOSEN,
+            to_utc(datetime.combine(day, at), ZoneInfo(self._zone)).astimezone(UTC),
+        )
         self._show()
 
     def _local_now(self) -> datetime:
@@ -105,7 +112,9 @@ class HoldDialog(FormDialog):
         self.saving = True
         robot_id, reason = int(self.robot_id) or None, hold_view.reason_of(self.reason)
         until = hold_view.end_of(self._end, self._chosen, self._zone, self._services.clock.now())
-        self._shell.background.run(lambda: self._services.holds.hold(reason, until, robot_id), self._is_held, self._refused)
+        self._shell.background.run(
+            lambda: self._services.holds.hold(reason, until, robot_id), self._is_held, self._refused
+        )
 
     def _is_held(self, hold: Hold) -> None:
         self.dismiss()
@@ -118,7 +127,9 @@ class HoldDialog(FormDialog):
             return
         self.saving = True
         robot_id = int(self.robot_id) or None
-        self._shell.background.run(lambda: self._services.holds.release(robot_id), lambda _none: self._is_released(robot_id), self._refused)
+        self._shell.background.run(
+            lambda: self._services.holds.release(robot_id), lambda _none: self._is_released(robot_id), self._refused
+        )
 
     def _is_released(self, robot_id: int | None) -> None:
         self.dismiss()

@@ -1,4 +1,5 @@
 """Texts of holding everything, or one robot: why, until when, and what is held already. Pure."""
+
 from __future__ import annotations
 
 from collections.abc import Collection
@@ -11,7 +12,7 @@ from app.screens.common.options import Option
 from app.screens.scheduler.facts import SchedulerFacts
 from app.services.live.holds import Hold
 
-ALL = 0                                  # key of all robots
+ALL = 0  # key of all robots
 HOUR, DAY, CHOSEN, OPEN = "hour", "day", "chosen", "open"
 
 
@@ -31,7 +32,11 @@ def reason_of(typed: str) -> str:
 
 
 def end_chips(chosen: str, until: datetime | None, zone: str, now: datetime) -> list[Option]:
-    at = _("Until {time}").format(time=formats.day_or_time(until, zone, now)) if chosen == CHOSEN and until else _("Until a time")
+    at = (
+        _("Until {time}").format(time=formats.day_or_time(until, zone, now))
+        if chosen == CHOSEN and until
+        else _("Until a time")
+    )
     texts = {HOUR: _("1 hour"), DAY: _("Rest of the day"), CHOSEN: at, OPEN: _("Until released")}
     return [Option(key, text, selected=key == chosen) for key, text in texts.items()]
 
@@ -66,8 +71,10 @@ def looked_at(facts: SchedulerFacts, shown: Collection[int], all_robots: bool) -
 
 
 def robot_options(facts: SchedulerFacts) -> list[Option]:
-    return [Option(ALL, _("All robots"), "robot-outline"),
-            *(Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in facts.robots)]
+    return [
+        Option(ALL, _("All robots"), "robot-outline"),
+        *(Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in facts.robots),
+    ]
 
 
 def held(facts: SchedulerFacts, robot_id: int, now: datetime) -> Hold | None:
@@ -83,17 +90,22 @@ def held_sentence(hold: Hold | None, zone: str, now: datetime) -> str:
     if hold.until is None:
         text = _("Held since {since}, until it is released").format(since=since)
     else:
-        text = _("Held since {since} until {until}").format(since=since, until=formats.day_or_time(hold.until, zone, now))
+        text = _("Held since {since} until {until}").format(
+            since=since, until=formats.day_or_time(hold.until, zone, now)
+        )
     return f"{text} · {reason}" if reason else text
 
 
 def what_follows(until: datetime | None, zone: str, now: datetime, shares: bool = False) -> str:
     """What will happen to the starts meanwhile; ``shares``: it is one robot of a group."""
     if until is None:
-        text = _("Starts wait until somebody releases it; those that get too late meanwhile are skipped. Running missions go on.")
+        text = _(
+            "Starts wait until somebody releases it; those that get too late meanwhile are skipped. Running missions go on."
+        )
     else:
-        text = _("Starts wait until {time}; those that are too late by then are skipped. Running missions go on.").format(
-            time=formats.day_or_time(until, zone, now))
+        text = _(
+            "Starts wait until {time}; those that are too late by then are skipped. Running missions go on."
+        ).format(time=formats.day_or_time(until, zone, now))
     return text + " " + _("Starts for a group go to its other robots.") if shares else text
 
 
@@ -105,8 +117,14 @@ def shares(facts: SchedulerFacts, robot_id: int) -> bool:
 def held_message(robot: str | None, until: datetime | None, zone: str, now: datetime) -> str:
     """What is said when it has been set."""
     if until is None:
-        return _("Nothing is sent to {robot} until it is released").format(robot=robot) if robot else \
-            _("Nothing is sent until it is released")
+        return (
+            _("Nothing is sent to {robot} until it is released").format(robot=robot)
+            if robot
+            else _("Nothing is sent until it is released")
+        )
     end = formats.day_or_time(until, zone, now)
-    return _("Nothing is sent to {robot} until {time}").format(robot=robot, time=end) if robot else \
-        _("Nothing is sent to any robot until {time}").format(time=end)
+    return (
+        _("Nothing is sent to {robot} until {time}").format(robot=robot, time=end)
+        if robot
+        else _("Nothing is sent to any robot until {time}").format(time=end)
+    )

@@ -1,4 +1,5 @@
 """The list of schedules: which of them, and in which order, as long as the app runs."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -16,14 +17,15 @@ from app.screens.common.shell import Shell
 from app.screens.scheduler import view
 from app.screens.scheduler.facts import SchedulerFacts
 
-TOOLS_FROM = 5                           # schedules, from which on they can be searched
+TOOLS_FROM = 5  # schedules, from which on they can be searched
 
 
 class ScheduleList(EventDispatcher):
     """``rows`` is what is shown; ``has_tools``: there are enough of them to be searched, sorted and narrowed to a robot."""
+
     rows = ListProperty()
     note = StringProperty()
-    empty = StringProperty()             # said once it is known that there are none
+    empty = StringProperty()  # said once it is known that there are none
     listing = ObjectProperty(view.Listing(), rebind=True)
     has_tools = BooleanProperty(False)
     searching = BooleanProperty(False)
@@ -58,11 +60,16 @@ class ScheduleList(EventDispatcher):
     def choose_robot(self) -> None:
         if self._facts is None:
             return
-        self._shell.dialogs.choose(_("Schedules of"), view.robot_options(self._facts), lambda target: self.set(target=target or None),
-                                   selected=self.listing.target or 0)
+        self._shell.dialogs.choose(
+            _("Schedules of"),
+            view.robot_options(self._facts),
+            lambda target: self.set(target=target or None),
+            selected=self.listing.target or 0,
+        )
 
     def choose_order(self, anchor: Widget) -> None:
-        items = [MenuItem(False, _("By next start"), "sort-clock-ascending-outline"),
-                 MenuItem(True, _("By name"), "sort-alphabetical-ascending")]
+        items = [
+            MenuItem(False, _("By next start"), "sort-clock-ascending-outline"),
+            MenuItem(True, _("By name"), "sort-alphabetical-ascending"),
+        ]
         self._shell.dialogs.menu(anchor, _("Order of the schedules"), items, lambda by_name: self.set(by_name=by_name))
-

@@ -1,4 +1,5 @@
 """What the Scheduler says of groups of robots, and of what matters more: whom a schedule names, priorities in words. Pure."""
+
 from __future__ import annotations
 
 from app.domain.models import Execution, Group, Robot, Schedule
@@ -12,15 +13,27 @@ from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import SchedulerFacts
 from app.services.allocation.belief import NORMAL
 
-FINISH_BY = (15, 30, 60, 120, 240)       # min
+FINISH_BY = (15, 30, 60, 120, 240)  # min
 
 
 def target_options(facts: SchedulerFacts) -> list[Option]:
     """Groups first, then robots."""
-    groups = [Option(("group", group.id), _("Any of {group}").format(group=group.name), "select-group",
-                     ", ".join(robot.name for robot in facts.members(group.id))) for group in facts.groups]
-    notes = (" · ".join(filter(None, (robot.model, "" if robot.enabled else off_word(robot)))) for robot in facts.robots)
-    return [*groups, *(Option(robot.id, robot.name, "robot-outline", note) for robot, note in zip(facts.robots, notes, strict=True))]
+    groups = [
+        Option(
+            ("group", group.id),
+            _("Any of {group}").format(group=group.name),
+            "select-group",
+            ", ".join(robot.name for robot in facts.members(group.id)),
+        )
+        for group in facts.groups
+    ]
+    notes = (
+        " · ".join(filter(None, (robot.model, "" if robot.enabled else off_word(robot)))) for robot in facts.robots
+    )
+    return [
+        *groups,
+        *(Option(robot.id, robot.name, "robot-outline", note) for robot, note in zip(facts.robots, notes, strict=True)),
+    ]
 
 
 def target_text(target: Robot | Group | None) -> str:
@@ -41,16 +54,30 @@ def whose(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -> 
     return _("any of {group}").format(group=target.name)
 
 
-def line(group: Group, robots: int, starts: int, is_more: bool, failed: int, is_contended: bool, held: int, silent: int) -> str:
+def line(
+    group: Group, robots: int, starts: int, is_more: bool, failed: int, is_contended: bool, held: int, silent: int
+) -> str:
     """What stands for the lanes of so many of its robots: their starts to come (``is_more``: not all are known), what went wrong, and how
     many of them get nothing."""
-    return " · ".join(filter(None, (
-        group.name, ngettext("{n} robot", "{n} robots", robots).format(n=robots),
-        ngettext("{n} start", "{n} starts", starts).format(n=starts) if starts else "" if is_more else _("nothing planned"),
-        _("and more starts") if is_more else "",
-        ngettext("{n} failed run", "{n} failed runs", failed).format(n=failed) if failed else "", _("Overlap") if is_contended else "",
-        _("{n} held").format(n=held) if held else "",
-        ngettext("{n} no answer", "{n} no answer", silent).format(n=silent) if silent else "")))
+    return " · ".join(
+        filter(
+            None,
+            (
+                group.name,
+                ngettext("{n} robot", "{n} robots", robots).format(n=robots),
+                ngettext("{n} start", "{n} starts", starts).format(n=starts)
+                if starts
+                else ""
+                if is_more
+                else _("nothing planned"),
+                _("and more starts") if is_more else "",
+                ngettext("{n} failed run", "{n} failed runs", failed).format(n=failed) if failed else "",
+                _("Overlap") if is_contended else "",
+                _("{n} held").format(n=held) if held else "",
+                ngettext("{n} no answer", "{n} no answer", silent).format(n=silent) if silent else "",
+            ),
+        )
+    )
 
 
 def nobody_is_on(facts: SchedulerFacts, schedule: Schedule) -> bool:
@@ -60,8 +87,15 @@ def nobody_is_on(facts: SchedulerFacts, schedule: Schedule) -> bool:
 
 def nobody_has_it(facts: SchedulerFacts, schedule: Schedule) -> bool:
     """Whether it names a group of which no robot that is switched on has its mission, as far as is known."""
-    mission, robots = facts.mission(schedule.mission_id), [robot for robot in facts.members(schedule.group_id) if robot.enabled]
-    return mission is not None and bool(robots) and len(lacking(mission, robots, facts.missions, facts.names)) == len(robots)
+    mission, robots = (
+        facts.mission(schedule.mission_id),
+        [robot for robot in facts.members(schedule.group_id) if robot.enabled],
+    )
+    return (
+        mission is not None
+        and bool(robots)
+        and len(lacking(mission, robots, facts.missions, facts.names)) == len(robots)
+    )
 
 
 def is_listed(facts: SchedulerFacts, schedule: Schedule, target: Target | None) -> bool:
@@ -81,7 +115,11 @@ def mission_options(facts: SchedulerFacts, group_id: int) -> list[Option]:
             continue
         without = lacking(mission, members, facts.missions, facts.names)
         if len(without) < len(members) or not members:
-            options.append(Option(mission.id, mission.name, "star" if mission.favourite else "star-outline", lacking_words(without)))
+            options.append(
+                Option(
+                    mission.id, mission.name, "star" if mission.favourite else "star-outline", lacking_words(without)
+                )
+            )
     return options
 
 

@@ -1,4 +1,5 @@
 """What the Scheduler's timeline shows, and what buttons and fingers do on it."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
@@ -24,14 +25,15 @@ from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Windo
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.timeline import TimelineView
 
-PAGE = 0.5                   # of what the timeline shows, that a press moves it by
+PAGE = 0.5  # of what the timeline shows, that a press moves it by
 
 
 class OnTimeline(ViewModel):
     """The part of the view model that kv's timeline reads and calls. Hours are those from its origin."""
+
     timeline = ObjectProperty(TimelineView(), rebind=True)
-    follows = BooleanProperty(True)      # the timeline moves with the time
-    touched = BooleanProperty(False)     # by fingers that move it: it must not change under them
+    follows = BooleanProperty(True)  # the timeline moves with the time
+    touched = BooleanProperty(False)  # by fingers that move it: it must not change under them
     form: FormModel
     actions: ScheduleActions
     group_starts: GroupStarts
@@ -39,15 +41,22 @@ class OnTimeline(ViewModel):
     _shell: Shell
     _refresher: Refresher[Any]
     _facts: SchedulerFacts
-    _window: Window                      # what the timeline shows
+    _window: Window  # what the timeline shows
 
     # ------------------------------------------------------------------ its window
     def zoom(self, further: bool) -> None:
         self._show_window(timeline.zoomed(self._window, further, self._services.clock.now(), self._facts.zone))
 
     def page(self, forward: bool) -> None:
-        self._show_window(timeline.moved(self._window, PAGE if forward else -PAGE, self._services.clock.now(), self._facts.zone,
-                                         self.timeline.folds))
+        self._show_window(
+            timeline.moved(
+                self._window,
+                PAGE if forward else -PAGE,
+                self._services.clock.now(),
+                self._facts.zone,
+                self.timeline.folds,
+            )
+        )
 
     def fold(self, hour: float) -> None:
         """Unfold the closed time at that hour, or fold again what was unfolded."""
@@ -65,8 +74,9 @@ class OnTimeline(ViewModel):
     def choose_robots(self) -> None:
         """Whose lanes are shown; none chosen: all."""
         options = [Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in self._facts.robots]
-        self._shell.dialogs.choose_many(_("Robots on the timeline"), options, _("Show"), self._robots_chosen,
-                                        selected=tuple(self._window.robots))
+        self._shell.dialogs.choose_many(
+            _("Robots on the timeline"), options, _("Show"), self._robots_chosen, selected=tuple(self._window.robots)
+        )
 
     def _robots_chosen(self, robots: list[int]) -> None:
         self._show_window(replace(self._window, robots=frozenset(robots)))
@@ -80,16 +90,23 @@ class OnTimeline(ViewModel):
         self._window, self.follows = window, window.left is None
         if self.timeline.origin is not None:
             start = window.start(self._services.clock.now(), self._facts.zone)
-            self.timeline = replace(self.timeline, first=(start - self.timeline.origin).total_seconds() / 3600, hours=window.hours,
-                                    span=timeline.span_text(window.hours))
+            self.timeline = replace(
+                self.timeline,
+                first=(start - self.timeline.origin).total_seconds() / 3600,
+                hours=window.hours,
+                span=timeline.span_text(window.hours),
+            )
         self._refresher.read()
 
     def _move_now(self) -> None:
         """Move the now-line; a window that moves with it does so with the next reading."""
         if self.timeline.origin is not None and not self.touched and self.mode == "hours":
             now = self._services.clock.now()
-            self.timeline = replace(self.timeline, now=(now - self.timeline.origin).total_seconds() / 3600,
-                                    now_label=formats.wall_time(now.astimezone(self._facts.zone)))
+            self.timeline = replace(
+                self.timeline,
+                now=(now - self.timeline.origin).total_seconds() / 3600,
+                now_label=formats.wall_time(now.astimezone(self._facts.zone)),
+            )
 
     # ------------------------------------------------------------------ its bars
     def open_bars(self, keys: Sequence[tuple[Any, ...]], place: Widget) -> None:
@@ -102,7 +119,9 @@ class OnTimeline(ViewModel):
                 self._show_window(replace(self._window, left=self._instant(middle - hours / 2), hours=hours))
             case _:
                 if cards := [card for key in keys if (card := self._card(key)) is not None]:
-                    self._shell.dialogs.cards(place, [card for card, _calls in cards], lambda n, key: cards[n][1][key]())
+                    self._shell.dialogs.cards(
+                        place, [card for card, _calls in cards], lambda n, key: cards[n][1][key]()
+                    )
 
     def _card(self, key: tuple[Any, ...]) -> tuple[Card, dict[Hashable, Callable[[], object]]] | None:
         """Of a bar, and what its commands do."""
@@ -112,18 +131,23 @@ class OnTimeline(ViewModel):
                 if execution is not None:
                     schedule_id = execution.schedule_id or 0
                     return bar_card.run_card(self._facts, execution, self._services.clock.now()), {
-                        "log": lambda: self._shell.go("logs", execution_id=number), "edit": lambda: self.edit(schedule_id),
+                        "log": lambda: self._shell.go("logs", execution_id=number),
+                        "edit": lambda: self.edit(schedule_id),
                         "again": lambda: self._take_again(schedule_id, execution.planned_at),
-                        "give": lambda: self._give(execution), "priority": lambda: self.group_starts.prioritise(execution),
+                        "give": lambda: self._give(execution),
+                        "priority": lambda: self.group_starts.prioritise(execution),
                         "hold": lambda: self.group_starts.hold(execution, True),
                         "release": lambda: self.group_starts.hold(execution, False),
-                        "cancel": lambda: self.group_starts.cancel(execution)}
+                        "cancel": lambda: self.group_starts.cancel(execution),
+                    }
             case ("schedule", number, at):
                 run = next((one for one in self._facts.planned if (one.schedule.id, one.at) == (number, at)), None)
                 if run is not None:
                     return bar_card.start_card(self._facts, run, self._services.clock.now()), {
-                        "edit": lambda: self.edit(number), "skip": lambda: self.actions.skip(run.schedule, at),
-                        "run": lambda: self.actions.run_now(run.schedule)}
+                        "edit": lambda: self.edit(number),
+                        "skip": lambda: self.actions.skip(run.schedule, at),
+                        "run": lambda: self.actions.run_now(run.schedule),
+                    }
         return None
 
     def _take_again(self, schedule_id: int, at: datetime) -> None:
@@ -132,8 +156,10 @@ class OnTimeline(ViewModel):
 
     def _give(self, execution: Execution) -> None:
         facts = self._facts
-        self.group_starts.give(execution, robots_for(execution, facts.robots, facts.groups, facts.holds, facts.settings,
-                                                     self._services.clock.now()))
+        self.group_starts.give(
+            execution,
+            robots_for(execution, facts.robots, facts.groups, facts.holds, facts.settings, self._services.clock.now()),
+        )
 
     def edit(self, schedule_id: int) -> None:
         if (schedule := self._facts.schedule(schedule_id)) is not None:
@@ -144,7 +170,9 @@ class OnTimeline(ViewModel):
         """The day of an hour of the timeline, with the year of another one."""
         if self.timeline.origin is None:
             return ""
-        day, today = (instant.astimezone(self._facts.zone).date() for instant in (self._instant(hour), self._services.clock.now()))
+        day, today = (
+            instant.astimezone(self._facts.zone).date() for instant in (self._instant(hour), self._services.clock.now())
+        )
         return formats.wall_day(day, year=day.year != today.year)
 
     def time_text(self, hour: float) -> str:
@@ -161,12 +189,15 @@ class OnTimeline(ViewModel):
         _kind, number, at = key
         if (schedule := self._facts.schedule(number)) is None or not self._is_ahead(hour):
             return
-        before, after = (instant.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None) for instant in (at, self._instant(hour)))
+        before, after = (
+            instant.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None)
+            for instant in (at, self._instant(hour))
+        )
         stored = Draft.of(schedule, self._facts.name(schedule))
         moved, shown = stored.moved(before, after), self.form.draft if self.form.editing == number else stored
         if moved.starts_at(after, self._facts.calendar):
             draft = shown.timed_as(moved)
-            self.form.begin(draft if draft.keeps(shown) else moved)        # of another rule than the bar's nothing is kept
+            self.form.begin(draft if draft.keeps(shown) else moved)  # of another rule than the bar's nothing is kept
         else:
             self.form.begin(shown)
             self._say(_("No start of this rule can be moved there: change the rule itself"), "calendar-edit-outline")

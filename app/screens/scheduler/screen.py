@@ -1,5 +1,6 @@
 """Scheduler: what will happen, the form to plan it, the schedules. Facts are read in the background; view.py, timeline.py and form_view.py
 make texts and bars of them."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -7,7 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 from kivy.clock import Clock
-from kivy.properties import AliasProperty, BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty
+from kivy.properties import (
+    AliasProperty,
+    BooleanProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+)
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
@@ -37,24 +45,27 @@ from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.dock import dock
 
-REFRESH_SECONDS = 60.0       # after which the plan is read again although nothing has been published
-EXPORT_SECONDS = 12.0        # that the path of an export stays on screen
-NOW_LINE_SECONDS = 15.0      # between two positions of the now-line: at its widest the timeline has 17 s per pixel
-MANY = 200                   # schedules, from which on their texts are not rebuilt every second
+REFRESH_SECONDS = 60.0  # after which the plan is read again although nothing has been published
+EXPORT_SECONDS = 12.0  # that the path of an export stays on screen
+NOW_LINE_SECONDS = 15.0  # between two positions of the now-line: at its widest the timeline has 17 s per pixel
+MANY = 200  # schedules, from which on their texts are not rebuilt every second
 
-Reading = tuple[Window | None, SchedulerFacts, TimelineView | list[DayRow]]      # what was asked for, and what is to be shown
+Reading = tuple[
+    Window | None, SchedulerFacts, TimelineView | list[DayRow]
+]  # what was asked for, and what is to be shown
 
 
 class SchedulerViewModel(OnTimeline):
     """What kv reads. ``mode``: the timeline, or the list of 7 days."""
+
     mode = OptionProperty("hours", options=("hours", "days"))
-    paged = BooleanProperty(False)       # plan, form and schedules are shown one at a time
-    part = OptionProperty("plan", options=("plan", "form", "schedules"))     # which of them
+    paged = BooleanProperty(False)  # plan, form and schedules are shown one at a time
+    part = OptionProperty("plan", options=("plan", "form", "schedules"))  # which of them
     days = ListProperty()
     has_robots = BooleanProperty(True)
-    held = BooleanProperty(False)        # nothing is sent to any robot
+    held = BooleanProperty(False)  # nothing is sent to any robot
     narrow = BooleanProperty(False)
-    beside = BooleanProperty(False)      # the form has room beside the list of days
+    beside = BooleanProperty(False)  # the form has room beside the list of days
     exporting = BooleanProperty(False)
     advice = ObjectProperty(NO_ADVICE, rebind=True)
 
@@ -63,32 +74,45 @@ class SchedulerViewModel(OnTimeline):
         self._services, self._shell = services, shell
         self._refresher = Refresher(shell, self._reading, self._take)
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
-        self.actions = ScheduleActions(services, shell, self._started, lambda schedule: self._facts.called(schedule),
-                                       done=self._refresher.request)
-        self.group_starts = GroupStarts(services.operator, services.catalogue, shell, self._refresher.request, self._started.follow,
-                                        lambda number: next((one for one in self._facts.past if one.id == number), None))
+        self.actions = ScheduleActions(
+            services, shell, self._started, lambda schedule: self._facts.called(schedule), done=self._refresher.request
+        )
+        self.group_starts = GroupStarts(
+            services.operator,
+            services.catalogue,
+            shell,
+            self._refresher.request,
+            self._started.follow,
+            lambda number: next((one for one in self._facts.past if one.id == number), None),
+        )
         self.form = FormModel(services, shell, saved=self._saved, skip=self.actions.skip, again=self.actions.take_again)
         self.advice = AdviceModel(services, shell, lambda: self._facts, self.form.begin, self._refresher.request)
         self.listed = ScheduleList(shell, services.clock.now)
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
         self._facts, self._is_read = SchedulerFacts(), False
-        self._window = Window()                               # what the timeline shows
+        self._window = Window()  # what the timeline shows
         self._presses = Presses()
-        self._wanted: int | None = None                       # a schedule to open as soon as they are read
+        self._wanted: int | None = None  # a schedule to open as soon as they are read
         self.form.fbind("view", lambda *_args: self._show_schedules())
         self.fbind("narrow", self._refresher.request)
         self.fbind("touched", self._touch_changed)
 
     # ------------------------------------------------------------------ reading
-    def opened(self, schedule_id: int | None = None, plan: tuple[str, Window] | None = None, form: FormModel | None = None,
-               aside: Sequence[Draft] = (), back: Draft | None = None) -> None:
+    def opened(
+        self,
+        schedule_id: int | None = None,
+        plan: tuple[str, Window] | None = None,
+        form: FormModel | None = None,
+        aside: Sequence[Draft] = (),
+        back: Draft | None = None,
+    ) -> None:
         """``schedule_id`` opens that schedule in the form; ``plan`` is the ``shown_plan`` and ``form`` the one to go on with; drafts that
         are put ``aside`` again, and one of them that comes ``back`` into the form."""
         self._wanted = schedule_id
         if form is not None:
             self.form.go_on_from(form)
         self.form.put_aside_again(aside)
-        self.form.retranslated()                              # meanwhile, in Settings
+        self.form.retranslated()  # meanwhile, in Settings
         if plan is not None:
             self.mode, self._window = plan
             self.follows = self._window.left is None
@@ -127,7 +151,11 @@ class SchedulerViewModel(OnTimeline):
 
         def work() -> Reading:
             facts, now = replace(read(services, window), given=given), services.clock.now()
-            return window, facts, view.days(facts, now) if window is None else timeline.timeline(facts, now, window, narrow)
+            return (
+                window,
+                facts,
+                view.days(facts, now) if window is None else timeline.timeline(facts, now, window, narrow),
+            )
 
         return work
 
@@ -138,11 +166,11 @@ class SchedulerViewModel(OnTimeline):
         self.has_robots = bool(facts.robots)
         self.held = any(hold.covers(None, self._services.clock.now()) for hold in facts.holds)
         self.form.take(facts)
-        wanted, self._wanted = self._wanted, None             # if it is not there now, nobody waits for it
+        wanted, self._wanted = self._wanted, None  # if it is not there now, nobody waits for it
         if (schedule := facts.schedule(wanted)) is not None:
             self.form.edit(schedule)
         if isinstance(shown, TimelineView):
-            if not self.touched and window == self._window:      # else it was moved on meanwhile
+            if not self.touched and window == self._window:  # else it was moved on meanwhile
                 self.timeline = shown
         elif self.mode == "days":
             self.days = shown
@@ -151,13 +179,16 @@ class SchedulerViewModel(OnTimeline):
     # ------------------------------------------------------------------ showing
     def _tick(self) -> None:
         services, facts = self._services, self._facts
-        if silent(services.snapshots, facts.robots) != facts.silent or stopped(services, facts.settings, facts.robots) != facts.stopped:
+        if (
+            silent(services.snapshots, facts.robots) != facts.silent
+            or stopped(services, facts.settings, facts.robots) != facts.stopped
+        ):
             self._refresher.request()
         if len(self._facts.schedules) <= MANY:
             self._show_schedules()
 
     def _show_schedules(self) -> None:
-        if self._is_read:                    # until then nobody knows whether there are any
+        if self._is_read:  # until then nobody knows whether there are any
             self.listed.show(self._facts, self.form.editing)
 
     @property
@@ -169,7 +200,9 @@ class SchedulerViewModel(OnTimeline):
         part: str = self.mode if self.part == "plan" else self.part
         return part
 
-    shown_part = AliasProperty(_get_shown_part, bind=("mode", "part"))       # one of all that there is to choose where it is paged
+    shown_part = AliasProperty(
+        _get_shown_part, bind=("mode", "part")
+    )  # one of all that there is to choose where it is paged
 
     def choose_part(self, part: str) -> None:
         if part in ("hours", "days"):
@@ -213,17 +246,33 @@ class SchedulerViewModel(OnTimeline):
         if schedule is None:
             return
         calls: dict[str, Callable[[Schedule], object]] = {
-            "edit": self.form.edit, "run": self.actions.run_now, "skip": self.actions.skip_next, "pause": self.actions.pause,
-            "resume": self.actions.resume, "duplicate": self.form.duplicate, "delete": self.delete}
+            "edit": self.form.edit,
+            "run": self.actions.run_now,
+            "skip": self.actions.skip_next,
+            "pause": self.actions.pause,
+            "resume": self.actions.resume,
+            "duplicate": self.form.duplicate,
+            "delete": self.delete,
+        }
         title, text = view.menu_title(self._facts, schedule)
-        self._shell.dialogs.menu(anchor, title, view.schedule_menu(self._facts, schedule, self._services.clock.now()),
-                                 lambda key: calls[key](schedule), text)
+        self._shell.dialogs.menu(
+            anchor,
+            title,
+            view.schedule_menu(self._facts, schedule, self._services.clock.now()),
+            lambda key: calls[key](schedule),
+            text,
+        )
 
     def hold(self) -> None:
         """Keep everything, or one robot, from being sent anything; while everything is held, release it."""
         if self.held:
-            self._shell.background.run(self._services.holds.release, lambda _none: self._shell.snackbars.show(
-                _("Released"), icon="play-circle-outline", about=about_hold(None)), self._shell.say_problem)
+            self._shell.background.run(
+                self._services.holds.release,
+                lambda _none: self._shell.snackbars.show(
+                    _("Released"), icon="play-circle-outline", about=about_hold(None)
+                ),
+                self._shell.say_problem,
+            )
         elif self._facts.robots:
             robot_id = hold_view.looked_at(self._facts, self._window.robots, self._shell.navigator.all_robots)
             self._shell.dialogs.open(HoldDialog(self._services, self._shell, self._facts, robot_id=robot_id))
@@ -238,7 +287,9 @@ class SchedulerViewModel(OnTimeline):
     def _exported(self, done: PlanExport) -> None:
         self.exporting = False
         self._presses.rest("export")
-        self._shell.snackbars.show(view.export_result(done, self._facts.settings.timezone), icon="calendar-export", seconds=EXPORT_SECONDS)
+        self._shell.snackbars.show(
+            view.export_result(done, self._facts.settings.timezone), icon="calendar-export", seconds=EXPORT_SECONDS
+        )
 
     def _not_exported(self, problem: BaseException) -> None:
         self.exporting = False
@@ -255,10 +306,11 @@ class SchedulerViewModel(OnTimeline):
 class SchedulerScreen(ScreenBase):
     """Upcoming across the top, below it the form and the schedules; the list of days has the form beside it, or where that has no ``room``
     the whole screen. In a low window each of them is a page of its own (``paged``)."""
+
     Services = SchedulerServices
     room = BooleanProperty(False)
     paged = BooleanProperty(False)
-    lower_height = NumericProperty(0)    # least, of the form and the schedules
+    lower_height = NumericProperty(0)  # least, of the form and the schedules
 
     def __init__(self, services: SchedulerServices, shell: Shell, **kwargs: Any) -> None:
         load_kv("widgets/flow", "scheduler/screen", "scheduler/form", "scheduler/hold", "scheduler/advice")

@@ -1,4 +1,5 @@
 """The dialog that asks for a number of a schedule: the common values as chips, any other by steps."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -13,9 +14,10 @@ from app.widgets.dialogs import FormDialog
 
 class StepDialog(FormDialog):
     """``chosen`` is a number or the key of a chip; ``done(chosen)`` when it is confirmed."""
+
     steps = ObjectProperty(None, rebind=True)
     chosen = ObjectProperty(None, allownone=True)
-    number = NumericProperty(0)          # that holds
+    number = NumericProperty(0)  # that holds
     chips = ListProperty()
 
     def __init__(self, steps: Steps, chosen: float | None, done: Callable[[Any], object], **kwargs: Any) -> None:

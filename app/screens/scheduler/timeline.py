@@ -1,4 +1,5 @@
 """The plan and the past as bars, lanes and ticks for the timeline. Pure; made where the facts are read, off the UI thread."""
+
 from __future__ import annotations
 
 import math
@@ -22,51 +23,63 @@ from app.services.live.holds import Hold
 from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import PlannedRun
 
-SHORTEST = 1 / 60                        # hours: a bar of no length would be no bar
-THIN = 1 / 250                           # of what is seen: bars this short, that begin within two of it of each other, become one
-MERGED_FROM = 3                          # of them
-UNEVEN = 0.2                             # of an interval: so much sooner or later a run may begin that follows every so many minutes
-ROOM = 4                                 # lanes that are seen at once
-MANY = 12                                # lanes with bars; of more those of a group are one line
-IDLE = "idle"                            # key of the line for robots without a bar
-CONTENDING = ("planned", "running")      # states of bars that need their robot
-SPANS = (6, 12, 24, 48, 96, 168)         # hours to choose from
-STEPS = {6: 1, 12: 1, 24: 2, 48: 4, 96: 12}     # hours between labelled ticks when so many are seen; a day beyond
+SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
+THIN = 1 / 250  # of what is seen: bars this short, that begin within two of it of each other, become one
+MERGED_FROM = 3  # of them
+UNEVEN = 0.2  # of an interval: so much sooner or later a run may begin that follows every so many minutes
+ROOM = 4  # lanes that are seen at once
+MANY = 12  # lanes with bars; of more those of a group are one line
+IDLE = "idle"  # key of the line for robots without a bar
+CONTENDING = ("planned", "running")  # states of bars that need their robot
+SPANS = (6, 12, 24, 48, 96, 168)  # hours to choose from
+STEPS = {6: 1, 12: 1, 24: 2, 48: 4, 96: 12}  # hours between labelled ticks when so many are seen; a day beyond
 
 BARS = {
-    State.COMPLETED: "past", State.CANCELLED: "past", State.FAILED: "failed", State.SKIPPED: "skipped", State.MISSED: "skipped",
-    State.EXECUTING: "running", State.WAITING: "planned", State.SUBMITTING: "planned", State.QUEUED: "planned",
+    State.COMPLETED: "past",
+    State.CANCELLED: "past",
+    State.FAILED: "failed",
+    State.SKIPPED: "skipped",
+    State.MISSED: "skipped",
+    State.EXECUTING: "running",
+    State.WAITING: "planned",
+    State.SUBMITTING: "planned",
+    State.QUEUED: "planned",
 }
 
 
 # Hours are floats from the timeline's origin on. Named tuples, because kivy compares thousands of them whenever they are set.
 class Bar(NamedTuple):
     """A run, or several that are too short to be distinguished. ``key`` is handed back when it is tapped."""
+
     key: Hashable
     start: float
     end: float
     label: str = ""
-    state: str = "planned"               # past, failed, skipped, held, running, planned, or about: on whichever robot, that is a forecast
-    late: float | None = None            # when nine of ten runs have ended
-    assumed: bool = False                # its length is not known; of one that is held that matters less
-    typed: bool = False                  # its length was entered by a person
-    movable: bool = False                # to another time, by a finger
-    shorter: tuple[str, ...] = ()        # what is said where the label has no room, the best first
+    state: str = (
+        "planned"  # past, failed, skipped, held, running, planned, or about: on whichever robot, that is a forecast
+    )
+    late: float | None = None  # when nine of ten runs have ended
+    assumed: bool = False  # its length is not known; of one that is held that matters less
+    typed: bool = False  # its length was entered by a person
+    movable: bool = False  # to another time, by a finger
+    shorter: tuple[str, ...] = ()  # what is said where the label has no room, the best first
 
 
 class Lane(NamedTuple):
     """A robot, its bars, and from when to when two of them want it."""
+
     name: str
     note: str = ""
     bars: tuple[Bar, ...] = ()
     overlaps: tuple[tuple[float, float], ...] = ()
     key: Hashable = None
-    line: str = ""                       # instead of a robot: what it stands for
-    is_open: bool = False                # and whether they follow it
+    line: str = ""  # instead of a robot: what it stands for
+    is_open: bool = False  # and whether they follow it
 
 
 class LegendEntry(NamedTuple):
     """What something that is drawn means."""
+
     kind: str
     text: str
 
@@ -74,6 +87,7 @@ class LegendEntry(NamedTuple):
 @dataclass(frozen=True)
 class TimelineView:
     """What the widget shows."""
+
     origin: datetime | None = None
     lanes: tuple[Lane, ...] = ()
     bands: tuple[Band, ...] = ()
@@ -82,8 +96,8 @@ class TimelineView:
     hours: float = HOURS
     now: float = 0.0
     now_label: str = ""
-    span: str = ""                       # in words
-    robots: str = ""                     # whose, in words, where there are many
+    span: str = ""  # in words
+    robots: str = ""  # whose, in words, where there are many
     is_filtered: bool = False
     legend: tuple[LegendEntry, ...] = ()
 
@@ -112,7 +126,9 @@ def zoomed(window: Window, further: bool, now: datetime, zone: ZoneInfo) -> Wind
     return replace(window, left=window.start(now, zone) + timedelta(hours=(window.hours - hours) / 2), hours=hours)
 
 
-def moved(window: Window, screens: float, now: datetime, zone: ZoneInfo, folds: Iterable[tuple[datetime, datetime]] = ()) -> Window:
+def moved(
+    window: Window, screens: float, now: datetime, zone: ZoneInfo, folds: Iterable[tuple[datetime, datetime]] = ()
+) -> Window:
     """Forward or back by that share of what is seen, over ``folds``."""
     left, by = window.start(now, zone), timedelta(hours=window.hours * screens)
     for start, end in sorted(folds, reverse=screens < 0):
@@ -142,25 +158,41 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None,
     shown = robots or facts.robots
     groups = [group for group in facts.groups if any(robot.id in group.members for robot in shown)]
     thin = window.hours * THIN
-    of_groups = (_group_lane(facts, group, planned["group", group.id], contested["group", group.id], now, read, thin) for group in groups)
+    of_groups = (
+        _group_lane(facts, group, planned["group", group.id], contested["group", group.id], now, read, thin)
+        for group in groups
+    )
     of_robots = [_lane(facts, robot, planned[robot.id], contested[robot.id], now, read, thin) for robot in shown]
     waiting = [lane for lane in of_groups if lane.bars]
     lanes: Sequence[Lane] = (*waiting, *of_robots)
-    closed = tuple(axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded))
+    closed = tuple(
+        axis.closed(facts, read, ((bar.start, bar.end) for lane in lanes for bar in lane.bars), window.unfolded)
+    )
     folds = [band for band in closed if band.kind == "folded"]
-    if window.left is None:                              # what moves with the time doesn't begin amid a fold
+    if window.left is None:  # what moves with the time doesn't begin amid a fold
         first = next((fold.start for fold in folds if fold.start < first < fold.end), first)
     seen = Range(origin, first, _right_edge(first, window.hours, folds))
     if not robots:
         of_robots = _with_groups(facts, of_robots, planned, window.opened, now, seen)
-    lanes = _with_idle_last((*waiting, *of_robots), window.opened)           # first what has no robot: it may need a person
+    lanes = _with_idle_last((*waiting, *of_robots), window.opened)  # first what has no robot: it may need a person
     return TimelineView(
-        origin, lanes=tuple(lanes), bands=(*closed, *axis.held(facts, now, read)),
-        robots=_robots_word(facts, robots), is_filtered=bool(robots), legend=tuple(_legend(lanes, closed, contested.values(), seen)),
-        ticks=tuple(tick for tick in axis.ticks(facts.zone, read, read.at(now), step, window.hours)
-                    if not any(fold.start <= tick.hour < fold.end for fold in folds)),
-        first=first, hours=window.hours, now=read.at(now), now_label=formats.wall_time(now.astimezone(facts.zone)),
-        span=span_text(window.hours))
+        origin,
+        lanes=tuple(lanes),
+        bands=(*closed, *axis.held(facts, now, read)),
+        robots=_robots_word(facts, robots),
+        is_filtered=bool(robots),
+        legend=tuple(_legend(lanes, closed, contested.values(), seen)),
+        ticks=tuple(
+            tick
+            for tick in axis.ticks(facts.zone, read, read.at(now), step, window.hours)
+            if not any(fold.start <= tick.hour < fold.end for fold in folds)
+        ),
+        first=first,
+        hours=window.hours,
+        now=read.at(now),
+        now_label=formats.wall_time(now.astimezone(facts.zone)),
+        span=span_text(window.hours),
+    )
 
 
 def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
@@ -172,8 +204,14 @@ def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
     return end
 
 
-def _with_groups(facts: SchedulerFacts, lanes: list[Lane], planned: Mapping[Hashable, Sequence[PlannedRun]], opened: Collection[Hashable],
-                 now: datetime, seen: Range) -> list[Lane]:
+def _with_groups(
+    facts: SchedulerFacts,
+    lanes: list[Lane],
+    planned: Mapping[Hashable, Sequence[PlannedRun]],
+    opened: Collection[Hashable],
+    now: datetime,
+    seen: Range,
+) -> list[Lane]:
     """Of many robots with bars those of a group are one line, below which they are if they are wanted."""
     busy = {lane.key: lane for lane in lanes if lane.bars}
     if len(busy) <= MANY:
@@ -188,17 +226,27 @@ def _with_groups(facts: SchedulerFacts, lanes: list[Lane], planned: Mapping[Hash
     return [*lines, *(lane for lane in lanes if not lane.bars or lane.key in busy)]
 
 
-def _group_line(facts: SchedulerFacts, group: Group, lanes: Sequence[Lane], planned: Mapping[Hashable, Sequence[PlannedRun]],
-                now: datetime, seen: Range) -> str:
+def _group_line(
+    facts: SchedulerFacts,
+    group: Group,
+    lanes: Sequence[Lane],
+    planned: Mapping[Hashable, Sequence[PlannedRun]],
+    now: datetime,
+    seen: Range,
+) -> str:
     """Whose lanes it stands for, what is seen on them – starts to come, what went wrong –, and what their notes would say."""
+
     def is_seen(at: datetime) -> bool:
         return seen.low <= seen.at(at) < seen.high
 
     robots = {lane.key for lane in lanes}
     starts = sum(is_seen(run.begins) for robot in robots for run in planned[robot])
     failed = sum(run.robot_id in robots and run.state is State.FAILED and is_seen(run.planned_at) for run in facts.past)
-    is_more = any(schedule.robot_id in robots and seen.at(facts.more[schedule.id]) < seen.high
-                  for schedule in facts.schedules if schedule.id in facts.more)
+    is_more = any(
+        schedule.robot_id in robots and seen.at(facts.more[schedule.id]) < seen.high
+        for schedule in facts.schedules
+        if schedule.id in facts.more
+    )
     is_contended = any(end > seen.low and start < seen.high for lane in lanes for start, end in lane.overlaps)
     held = sum(_own_hold(facts, robot, now) is not None for robot in robots)
     silent = len(robots & facts.silent.keys())
@@ -212,7 +260,11 @@ def _with_idle_last(lanes: Sequence[Lane], opened: Collection[Hashable]) -> tupl
         return tuple(lanes)
     is_open = IDLE in opened
     words = ngettext("{n} robot with nothing planned", "{n} robots with nothing planned", len(idle)).format(n=len(idle))
-    return *(lane for lane in lanes if lane not in idle), Lane("", key=IDLE, line=words, is_open=is_open), *(idle if is_open else ())
+    return (
+        *(lane for lane in lanes if lane not in idle),
+        Lane("", key=IDLE, line=words, is_open=is_open),
+        *(idle if is_open else ()),
+    )
 
 
 def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
@@ -223,8 +275,11 @@ def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
     return ngettext("{n} robot", "{n} robots", len(chosen)).format(n=len(chosen)) if chosen else _("All robots")
 
 
-def _legend(lanes: Sequence[Lane], closed: Iterable[Band], contested: Iterable[Iterable[PlannedRun]], seen: Range) -> Iterable[LegendEntry]:
+def _legend(
+    lanes: Sequence[Lane], closed: Iterable[Band], contested: Iterable[Iterable[PlannedRun]], seen: Range
+) -> Iterable[LegendEntry]:
     """Of what is seen, and of nothing else."""
+
     def is_seen(start: float, end: float) -> bool:
         return end > seen.low and start < seen.high
 
@@ -234,25 +289,53 @@ def _legend(lanes: Sequence[Lane], closed: Iterable[Band], contested: Iterable[I
     has_lanes = any(not lane.line for lane in lanes)
     drawn |= {"closed"} if has_lanes and any(is_seen(band.start, band.end) for band in closed) else set()
     is_contested = any(_conflicts(runs, seen) for runs in contested)
-    words = {"planned": _("Planned"), "about": _("Robot is a forecast"), "typed": _("Length typed"),
-             "assumed": _("Length not known yet"), "running": _("Running"),
-             "past": _("Ended"), "failed": pgettext("run", "Failed"), "skipped": _("Not run"), "held": _("Held"),
-             "overlap": _("Overlap or conflict") if is_contested else _("Overlap"),
-             "closed": _("No work")}
+    words = {
+        "planned": _("Planned"),
+        "about": _("Robot is a forecast"),
+        "typed": _("Length typed"),
+        "assumed": _("Length not known yet"),
+        "running": _("Running"),
+        "past": _("Ended"),
+        "failed": pgettext("run", "Failed"),
+        "skipped": _("Not run"),
+        "held": _("Held"),
+        "overlap": _("Overlap or conflict") if is_contested else _("Overlap"),
+        "closed": _("No work"),
+    }
     return (LegendEntry(kind, text) for kind, text in words.items() if kind in drawn)
 
 
 # ---------------------------------------------------------------------- bars
-def _lane(facts: SchedulerFacts, robot: Robot, planned: Iterable[PlannedRun], contested: Iterable[PlannedRun], now: datetime, read: Range,
-          thin: float) -> Lane:
+def _lane(
+    facts: SchedulerFacts,
+    robot: Robot,
+    planned: Iterable[PlannedRun],
+    contested: Iterable[PlannedRun],
+    now: datetime,
+    read: Range,
+    thin: float,
+) -> Lane:
     bars = [_past_bar(facts, execution, now, read) for execution in facts.past if execution.robot_id == robot.id]
     bars += [_planned_bar(facts, run, read) for run in planned]
     bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
-    more = [at for schedule in facts.schedules if schedule.robot_id == robot.id and (at := facts.more.get(schedule.id)) is not None]
-    said = axis.held_until(_own_hold(facts, robot.id, now), facts, now) or silence_word(facts.silent.get(robot.id)) or robot.model or ""
-    return Lane(robot.name, said if robot.enabled else off_word(robot),
-                (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
-                _joined([*_overlaps(bars), *_conflicts(contested, read)]), robot.id)
+    more = [
+        at
+        for schedule in facts.schedules
+        if schedule.robot_id == robot.id and (at := facts.more.get(schedule.id)) is not None
+    ]
+    said = (
+        axis.held_until(_own_hold(facts, robot.id, now), facts, now)
+        or silence_word(facts.silent.get(robot.id))
+        or robot.model
+        or ""
+    )
+    return Lane(
+        robot.name,
+        said if robot.enabled else off_word(robot),
+        (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
+        _joined([*_overlaps(bars), *_conflicts(contested, read)]),
+        robot.id,
+    )
 
 
 def _own_hold(facts: SchedulerFacts, robot_id: Hashable, now: datetime) -> Hold | None:
@@ -260,18 +343,36 @@ def _own_hold(facts: SchedulerFacts, robot_id: Hashable, now: datetime) -> Hold 
     return next((hold for hold in facts.holds if hold.robot_id == robot_id and hold.covers(hold.robot_id, now)), None)
 
 
-def _group_lane(facts: SchedulerFacts, group: Group, planned: Iterable[PlannedRun], contested: Iterable[PlannedRun], now: datetime,
-                read: Range, thin: float) -> Lane:
+def _group_lane(
+    facts: SchedulerFacts,
+    group: Group,
+    planned: Iterable[PlannedRun],
+    contested: Iterable[PlannedRun],
+    now: datetime,
+    read: Range,
+    thin: float,
+) -> Lane:
     """What has no robot of the group yet, or had none, or none is foreseen for."""
     planned = list(planned)
-    bars = [_past_bar(facts, execution, now, read) for execution in facts.past
-            if execution.robot_id is None and execution.group_id == group.id]
+    bars = [
+        _past_bar(facts, execution, now, read)
+        for execution in facts.past
+        if execution.robot_id is None and execution.group_id == group.id
+    ]
     bars += [_planned_bar(facts, run, read) for run in planned]
     bars = sorted((bar for bar in bars if bar.end > read.low and bar.start < read.high), key=lambda bar: bar.start)
-    more = [at for schedule in facts.schedules if schedule.group_id == group.id and (at := facts.more.get(schedule.id)) is not None]
-    return Lane(_("Any of {group}").format(group=group.name), _group_note(facts, group, planned),
-                (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
-                _joined(_conflicts(contested, read)), ("group", group.id))
+    more = [
+        at
+        for schedule in facts.schedules
+        if schedule.group_id == group.id and (at := facts.more.get(schedule.id)) is not None
+    ]
+    return Lane(
+        _("Any of {group}").format(group=group.name),
+        _group_note(facts, group, planned),
+        (*_merged(bars, thin, lambda hour: read.instant(hour).astimezone(facts.zone).date()), *_more_bar(more, read)),
+        _joined(_conflicts(contested, read)),
+        ("group", group.id),
+    )
 
 
 def _group_note(facts: SchedulerFacts, group: Group, planned: Sequence[PlannedRun]) -> str:
@@ -319,8 +420,14 @@ def _merged(bars: list[Bar], thin: float, day: Callable[[float], date]) -> Itera
     groups: list[list[Bar]] = []
     for bar in bars:
         last = groups[-1][-1] if groups else None
-        if (last and bar.state == last.state and bar.start - last.start < 2 * thin and bar.end - bar.start < thin
-                and last.end - last.start < thin and day(bar.start) == day(last.start)):
+        if (
+            last
+            and bar.state == last.state
+            and bar.start - last.start < 2 * thin
+            and bar.end - bar.start < thin
+            and last.end - last.start < thin
+            and day(bar.start) == day(last.start)
+        ):
             groups[-1].append(bar)
         else:
             groups.append([bar])
@@ -338,7 +445,9 @@ def _block(group: list[Bar]) -> Bar:
     if len(names) == 1 and (name := names.pop()):
         said.append(f"{name} · {said[-1]}")
     label, *shorter = reversed(said)
-    return Bar(("zoom", (begins + ends) / 2, ends - begins), begins, ends, label, group[0].state, shorter=tuple(shorter))
+    return Bar(
+        ("zoom", (begins + ends) / 2, ends - begins), begins, ends, label, group[0].state, shorter=tuple(shorter)
+    )
 
 
 def _interval(starts: Sequence[float]) -> float:
@@ -359,11 +468,20 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
     start, held = read.at(run.begins), facts.hold_of(run) is not None
     state = "held" if held else "about" if run.is_approximate else "planned"
     is_slow = run.usual_s is not None and not run.typed and run.slow_s is not None and run.slow_s > run.usual_s
-    return Bar(("schedule", run.schedule.id, run.at), start, start + (run.usual_s or ASSUMED_S) / 3600,
-               _("Held: {mission}").format(mission=facts.given.start(run)) if held else foreseen.label(run, facts.given.start(run)), state,
-               late=start + (run.slow_s or 0) / 3600 if is_slow else None, assumed=run.usual_s is None and not held,
-               typed=run.usual_s is not None and run.typed and not held, movable=run.begins == run.at,
-               shorter=(foreseen.ABOUT,) if state == "about" else ())
+    return Bar(
+        ("schedule", run.schedule.id, run.at),
+        start,
+        start + (run.usual_s or ASSUMED_S) / 3600,
+        _("Held: {mission}").format(mission=facts.given.start(run))
+        if held
+        else foreseen.label(run, facts.given.start(run)),
+        state,
+        late=start + (run.slow_s or 0) / 3600 if is_slow else None,
+        assumed=run.usual_s is None and not held,
+        typed=run.usual_s is not None and run.typed and not held,
+        movable=run.begins == run.at,
+        shorter=(foreseen.ABOUT,) if state == "about" else (),
+    )
 
 
 def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: Range) -> Bar:
@@ -377,7 +495,15 @@ def _past_bar(facts: SchedulerFacts, execution: Execution, now: datetime, read: 
     key, waits = (execution.robot_id or 0, execution.mission_guid), state == "planned"
     typed = waits and key in facts.typed
     assumed = waits and not typed and key not in facts.usual_s
-    return Bar(("execution", execution.id), start, max(read.at(ends), start + SHORTEST), label, state, typed=typed, assumed=assumed)
+    return Bar(
+        ("execution", execution.id),
+        start,
+        max(read.at(ends), start + SHORTEST),
+        label,
+        state,
+        typed=typed,
+        assumed=assumed,
+    )
 
 
 def span_of(facts: SchedulerFacts, execution: Execution, now: datetime) -> tuple[datetime, datetime]:

@@ -1,4 +1,5 @@
 """Texts of the Scheduler: rules, the list of days, the list of schedules. Pure; timeline.py has the bars, form_view.py the form."""
+
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
@@ -25,27 +26,29 @@ from app.services.planning.recurrence import to_utc
 from app.services.planning.working_days import WorkingCalendar
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
-GROUPED_FROM = 4                         # starts of one schedule on one day become one line
-PICK = "pick"                            # key of the option that asks for a day
+GROUPED_FROM = 4  # starts of one schedule on one day become one line
+PICK = "pick"  # key of the option that asks for a day
 
 
 @dataclass(frozen=True)
 class DayRow:
     """A row of the list of days: the heading of a day, or a start on it."""
+
     key: Hashable
     heading: str = ""
     time: str = ""
     mission: str = ""
     robot: str = ""
     note: str = ""
-    until: str = ""                      # when it is over, as far as is known; of many, when the last one starts
-    condition: str = ""                  # what keeps it, else what it needs
-    name: str = ""                       # of its schedule, where a person has given one
+    until: str = ""  # when it is over, as far as is known; of many, when the last one starts
+    condition: str = ""  # what keeps it, else what it needs
+    name: str = ""  # of its schedule, where a person has given one
 
 
 @dataclass(frozen=True)
 class Listing:
     """Which schedules are listed, and how: words that are searched for, one robot or group or all (None), by name or by next start."""
+
     query: str = ""
     target: Target | None = None
     by_name: bool = False
@@ -54,17 +57,18 @@ class Listing:
 @dataclass(frozen=True)
 class ScheduleItem:
     """A row of the list of schedules."""
+
     key: int
     on: bool
     mission: str
     rule: str
     next: str
     selected: bool = False
-    icon: str = ""                       # how it last went
+    icon: str = ""  # how it last went
     tone: str = "neutral"
     last: str = ""
-    name: str = ""                       # that a person has given it
-    over: bool = False                   # no start is left
+    name: str = ""  # that a person has given it
+    over: bool = False  # no start is left
 
 
 # ---------------------------------------------------------------------- the rule of a schedule
@@ -73,10 +77,17 @@ def rule_line(schedule: Schedule) -> str:
     return _when(replace(schedule, respect_working_days=False))
 
 
-def rule_sentence(schedule: Schedule, mission: Mission | None, settings: Settings, calendar: WorkingCalendar | None = None) -> str:
+def rule_sentence(
+    schedule: Schedule, mission: Mission | None, settings: Settings, calendar: WorkingCalendar | None = None
+) -> str:
     """When it starts and under which conditions."""
     condition, when = battery_condition(schedule, mission, settings), _when(schedule)
-    if calendar is not None and calendar.has_exceptions and schedule.respect_working_days and schedule.recurrence is not None:
+    if (
+        calendar is not None
+        and calendar.has_exceptions
+        and schedule.respect_working_days
+        and schedule.recurrence is not None
+    ):
         when = _("{rule}, not on holidays or other days off").format(rule=rule_line(schedule))
     return f"{when}, {condition}" if condition else when
 
@@ -92,8 +103,9 @@ def battery_condition(schedule: Schedule, mission: Mission | None, settings: Set
 
 def _when(schedule: Schedule) -> str:
     if schedule.recurrence is None:
-        return _("Once on {day} at {time}").format(day=formats.wall_day(schedule.start.date(), year=True),
-                                                   time=formats.wall_time(schedule.start))
+        return _("Once on {day} at {time}").format(
+            day=formats.wall_day(schedule.start.date(), year=True), time=formats.wall_time(schedule.start)
+        )
     return sentences.sentence(schedule, _)
 
 
@@ -107,7 +119,11 @@ def days(facts: SchedulerFacts, now: datetime) -> list[DayRow]:
         by_day.setdefault(run.at.astimezone(zone).date(), []).append(run)
     rows: list[DayRow] = []
     for day, runs in sorted(by_day.items()):
-        rows.append(_day_heading(facts, day, today, len(runs), any(at.astimezone(zone).date() <= day for at in facts.more.values())))
+        rows.append(
+            _day_heading(
+                facts, day, today, len(runs), any(at.astimezone(zone).date() <= day for at in facts.more.values())
+            )
+        )
         rows += (row for _at, row in sorted(_day_rows(facts, runs, now), key=lambda entry: entry[0]))
     return rows
 
@@ -140,22 +156,52 @@ def _day_rows(facts: SchedulerFacts, runs: list[PlannedRun], now: datetime) -> I
         own, silent = facts.name(first.schedule), foreseen.silence(first, facts.silent.get(first.robot.id))
         if len(same) >= GROUPED_FROM:
             begins, ends = (formats.wall_time(run.at.astimezone(zone)) for run in (first, same[-1]))
-            number, last = ngettext("{n} start", "{n} starts", len(same)).format(n=len(same)), _("last at {time}").format(time=ends)
-            if (more := facts.more.get(first.schedule.id)) and more.astimezone(zone).date() == first.at.astimezone(zone).date():
+            number, last = (
+                ngettext("{n} start", "{n} starts", len(same)).format(n=len(same)),
+                _("last at {time}").format(time=ends),
+            )
+            if (more := facts.more.get(first.schedule.id)) and more.astimezone(zone).date() == first.at.astimezone(
+                zone
+            ).date():
                 number, last = _("{starts} and more").format(starts=number), ""
             held = sum(facts.hold_of(run) is not None for run in same)
-            kept = _joined(_("{n} held").format(n=held) if held else "", foreseen.lack(first), silent if held < len(same) else "")
+            kept = _joined(
+                _("{n} held").format(n=held) if held else "", foreseen.lack(first), silent if held < len(same) else ""
+            )
             note = _joined(f"{number}, {last}" if last else number, kept)
-            yield first.at, DayRow(("schedule", first.schedule.id, first.at), "", begins, *names, note, last or formats.NOTHING,
-                                   _joined(number, kept), own)
+            yield (
+                first.at,
+                DayRow(
+                    ("schedule", first.schedule.id, first.at),
+                    "",
+                    begins,
+                    *names,
+                    note,
+                    last or formats.NOTHING,
+                    _joined(number, kept),
+                    own,
+                ),
+            )
             continue
         for run in same:
             kept = held_note(facts.hold_of(run), run.at, run.schedule.start_window_minutes, facts.settings, now)
             kept = kept or foreseen.lack(run)
             begins = formats.wall_time(run.at.astimezone(zone))
             note = kept or _joined(silent, formats.ahead((run.at - now).total_seconds()))
-            yield run.at, DayRow(("schedule", run.schedule.id, run.at), "", begins, facts.given.start(run), foreseen.whose(run), note,
-                                 _until(run, zone), kept or _joined(silent, needs), own)
+            yield (
+                run.at,
+                DayRow(
+                    ("schedule", run.schedule.id, run.at),
+                    "",
+                    begins,
+                    facts.given.start(run),
+                    foreseen.whose(run),
+                    note,
+                    _until(run, zone),
+                    kept or _joined(silent, needs),
+                    own,
+                ),
+            )
 
 
 def _joined(*parts: str) -> str:
@@ -166,11 +212,15 @@ def _until(run: PlannedRun, zone: ZoneInfo) -> str:
     """About when it is over, as a rule."""
     if run.usual_s is None:
         return formats.NOTHING
-    return _("ends ~{time}").format(time=formats.wall_time((run.begins + timedelta(seconds=run.usual_s)).astimezone(zone)))
+    return _("ends ~{time}").format(
+        time=formats.wall_time((run.begins + timedelta(seconds=run.usual_s)).astimezone(zone))
+    )
 
 
 # ---------------------------------------------------------------------- the schedules
-def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = None, listing: Listing = Listing()) -> list[ScheduleItem]:
+def schedule_rows(
+    facts: SchedulerFacts, now: datetime, selected: int | None = None, listing: Listing = Listing()
+) -> list[ScheduleItem]:
     """In the order of their next starts, where those that are off or over come last; or by name, but for those that are over."""
     never, words = datetime.max.replace(tzinfo=UTC), listing.query.casefold().split()
 
@@ -178,10 +228,15 @@ def schedule_rows(facts: SchedulerFacts, now: datetime, selected: int | None = N
         next_at = max(schedule.next_at, schedule.paused_until or schedule.next_at) if schedule.next_at else never
         over = _is_over(facts, schedule, now)
         return over, *(() if listing.by_name else (not (schedule.enabled or over), next_at)), schedule.name.casefold()
+
     listed = (schedule for schedule in facts.schedules if of_groups.is_listed(facts, schedule, listing.target))
     rows = (_schedule_row(facts, schedule, now, schedule.id == selected) for schedule in sorted(listed, key=place))
     names = {schedule.id: schedule.name for schedule in facts.schedules} if words else {}
-    return [row for row in rows if all(word in f"{names[row.key]} {row.mission} {row.rule} {row.next}".casefold() for word in words)]
+    return [
+        row
+        for row in rows
+        if all(word in f"{names[row.key]} {row.mission} {row.rule} {row.next}".casefold() for word in words)
+    ]
 
 
 def robot_options(facts: SchedulerFacts) -> list[Option]:
@@ -190,16 +245,25 @@ def robot_options(facts: SchedulerFacts) -> list[Option]:
 
 
 def _schedule_row(facts: SchedulerFacts, schedule: Schedule, now: datetime, selected: bool) -> ScheduleItem:
-    robot, mission, last = facts.robot(schedule.robot_id), facts.mission(schedule.mission_id), facts.last.get(schedule.id)
+    robot, mission, last = (
+        facts.robot(schedule.robot_id),
+        facts.mission(schedule.mission_id),
+        facts.last.get(schedule.id),
+    )
     whose = of_groups.whose(facts, schedule, last)
-    row = ScheduleItem(schedule.id, schedule.enabled,
-                       facts.given.mission(mission, schedule.parameters) if mission else schedule.name,
-                       _joined(rule_line(schedule), of_groups.what_matters(schedule)),
-                       " · ".join(filter(None, (whose, _next(facts, schedule, robot, now)))), selected,
-                       name=facts.name(schedule) if mission else "")
+    row = ScheduleItem(
+        schedule.id,
+        schedule.enabled,
+        facts.given.mission(mission, schedule.parameters) if mission else schedule.name,
+        _joined(rule_line(schedule), of_groups.what_matters(schedule)),
+        " · ".join(filter(None, (whose, _next(facts, schedule, robot, now)))),
+        selected,
+        name=facts.name(schedule) if mission else "",
+    )
     if _is_over(facts, schedule, now):
-        row = replace(row, rule=" · ".join(filter(None, (whose, row.rule))), next=_became(facts, schedule, last),
-                      over=True)
+        row = replace(
+            row, rule=" · ".join(filter(None, (whose, row.rule))), next=_became(facts, schedule, last), over=True
+        )
     if last is None:
         return row
     icon, tone = execution_appearance.LOOKS[last.state]
@@ -224,9 +288,18 @@ def _became(facts: SchedulerFacts, schedule: Schedule, last: Execution | None) -
     if last is None or (schedule.recurrence is None and last.planned_at != start):
         if not schedule.enabled:
             return _("Over · was switched off")
-        return _("Over · was due {time}").format(time=_when_it_was(facts, start)) if schedule.recurrence is None else _("Over")
-    text = {State.COMPLETED: _("Over · ran {time}"), State.FAILED: _("Over · failed {time}"), State.CANCELLED: _("Over · cancelled {time}"),
-            State.SKIPPED: _("Over · not run {time}"), State.MISSED: _("Over · not run {time}")}[last.state]
+        return (
+            _("Over · was due {time}").format(time=_when_it_was(facts, start))
+            if schedule.recurrence is None
+            else _("Over")
+        )
+    text = {
+        State.COMPLETED: _("Over · ran {time}"),
+        State.FAILED: _("Over · failed {time}"),
+        State.CANCELLED: _("Over · cancelled {time}"),
+        State.SKIPPED: _("Over · not run {time}"),
+        State.MISSED: _("Over · not run {time}"),
+    }[last.state]
     return text.format(time=_when_it_was(facts, last.started_at or last.planned_at))
 
 
@@ -246,7 +319,9 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
     if of_groups.nobody_has_it(facts, schedule):
         return _("no robot of the group has the mission")
     if schedule.paused_until is not None and schedule.paused_until > now:
-        return _("paused until {time}").format(time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now))
+        return _("paused until {time}").format(
+            time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now)
+        )
     hold = facts.hold(schedule.robot_id, schedule.group_id, schedule.next_at)
     if held := held_next(hold, schedule.next_at, schedule.start_window_minutes, facts.settings, now):
         return held
@@ -257,7 +332,10 @@ def _next(facts: SchedulerFacts, schedule: Schedule, robot: Robot | None, now: d
 def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
     """Which schedule a menu is about: its name or mission, and below that what else is needed to know it."""
     target, mission, name = facts.target(schedule), facts.mission(schedule.mission_id), facts.name(schedule)
-    what, where = facts.given.mission(mission, schedule.parameters) if mission else schedule.name, target.name if target else ""
+    what, where = (
+        facts.given.mission(mission, schedule.parameters) if mission else schedule.name,
+        target.name if target else "",
+    )
     return (name, " · ".join(filter(None, (what, where)))) if name else (what, where)
 
 
@@ -281,8 +359,14 @@ def schedule_menu(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> l
         MenuItem("edit", _("Edit"), "pencil-outline"),
         run_item(facts, schedule, now),
         MenuItem("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
-        MenuItem("resume", _("Resume now"), "play-circle-outline") if schedule.is_paused(now) else
-        MenuItem("pause", _("Pause until a day"), "pause-circle-outline", disabled=not (schedule.enabled and schedule.next_at)),
+        MenuItem("resume", _("Resume now"), "play-circle-outline")
+        if schedule.is_paused(now)
+        else MenuItem(
+            "pause",
+            _("Pause until a day"),
+            "pause-circle-outline",
+            disabled=not (schedule.enabled and schedule.next_at),
+        ),
         MenuItem("duplicate", _("Duplicate"), "content-copy"),
         MenuItem("delete", _("Delete"), "trash-can-outline", tone="fault"),
     ]
@@ -294,9 +378,13 @@ def pause_options(schedule: Schedule, now: datetime) -> list[Option]:
     monday = today + timedelta(days=7 - today.weekday())
     texts = {today + timedelta(days=1): _("For today"), today + timedelta(days=2): _("Today and tomorrow")}
     texts.setdefault(monday, _("Until Monday"))
-    return [*(Option(day, text, "pause-circle-outline", _("no start before {day}").format(day=formats.wall_day(day)))
-              for day, text in texts.items()),
-            Option(PICK, _("Until a day of your choice"), "calendar-month", _("starts resume on that day"))]
+    return [
+        *(
+            Option(day, text, "pause-circle-outline", _("no start before {day}").format(day=formats.wall_day(day)))
+            for day, text in texts.items()
+        ),
+        Option(PICK, _("Until a day of your choice"), "calendar-month", _("starts resume on that day")),
+    ]
 
 
 def day_begins(day: date, zone: ZoneInfo) -> datetime:
@@ -307,16 +395,27 @@ def day_begins(day: date, zone: ZoneInfo) -> datetime:
 def export_result(done: PlanExport, zone: str) -> str:
     """How many starts were written, and where to."""
     if done.is_cut:
-        return ngettext("The next {n} start, until {day}, written to {path}", "The next {n} starts, until {day}, written to {path}",
-                        done.count).format(n=done.count, day=formats.day(done.until, zone), path=done.path)
-    return ngettext("{n} start of the next 30 days written to {path}", "{n} starts of the next 30 days written to {path}",
-                    done.count).format(n=done.count, path=done.path)
+        return ngettext(
+            "The next {n} start, until {day}, written to {path}",
+            "The next {n} starts, until {day}, written to {path}",
+            done.count,
+        ).format(n=done.count, day=formats.day(done.until, zone), path=done.path)
+    return ngettext(
+        "{n} start of the next 30 days written to {path}",
+        "{n} starts of the next 30 days written to {path}",
+        done.count,
+    ).format(n=done.count, path=done.path)
 
 
 def schedules_empty(facts: SchedulerFacts) -> str:
     """In the place of the rows that there are none of."""
-    return "" if facts.schedules else _(
-        "No schedule yet. Fill in the form and save it: it appears here with its next start and how it last went.")
+    return (
+        ""
+        if facts.schedules
+        else _(
+            "No schedule yet. Fill in the form and save it: it appears here with its next start and how it last went."
+        )
+    )
 
 
 def schedules_note(facts: SchedulerFacts, target: Target | None = None) -> str:
@@ -325,5 +424,7 @@ def schedules_note(facts: SchedulerFacts, target: Target | None = None) -> str:
     robot = facts.group(target[1]) if isinstance(target, tuple) else facts.robot(target)
     if not facts.schedules:
         return ""
-    note = _("{on} of {all} on").format(on=sum(schedule.enabled and _has_starts(facts, schedule) for schedule in listed), all=len(listed))
+    note = _("{on} of {all} on").format(
+        on=sum(schedule.enabled and _has_starts(facts, schedule) for schedule in listed), all=len(listed)
+    )
     return f"{robot.name} · {note}" if robot else note

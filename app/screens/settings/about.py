@@ -1,4 +1,5 @@
 """Settings, About: versions, licences, the data directory."""
+
 from __future__ import annotations
 
 from kivy.event import EventDispatcher
@@ -14,6 +15,7 @@ from app.widgets.lists import Row
 
 class ComponentRow(Row, BoxLayout):
     """A library with its version and licence."""
+
     name = StringProperty()
     version = StringProperty()
     licence = StringProperty()

@@ -1,4 +1,5 @@
 """Settings, Constraints: closed days and extra working days, by hand, by country, from a file."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -28,6 +29,7 @@ from app.widgets.lists import Row
 
 class DaysRow(Row, Tile):
     """An entry of the calendar. Actions: "edit", "remove"."""
+
     text = StringProperty()
     note = StringProperty()
     icon = StringProperty()
@@ -36,6 +38,7 @@ class DaysRow(Row, Tile):
 
 class CalendarPart(EventDispatcher):
     """View model of the card: one month at a time, its entries, the country, the import."""
+
     month_title = StringProperty()
     weekdays = ListProperty([""] * 7)
     days = ListProperty()
@@ -51,7 +54,7 @@ class CalendarPart(EventDispatcher):
     def __init__(self, context: PageContext) -> None:
         super().__init__(file=FileModel(".ics"))
         self._context, self._services = context, context.services
-        self._chosen_month: tuple[int, int] | None = None        # year and month; None: today's
+        self._chosen_month: tuple[int, int] | None = None  # year and month; None: today's
 
     # ------------------------------------------------------------------ showing
     @property
@@ -66,7 +69,11 @@ class CalendarPart(EventDispatcher):
         self.days = view.month_days(facts, year, number, self._context.today())
         self.rows = view.entries(facts, year, number)
         self.year_note = view.year_note(facts, year)
-        self.country, self.region, self.has_regions = view.country_phrase(facts), view.region_phrase(facts), facts.has_regions
+        self.country, self.region, self.has_regions = (
+            view.country_phrase(facts),
+            view.region_phrase(facts),
+            facts.has_regions,
+        )
 
     def reached(self) -> None:
         self.country_problem = ""
@@ -112,24 +119,42 @@ class CalendarPart(EventDispatcher):
 
     def _remove(self, exception_id: int) -> None:
         if (exception := self._exception(exception_id)) is not None:
-            self._context.remove(lambda: self._services.catalogue.remove_days(exception_id), view.removed_sentence(exception))
+            self._context.remove(
+                lambda: self._services.catalogue.remove_days(exception_id), view.removed_sentence(exception)
+            )
 
     # ------------------------------------------------------------------ public holidays
     def choose_country(self) -> None:
         """The list of countries is in a large library: loading it takes a moment."""
-        self._context.run(public_holidays.countries, lambda names: self._context.shell.dialogs.choose(
-            _("Closed on the public holidays of"), view.country_options(names), lambda code: self._save_holidays(code, ""),
-            selected=self._context.facts.settings.holiday_country), key="settings countries")
+        self._context.run(
+            public_holidays.countries,
+            lambda names: self._context.shell.dialogs.choose(
+                _("Closed on the public holidays of"),
+                view.country_options(names),
+                lambda code: self._save_holidays(code, ""),
+                selected=self._context.facts.settings.holiday_country,
+            ),
+            key="settings countries",
+        )
 
     def choose_region(self) -> None:
         settings = self._context.facts.settings
-        self._context.run(lambda: public_holidays.subdivisions(settings.holiday_country), lambda names: self._context.shell.dialogs.choose(
-            _("Region"), view.region_options(names), lambda code: self._save_holidays(settings.holiday_country, code),
-            selected=settings.holiday_subdivision), key="settings regions")
+        self._context.run(
+            lambda: public_holidays.subdivisions(settings.holiday_country),
+            lambda names: self._context.shell.dialogs.choose(
+                _("Region"),
+                view.region_options(names),
+                lambda code: self._save_holidays(settings.holiday_country, code),
+                selected=settings.holiday_subdivision,
+            ),
+            key="settings regions",
+        )
 
     def _save_holidays(self, country: str, region: str) -> None:
         self.country_problem = ""
-        self._context.change(lambda: self._services.catalogue.set_public_holidays(country, region), self._holidays_refused)
+        self._context.change(
+            lambda: self._services.catalogue.set_public_holidays(country, region), self._holidays_refused
+        )
 
     def _holidays_refused(self, problem: BaseException) -> None:
         self.country_problem = sentence_of(problem)
@@ -147,8 +172,15 @@ class CalendarPart(EventDispatcher):
             return True
         options = view.import_options(found, self._context.today())
         self._context.shell.dialogs.choose_many(
-            _("Closed days in {file}").format(file=found.name), options, _("Close these days"), lambda keys: self._take(found, keys),
-            selected=[option.key for option in options if option.selected], can_all=True, needs_one=True, text=view.import_notes(found))
+            _("Closed days in {file}").format(file=found.name),
+            options,
+            _("Close these days"),
+            lambda keys: self._take(found, keys),
+            selected=[option.key for option in options if option.selected],
+            can_all=True,
+            needs_one=True,
+            text=view.import_notes(found),
+        )
         return False
 
     def _take(self, found: CalendarFile, keys: Sequence[int]) -> None:
@@ -162,8 +194,9 @@ class CalendarPart(EventDispatcher):
             day = max(min(entry.first_day for entry in added), self._context.today())
             self._chosen_month = day.year, day.month
             ids = [entry.id for entry in added]
-            self._context.shell.offer_undo(self.outcome.text, lambda: self._services.catalogue.remove_days(*ids), self._undone,
-                                           behind="settings")
+            self._context.shell.offer_undo(
+                self.outcome.text, lambda: self._services.catalogue.remove_days(*ids), self._undone, behind="settings"
+            )
 
     def _undone(self) -> None:
         self.outcome = NoticeView()
@@ -172,6 +205,7 @@ class CalendarPart(EventDispatcher):
 
 class CalendarCard(SectionCard):
     """The calendar on its card; ``wide``: month and entries beside each other."""
+
     part = ObjectProperty(None, rebind=True, allownone=True)
     wide = BooleanProperty(True)
 
@@ -192,12 +226,17 @@ class DaysForm(EventDispatcher):
 
 class DaysDialog(FormDialog):
     """Closed days or extra working days: the first and the last day, and their name."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
     def __init__(self, context: PageContext, exception: DayException, **kwargs: Any) -> None:
         self._context, self._exception = context, exception
-        form = DaysForm(title=_("Edit days") if exception.id else _("Add days"), name=exception.name, is_working=exception.is_working,
-                        yearly=exception.yearly)
+        form = DaysForm(
+            title=_("Edit days") if exception.id else _("Add days"),
+            name=exception.name,
+            is_working=exception.is_working,
+            yearly=exception.yearly,
+        )
         super().__init__(vm=form, **kwargs)
         self._show_days()
         form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
@@ -211,11 +250,18 @@ class DaysDialog(FormDialog):
         self.vm.first_day_problem = self.vm.last_day_problem = ""
 
     def pick_first(self) -> None:
-        self._context.shell.dialogs.pick_date(_("First day"), self._exception.first_day, self._first_picked, today=self._context.today())
+        self._context.shell.dialogs.pick_date(
+            _("First day"), self._exception.first_day, self._first_picked, today=self._context.today()
+        )
 
     def pick_last(self) -> None:
-        self._context.shell.dialogs.pick_date(_("Last day"), self._exception.last_day, self._last_picked, today=self._context.today(),
-                                              first=self._exception.first_day)
+        self._context.shell.dialogs.pick_date(
+            _("Last day"),
+            self._exception.last_day,
+            self._last_picked,
+            today=self._context.today(),
+            first=self._exception.first_day,
+        )
 
     def _first_picked(self, day: date) -> None:
         """The number of days stays."""

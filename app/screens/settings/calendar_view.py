@@ -1,4 +1,5 @@
 """Texts and values that Settings shows of the calendar: the days of a month, its entries, the result of an import. Pure functions."""
+
 from __future__ import annotations
 
 from calendar import Calendar
@@ -17,16 +18,17 @@ from app.services.files.calendar_days import FoundDays, LeftOut
 from app.services.files.calendar_import import CalendarFile
 from app.services.planning.working_days import DayStatus, Ground, spans
 
-YEARS = (1970, 2199)                     # whose months are shown
+YEARS = (1970, 2199)  # whose months are shown
 CLOSED, HOLIDAY, EXTRA = "lock-outline", "calendar-star", "plus-circle-outline"
 APPOINTMENT = "clock-outline"
 
-EntryKey = tuple[int, date]              # id of the exception, 0 for a public holiday; the first day
+EntryKey = tuple[int, date]  # id of the exception, 0 for a public holiday; the first day
 
 
 @dataclass(frozen=True)
 class DayView:
     """Values of MonthDay; as it is: a day of another month, left blank."""
+
     day: date | None = None
     text: str = ""
     status: str = "work"
@@ -37,6 +39,7 @@ class DayView:
 @dataclass(frozen=True)
 class EntryView:
     """Values of DaysRow."""
+
     key: EntryKey
     text: str
     note: str
@@ -58,24 +61,36 @@ def turned(year: int, month: int, months: int) -> tuple[int, int]:
 
 def month_days(facts: SettingsFacts, year: int, month: int, today: date) -> list[DayView]:
     """In weeks from Monday; days of other months are blank."""
-    return [DayView() if day.month != month else _day(facts.calendar.day_status(day), day, today)
-            for week in Calendar().monthdatescalendar(year, month) for day in week]
+    return [
+        DayView() if day.month != month else _day(facts.calendar.day_status(day), day, today)
+        for week in Calendar().monthdatescalendar(year, month)
+        for day in week
+    ]
 
 
 def _day(found: DayStatus, day: date, today: date) -> DayView:
     status, icon = ("work", "") if found.is_working else ("free", "")
     if found.ground is not Ground.WEEK:
-        status, icon = ("extra", EXTRA) if found.is_working else ("closed", HOLIDAY if found.ground is Ground.HOLIDAY else CLOSED)
+        status, icon = (
+            ("extra", EXTRA) if found.is_working else ("closed", HOLIDAY if found.ground is Ground.HOLIDAY else CLOSED)
+        )
     return DayView(day, str(day.day), status, icon, day == today)
 
 
 def entries(facts: SettingsFacts, year: int, month: int) -> list[EntryView]:
     """The exceptions and public holidays of that month, in order of their days."""
     first, last = date(year, month, 1), max(day for day in Calendar().itermonthdates(year, month) if day.month == month)
-    found = [(begins, _entry(exception, begins, ends)) for exception in facts.exceptions for begins, ends in spans(exception, year)
-             if begins <= last and first <= ends]
-    found += [(day, _holiday(day, status.name)) for day, status in facts.calendar.exceptional(first, last)
-              if status.ground is Ground.HOLIDAY]
+    found = [
+        (begins, _entry(exception, begins, ends))
+        for exception in facts.exceptions
+        for begins, ends in spans(exception, year)
+        if begins <= last and first <= ends
+    ]
+    found += [
+        (day, _holiday(day, status.name))
+        for day, status in facts.calendar.exceptional(first, last)
+        if status.ground is Ground.HOLIDAY
+    ]
     return [view for _begins, view in sorted(found, key=lambda entry: (entry[0], entry[1].text))]
 
 
@@ -85,7 +100,9 @@ def _entry(exception: DayException, begins: date, ends: date) -> EntryView:
         notes.append(_("every year"))
     if exception.source:
         notes.append(exception.source)
-    return EntryView((exception.id, begins), exception.name, " · ".join(notes), EXTRA if exception.is_working else CLOSED)
+    return EntryView(
+        (exception.id, begins), exception.name, " · ".join(notes), EXTRA if exception.is_working else CLOSED
+    )
 
 
 def _holiday(day: date, name: str) -> EntryView:
@@ -93,7 +110,7 @@ def _holiday(day: date, name: str) -> EntryView:
 
 
 def span(first: date, last: date) -> str:
-    """"Mon 6 Jul – Sun 19 Jul", or one day."""
+    """ "Mon 6 Jul – Sun 19 Jul", or one day."""
     return formats.wall_day(first) if first == last else f"{formats.wall_day(first)} – {formats.wall_day(last)}"
 
 
@@ -129,15 +146,21 @@ def country_options(names: Mapping[str, str]) -> list[Option]:
 
 def region_options(names: Mapping[str, str]) -> list[Option]:
     """By code; an empty one for the whole country."""
-    return [Option("", _("All of the country"), note=_("without the holidays of single regions")),
-            *(Option(code, name, note=code) for code, name in names.items())]
+    return [
+        Option("", _("All of the country"), note=_("without the holidays of single regions")),
+        *(Option(code, name, note=code) for code, name in names.items()),
+    ]
 
 
 # ---------------------------------------------------------------------- an import
 def import_options(found: CalendarFile, today: date) -> list[Option]:
     """One for each event, by its number; those with whole days are selected."""
-    return [Option(number, event.name, CLOSED if event.whole else APPOINTMENT, _days_found(event, today), selected=event.whole)
-            for number, event in enumerate(found.events)]
+    return [
+        Option(
+            number, event.name, CLOSED if event.whole else APPOINTMENT, _days_found(event, today), selected=event.whole
+        )
+        for number, event in enumerate(found.events)
+    ]
 
 
 def _days_found(event: FoundDays, today: date) -> str:
@@ -177,8 +200,11 @@ def import_notes(found: CalendarFile) -> str:
     """What a file holds besides the days that are shown of it."""
     notes = [] if found.is_whole else [_("The file ends in the middle: days may be missing")]
     if found.known:
-        notes.append(ngettext("{n} event is in the calendar already", "{n} events are in the calendar already", found.known).format(
-            n=found.known))
+        notes.append(
+            ngettext(
+                "{n} event is in the calendar already", "{n} events are in the calendar already", found.known
+            ).format(n=found.known)
+        )
     if found.past:
         notes.append(ngettext("{n} past event left out", "{n} past events left out", found.past).format(n=found.past))
     notes += [_left_out(why, n).format(n=n) for why in LeftOut if (n := found.left_out.get(why, 0))]
@@ -188,11 +214,17 @@ def import_notes(found: CalendarFile) -> str:
 def _left_out(why: LeftOut, n: int) -> str:
     match why:
         case LeftOut.ENDLESS:
-            return ngettext("{n} event left out: it repeats without end, and more often than yearly",
-                            "{n} events left out: they repeat without end, and more often than yearly", n)
+            return ngettext(
+                "{n} event left out: it repeats without end, and more often than yearly",
+                "{n} events left out: they repeat without end, and more often than yearly",
+                n,
+            )
         case LeftOut.OUT_OF_RANGE:
-            return ngettext("{n} event left out: it lasts more than a year, or is after 2199",
-                            "{n} events left out: they last more than a year, or are after 2199", n)
+            return ngettext(
+                "{n} event left out: it lasts more than a year, or is after 2199",
+                "{n} events left out: they last more than a year, or are after 2199",
+                n,
+            )
         case LeftOut.UNREADABLE:
             return ngettext("{n} event left out: it can't be read", "{n} events left out: they can't be read", n)
 
@@ -203,12 +235,21 @@ def import_result(added: Sequence[DayException], found: CalendarFile) -> NoticeV
     if added:
         n, shown = days_in(added), added[:3]
         text = ngettext("{n} closed day imported", "{n} closed days imported", n).format(n=n)
-        names, more = [f"{entry.name}: {span(entry.first_day, entry.last_day)}" for entry in shown], len(added) - len(shown)
-        notes.insert(0, ", ".join(names) + (ngettext(" and {n} more", " and {n} more", more).format(n=more) if more else ""))
+        names, more = (
+            [f"{entry.name}: {span(entry.first_day, entry.last_day)}" for entry in shown],
+            len(added) - len(shown),
+        )
+        notes.insert(
+            0, ", ".join(names) + (ngettext(" and {n} more", " and {n} more", more).format(n=more) if more else "")
+        )
     else:
         text = _("The file contains nothing new")
     note = "\n".join(filter(None, notes))
-    return NoticeView(text, note, "attention", "alert") if any(found.left_out.values()) or not found.is_whole else done(text, note)
+    return (
+        NoticeView(text, note, "attention", "alert")
+        if any(found.left_out.values()) or not found.is_whole
+        else done(text, note)
+    )
 
 
 def removed_sentence(exception: DayException) -> str:

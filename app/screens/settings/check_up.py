@@ -1,4 +1,5 @@
 """The check-up of a robot: what it will do, how far it is, what it has found. It goes on while its dialog is closed; *Stop* ends it."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -8,7 +9,14 @@ from typing import Any
 
 from kivy.clock import Clock
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    BooleanProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 from kivy.uix.boxlayout import BoxLayout
 
 from app.domain.check_up import Level, Progress, Report, Trial
@@ -28,11 +36,12 @@ from app.widgets.dialogs import FormDialog
 from app.widgets.lists import Row
 from app.widgets.surfaces import Surface, Toned
 
-SHOWN_EVERY = 0.5            # s; how far it is comes from another thread
+SHOWN_EVERY = 0.5  # s; how far it is comes from another thread
 
 
 class CheckUp(EventDispatcher):
     """Of one robot. ``changed()`` is called when the robot's panel has something else to show."""
+
     title = StringProperty()
     part = OptionProperty("CheckUpBefore", options=("CheckUpBefore", "CheckUpRunning", "CheckUpReport"))
     outcome = ObjectProperty(NoticeView())
@@ -62,10 +71,10 @@ class CheckUp(EventDispatcher):
     def __init__(self, context: PageContext, robot: Robot, changed: Callable[[], object]) -> None:
         super().__init__()
         self._context, self._robot, self._changed = context, robot, changed
-        self._job: Job | None = None                     # under way
-        self._is_wanted = True                           # read by its thread
-        self._progress: Progress | None = None           # written by its thread
-        self._report: Report | None = None               # that is shown
+        self._job: Job | None = None  # under way
+        self._is_wanted = True  # read by its thread
+        self._progress: Progress | None = None  # written by its thread
+        self._report: Report | None = None  # that is shown
         self._tick = Clock.create_trigger(self._show_progress, SHOWN_EVERY, interval=True)
         self._dialog: CheckUpDialog | None = None
         self._presses = Presses()
@@ -119,7 +128,9 @@ class CheckUp(EventDispatcher):
     def _choose(self, names: Sequence[str]) -> None:
         self.asking_missions, self.outcome = False, NoticeView()
         if self._dialog is not None:
-            self._context.shell.dialogs.choose(_("Mission"), view.mission_options(names), self._chosen, selected=self.mission)
+            self._context.shell.dialogs.choose(
+                _("Mission"), view.mission_options(names), self._chosen, selected=self.mission
+            )
 
     def _not_asked(self, problem: BaseException) -> None:
         self.asking_missions, self.outcome = False, view.refused(problem)
@@ -140,7 +151,9 @@ class CheckUp(EventDispatcher):
         self.begin_word = view.begin_word(robot, trial)
         self.will_do, self.can_begin = "", trial is None
         if trial is not None:
-            self._context.run(lambda: check_ups.moves(robot.id, trial), self._announced, self._not_announced, key=("check-up", self))
+            self._context.run(
+                lambda: check_ups.moves(robot.id, trial), self._announced, self._not_announced, key=("check-up", self)
+            )
 
     def _announced(self, says: Message) -> None:
         if self.wants_trial:
@@ -161,8 +174,12 @@ class CheckUp(EventDispatcher):
             self._progress = progress
 
         # a thread of its own: it takes minutes
-        self._job = self._context.run(lambda: check_ups.run(robot.id, trial, told, self._goes_on), self._ended, self._refused,
-                                      apart=f"check-up {robot.id}")
+        self._job = self._context.run(
+            lambda: check_ups.run(robot.id, trial, told, self._goes_on),
+            self._ended,
+            self._refused,
+            apart=f"check-up {robot.id}",
+        )
         self._show_progress()
         self._tick()
         self._changed()
@@ -219,12 +236,17 @@ class CheckUp(EventDispatcher):
     def save_page(self) -> None:
         report, zone, files = self._report, self._zone, self._context.services.check_up_files
         if report is not None:
-            self._save("saving_page", lambda directory: files.write_page(check_up_page.page(report, zone), report.robot, directory))
+            self._save(
+                "saving_page",
+                lambda directory: files.write_page(check_up_page.page(report, zone), report.robot, directory),
+            )
 
     def save_file(self) -> None:
         report, zone, files = self._report, self._zone, self._context.services.check_up_files
         if report is not None:
-            self._save("saving_file", lambda directory: files.write_profile(document(report, zone), report.robot, directory))
+            self._save(
+                "saving_file", lambda directory: files.write_profile(document(report, zone), report.robot, directory)
+            )
 
     def _save(self, busy: str, work: Callable[[Path], Path]) -> None:
         """Ask where to, write a file there and say where it is; the property ``busy`` is True while it is written."""
@@ -242,26 +264,31 @@ class CheckUp(EventDispatcher):
         def failed(problem: BaseException) -> None:
             setattr(self, busy, False)
             self.outcome = went_wrong(problem)
+
         self._context.run(partial(work, directory), written, failed)
 
 
 class CheckUpDialog(FormDialog):
     """Shows a check-up in three parts, one after the other."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class CheckUpPart(BoxLayout):
     """A part of the dialog; ``card`` is the check-up."""
+
     card = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class CheckUpActions(BoxLayout):
     """The buttons of a part."""
+
     card = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class FindingRow(Row, Toned, Surface):
     """A finding: level and topic, what the robot does, what that means."""
+
     icon = StringProperty()
     word = StringProperty()
     text = StringProperty()

@@ -1,4 +1,5 @@
 """Texts and values that Settings shows of the check-up of a robot: how it stands, what was found, what will move. Pure functions."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -15,12 +16,13 @@ from app.screens.common.problems import sentence_of, words_of
 from app.screens.settings.view import NoticeView, went_wrong
 from app.services.check_up.report import LEVELS, TOPICS
 
-OFFERED = ""                 # in place of a mission's name: the one that waits a second
-QUEUED = 4                   # missions of a trial
+OFFERED = ""  # in place of a mission's name: the one that waits a second
+QUEUED = 4  # missions of a trial
 
 
 class Appearance(NamedTuple):
     """Of a level: never the colour alone."""
+
     icon: str
     word: str
     tone: str
@@ -29,6 +31,7 @@ class Appearance(NamedTuple):
 @dataclass(frozen=True)
 class FindingView:
     """Values of FindingRow."""
+
     key: str
     icon: str
     word: str
@@ -38,7 +41,11 @@ class FindingView:
 
 
 def appearance(level: Level) -> Appearance:
-    icon, tone = {Level.RED: ("alert-octagon", "fault"), Level.AMBER: ("alert", "attention"), Level.GREEN: ("check-circle", "done")}[level]
+    icon, tone = {
+        Level.RED: ("alert-octagon", "fault"),
+        Level.AMBER: ("alert", "attention"),
+        Level.GREEN: ("check-circle", "done"),
+    }[level]
     return Appearance(icon, words_of(LEVELS[level]), tone)
 
 
@@ -46,7 +53,9 @@ def appearance(level: Level) -> Appearance:
 def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, is_left: bool = False) -> NoticeView:
     """In one line: when it was checked up, and what came of it. ``is_left``: something of a trial that was cut off is still there."""
     if is_left:
-        return NoticeView(_("What a check-up changed there is still to be put back"), tone="attention", icon="backup-restore")
+        return NoticeView(
+            _("What a check-up changed there is still to be put back"), tone="attention", icon="backup-restore"
+        )
     if report is None:
         return NoticeView(_("Never checked up"), icon="clipboard-outline")
     if outdated := _outdated(robot, report):
@@ -54,7 +63,9 @@ def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, i
     when = formats.local(report.began_at, zone).date()
     day = _("today") if when == formats.local(now, zone).date() else formats.wall_day(when, year=when.year != now.year)
     seen = appearance(report.level)
-    return NoticeView(_("Checked up {day}: {found}").format(day=day, found=counts(report.findings)), tone=seen.tone, icon=seen.icon)
+    return NoticeView(
+        _("Checked up {day}: {found}").format(day=day, found=counts(report.findings)), tone=seen.tone, icon=seen.icon
+    )
 
 
 def _outdated(robot: Robot, report: Report) -> str:
@@ -81,9 +92,12 @@ def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
     seen = appearance(report.level)
     found = counts(report.findings)
     text = found[:1].upper() + found[1:]
-    lines = [_("Checked up {when}, in {time}").format(when=formats.day_and_time(report.began_at, zone),
-                                                     time=formats.duration(report.took_s)),
-             queued_sentence(report)]
+    lines = [
+        _("Checked up {when}, in {time}").format(
+            when=formats.day_and_time(report.began_at, zone), time=formats.duration(report.took_s)
+        ),
+        queued_sentence(report),
+    ]
     if not report.is_complete:
         lines.append(_("It was stopped, or the robot did not answer to the end: check it up again."))
     if outdated := _outdated(robot, report):
@@ -93,7 +107,11 @@ def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
 
 
 def queued_sentence(report: Report) -> str:
-    return _("Tried with the mission {mission}").format(mission=report.mission) if report.mission else _("Only read: no mission was queued")
+    return (
+        _("Tried with the mission {mission}").format(mission=report.mission)
+        if report.mission
+        else _("Only read: no mission was queued")
+    )
 
 
 def finding_views(findings: Sequence[Finding], *levels: Level) -> list[FindingView]:
@@ -107,7 +125,9 @@ def finding_views(findings: Sequence[Finding], *levels: Level) -> list[FindingVi
 def _finding(n: int, finding: Finding) -> FindingView:
     seen = appearance(finding.level)
     word = _("{level} · {topic}").format(level=seen.word, topic=words_of(TOPICS[finding.topic]))
-    return FindingView(f"{finding.topic} {n}", seen.icon, word, seen.tone, words_of(finding.says), words_of(finding.means))
+    return FindingView(
+        f"{finding.topic} {n}", seen.icon, word, seen.tone, words_of(finding.says), words_of(finding.means)
+    )
 
 
 def fine(findings: Sequence[Finding]) -> str:
@@ -166,11 +186,17 @@ def under_way(progress: Progress | None) -> NoticeView:
     """For the robot's panel."""
     if progress is None:
         return NoticeView(_("Is being checked up"), icon="clipboard-clock-outline")
-    return NoticeView(_("Is being checked up: {progress}").format(progress=how_far(progress)), icon="clipboard-clock-outline")
+    return NoticeView(
+        _("Is being checked up: {progress}").format(progress=how_far(progress)), icon="clipboard-clock-outline"
+    )
 
 
 def ended_sentence(report: Report) -> NoticeView:
     """For the snackbar."""
     found = counts(report.findings)
-    text = _("{robot} is checked up: {found}") if report.is_complete else _("The check-up of {robot} has ended early: {found}")
+    text = (
+        _("{robot} is checked up: {found}")
+        if report.is_complete
+        else _("The check-up of {robot} has ended early: {found}")
+    )
     return NoticeView(text.format(robot=report.robot, found=found), icon=appearance(report.level).icon)

@@ -1,4 +1,5 @@
 """Settings, Constraints: the minimum battery, the working days of the week, and the calendar of exceptions to them."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -14,7 +15,7 @@ from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.view import day_options, days_phrase
 from app.widgets import weekdays  # noqa: F401  (registers kivy classes)
 
-FIRST_MINIMUM = 30                       # %, offered when the constraint is switched on
+FIRST_MINIMUM = 30  # %, offered when the constraint is switched on
 
 
 class ConstraintsModel(EventDispatcher):
@@ -59,7 +60,7 @@ class ConstraintsPage(SettingsPage):
         self.context.save_at_rest("battery", lambda: self.set_battery(percent))
 
     def set_battery(self, percent: int) -> None:
-        self._save_battery(percent or None)              # 0 % is no constraint
+        self._save_battery(percent or None)  # 0 % is no constraint
 
     def _save_battery(self, percent: int | None) -> None:
         self.vm.battery_problem = ""

@@ -1,4 +1,5 @@
 """Settings, Data: configuration and history as files, backups. Every action shows the path of its file."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -33,8 +34,11 @@ class DataModel(EventDispatcher):
     restore_hint = StringProperty()
 
     def __init__(self) -> None:
-        super().__init__(export_configuration=FileModel(".json", "amr-scheduler"), import_configuration=FileModel(".json"),
-                         export_log=FileModel(".csv", "amr-scheduler-log"))
+        super().__init__(
+            export_configuration=FileModel(".json", "amr-scheduler"),
+            import_configuration=FileModel(".json"),
+            export_log=FileModel(".csv", "amr-scheduler-log"),
+        )
 
 
 class DataPage(SettingsPage):
@@ -57,27 +61,35 @@ class DataPage(SettingsPage):
         vm.configuration_outcome = vm.log_outcome = vm.backup_outcome = NoticeView()
         for file in (vm.export_configuration, vm.import_configuration, vm.export_log):
             file.reached(self.context, self.context.services.files)
-        self.context.refresh()                                # backups are files as well: brought and deleted beside the app
+        self.context.refresh()  # backups are files as well: brought and deleted beside the app
 
     # ------------------------------------------------------------------ files
     def export_configuration(self) -> None:
-        if self.vm.export_configuration.run(self.context, self.context.services.files.export_configuration, self._configuration_written):
+        if self.vm.export_configuration.run(
+            self.context, self.context.services.files.export_configuration, self._configuration_written
+        ):
             self.vm.configuration_outcome = NoticeView()
 
     def import_configuration(self, *, may_delete: bool = False) -> None:
         files = self.context.services.files
-        if self.vm.import_configuration.run(self.context, lambda path: files.import_configuration(path, may_delete=may_delete),
-                                            self._configuration_read):
+        if self.vm.import_configuration.run(
+            self.context, lambda path: files.import_configuration(path, may_delete=may_delete), self._configuration_read
+        ):
             self.vm.configuration_outcome = NoticeView()
 
     def export_log(self) -> None:
         files, for_excel = self.context.services.files, self.vm.log_for_excel
-        if self.vm.export_log.run(self.context, lambda path: files.export_history(path, for_excel=for_excel), self._log_written):
+        if self.vm.export_log.run(
+            self.context, lambda path: files.export_history(path, for_excel=for_excel), self._log_written
+        ):
             self.vm.log_outcome = NoticeView()
 
     def _configuration_written(self, path: Path) -> None:
         self.vm.configuration_outcome = done(_("Configuration written, without passwords"), str(path))
-        for file in (self.vm.export_configuration, self.vm.import_configuration):            # the next name is free, and this one is there
+        for file in (
+            self.vm.export_configuration,
+            self.vm.import_configuration,
+        ):  # the next name is free, and this one is there
             file.reached(self.context, self.context.services.files)
 
     def _configuration_read(self, found: Sequence[Message] | DeletesRuns) -> bool:
@@ -85,9 +97,12 @@ class DataPage(SettingsPage):
         if isinstance(found, DeletesRuns):
             self.ask_to_delete(
                 found.count,
-                _("The file lowers the number of runs that are kept to {limit}. The oldest ones beyond that are deleted for ever.").format(
-                    limit=found.limit),
-                _("Import and delete"), lambda: self.import_configuration(may_delete=True))
+                _(
+                    "The file lowers the number of runs that are kept to {limit}. The oldest ones beyond that are deleted for ever."
+                ).format(limit=found.limit),
+                _("Import and delete"),
+                lambda: self.import_configuration(may_delete=True),
+            )
             return False
         self.vm.configuration_outcome = import_result(found)
         self.context.refresh()
@@ -123,14 +138,21 @@ class DataPage(SettingsPage):
         when = next((option.text for option in self._backup_options() if option.key == path), path)
         self.context.shell.dialogs.confirm(
             _("Restore the backup of {when}?").format(when=when),
-            _("Settings, robots, missions, schedules and history return to that state, the robots' passwords and the PIN for Settings too. "
-              "The present database is kept as a file, but no longer shown. The app restarts."),
-            _("Restore"), lambda: self._check(Path(path)), danger=True)
+            _(
+                "Settings, robots, missions, schedules and history return to that state, the robots' passwords and the PIN "
+                "for Settings too. The present database is kept as a file, but no longer shown. The app restarts."
+            ),
+            _("Restore"),
+            lambda: self._check(Path(path)),
+            danger=True,
+        )
 
     def _check(self, path: Path) -> None:
         """Report a backup that can't be used before anything is stopped."""
         self.vm.restoring = True
-        self.context.run(lambda: self.context.services.files.check_backup(path), lambda _none: self._restore(path), self._failed)
+        self.context.run(
+            lambda: self.context.services.files.check_backup(path), lambda _none: self._restore(path), self._failed
+        )
 
     def _restore(self, path: Path) -> None:
         self.vm.restoring = False

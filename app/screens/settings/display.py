@@ -1,4 +1,5 @@
 """Settings, Display & language: theme, language, size of texts and targets, switched at once; and the PIN."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -22,7 +23,7 @@ class DisplayModel(EventDispatcher):
     languages = ListProperty()
     language = StringProperty("en")
     font_scales = ListProperty()
-    font_scale = NumericProperty(100)    # %
+    font_scale = NumericProperty(100)  # %
     gloves = BooleanProperty(False)
     alarm_sound = BooleanProperty(False)
     has_sound = BooleanProperty(False)
@@ -63,7 +64,8 @@ class DisplayPage(SettingsPage):
         """Twice, so that a typing error locks nobody out."""
         access = self.context.services.access
         first = _("Choose {least} to {most} digits; {advised} or more are hard to guess").format(
-            least=SHORTEST, most=LONGEST, advised=ADVISED)
+            least=SHORTEST, most=LONGEST, advised=ADVISED
+        )
         dialog = PinDialog(title=_("New PIN"), text=first)
         chosen: list[str] = []
 
@@ -71,15 +73,21 @@ class DisplayPage(SettingsPage):
             if not chosen:
                 chosen.append(pin)
                 if is_easy_to_guess(pin):
-                    dialog.ask_again(_("Easy to guess: one of the first that people try"), _("Enter it again to take it all the same"))
+                    dialog.ask_again(
+                        _("Easy to guess: one of the first that people try"),
+                        _("Enter it again to take it all the same"),
+                    )
                 else:
                     dialog.ask_again(text=_("Enter it again"))
             elif chosen.pop() != pin:
                 dialog.ask_again(_("The PINs don't match"), first)
             else:
                 dialog.busy = True
-                self.context.run(lambda: access.set_pin(pin), lambda _none: self._pin_set(dialog),
-                                 lambda problem: dialog.ask_again(sentence_of(problem), first))
+                self.context.run(
+                    lambda: access.set_pin(pin),
+                    lambda _none: self._pin_set(dialog),
+                    lambda problem: dialog.ask_again(sentence_of(problem), first),
+                )
 
         dialog.bind(on_entered=entered)
         self.context.shell.dialogs.open(dialog)
@@ -94,4 +102,5 @@ class DisplayPage(SettingsPage):
         def removed(_was_set: bool) -> None:
             self.context.say(_("Settings is open to everybody"), "lock-open-outline")
             self.context.refresh()
+
         self.context.run(self.context.services.access.remove, removed)

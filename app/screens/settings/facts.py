@@ -1,4 +1,5 @@
 """What Settings uses and shows: its services, and the facts of one moment, read on a background thread."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -28,6 +29,7 @@ from app.services.robots.proposed_places import ProposedPlace, ProposedPlaces
 @dataclass(frozen=True)
 class SettingsServices:
     """The services that Settings uses; each field is named as the container's attribute."""
+
     settings: Callable[[], Settings]
     clock: Clock
     catalogue: Catalogue
@@ -52,16 +54,18 @@ class SettingsFacts:
     groups: tuple[Group, ...] = ()
     places: tuple[Place, ...] = ()
     proposed: tuple[ProposedPlace, ...] = ()
-    snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)     # by robot id
-    names: Mapping[int, Mapping[str, str]] = field(default_factory=dict)     # robot id -> guid -> name; absent: not read from the robot yet
-    reports: Mapping[int, Report] = field(default_factory=dict)              # of check-ups, by robot id; absent: never checked up
-    left_behind: frozenset[int] = frozenset()                                # robots on which something of a check-up is still there
-    backups: tuple[Backup, ...] = ()                                         # newest first
-    exceptions: tuple[DayException, ...] = ()                                # closed days and extra working days
-    country: str = ""                                                        # name of the country of the public holidays; empty: none
-    region: str = ""                                                         # name of its part
-    has_regions: bool = False                                                # whether parts of that country have holidays of their own
-    given: Given = NOTHING_KNOWN                                             # what is known of the values that missions get
+    snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)  # by robot id
+    names: Mapping[int, Mapping[str, str]] = field(
+        default_factory=dict
+    )  # robot id -> guid -> name; absent: not read from the robot yet
+    reports: Mapping[int, Report] = field(default_factory=dict)  # of check-ups, by robot id; absent: never checked up
+    left_behind: frozenset[int] = frozenset()  # robots on which something of a check-up is still there
+    backups: tuple[Backup, ...] = ()  # newest first
+    exceptions: tuple[DayException, ...] = ()  # closed days and extra working days
+    country: str = ""  # name of the country of the public holidays; empty: none
+    region: str = ""  # name of its part
+    has_regions: bool = False  # whether parts of that country have holidays of their own
+    given: Given = NOTHING_KNOWN  # what is known of the values that missions get
 
     @cached_property
     def calendar(self) -> WorkingCalendar:
@@ -120,18 +124,25 @@ def read(services: SettingsServices) -> SettingsFacts:
     catalogue, settings = services.catalogue, services.settings()
     robots = by_name(catalogue.robots())
     names = {robot.id: services.robot_missions.names(robot.id) for robot in robots}
-    country = settings.holiday_country           # names of countries are in a large library: only read where one is chosen
+    country = settings.holiday_country  # names of countries are in a large library: only read where one is chosen
     regions = public_holidays.subdivisions(country) if country else {}
     facts = SettingsFacts(
-        settings=settings, robots=robots, missions=tuple(catalogue.missions()), schedules=tuple(catalogue.schedules()),
-        groups=by_name(catalogue.groups()), places=tuple(catalogue.places()),
+        settings=settings,
+        robots=robots,
+        missions=tuple(catalogue.missions()),
+        schedules=tuple(catalogue.schedules()),
+        groups=by_name(catalogue.groups()),
+        places=tuple(catalogue.places()),
         proposed=tuple(services.proposed_places.all()),
         snapshots={robot.id: services.snapshots.get(robot.id) for robot in robots},
         names={robot_id: known for robot_id, known in names.items() if known},
         reports={robot.id: report for robot in robots if (report := services.check_ups.report(robot.id))},
         left_behind=frozenset(services.check_ups.left_behind()),
-        backups=tuple(services.files.backups()), exceptions=tuple(catalogue.day_exceptions()), has_regions=bool(regions),
+        backups=tuple(services.files.backups()),
+        exceptions=tuple(catalogue.day_exceptions()),
+        has_regions=bool(regions),
         country=public_holidays.countries().get(country, country) if country else "",
-        region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision))
-    facts.calendar.day_status(services.clock.now().date())         # loads the library of holidays here, not on the UI thread
+        region=regions.get(settings.holiday_subdivision, settings.holiday_subdivision),
+    )
+    facts.calendar.day_status(services.clock.now().date())  # loads the library of holidays here, not on the UI thread
     return facts

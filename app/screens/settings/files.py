@@ -1,4 +1,5 @@
 """A file that is read or written: where it lies is chosen among the places that are there, or typed."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -21,20 +22,23 @@ from app.services.files.places import FoundFile, Place, found_in
 from app.widgets import flow  # noqa: F401  (registers kivy classes)
 
 T = TypeVar("T")
-Offer = tuple[list[Place], Place, Path | None, list[FoundFile]]      # what there is, which one is shown, what is suggested there, its files
-ANOTHER = ""                             # key of the place that is typed
+Offer = tuple[
+    list[Place], Place, Path | None, list[FoundFile]
+]  # what there is, which one is shown, what is suggested there, its files
+ANOTHER = ""  # key of the place that is typed
 
 
 class FileModel(EventDispatcher):
     """One action on a file: its path, what is wrong with it, whether it is running. With a ``stem`` the file is written, under a name that
     is free; without one it is read, and chosen from a list."""
+
     path = StringProperty()
     problem = StringProperty()
     busy = BooleanProperty(False)
-    places = ListProperty()              # chips
-    typed = BooleanProperty(False)       # the path is
-    name = StringProperty()              # of the file
-    note = StringProperty()              # its day and size
+    places = ListProperty()  # chips
+    typed = BooleanProperty(False)  # the path is
+    name = StringProperty()  # of the file
+    note = StringProperty()  # its day and size
 
     def __init__(self, suffix: str, stem: str = "") -> None:
         super().__init__()
@@ -66,9 +70,15 @@ class FileModel(EventDispatcher):
 
     def _list(self) -> None:
         if self._offer is not None and self._offer[3]:
-            self._context.shell.dialogs.choose(place_word(self._offer[1]), [
-                Option(str(file.path), file.path.name, "file-document-outline", self._note(file)) for file in self._offer[3]],
-                self._picked, selected=self.path)
+            self._context.shell.dialogs.choose(
+                place_word(self._offer[1]),
+                [
+                    Option(str(file.path), file.path.name, "file-document-outline", self._note(file))
+                    for file in self._offer[3]
+                ],
+                self._picked,
+                selected=self.path,
+            )
 
     def _picked(self, path: str) -> None:
         self.path, self.problem = path, ""
@@ -82,6 +92,7 @@ class FileModel(EventDispatcher):
                 self.path = str(free) if free else self.path or str(found[0].path if found else "")
             self._show()
             then()
+
         self._context.run(self._look, shown, key=("settings file", self), apart=self._apart)
 
     @property
@@ -100,8 +111,10 @@ class FileModel(EventDispatcher):
         if self._offer is None:
             return
         places, at, _free, found = self._offer
-        self.places = [*(place_option(place, selected=not self.typed and place == at) for place in places),
-                       Option(ANOTHER, _("Another place"), "folder-edit-outline", selected=self.typed)]
+        self.places = [
+            *(place_option(place, selected=not self.typed and place == at) for place in places),
+            Option(ANOTHER, _("Another place"), "folder-edit-outline", selected=self.typed),
+        ]
         file = next((file for file in found if str(file.path) == self.path), None)
         self.note = self._note(file) if file else _("File")
         self.name = Path(self.path).name or _("No file {suffix} there").format(suffix=self._suffix)
@@ -110,7 +123,8 @@ class FileModel(EventDispatcher):
         """Day and size."""
         return _("{when} · {size} kB").format(
             when=formats.day_and_time(file.changed_at, self._context.facts.settings.timezone, self._context.now()),
-            size=max(1, round(file.size / 1000)))
+            size=max(1, round(file.size / 1000)),
+        )
 
     def run(self, context: PageContext, work: Callable[[str], T], done: Callable[[T], object]) -> bool:
         """Run ``work(path)`` in the background, then ``done(result)``, which is False where nothing is done yet; a problem is shown at the
@@ -127,12 +141,14 @@ class FileModel(EventDispatcher):
 
         def failed(problem: BaseException) -> None:
             self.busy, self.problem = False, sentence_of(problem)
+
         context.run(lambda: work(path), ended, failed, apart=f"{self._apart}, {self._suffix} {self._stem}")
         return True
 
 
 class FileRow(BoxLayout):
     """Where a file lies, and the button that uses it: ``on_go``."""
+
     label = StringProperty()
     icon = StringProperty()
     action = StringProperty()
@@ -150,4 +166,5 @@ class FileRow(BoxLayout):
 
 class FilePart(BoxLayout):
     """The file of a row: typed or chosen."""
+
     card = ObjectProperty(None, rebind=True)

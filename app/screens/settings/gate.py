@@ -1,4 +1,5 @@
 """Keeps Settings behind the PIN, where one is set. Nothing else ever asks: Home with stop and pause, Scheduler, Logs and alarms."""
+
 from __future__ import annotations
 
 import math
@@ -17,18 +18,20 @@ from app.screens.common.shell import Shell
 from app.services.live.access import Access, Verdict
 
 BEHIND = "settings"
-LEFT_ALONE_S = 120.0                     # of no touch and no key, until Settings closes
+LEFT_ALONE_S = 120.0  # of no touch and no key, until Settings closes
 
 
 @dataclass(frozen=True)
 class GateServices:
     """What the gate uses of the app."""
+
     access: Access
     clock: AppClock
 
 
 class Gate:
     """The guard of the navigator. Settings stays open until another screen is chosen, or nothing is touched for two minutes."""
+
     Services = GateServices
 
     def __init__(self, services: GateServices, shell: Shell) -> None:
@@ -74,7 +77,7 @@ class Gate:
 
     def _checked(self, verdict: Verdict) -> None:
         dialog = self._dialog
-        if dialog is None:                   # closed meanwhile
+        if dialog is None:  # closed meanwhile
             return
         dialog.busy = False
         if verdict.is_right:
@@ -109,7 +112,7 @@ class Gate:
         self._used_at = self._clock.monotonic()
 
     def _every_second(self, _dt: float) -> None:
-        if self._dialog is not None and not self._access.is_set():        # removed by command
+        if self._dialog is not None and not self._access.is_set():  # removed by command
             self._dialog.dismiss()
             self._proceed()
         self._show_wait()

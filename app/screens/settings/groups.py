@@ -1,11 +1,19 @@
 """Settings, Robots, Groups: robots of which any may take a start, and which of them have which missions."""
+
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    BooleanProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 from kivy.uix.boxlayout import BoxLayout
 
 from app.domain.models import Group, HandOver, InvalidInput
@@ -29,6 +37,7 @@ FIELDS = ("name", "members", "keep_free")
 
 class GroupPanel(RecycledRow, SectionCard):
     """A group's data sheet. Actions: "missions", "edit"."""
+
     name = StringProperty()
     note = StringProperty()
     robots = StringProperty()
@@ -41,6 +50,7 @@ class GroupPanel(RecycledRow, SectionCard):
 
 class AddGroupPanel(RecycledRow, Surface):
     """The button that adds a group, after the panels. Action: "add"."""
+
     first = BooleanProperty(False)
 
 
@@ -62,7 +72,7 @@ class GroupsPart:
             table.bind(on_dismiss=lambda *_args: setattr(self, "_table", None))
             self.show()
             self._context.shell.dialogs.open(table)
-            self._context.refresh()                      # what the robots have now
+            self._context.refresh()  # what the robots have now
         elif action == "add" or group is not None:
             self._open(group)
 
@@ -74,14 +84,24 @@ class GroupsPart:
     def _remove(self, group: Group) -> None:
         """Ask first: its schedules go with it. Undo brings it all back."""
         context = self._context
-        context.run(lambda: context.services.catalogue.waiting_for(group.id), lambda waiting: context.shell.dialogs.confirm(
-            _("Delete {group}?").format(group=group.name), removals.group_question(context.facts, group, waiting), _("Delete group"),
-            lambda: context.remove(lambda: context.services.catalogue.remove_group(group.id),
-                                   removals.group_sentence(context.facts, group)), danger=True))
+        context.run(
+            lambda: context.services.catalogue.waiting_for(group.id),
+            lambda waiting: context.shell.dialogs.confirm(
+                _("Delete {group}?").format(group=group.name),
+                removals.group_question(context.facts, group, waiting),
+                _("Delete group"),
+                lambda: context.remove(
+                    lambda: context.services.catalogue.remove_group(group.id),
+                    removals.group_sentence(context.facts, group),
+                ),
+                danger=True,
+            ),
+        )
 
 
 class GroupForm(EventDispatcher):
     """What is entered, with one problem per field."""
+
     title = StringProperty()
     name = StringProperty()
     members = ListProperty()
@@ -102,6 +122,7 @@ class GroupForm(EventDispatcher):
 
 class GroupDialog(FormDialog):
     """Adds or edits a group. ``on_remove(group)`` fires when Delete was pressed; the dialog is closed then."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
     __events__ = ("on_remove",)
@@ -109,9 +130,15 @@ class GroupDialog(FormDialog):
     def __init__(self, context: PageContext, group: Group | None = None, **kwargs: Any) -> None:
         self._context, self._group = context, group
         stored = group or Group("")
-        form = GroupForm(title=_("Edit {group}").format(group=group.name) if group else _("Add group"), name=stored.name,
-                         members=list(stored.members), hand_over=stored.hand_over, keep_free=stored.keep_free, can_remove=group is not None,
-                         hand_overs=[(str(key), word) for key, word in view.hand_over_names().items()])
+        form = GroupForm(
+            title=_("Edit {group}").format(group=group.name) if group else _("Add group"),
+            name=stored.name,
+            members=list(stored.members),
+            hand_over=stored.hand_over,
+            keep_free=stored.keep_free,
+            can_remove=group is not None,
+            hand_overs=[(str(key), word) for key, word in view.hand_over_names().items()],
+        )
         super().__init__(vm=form, **kwargs)
         form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
         for name in ("members", "hand_over", "keep_free"):
@@ -132,8 +159,13 @@ class GroupDialog(FormDialog):
 
     def pick_robots(self) -> None:
         self._context.shell.dialogs.choose_many(
-            _("Robots of the group"), view.robot_options(self._context.facts), _("Set"),
-            lambda keys: setattr(self.vm, "members", keys), selected=self.vm.members, can_all=True)
+            _("Robots of the group"),
+            view.robot_options(self._context.facts),
+            _("Set"),
+            lambda keys: setattr(self.vm, "members", keys),
+            selected=self.vm.members,
+            can_all=True,
+        )
 
     def remove(self) -> None:
         if self._group is not None:
@@ -143,10 +175,15 @@ class GroupDialog(FormDialog):
     # ------------------------------------------------------------------ save
     def save(self) -> None:
         form = self.vm
-        if form.saving or self.ids.keep_free.outside:        # it shows why
+        if form.saving or self.ids.keep_free.outside:  # it shows why
             return
-        group = replace(self._group or Group(""), name=form.name.strip(), members=tuple(form.members),
-                        hand_over=HandOver(form.hand_over), keep_free=int(form.keep_free))
+        group = replace(
+            self._group or Group(""),
+            name=form.name.strip(),
+            members=tuple(form.members),
+            hand_over=HandOver(form.hand_over),
+            keep_free=int(form.keep_free),
+        )
         if not self._is_complete(group):
             return
         form.saving = True
@@ -181,6 +218,7 @@ class GroupDialog(FormDialog):
 # ---------------------------------------------------------------------- the table
 class MissionCells(BoxLayout):
     """One icon, or name, per robot, in columns of one width."""
+
     cells = ListProperty()
     names = ListProperty()
 
@@ -203,6 +241,7 @@ class CellIcon(Ico):
 
 class MissionTableRow(RecycledRow, Toned, BoxLayout):
     """A mission, in words where it is missing, and a cell per robot where there is room for them."""
+
     name = StringProperty()
     note = StringProperty()
     cells = ListProperty()
@@ -210,6 +249,7 @@ class MissionTableRow(RecycledRow, Toned, BoxLayout):
 
 class GroupMissions(Dialog):
     """Which robot of the group has which mission, gaps first."""
+
     names = ListProperty()
     lines = ListProperty()
 

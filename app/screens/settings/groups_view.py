@@ -1,4 +1,5 @@
 """Texts and values that Settings shows of groups of robots and of the places that they share. Pure functions."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -11,14 +12,15 @@ from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
 from app.services.catalogue.validation import FEWEST_TO_KEEP_FREE
 
-MOST_COLUMNS = 8             # robots that fit beside the names of the missions
+MOST_COLUMNS = 8  # robots that fit beside the names of the missions
 
-HAS, LACKS, UNKNOWN = "check", "close-thick", "help"         # icons of a cell of the table
+HAS, LACKS, UNKNOWN = "check", "close-thick", "help"  # icons of a cell of the table
 
 
 @dataclass(frozen=True)
 class GroupPanelView:
     """Values of GroupPanel."""
+
     key: tuple[str, int]
     name: str
     note: str
@@ -34,6 +36,7 @@ class GroupPanelView:
 @dataclass(frozen=True)
 class AddGroupPanelView:
     """Values of AddGroupPanel; ``first``: there is no group yet."""
+
     first: bool
     key: str = "add group"
     panelclass: ClassVar[str] = "AddGroupPanel"
@@ -42,6 +45,7 @@ class AddGroupPanelView:
 @dataclass(frozen=True)
 class MissionLine:
     """A line of the table of missions and members: ``cells`` are icons in the order of the members."""
+
     key: str
     name: str
     note: str
@@ -52,6 +56,7 @@ class MissionLine:
 @dataclass(frozen=True)
 class PlaceView:
     """Values of PlaceRow."""
+
     key: int
     name: str
     note: str
@@ -60,6 +65,7 @@ class PlaceView:
 @dataclass(frozen=True)
 class ProposalView:
     """Values of ProposedPlaceRow; ``key``: guid of the position."""
+
     key: str
     text: str
 
@@ -73,13 +79,31 @@ def _panel(facts: SettingsFacts, group: Group) -> GroupPanelView:
     lines = mission_lines(facts, group)
     gaps = sum(LACKS in line.cells for line in lines)
     schedules = sum(schedule.group_id == group.id for schedule in facts.schedules)
-    note = ngettext("{n} schedule", "{n} schedules", schedules).format(n=schedules) if schedules else _("no schedule uses it")
-    missions = ngettext("{n} not on every robot", "{n} not on every robot", gaps).format(n=gaps) if gaps else \
-        _("on all its robots") if lines and all(set(line.cells) == {HAS} for line in lines) else "–"
+    note = (
+        ngettext("{n} schedule", "{n} schedules", schedules).format(n=schedules)
+        if schedules
+        else _("no schedule uses it")
+    )
+    missions = (
+        ngettext("{n} not on every robot", "{n} not on every robot", gaps).format(n=gaps)
+        if gaps
+        else _("on all its robots")
+        if lines and all(set(line.cells) == {HAS} for line in lines)
+        else "–"
+    )
     return GroupPanelView(
-        ("group", group.id), group.name, note, robots=robots_phrase(facts, group.members), hand_over=hand_over_names()[group.hand_over],
-        keep_free=ngettext("{n} robot", "{n} robots", group.keep_free).format(n=group.keep_free) if group.keep_free else _("no robot"),
-        missions=missions, missions_tone="attention" if gaps else "neutral", missions_icon="alert" if gaps else "")
+        ("group", group.id),
+        group.name,
+        note,
+        robots=robots_phrase(facts, group.members),
+        hand_over=hand_over_names()[group.hand_over],
+        keep_free=ngettext("{n} robot", "{n} robots", group.keep_free).format(n=group.keep_free)
+        if group.keep_free
+        else _("no robot"),
+        missions=missions,
+        missions_tone="attention" if gaps else "neutral",
+        missions_icon="alert" if gaps else "",
+    )
 
 
 def robots_phrase(facts: SettingsFacts, members: Sequence[int]) -> str:
@@ -96,19 +120,27 @@ def hand_over_names() -> dict[HandOver, str]:
 
 def hand_over_meaning(hand_over: HandOver) -> str:
     if hand_over is HandOver.AT_ONCE:
-        return _("Each start goes into the queue of the robot that will be done first, at its time, and stays there. The robots go on "
-                 "while the tablet is off or the radio fails; an urgent start does not overtake what is in a queue.")
-    return _("Starts wait in the app, the urgent ones first, until a robot is free. While the tablet is off the robots get nothing new.")
+        return _(
+            "Each start goes into the queue of the robot that will be done first, at its time, and stays there. The robots go on "
+            "while the tablet is off or the radio fails; an urgent start does not overtake what is in a queue."
+        )
+    return _(
+        "Starts wait in the app, the urgent ones first, until a robot is free. While the tablet is off the robots get nothing new."
+    )
 
 
 def keep_free_meaning(keep_free: int, members: int) -> str:
     """What it costs, as it was measured (tests/benchmarks/bench_allocation.py)."""
     if members < FEWEST_TO_KEEP_FREE:
-        return _("Needs a group of {n} robots or more: with fewer, everything else would wait too long.").format(n=FEWEST_TO_KEEP_FREE)
+        return _("Needs a group of {n} robots or more: with fewer, everything else would wait too long.").format(
+            n=FEWEST_TO_KEEP_FREE
+        )
     if not keep_free:
         return _("Urgent starts go first, but wait until a robot is free: half a minute on a usual day.")
-    return _("Left to starts of High and Critical priority, which then wait only seconds. All others wait longer: half as long again on a "
-             "usual day, and on a busy one every fifth does not run at all.")
+    return _(
+        "Left to starts of High and Critical priority, which then wait only seconds. All others wait longer: half as long again on a "
+        "usual day, and on a busy one every fifth does not run at all."
+    )
 
 
 def most_kept_free(members: int) -> int:
@@ -119,8 +151,10 @@ def most_kept_free(members: int) -> int:
 def mission_lines(facts: SettingsFacts, group: Group) -> list[MissionLine]:
     """Of each mission that one of the members may be given, those with gaps first."""
     members = facts.members(group)
-    names = sorted({mission.name for mission in facts.missions if mission.robot_id is None or mission.robot_id in group.members},
-                   key=str.casefold)
+    names = sorted(
+        {mission.name for mission in facts.missions if mission.robot_id is None or mission.robot_id in group.members},
+        key=str.casefold,
+    )
     lines = [_line(facts, name, members) for name in names]
     return sorted(lines, key=lambda line: (LACKS not in line.cells, UNKNOWN not in line.cells))
 
@@ -156,8 +190,13 @@ def place_views(facts: SettingsFacts) -> list[PlaceView]:
 
 def proposal_views(facts: SettingsFacts) -> list[ProposalView]:
     """One at a time."""
-    return [ProposalView(place.position, _("{place} is used by {n} missions: make it a place?").format(
-        place=place.name, n=len(place.missions))) for place in facts.proposed[:1]]
+    return [
+        ProposalView(
+            place.position,
+            _("{place} is used by {n} missions: make it a place?").format(place=place.name, n=len(place.missions)),
+        )
+        for place in facts.proposed[:1]
+    ]
 
 
 def _place_note(facts: SettingsFacts, place: Place) -> str:

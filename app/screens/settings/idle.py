@@ -1,4 +1,5 @@
 """Settings, Idle automation: per robot a mission that starts when the robot has had nothing to do for some minutes."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -23,6 +24,7 @@ from app.widgets.lists import RecycledRow
 
 class IdlePanel(RecycledRow, SectionCard):
     """One robot's rule. Actions: "switch" (wanted), "mission", "minutes" (number)."""
+
     name = StringProperty()
     active = BooleanProperty(False)
     mission = StringProperty("–")
@@ -41,7 +43,7 @@ class IdlePage(SettingsPage):
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._problems: dict[int, str] = {}
-        self._minutes: dict[int, int] = {}               # chosen and not read yet, or while there is no rule to save them in
+        self._minutes: dict[int, int] = {}  # chosen and not read yet, or while there is no rule to save them in
         self._list, self._empty = self.ids.idle_list.__self__, self.ids.no_robots.__self__
 
     def show(self) -> None:
@@ -49,8 +51,12 @@ class IdlePage(SettingsPage):
         panels = idle_panels(facts)
         read = {panel.key: panel.minutes for panel in panels}
         self._minutes = {key: minutes for key, minutes in self._minutes.items() if read.get(key) != minutes}
-        self.vm.panels = [replace(panel, minutes=self._minutes.get(panel.key, panel.minutes), problem=self._problems.get(panel.key, ""))
-                          for panel in panels]
+        self.vm.panels = [
+            replace(
+                panel, minutes=self._minutes.get(panel.key, panel.minutes), problem=self._problems.get(panel.key, "")
+            )
+            for panel in panels
+        ]
         self.show_one(self._list if facts.robots else self._empty, (self._list, self._empty))
 
     def reached(self, **intent: Any) -> None:
@@ -68,7 +74,7 @@ class IdlePage(SettingsPage):
             self._minutes[robot.id] = values[0]
             self.context.save_at_rest(("idle", robot.id), lambda: self._save_minutes(robot.id))
         elif action == "mission" or (values[0] and robot.idle is None):
-            self._choose_mission(robot)                  # a rule can't be switched on without a mission
+            self._choose_mission(robot)  # a rule can't be switched on without a mission
         elif robot.idle is not None and values[0]:
             self._save_if_it_asks_nothing(robot, robot.idle.mission_id, enabled=True)
         elif robot.idle is not None:
@@ -85,8 +91,11 @@ class IdlePage(SettingsPage):
             self._show_problem(robot, _("There are no missions yet: add them under Missions"))
             return
         self.context.shell.dialogs.choose(
-            _("Idle mission of {robot}").format(robot=robot.name), options, partial(self._save_if_it_asks_nothing, robot),
-            selected=robot.idle.mission_id if robot.idle is not None else None)
+            _("Idle mission of {robot}").format(robot=robot.name),
+            options,
+            partial(self._save_if_it_asks_nothing, robot),
+            selected=robot.idle.mission_id if robot.idle is not None else None,
+        )
 
     def _save_if_it_asks_nothing(self, robot: Robot, mission_id: int, **changes: Any) -> None:
         """What a mission asks for nobody gives it when its robot is idle. Where that doesn't answer, what another one has told counts; and
@@ -98,8 +107,12 @@ class IdlePage(SettingsPage):
         def told(asked: Sequence[MissionParameter]) -> None:
             labels = missing(asked)
             if mission is not None and labels:
-                self._refuse(robot, _("{mission} asks for {values}, which only a schedule or Run now can give").format(
-                    mission=mission.name, values=", ".join(labels)))
+                self._refuse(
+                    robot,
+                    _("{mission} asks for {values}, which only a schedule or Run now can give").format(
+                        mission=mission.name, values=", ".join(labels)
+                    ),
+                )
             else:
                 self._save(robot, mission_id=mission_id, **changes)
 
@@ -109,8 +122,13 @@ class IdlePage(SettingsPage):
         def ask() -> Sequence[MissionParameter]:
             return self.context.services.robot_missions.parameters(robot.id, guid)
 
-        self.context.run(ask if answers else known, told, lambda _problem: told(known()), key=("idle", robot.id),
-                         apart="parameters" if answers else "")
+        self.context.run(
+            ask if answers else known,
+            told,
+            lambda _problem: told(known()),
+            key=("idle", robot.id),
+            apart="parameters" if answers else "",
+        )
 
     def _save(self, robot: Robot, **changes: Any) -> None:
         """Of the rule as it is stored by then, with the minutes that were chosen: what is shown may be older."""
@@ -120,8 +138,10 @@ class IdlePage(SettingsPage):
         if minutes is not None:
             changes["after_minutes"] = minutes
 
-        self.context.change(lambda: self.context.services.catalogue.change_idle_rule(robot.id, **changes),
-                            lambda problem: self._not_saved(robot, minutes, problem))
+        self.context.change(
+            lambda: self.context.services.catalogue.change_idle_rule(robot.id, **changes),
+            lambda problem: self._not_saved(robot, minutes, problem),
+        )
 
     def _not_saved(self, robot: Robot, minutes: int | None, problem: BaseException) -> None:
         if minutes is not None and self._minutes.get(robot.id) == minutes:
@@ -132,7 +152,9 @@ class IdlePage(SettingsPage):
         """Said by a message too where somebody has gone on."""
         self._show_problem(robot, why)
         if not self.is_on_screen:
-            self.context.shell.snackbars.show(f"{robot.name}: {why}", icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
+            self.context.shell.snackbars.show(
+                f"{robot.name}: {why}", icon="alert-circle-outline", seconds=PROBLEM_SECONDS
+            )
 
     def _show_problem(self, robot: Robot, problem: str) -> None:
         self._problems[robot.id] = problem

@@ -1,4 +1,5 @@
 """Settings, Missions: the list with favourites and warnings; adding missions by hand or from a robot's own list."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -6,7 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, OptionProperty, StringProperty
+from kivy.properties import (
+    BooleanProperty,
+    ListProperty,
+    NumericProperty,
+    ObjectProperty,
+    OptionProperty,
+    StringProperty,
+)
 
 from app.domain.models import InvalidInput, Mission, Robot
 from app.domain.robot import MissionInfo
@@ -31,12 +39,13 @@ from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow
 
-SEARCH_FROM = 8                          # missions
-TOLD = "missions of a robot"             # what a message is about
+SEARCH_FROM = 8  # missions
+TOLD = "missions of a robot"  # what a message is about
 
 
 class MissionRow(RecycledRow, SectionCard):
     """A mission: star, name and use, warning. Actions: "favourite" (with the wanted state), "edit", "remove"."""
+
     name = StringProperty()
     note = StringProperty()
     warning = StringProperty()
@@ -53,7 +62,7 @@ class MissionsModel(EventDispatcher):
     outcome = ObjectProperty(NoticeView())
     part = OptionProperty("missions", options=("missions", "places"))
     places = ListProperty()
-    proposals = ListProperty()           # of places
+    proposals = ListProperty()  # of places
 
 
 class MissionsPage(SettingsPage):
@@ -89,7 +98,9 @@ class MissionsPage(SettingsPage):
             self._places_box = PlacesBox(page=self)
         if not shows_places:
             self.vm.part = "missions"
-        wanted = [self._places_box] if shows_places else [*self._head, self._list if self.vm.has_missions else self._empty]
+        wanted = (
+            [self._places_box] if shows_places else [*self._head, self._list if self.vm.has_missions else self._empty]
+        )
         here = self.children[::-1]
         if here != wanted:
             self.clear_widgets()
@@ -139,18 +150,26 @@ class MissionsPage(SettingsPage):
 
     def _mark(self, mission_id: int, favourite: bool) -> None:
         """Nothing else of it: what is stored by now may be newer than what is shown."""
-        self.context.change(lambda: self.context.services.catalogue.edit(
-            lambda edit: edit.save_mission(replace(edit.the_mission(mission_id), favourite=favourite))))
+        self.context.change(
+            lambda: self.context.services.catalogue.edit(
+                lambda edit: edit.save_mission(replace(edit.the_mission(mission_id), favourite=favourite))
+            )
+        )
 
     def _remove(self, mission: Mission) -> None:
         """Ask first where more goes than the mission. Undo brings it all back."""
         context, question = self.context, removals.mission_question(self.context.facts, mission)
 
         def remove() -> None:
-            context.remove(lambda: context.services.catalogue.remove_mission(mission.id),
-                           removals.mission_sentence(context.facts, mission))
+            context.remove(
+                lambda: context.services.catalogue.remove_mission(mission.id),
+                removals.mission_sentence(context.facts, mission),
+            )
+
         if question:
-            context.shell.dialogs.confirm(_("Delete {mission}?").format(mission=mission.name), question, _("Delete"), remove, danger=True)
+            context.shell.dialogs.confirm(
+                _("Delete {mission}?").format(mission=mission.name), question, _("Delete"), remove, danger=True
+            )
         else:
             remove()
 
@@ -174,8 +193,11 @@ class MissionsPage(SettingsPage):
         self.vm.fetching = True
         self.context.shell.snackbars.end(TOLD)
         self.vm.outcome = NoticeView(_("Asking {robot} for its missions …").format(robot=robot.name), icon="timer-sand")
-        self.context.run(lambda: self.context.services.operator.fetch_missions(robot.id), lambda found: self._fetched(robot, found),
-                         lambda problem: self._not_fetched(robot, problem))
+        self.context.run(
+            lambda: self.context.services.operator.fetch_missions(robot.id),
+            lambda found: self._fetched(robot, found),
+            lambda problem: self._not_fetched(robot, problem),
+        )
 
     def _not_fetched(self, robot: Robot, problem: BaseException) -> None:
         self.vm.fetching = False
@@ -191,8 +213,13 @@ class MissionsPage(SettingsPage):
             self._offer(robot, found)
         else:
             shell = self.context.shell
-            shell.snackbars.undo(_("{robot} has told its missions").format(robot=robot.name), _("Choose"),
-                                 lambda: shell.go("settings", section="missions", found=(robot.id, found)), stays=True, about=TOLD)
+            shell.snackbars.undo(
+                _("{robot} has told its missions").format(robot=robot.name),
+                _("Choose"),
+                lambda: shell.go("settings", section="missions", found=(robot.id, found)),
+                stays=True,
+                about=TOLD,
+            )
 
     def _offer(self, robot: Robot, found: Sequence[MissionInfo]) -> None:
         offered = offers(found, self.context.facts.missions, robot.id)
@@ -200,8 +227,13 @@ class MissionsPage(SettingsPage):
             self.vm.outcome = done(sentence) if offered else NoticeView(sentence, tone="attention", icon="alert")
             return
         self.context.shell.dialogs.choose_many(
-            _("Missions of {robot}").format(robot=robot.name), offer_options(offered), _("Add chosen"),
-            lambda guids: self._add_chosen([offer for offer in offered if offer.guid in guids]), can_all=True, needs_one=True)
+            _("Missions of {robot}").format(robot=robot.name),
+            offer_options(offered),
+            _("Add chosen"),
+            lambda guids: self._add_chosen([offer for offer in offered if offer.guid in guids]),
+            can_all=True,
+            needs_one=True,
+        )
 
     def _add_chosen(self, chosen: Sequence[Offer]) -> None:
         if not chosen:
@@ -214,6 +246,7 @@ class MissionsPage(SettingsPage):
         def saved(_none: None) -> None:
             self.context.refresh()
             self.context.say(ngettext("{n} mission added", "{n} missions added", len(chosen)).format(n=len(chosen)))
+
         self.context.run(lambda: self.context.services.catalogue.edit(save_all), saved)
 
 
@@ -221,9 +254,9 @@ class MissionForm(EventDispatcher):
     title = StringProperty()
     name = StringProperty()
     guid = StringProperty()
-    robot_id = NumericProperty(0)        # 0: all robots
+    robot_id = NumericProperty(0)  # 0: all robots
     robot_name = StringProperty()
-    usual_minutes = StringProperty()     # empty: known from its runs only
+    usual_minutes = StringProperty()  # empty: known from its runs only
     low_battery = BooleanProperty(False)
     low_battery_note = StringProperty()
     name_problem = StringProperty()
@@ -233,11 +266,12 @@ class MissionForm(EventDispatcher):
     outcome = ObjectProperty(NoticeView())
     saving = BooleanProperty(False)
     is_new = BooleanProperty(True)
-    details = BooleanProperty(True)      # the GUID is shown
+    details = BooleanProperty(True)  # the GUID is shown
 
 
 class MissionDialog(FormDialog):
     """Adds a mission by name and GUID, or edits one."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
     def __init__(self, context: PageContext, mission: Mission | None = None, **kwargs: Any) -> None:
@@ -247,8 +281,11 @@ class MissionDialog(FormDialog):
             form.name, form.guid, form.robot_id = mission.name, mission.guid, mission.robot_id or 0
             form.usual_minutes, form.low_battery = str(mission.usual_minutes or ""), mission.on_low_battery
             form.is_new = form.details = False
-        form.low_battery_note = (_("It charges the robot, so it starts at any charge") if mission is not None and mission.charges else
-                                 _("Under the minimum battery too; missions that charge the robot do so by themselves"))
+        form.low_battery_note = (
+            _("It charges the robot, so it starts at any charge")
+            if mission is not None and mission.charges
+            else _("Under the minimum battery too; missions that charge the robot do so by themselves")
+        )
         super().__init__(vm=form, **kwargs)
         self._name_robot()
         for name in ("name", "guid", "usual_minutes"):
@@ -263,8 +300,10 @@ class MissionDialog(FormDialog):
 
     def pick_robot(self) -> None:
         """For the rare mission whose GUID differs between robots."""
-        options = [Option(0, _("The same on all robots")),
-                   *(Option(robot.id, _("Only {robot}").format(robot=robot.name)) for robot in self._context.facts.robots)]
+        options = [
+            Option(0, _("The same on all robots")),
+            *(Option(robot.id, _("Only {robot}").format(robot=robot.name)) for robot in self._context.facts.robots),
+        ]
         self._context.shell.dialogs.choose(_("On which robots"), options, self._picked, selected=int(self.vm.robot_id))
 
     def _picked(self, robot_id: int) -> None:
@@ -276,15 +315,22 @@ class MissionDialog(FormDialog):
         if form.saving:
             return
         form.saving = True
-        mission = replace(self._mission or Mission("", ""), name=form.name.strip(), guid=form.guid.strip(),
-                          robot_id=int(form.robot_id) or None, usual_minutes=typed_minutes(form.usual_minutes),
-                          on_low_battery=form.low_battery)
+        mission = replace(
+            self._mission or Mission("", ""),
+            name=form.name.strip(),
+            guid=form.guid.strip(),
+            robot_id=int(form.robot_id) or None,
+            usual_minutes=typed_minutes(form.usual_minutes),
+            on_low_battery=form.low_battery,
+        )
         self._context.run(lambda: self._context.services.catalogue.save_mission(mission), self._saved, self._refused)
 
     def _saved(self, mission: Mission) -> None:
         self.dismiss()
         self._context.was_saved("missions", mission)
-        self._context.say((_("{mission} saved") if self._mission else _("{mission} added")).format(mission=mission.name))
+        self._context.say(
+            (_("{mission} saved") if self._mission else _("{mission} added")).format(mission=mission.name)
+        )
 
     def _refused(self, problem: BaseException) -> None:
         form = self.vm

@@ -1,4 +1,5 @@
 """Texts and values that Settings shows of missions: what uses each, where it is missing, and what a robot has. Pure functions."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -16,6 +17,7 @@ from app.screens.settings.facts import SettingsFacts
 @dataclass(frozen=True)
 class MissionView:
     """Values of MissionRow."""
+
     key: int
     name: str
     note: str
@@ -26,6 +28,7 @@ class MissionView:
 @dataclass(frozen=True)
 class IdlePanelView:
     """Values of IdlePanel."""
+
     key: int
     name: str
     active: bool
@@ -39,8 +42,15 @@ def mission_views(facts: SettingsFacts, query: str = "") -> list[MissionView]:
     """Missing missions first, then favourites, then by name; ``query`` keeps those with all its words in name, GUID or robot."""
     words = query.casefold().split()
     views = []
-    order = {mission.id: (not facts.robots_missing(mission), not mission.favourite, mission.name.casefold(), mission.robot_id or 0)
-             for mission in facts.missions}
+    order = {
+        mission.id: (
+            not facts.robots_missing(mission),
+            not mission.favourite,
+            mission.name.casefold(),
+            mission.robot_id or 0,
+        )
+        for mission in facts.missions
+    }
     for mission in sorted(facts.missions, key=lambda m: order[m.id]):
         owner = facts.robot(mission.robot_id)
         searched = f"{mission.name} {mission.guid} {owner.name if owner else ''}".casefold()
@@ -52,7 +62,9 @@ def mission_views(facts: SettingsFacts, query: str = "") -> list[MissionView]:
 def _view(facts: SettingsFacts, mission: Mission, owner: Robot | None) -> MissionView:
     use = usage(facts, mission)
     if mission.usual_minutes is not None:
-        use = _("{use} · usual duration: {duration}").format(use=use, duration=formats.duration(mission.usual_minutes * 60))
+        use = _("{use} · usual duration: {duration}").format(
+            use=use, duration=formats.duration(mission.usual_minutes * 60)
+        )
     note = _("Only on {robot} · {use}").format(robot=owner.name, use=use) if owner else use
     return MissionView(mission.id, mission.name, note, mission.favourite, missing_sentence(facts, mission))
 
@@ -87,6 +99,7 @@ def missing_sentence(facts: SettingsFacts, mission: Mission) -> str:
 class Offer:
     """A mission that a robot has, as it would be saved. ``robot_id`` is set when another mission for all robots has this name; ``known``:
     it is saved already; ``is_cut``: the robot has a longer name for it."""
+
     name: str
     guid: str
     robot_id: int | None = None
@@ -107,7 +120,9 @@ def offers(found: Sequence[MissionInfo], missions: Sequence[Mission], robot_id: 
             result.append(Offer(info.name, info.guid, known=True))
             continue
         name = _free_name(info.name if names.cleaned(info.name) else info.guid, taken)
-        result.append(Offer(name, info.guid, robot_id if name in for_all else None, is_cut=len(info.name.strip()) > names.LONGEST))
+        result.append(
+            Offer(name, info.guid, robot_id if name in for_all else None, is_cut=len(info.name.strip()) > names.LONGEST)
+        )
         taken.add(name)
         for_all.add(name)
     return result
@@ -124,10 +139,24 @@ def _free_name(wanted: str, taken: set[str]) -> str:
 
 def offer_options(offered: Sequence[Offer]) -> list[Option]:
     """Options of the checklist, the new ones only."""
-    return [Option(offer.guid, offer.name, "flag-outline", " · ".join(filter(None, (
-                _("The name is already in use: this one will be for this robot only") if offer.robot_id else "",
-                _("Name cut at {n} characters").format(n=names.LONGEST) if offer.is_cut else ""))))
-            for offer in offered if not offer.known]
+    return [
+        Option(
+            offer.guid,
+            offer.name,
+            "flag-outline",
+            " · ".join(
+                filter(
+                    None,
+                    (
+                        _("The name is already in use: this one will be for this robot only") if offer.robot_id else "",
+                        _("Name cut at {n} characters").format(n=names.LONGEST) if offer.is_cut else "",
+                    ),
+                )
+            ),
+        )
+        for offer in offered
+        if not offer.known
+    ]
 
 
 def fetched_sentence(offered: Sequence[Offer], robot: Robot) -> str:
@@ -135,8 +164,9 @@ def fetched_sentence(offered: Sequence[Offer], robot: Robot) -> str:
     if not offered:
         return _("{robot} has no missions").format(robot=robot.name)
     if all(offer.known for offer in offered):
-        return ngettext("The mission of {robot} is already added", "All {n} missions of {robot} are already added", len(offered)).format(
-            n=len(offered), robot=robot.name)
+        return ngettext(
+            "The mission of {robot} is already added", "All {n} missions of {robot} are already added", len(offered)
+        ).format(n=len(offered), robot=robot.name)
     return ""
 
 
@@ -148,8 +178,10 @@ def mission_options(facts: SettingsFacts, robot: Robot) -> list[Option]:
     for mission in sorted(facts.missions, key=lambda m: m.robot_id or 0):
         if mission.robot_id in (None, robot.id) and (not there or mission.guid in there):
             by_name[mission.name] = mission
-    return [Option(mission.id, mission.name, "star" if mission.favourite else "star-outline")
-            for mission in sorted(by_name.values(), key=lambda m: (not m.favourite, m.name.casefold()))]
+    return [
+        Option(mission.id, mission.name, "star" if mission.favourite else "star-outline")
+        for mission in sorted(by_name.values(), key=lambda m: (not m.favourite, m.name.casefold()))
+    ]
 
 
 # ---------------------------------------------------------------------- idle automation
@@ -160,8 +192,14 @@ def idle_panels(facts: SettingsFacts) -> list[IdlePanelView]:
 def _idle_panel(facts: SettingsFacts, robot: Robot) -> IdlePanelView:
     idle = robot.idle
     mission = facts.mission(idle.mission_id) if idle else None
-    return IdlePanelView(robot.id, robot.name, active=bool(idle and idle.enabled), minutes=(idle or IdleRule(0)).after_minutes,
-                         mission=mission.name if mission else _("Choose a mission"), note=_idle_note(robot, mission))
+    return IdlePanelView(
+        robot.id,
+        robot.name,
+        active=bool(idle and idle.enabled),
+        minutes=(idle or IdleRule(0)).after_minutes,
+        mission=mission.name if mission else _("Choose a mission"),
+        note=_idle_note(robot, mission),
+    )
 
 
 def _idle_note(robot: Robot, mission: Mission | None) -> str:
@@ -172,5 +210,6 @@ def _idle_note(robot: Robot, mission: Mission | None) -> str:
         return _("The robot is switched off")
     if not idle.enabled:
         return _("Off")
-    return ngettext("After {n} minute without work, once", "After {n} minutes without work, once", idle.after_minutes).format(
-        n=idle.after_minutes)
+    return ngettext(
+        "After {n} minute without work, once", "After {n} minutes without work, once", idle.after_minutes
+    ).format(n=idle.after_minutes)

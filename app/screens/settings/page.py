@@ -1,4 +1,5 @@
 """What the sections of Settings share: their context, the base of a page, and the widgets that several of them use."""
+
 from __future__ import annotations
 
 import logging
@@ -30,8 +31,8 @@ from app.widgets.slots import PartSlot
 log = logging.getLogger(__name__)
 T = TypeVar("T")
 
-RESTS = 2.0                              # s without another step, after which a number is saved
-EXPECTED = (InvalidInput, RobotError, DatabaseError)     # each brings its sentence; anything else goes to the log as well
+RESTS = 2.0  # s without another step, after which a number is saved
+EXPECTED = (InvalidInput, RobotError, DatabaseError)  # each brings its sentence; anything else goes to the log as well
 
 
 class _DialogsWhile:
@@ -53,6 +54,7 @@ def _unasked(*_args: object, declined: Callable[[], object] | None = None, **_gi
 @dataclass(eq=False)
 class _Choice:
     """Settings that were chosen here and have not been read since."""
+
     settings: Mapping[str, Any]
     is_written: bool = False
 
@@ -64,15 +66,21 @@ class PageContext:
     ``show()`` shows the facts.
     """
 
-    def __init__(self, services: SettingsServices, shell: Shell, refresh: Callable[[], object], is_shown: Callable[[], bool],
-                 show: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        services: SettingsServices,
+        shell: Shell,
+        refresh: Callable[[], object],
+        is_shown: Callable[[], bool],
+        show: Callable[[], object],
+    ) -> None:
         self.services, self.refresh = services, refresh
         self.shell = replace(shell, dialogs=cast(Any, _DialogsWhile(is_shown, shell.dialogs)))
         self.facts = SettingsFacts()
         self.is_shown, self._show = is_shown, show
         self._stored = self.facts.settings
         self._choices: list[_Choice] = []
-        self._resting: dict[Hashable, Callable[[], object]] = {}       # what saves the numbers that were stepped
+        self._resting: dict[Hashable, Callable[[], object]] = {}  # what saves the numbers that were stepped
         self._rest = Clock.create_trigger(self._settle, RESTS)
         self._pages_left = 0
 
@@ -83,17 +91,28 @@ class PageContext:
         """In the time zone of the settings."""
         return self.now().astimezone(ZoneInfo(self.facts.settings.timezone)).date()
 
-    def run(self, work: Callable[[], T], done: Callable[[T], object] | None = None,
-            failed: Callable[[BaseException], object] | None = None, *, key: Hashable | None = None, apart: str = "") -> Job:
+    def run(
+        self,
+        work: Callable[[], T],
+        done: Callable[[T], object] | None = None,
+        failed: Callable[[BaseException], object] | None = None,
+        *,
+        key: Hashable | None = None,
+        apart: str = "",
+    ) -> Job:
         """Run ``work`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread; without ``failed`` a snackbar
         shows the problem. Of several runs with one ``key`` only the newest delivers."""
+
         def not_done(problem: BaseException) -> None:
             if not isinstance(problem, EXPECTED):
                 log.error("work for Settings failed", exc_info=problem)
             (failed or self.shell.say_problem)(problem)
+
         return self.shell.background.run(work, done, not_done, key=key, apart=apart)
 
-    def change(self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None, **settings: Any) -> None:
+    def change(
+        self, work: Callable[[], object], failed: Callable[[BaseException], object] | None = None, **settings: Any
+    ) -> None:
         """Make a change, then read the facts again. The ``settings`` that it changes are shown as they were chosen from now on, and the
         next choice begins with them. What went wrong is said by a message too where the page has been left by then."""
         page, choice = self._pages_left, _Choice(settings)
@@ -168,9 +187,13 @@ class PageContext:
     def remove(self, work: Callable[[], Removed], text: str) -> None:
         """Delete something at once, say so with ``text``, and offer to undo it until that is closed by hand, wherever that is pressed
         only to whom Settings is open."""
+
         def removed(what: Removed) -> None:
             self.refresh()
-            self.shell.offer_undo(text, lambda: self.services.catalogue.restore(what), self.refresh, stays=True, behind="settings")
+            self.shell.offer_undo(
+                text, lambda: self.services.catalogue.restore(what), self.refresh, stays=True, behind="settings"
+            )
+
         self.run(work, removed)
 
     def say(self, text: str, icon: str = "check") -> None:
@@ -179,6 +202,7 @@ class PageContext:
 
 class SettingsPage(BoxLayout):
     """One section. Its properties for kv are in ``vm``, an instance of ``Model``."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
     Model: type[EventDispatcher] = EventDispatcher
 
@@ -215,16 +239,25 @@ class SettingsPage(BoxLayout):
     def ask_to_delete(self, runs: int, why: str, action: str, done: Callable[[], object]) -> None:
         """Confirm that so many runs of the history are deleted; ``action`` is the word on the button. Else the facts are shown again, and
         who has left Settings meanwhile is told that nothing was."""
+
         def declined() -> None:
             self.show()
             if not self.context.is_shown():
-                said = ngettext("Not changed: {n} run of the history would be deleted",
-                                "Not changed: {n} runs of the history would be deleted", runs)
+                said = ngettext(
+                    "Not changed: {n} run of the history would be deleted",
+                    "Not changed: {n} runs of the history would be deleted",
+                    runs,
+                )
                 self.context.say(said.format(n=runs), "information-outline")
 
         self.context.shell.dialogs.confirm(
-            ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", runs).format(n=runs), why, action, done,
-            danger=True, declined=declined)
+            ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", runs).format(n=runs),
+            why,
+            action,
+            done,
+            danger=True,
+            declined=declined,
+        )
 
     def show_one(self, wanted: Widget, of: Sequence[Widget]) -> None:
         """Show ``wanted`` and hide the others of ``of``, below the widgets that are always shown."""
@@ -237,6 +270,7 @@ class SettingsPage(BoxLayout):
 
 class SwitchRow(BoxLayout):
     """A label, a note and a switch that shows what is saved: ``on_switch(wanted)``."""
+
     text = StringProperty()
     note = StringProperty()
     active = BooleanProperty(False)
@@ -249,16 +283,19 @@ class SwitchRow(BoxLayout):
 
 class Outcome(PartSlot):
     """The result of an action; there is nothing without a text."""
+
     notice = ObjectProperty(NoticeView(), rebind=True)
 
 
 class OutcomeNotice(Notice):
     """Says it; ``card`` is the outcome."""
+
     card = ObjectProperty(None, rebind=True)
 
 
 class WithOutcome(BoxLayout):
     """The controls of an action, with its outcome below them."""
+
     notice = ObjectProperty(NoticeView(), rebind=True)
 
     def add_widget(self, widget: Widget, *args: Any, **kwargs: Any) -> None:

@@ -1,4 +1,5 @@
 """Settings, Missions, Places: where at most so many missions of this app may be at a time."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -23,22 +24,25 @@ from app.widgets.dialogs import FormDialog
 from app.widgets.display import SectionCard
 from app.widgets.lists import RecycledRow, Row
 
-USUAL_MOST = 1               # as the word promises; its help says what more would do
+USUAL_MOST = 1  # as the word promises; its help says what more would do
 
 
 class PlaceRow(RecycledRow, SectionCard):
     """A place and the missions that use it. Actions: "edit", "remove"."""
+
     name = StringProperty()
     note = StringProperty()
 
 
 class ProposedPlaceRow(Row, BoxLayout):
     """A position that is no place yet. Actions: "take", "decline"."""
+
     text = StringProperty()
 
 
 class PlacesBox(BoxLayout):
     """The places, in the stead of the missions."""
+
     page = ObjectProperty(None, rebind=True, allownone=True)
 
 
@@ -59,8 +63,9 @@ class PlacesPart:
         if action == "edit":
             context.shell.dialogs.open(PlaceDialog(context, place))
         elif action == "remove":
-            context.remove(lambda: context.services.catalogue.remove_place(place.id), _("{place} deleted").format(place=place.name))
-
+            context.remove(
+                lambda: context.services.catalogue.remove_place(place.id), _("{place} deleted").format(place=place.name)
+            )
 
     def answer(self, position: str, action: str) -> None:
         """To what is proposed."""
@@ -69,13 +74,16 @@ class PlacesPart:
         if proposed is None:
             return
         if action == "take":
-            context.shell.dialogs.open(PlaceDialog(context, proposed=Place(proposed.name[:LONGEST], USUAL_MOST, proposed.missions)))
+            context.shell.dialogs.open(
+                PlaceDialog(context, proposed=Place(proposed.name[:LONGEST], USUAL_MOST, proposed.missions))
+            )
         elif action == "decline":
             context.change(lambda: context.services.proposed_places.decline(position))
 
 
 class PlaceForm(EventDispatcher):
     """What is entered, with one problem per field."""
+
     title = StringProperty()
     name = StringProperty()
     most = NumericProperty(USUAL_MOST)
@@ -83,20 +91,27 @@ class PlaceForm(EventDispatcher):
     missions_phrase = StringProperty()
     name_problem = StringProperty()
     most_problem = StringProperty()
-    warning = StringProperty()           # that it will be wanted too much
+    warning = StringProperty()  # that it will be wanted too much
     outcome = ObjectProperty(NoticeView())
     saving = BooleanProperty(False)
 
 
 class PlaceDialog(FormDialog):
     """Adds a place, perhaps one that is ``proposed``, or edits one."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
-    def __init__(self, context: PageContext, place: Place | None = None, proposed: Place | None = None, **kwargs: Any) -> None:
+    def __init__(
+        self, context: PageContext, place: Place | None = None, proposed: Place | None = None, **kwargs: Any
+    ) -> None:
         self._context, self._stored = context, place
         stored = place or proposed or Place("", USUAL_MOST)
-        form = PlaceForm(title=_("Edit {place}").format(place=place.name) if place else _("Add place"), name=stored.name, most=stored.most,
-                         missions=list(stored.missions))
+        form = PlaceForm(
+            title=_("Edit {place}").format(place=place.name) if place else _("Add place"),
+            name=stored.name,
+            most=stored.most,
+            missions=list(stored.missions),
+        )
         super().__init__(vm=form, **kwargs)
         form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
         for name in ("missions", "most"):
@@ -108,24 +123,45 @@ class PlaceDialog(FormDialog):
         place, zone = self._entered(), self._context.facts.settings.timezone
 
         def found(conflict: Conflict | None) -> None:
-            self.vm.warning = conflicts.sentence(conflict.code, conflict.at, conflict.details, ZoneInfo(zone), _) if conflict else ""
-        self._context.run(lambda: self._context.services.plan.place_warning(place), found, lambda _problem: None, key="place warning")
+            self.vm.warning = (
+                conflicts.sentence(conflict.code, conflict.at, conflict.details, ZoneInfo(zone), _) if conflict else ""
+            )
+
+        self._context.run(
+            lambda: self._context.services.plan.place_warning(place), found, lambda _problem: None, key="place warning"
+        )
 
     def _entered(self) -> Place:
         form = self.vm
-        return replace(self._stored or Place("", USUAL_MOST), name=form.name.strip(), most=int(form.most), missions=tuple(form.missions))
+        return replace(
+            self._stored or Place("", USUAL_MOST),
+            name=form.name.strip(),
+            most=int(form.most),
+            missions=tuple(form.missions),
+        )
 
     def pick_missions(self) -> None:
         facts = self._context.facts
-        options = [Option(mission.id, mission.name, "flag-outline",
-                          _("Only {robot}").format(robot=robot.name) if (robot := facts.robot(mission.robot_id)) else "")
-                   for mission in facts.missions]
-        self._context.shell.dialogs.choose_many(_("Missions that use it"), options, _("Set"),
-                                                lambda keys: setattr(self.vm, "missions", keys), selected=self.vm.missions)
+        options = [
+            Option(
+                mission.id,
+                mission.name,
+                "flag-outline",
+                _("Only {robot}").format(robot=robot.name) if (robot := facts.robot(mission.robot_id)) else "",
+            )
+            for mission in facts.missions
+        ]
+        self._context.shell.dialogs.choose_many(
+            _("Missions that use it"),
+            options,
+            _("Set"),
+            lambda keys: setattr(self.vm, "missions", keys),
+            selected=self.vm.missions,
+        )
 
     def save(self) -> None:
         form = self.vm
-        if form.saving or self.ids.most_field.outside:       # it shows why
+        if form.saving or self.ids.most_field.outside:  # it shows why
             return
         form.saving = True
         place = self._entered()

@@ -1,4 +1,5 @@
 """Settings, what goes with something that is deleted: named in the question before, counted in the message with Undo. Pure functions."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -7,7 +8,7 @@ from app.domain.models import Group, Mission, Robot, Schedule
 from app.i18n import _, ngettext
 from app.screens.settings.facts import SettingsFacts
 
-MOST_NAMED = 6               # schedules, groups
+MOST_NAMED = 6  # schedules, groups
 
 
 # ---------------------------------------------------------------------- missions
@@ -17,7 +18,9 @@ def mission_question(facts: SettingsFacts, mission: Mission) -> str:
 
 
 def mission_sentence(facts: SettingsFacts, mission: Mission) -> str:
-    return _sentence(_("{mission} deleted").format(mission=mission.name), _schedules_with(facts, mission), _idle_with(facts, mission))
+    return _sentence(
+        _("{mission} deleted").format(mission=mission.name), _schedules_with(facts, mission), _idle_with(facts, mission)
+    )
 
 
 def _schedules_with(facts: SettingsFacts, mission: Mission) -> Sequence[Schedule]:
@@ -26,12 +29,16 @@ def _schedules_with(facts: SettingsFacts, mission: Mission) -> Sequence[Schedule
 
 def _idle_with(facts: SettingsFacts, mission: Mission) -> list[str]:
     idle = () if _has_stand_in(facts, mission) else facts.idle_on(mission)
-    return [_("idle automation on {robots}").format(robots=_several([robot.name for robot in idle], ", "))] if idle else []
+    return (
+        [_("idle automation on {robots}").format(robots=_several([robot.name for robot in idle], ", "))] if idle else []
+    )
 
 
 def _has_stand_in(facts: SettingsFacts, mission: Mission) -> bool:
     """What uses a robot's own mission goes on with the one of that name for all robots."""
-    return mission.robot_id is not None and any(other.robot_id is None and other.name == mission.name for other in facts.missions)
+    return mission.robot_id is not None and any(
+        other.robot_id is None and other.name == mission.name for other in facts.missions
+    )
 
 
 # ---------------------------------------------------------------------- robots
@@ -40,15 +47,26 @@ def robot_question(facts: SettingsFacts, robot: Robot) -> str:
     goes = _question(facts, _schedules_on(facts, robot), _other_of(facts, robot))
     groups = [group.name for group in facts.groups if robot.id in group.members]
     alone = [group.name for group in facts.groups if group.members == (robot.id,)]
-    left = ngettext("It leaves the group {groups}.", "It leaves the groups {groups}.", len(groups)).format(
-        groups=_several(groups, ", ")) if groups else ""
-    empty = _("No robot is left in {groups}: what waits for one is cancelled.").format(groups=_several(alone, ", ")) if alone else ""
+    left = (
+        ngettext("It leaves the group {groups}.", "It leaves the groups {groups}.", len(groups)).format(
+            groups=_several(groups, ", ")
+        )
+        if groups
+        else ""
+    )
+    empty = (
+        _("No robot is left in {groups}: what waits for one is cancelled.").format(groups=_several(alone, ", "))
+        if alone
+        else ""
+    )
     stays = _("Its runs stay in the history. On the robot itself nothing changes.")
     return "\n".join(filter(None, (goes, left, empty, stays)))
 
 
 def robot_sentence(facts: SettingsFacts, robot: Robot) -> str:
-    return _sentence(_("{robot} deleted").format(robot=robot.name), _schedules_on(facts, robot), _other_of(facts, robot))
+    return _sentence(
+        _("{robot} deleted").format(robot=robot.name), _schedules_on(facts, robot), _other_of(facts, robot)
+    )
 
 
 def _schedules_on(facts: SettingsFacts, robot: Robot) -> list[Schedule]:
@@ -59,17 +77,34 @@ def _other_of(facts: SettingsFacts, robot: Robot) -> list[str]:
     own = sum(mission.robot_id == robot.id for mission in facts.missions)
     others = [_("its idle automation")] if robot.idle is not None else []
     if own:
-        others.append(ngettext("{n} mission that only this robot has", "{n} missions that only this robot has", own).format(n=own))
+        others.append(
+            ngettext("{n} mission that only this robot has", "{n} missions that only this robot has", own).format(n=own)
+        )
     return others
 
 
 # ---------------------------------------------------------------------- groups
 def group_question(facts: SettingsFacts, group: Group, waiting: int = 0) -> str:
     """Which schedules go with it, by name, how many starts that wait, and what stays."""
-    cancelled = ngettext("A start that waits for one of its robots is cancelled.",
-                         "{n} starts that wait for one of its robots are cancelled.", waiting).format(n=waiting) if waiting else ""
-    return "\n".join(filter(None, (_question(facts, _schedules_for(facts, group), []), cancelled,
-                                   _("Its robots stay, and what runs goes on."))))
+    cancelled = (
+        ngettext(
+            "A start that waits for one of its robots is cancelled.",
+            "{n} starts that wait for one of its robots are cancelled.",
+            waiting,
+        ).format(n=waiting)
+        if waiting
+        else ""
+    )
+    return "\n".join(
+        filter(
+            None,
+            (
+                _question(facts, _schedules_for(facts, group), []),
+                cancelled,
+                _("Its robots stay, and what runs goes on."),
+            ),
+        )
+    )
 
 
 def group_sentence(facts: SettingsFacts, group: Group) -> str:
@@ -85,7 +120,9 @@ def _question(facts: SettingsFacts, schedules: Sequence[Schedule], others: Seque
     """The schedules one below the other, then the ``others`` in a sentence."""
     parts = []
     if schedules:
-        lead = ngettext("This schedule goes with it:", "These {n} schedules go with it:", len(schedules)).format(n=len(schedules))
+        lead = ngettext("This schedule goes with it:", "These {n} schedules go with it:", len(schedules)).format(
+            n=len(schedules)
+        )
         parts += [lead, _several([_name(facts, schedule) for schedule in schedules], "\n"), ""]
     if others:
         parts.append(_("This goes with it: {what}.").format(what=", ".join(others)))
@@ -100,10 +137,15 @@ def _sentence(deleted: str, schedules: Sequence[Schedule], others: Sequence[str]
 
 
 def _name(facts: SettingsFacts, schedule: Schedule) -> str:
-    mission, target = facts.mission(schedule.mission_id), facts.robot(schedule.robot_id) or facts.group(schedule.group_id)
+    mission, target = (
+        facts.mission(schedule.mission_id),
+        facts.robot(schedule.robot_id) or facts.group(schedule.group_id),
+    )
     return facts.given.schedule(schedule, mission, target) if mission and target else schedule.name
 
 
 def _several(names: Sequence[str], separator: str) -> str:
     more = len(names) - MOST_NAMED
-    return separator.join([*names[:MOST_NAMED], *([ngettext("and {n} more", "and {n} more", more).format(n=more)] if more > 0 else [])])
+    return separator.join(
+        [*names[:MOST_NAMED], *([ngettext("and {n} more", "and {n} more", more).format(n=more)] if more > 0 else [])]
+    )

@@ -2,6 +2,7 @@
 
 Where another machine answers, or one without its serial number or with an unknown certificate, it asks; nothing is sent before the answer.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -36,11 +37,12 @@ from app.widgets.dialogs import FormDialog
 
 FIELDS = ("name", "address", "username", "password", "fingerprint")
 NEED_DECISION = (Connection.WRONG_ROBOT, Connection.OTHER_CERTIFICATE, Connection.UNTRUSTED, Connection.UNAUTHORIZED)
-FIELD_OF = {"certificate_sha256": "fingerprint"}         # where the services have another name for it
+FIELD_OF = {"certificate_sha256": "fingerprint"}  # where the services have another name for it
 
 
 class RobotForm(EventDispatcher):
     """What is entered, one problem per field, and the result of the test."""
+
     title = StringProperty()
     name = StringProperty()
     address = StringProperty()
@@ -48,7 +50,7 @@ class RobotForm(EventDispatcher):
     password = StringProperty()
     fingerprint = StringProperty()
     enabled = BooleanProperty(True)
-    in_order = BooleanProperty(False)    # its starts wait here until it is free, the important ones first
+    in_order = BooleanProperty(False)  # its starts wait here until it is free, the important ones first
     name_problem = StringProperty()
     address_problem = StringProperty()
     username_problem = StringProperty()
@@ -79,6 +81,7 @@ class RobotForm(EventDispatcher):
 
 class RobotDialog(FormDialog):
     """``on_remove(robot)`` fires when Delete was pressed; the dialog is closed then."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
     wide = BooleanProperty(True)
 
@@ -86,10 +89,10 @@ class RobotDialog(FormDialog):
 
     def __init__(self, context: PageContext, robot: Robot | None = None, **kwargs: Any) -> None:
         self._context, self._robot = context, robot
-        self._tested: tuple[str, ...] | None = None      # the connection whose test is over, passed or failed
+        self._tested: tuple[str, ...] | None = None  # the connection whose test is over, passed or failed
         self._found: Identity | None = None
-        self._new_serial: str | None = None              # of the machine that was accepted as the new robot
-        self._by_address = False                         # it was agreed that only the address identifies it
+        self._new_serial: str | None = None  # of the machine that was accepted as the new robot
+        self._by_address = False  # it was agreed that only the address identifies it
         self._may_be_open = robot is None or not robot.address.startswith("https:")
         form = RobotForm(save_word=_("Save robot"), title=_("Add robot"))
         if robot is not None:
@@ -125,14 +128,14 @@ class RobotDialog(FormDialog):
         self.vm.save_word = _("Save anyway") if is_failed and not self.vm.name_problem else _("Save robot")
 
     def _widened(self, *_args: Any) -> None:
-        self.wide = self.width >= self.panel_width * .85
+        self.wide = self.width >= self.panel_width * 0.85
 
     def _edited(self, name: str, *_args: Any) -> None:
         """A field that is being corrected is no longer red, and an earlier test doesn't apply to new values."""
         setattr(self.vm, f"{name}_problem", "")
         if name == "name":
             return
-        self.vm.username_problem = self.vm.password_problem = ""         # they are about the connection as a whole
+        self.vm.username_problem = self.vm.password_problem = ""  # they are about the connection as a whole
         if self._robot is not None:
             self.vm.password_hint = self._password_hint(self._robot, self.vm.endpoint == self._saved_endpoint)
         if self._tested is not None:
@@ -164,13 +167,20 @@ class RobotDialog(FormDialog):
             self._show_problem(InvalidInput("name", "there is a robot {name} already", name=form.name.strip()))
         elif not self._is_no_other():
             return
-        elif not form.enabled or form.connection == self._tested or (form.connection == self._as_saved and not self._needs_decision()):
+        elif (
+            not form.enabled
+            or form.connection == self._tested
+            or (form.connection == self._as_saved and not self._needs_decision())
+        ):
             self._if_it_may_be_open(self._save)
         elif self._has_password():
             self._if_it_may_be_open(self._test_and_save)
 
     def _is_taken(self, name: str) -> bool:
-        return any(robot.name == name and (self._robot is None or robot.id != self._robot.id) for robot in self._context.facts.robots)
+        return any(
+            robot.name == name and (self._robot is None or robot.id != self._robot.id)
+            for robot in self._context.facts.robots
+        )
 
     def _needs_decision(self) -> bool:
         """Whether what answers is refused until somebody has decided about it: saving tests, and asks."""
@@ -190,16 +200,20 @@ class RobotDialog(FormDialog):
         def agreed() -> None:
             self._may_be_open = True
             then()
+
         self._context.shell.dialogs.confirm(
             _("Connect without encryption?"),
             _("So far this robot is reached over https. Over http, anybody on the network can read its password."),
-            _("Use http"), agreed, danger=True)
+            _("Use http"),
+            agreed,
+            danger=True,
+        )
 
     # ------------------------------------------------------------------ test
     def _has_password(self) -> bool:
         """A stored password belongs to the stored user. Without one only a robot that is switched off can be saved."""
         form, stored = self.vm, self._robot
-        form.username_problem = form.password_problem = ""               # of an earlier press
+        form.username_problem = form.password_problem = ""  # of an earlier press
         is_known = stored is not None and not stored.needs_password and stored.username == form.username.strip()
         if not form.username.strip():
             form.username_problem = _("Enter the robot's user name")
@@ -219,7 +233,8 @@ class RobotDialog(FormDialog):
         self._context.run(
             lambda: self._context.services.operator.test_connection(robot, password, by_address=by_address),
             lambda identity: self._if_open(lambda: self._passed(asked, identity, then)),
-            lambda problem: self._if_open(lambda: self._failed(asked, problem)))
+            lambda problem: self._if_open(lambda: self._failed(asked, problem)),
+        )
 
     def _if_open(self, then: Callable[[], object]) -> None:
         """Who has closed the dialog before the robot's answer wants nothing saved, and is asked nothing."""
@@ -234,10 +249,12 @@ class RobotDialog(FormDialog):
             form.outcome = NoticeView()
             return
         self._tested, self._found = asked, identity
-        form.outcome = connection_found(identity, Token.derive(form.username.strip(), form.password).is_published_default)
+        form.outcome = connection_found(
+            identity, Token.derive(form.username.strip(), form.password).is_published_default
+        )
         if not form.name.strip() and identity.name:
             form.name = names.cleaned(identity.name)
-            if identity.name.endswith("…"):              # which the client puts where it cuts
+            if identity.name.endswith("…"):  # which the client puts where it cuts
                 cut = _("Name cut at {n} characters").format(n=names.LONGEST)
                 form.outcome = replace(form.outcome, note="\n".join(filter(None, (form.outcome.note, cut))))
         if self._is_no_other():
@@ -249,7 +266,10 @@ class RobotDialog(FormDialog):
         """Say at the address when another robot is this machine, or when it can't be an address."""
         entered, stored = self._entered(), self._robot
         entered = replace(entered, serial_number=serial_number or entered.serial_number)
-        if stored is not None and (entered.address, entered.serial_number) == (plain_address(stored.address), stored.serial_number):
+        if stored is not None and (entered.address, entered.serial_number) == (
+            plain_address(stored.address),
+            stored.serial_number,
+        ):
             return True
         try:
             validation.check_is_no_other(entered, self._context.facts.robots)
@@ -285,32 +305,51 @@ class RobotDialog(FormDialog):
         def accepted() -> None:
             self._new_serial, self._as_saved = problem.params["found"], None
             self._test_again()
+
         if not self._is_no_other(problem.params["found"]):
             self.vm.outcome = NoticeView()
             return
-        self._context.shell.dialogs.confirm(_("Is this the new {robot}?").format(robot=robot.name),
-                                            new_robot_question(problem, has_password=bool(self.vm.password)),
-                                            _("This is the new {robot}").format(robot=robot.name), accepted)
+        self._context.shell.dialogs.confirm(
+            _("Is this the new {robot}?").format(robot=robot.name),
+            new_robot_question(problem, has_password=bool(self.vm.password)),
+            _("This is the new {robot}").format(robot=robot.name),
+            accepted,
+        )
 
     def _ask_about_address(self, robot: Robot, problem: SerialNumberHidden) -> None:
         def accepted() -> None:
             self._by_address = True
             self.test()
-        self._context.shell.dialogs.confirm(_("Send the password all the same?"), hidden_number_question(robot, problem),
-                                            _("Send the password"), accepted, danger=True)
+
+        self._context.shell.dialogs.confirm(
+            _("Send the password all the same?"),
+            hidden_number_question(robot, problem),
+            _("Send the password"),
+            accepted,
+            danger=True,
+        )
 
     def _ask_about_certificate(self, asked: tuple[str, ...]) -> None:
         """Show the fingerprint of what answers, for a person to compare."""
+
         def shown(found: str) -> None:
             if asked == self.vm.connection:
-                self._context.shell.dialogs.confirm(_("Trust this certificate?"), certificate_question(asked[0].strip(), found, asked[3]),
-                                                    _("Trust it"), lambda: accepted(found))
+                self._context.shell.dialogs.confirm(
+                    _("Trust this certificate?"),
+                    certificate_question(asked[0].strip(), found, asked[3]),
+                    _("Trust it"),
+                    lambda: accepted(found),
+                )
 
         def accepted(found: str) -> None:
             self.vm.fingerprint = found
             self._test_again()
-        self._context.run(lambda: self._context.services.operator.presented_fingerprint(asked[0].strip()),
-                          lambda found: self._if_open(lambda: shown(found)), self._show_problem)
+
+        self._context.run(
+            lambda: self._context.services.operator.presented_fingerprint(asked[0].strip()),
+            lambda found: self._if_open(lambda: shown(found)),
+            self._show_problem,
+        )
 
     def _test_again(self) -> None:
         """With the password of what was accepted; the stored one belongs to what was there before."""
@@ -326,8 +365,11 @@ class RobotDialog(FormDialog):
         form = self.vm
         form.saving = True
         robot, password, is_tested = self._entered(), form.password or None, self._has_answered()
-        self._context.run(lambda: self._context.services.catalogue.save_robot(robot, password, is_tested=is_tested),
-                          self._saved, self._refused)
+        self._context.run(
+            lambda: self._context.services.catalogue.save_robot(robot, password, is_tested=is_tested),
+            self._saved,
+            self._refused,
+        )
 
     def _has_answered(self) -> bool:
         """Whether the connection as it is entered was tested with success."""
@@ -337,13 +379,25 @@ class RobotDialog(FormDialog):
         form = self.vm
         robot = self._robot or Robot("", "")
         pin = form.fingerprint.strip() or None if form.is_https else robot.certificate_sha256
-        entered = replace(robot, name=form.name.strip(), address=form.address.strip(), username=form.username.strip(), enabled=form.enabled,
-                          certificate_sha256=pin, serial_number=self._new_serial or robot.serial_number,
-                          hand_over=HandOver.WHEN_FREE if form.in_order else HandOver.AT_ONCE)
+        entered = replace(
+            robot,
+            name=form.name.strip(),
+            address=form.address.strip(),
+            username=form.username.strip(),
+            enabled=form.enabled,
+            certificate_sha256=pin,
+            serial_number=self._new_serial or robot.serial_number,
+            hand_over=HandOver.WHEN_FREE if form.in_order else HandOver.AT_ONCE,
+        )
         found = self._found
         if found is not None and self._has_answered():
-            entered = replace(entered, serial_number=found.serial_number or entered.serial_number, model=found.model,
-                              software=found.software, identified_by=found.identified_by)
+            entered = replace(
+                entered,
+                serial_number=found.serial_number or entered.serial_number,
+                model=found.model,
+                software=found.software,
+                identified_by=found.identified_by,
+            )
         return entered
 
     def _saved(self, robot: Robot) -> None:

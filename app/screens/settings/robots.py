@@ -1,4 +1,5 @@
 """Settings, Robots: a panel per robot with Test connection and Edit, and the way to add one."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -26,6 +27,7 @@ from app.widgets.tokens import TONES
 
 class RobotPanel(RecycledRow, Toned, SectionCard):
     """A robot's data sheet. Actions: "check up", "test", "edit"."""
+
     name = StringProperty()
     model = StringProperty()
     address = StringProperty()
@@ -49,12 +51,14 @@ class StandingIcon(Toned, Ico):
 
 class AddPanel(RecycledRow, Surface):
     """The button that adds a robot, after the panels. Action: "add"."""
+
     first = BooleanProperty(False)
 
 
 @dataclass(frozen=True)
 class AddPanelView:
     """Values of AddPanel; ``first``: there is no robot yet."""
+
     first: bool
     key: str = "add"
     panelclass: ClassVar[str] = "AddPanel"
@@ -70,10 +74,10 @@ class RobotsPage(SettingsPage):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self._results: dict[int, tuple[Robot, NoticeView]] = {}      # of tests on this visit, with what was tested
+        self._results: dict[int, tuple[Robot, NoticeView]] = {}  # of tests on this visit, with what was tested
         self._asked: set[int] = set()
         self._groups = GroupsPart(context)
-        self._check_ups: dict[int, CheckUp] = {}         # by robot id
+        self._check_ups: dict[int, CheckUp] = {}  # by robot id
 
     @property
     def parts(self) -> list[tuple[str, str]]:
@@ -88,8 +92,15 @@ class RobotsPage(SettingsPage):
             self.vm.panels = group_panels(facts)
             return
         self.vm.part = "robots"
-        panels = [replace(panel, testing=panel.key in self._asked, result=self._result(facts.robot(panel.key)), **self._check_up(panel.key))
-                  for panel in robot_panels(facts, self.context.now())]
+        panels = [
+            replace(
+                panel,
+                testing=panel.key in self._asked,
+                result=self._result(facts.robot(panel.key)),
+                **self._check_up(panel.key),
+            )
+            for panel in robot_panels(facts, self.context.now())
+        ]
         self.vm.panels = [*panels, AddPanelView(first=not panels)]
 
     @property
@@ -126,7 +137,8 @@ class RobotsPage(SettingsPage):
         self.context.run(
             lambda: self.context.services.operator.test_connection(robot),
             lambda identity: self._answered(robot, connection_found(identity)),
-            lambda problem: self._answered(robot, failed_test(problem)))
+            lambda problem: self._answered(robot, failed_test(problem)),
+        )
 
     def _answered(self, robot: Robot, notice: NoticeView) -> None:
         self._asked.discard(robot.id)
@@ -150,9 +162,13 @@ class RobotsPage(SettingsPage):
         robot, report = facts.robot(robot_id), facts.reports.get(robot_id)
         if robot is None:
             return {}
-        stands = (running and running.standing) or standing(robot, report, self.context.now(), facts.settings.timezone,
-                                                            is_left=robot.id in facts.left_behind)
-        return {"check_up": stands, "check_up_word": _("Check-up") if report or (running and running.is_running) else _("Check up")}
+        stands = (running and running.standing) or standing(
+            robot, report, self.context.now(), facts.settings.timezone, is_left=robot.id in facts.left_behind
+        )
+        return {
+            "check_up": stands,
+            "check_up_word": _("Check-up") if report or (running and running.is_running) else _("Check up"),
+        }
 
     def _open_check_up(self, robot: Robot) -> None:
         """That which runs, else a new one."""
@@ -170,9 +186,15 @@ class RobotsPage(SettingsPage):
     def _remove(self, robot: Robot) -> None:
         """Ask first: more than the robot goes. Undo brings it all back."""
         self.context.shell.dialogs.confirm(
-            _("Delete {robot}?").format(robot=robot.name), removals.robot_question(self.context.facts, robot), _("Delete robot"),
-            lambda: self.context.remove(lambda: self.context.services.catalogue.remove_robot(robot.id),
-                                        removals.robot_sentence(self.context.facts, robot)), danger=True)
+            _("Delete {robot}?").format(robot=robot.name),
+            removals.robot_question(self.context.facts, robot),
+            _("Delete robot"),
+            lambda: self.context.remove(
+                lambda: self.context.services.catalogue.remove_robot(robot.id),
+                removals.robot_sentence(self.context.facts, robot),
+            ),
+            danger=True,
+        )
 
 
 def _connection(robot: Robot) -> tuple[str | None, ...]:

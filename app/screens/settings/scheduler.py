@@ -1,4 +1,5 @@
 """Settings, Scheduler: poll interval, retries, time limits, length of the history, and the time zone."""
+
 from __future__ import annotations
 
 from functools import partial
@@ -13,7 +14,13 @@ from app.screens.common.problems import sentence_of
 from app.screens.common.zones import zone_options
 from app.screens.settings.page import SettingsPage
 
-NUMBERS = ("poll_interval_seconds", "retry_limit", "start_window_minutes", "unknown_outcome_quiet_seconds", "history_limit")
+NUMBERS = (
+    "poll_interval_seconds",
+    "retry_limit",
+    "start_window_minutes",
+    "unknown_outcome_quiet_seconds",
+    "history_limit",
+)
 
 
 class SchedulerModel(EventDispatcher):
@@ -71,15 +78,24 @@ class SchedulerPage(SettingsPage):
 
         def counted(surplus: int) -> None:
             if surplus:
-                self.ask_to_delete(surplus, _("The oldest ones beyond the last {limit} are deleted for ever.").format(limit=runs),
-                                   _("Delete"), lambda: self.set("history_limit", runs))
+                self.ask_to_delete(
+                    surplus,
+                    _("The oldest ones beyond the last {limit} are deleted for ever.").format(limit=runs),
+                    _("Delete"),
+                    lambda: self.set("history_limit", runs),
+                )
             else:
                 self.set("history_limit", runs)
+
         self.context.run(lambda: self.context.services.catalogue.runs_beyond(runs), counted, key="history_limit")
 
     def pick_timezone(self) -> None:
-        self.context.shell.dialogs.choose(_("Time zone"), zone_options(zone_names(), self.context.now()),
-                                          lambda name: self.set("timezone", name), selected=self.vm.timezone)
+        self.context.shell.dialogs.choose(
+            _("Time zone"),
+            zone_options(zone_names(), self.context.now()),
+            lambda name: self.set("timezone", name),
+            selected=self.vm.timezone,
+        )
 
     def _show_problem(self, name: str, problem: str) -> None:
         setattr(self.vm, f"{name}_problem", problem)

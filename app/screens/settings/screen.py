@@ -1,4 +1,5 @@
 """Settings: a list of sections with their present values on the left, the open one on the right; in portrait one at a time."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -32,24 +33,49 @@ from app.widgets.pages import LowPage
 from app.widgets.scrolling import ScrollPage
 
 PAGES: dict[str, type[SettingsPage]] = {
-    "robots": RobotsPage, "missions": MissionsPage, "constraints": ConstraintsPage, "idle": IdlePage, "scheduler": SchedulerPage,
-    "display": DisplayPage, "data": DataPage, "about": AboutPage}
+    "robots": RobotsPage,
+    "missions": MissionsPage,
+    "constraints": ConstraintsPage,
+    "idle": IdlePage,
+    "scheduler": SchedulerPage,
+    "display": DisplayPage,
+    "data": DataPage,
+    "about": AboutPage,
+}
 FIRST = "robots"
-SHOWN_TOPICS = (Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.SETTINGS, Topic.CALENDAR)       # snapshots are read once a second
-KV = ("widgets/flow", "widgets/month", "settings/screen", *(f"settings/{name}" for name in PAGES), "settings/robot",
-      "settings/check_up", "settings/groups", "settings/places", "settings/mission", "settings/days", "settings/calendar")
+SHOWN_TOPICS = (
+    Topic.ROBOTS,
+    Topic.MISSIONS,
+    Topic.SCHEDULES,
+    Topic.SETTINGS,
+    Topic.CALENDAR,
+)  # snapshots are read once a second
+KV = (
+    "widgets/flow",
+    "widgets/month",
+    "settings/screen",
+    *(f"settings/{name}" for name in PAGES),
+    "settings/robot",
+    "settings/check_up",
+    "settings/groups",
+    "settings/places",
+    "settings/mission",
+    "settings/days",
+    "settings/calendar",
+)
 
 
 class SettingsViewModel(ViewModel):
     """Which section is open, and the facts that all of them show."""
+
     sections = ListProperty()
     current = StringProperty(FIRST)
     title = StringProperty()
     note = StringProperty()
-    parts = ListProperty()                       # of the open section: keys and words
-    part = StringProperty()                      # the one that is shown
-    is_narrow = BooleanProperty(False)           # portrait: either the list or the section
-    is_narrow_open = BooleanProperty(False)      # portrait: the section is shown
+    parts = ListProperty()  # of the open section: keys and words
+    part = StringProperty()  # the one that is shown
+    is_narrow = BooleanProperty(False)  # portrait: either the list or the section
+    is_narrow_open = BooleanProperty(False)  # portrait: the section is shown
 
     __events__ = ("on_facts",)
 
@@ -59,8 +85,8 @@ class SettingsViewModel(ViewModel):
         self._refresher: Refresher[SettingsFacts] = Refresher(shell, lambda: lambda: read(services), self._take)
         self.context = PageContext(services, shell, self._refresher.read_anew, lambda: self.is_open, self.show)
         self._given = GivenNames(services.robot_missions, services.clock, shell, self._refresher.request)
-        self.has_facts = False                           # nothing is shown before the first reading: defaults would look like settings
-        self._waiting: list[Callable[[], object]] = []   # for the first facts of this visit
+        self.has_facts = False  # nothing is shown before the first reading: defaults would look like settings
+        self._waiting: list[Callable[[], object]] = []  # for the first facts of this visit
 
     def on_facts(self) -> None:
         """New facts, or a second has passed."""
@@ -87,8 +113,14 @@ class SettingsViewModel(ViewModel):
         self.context.take(replace(facts, given=self._shell.given.known))
         self.has_facts = True
         self._learn_missions(facts)
-        self._given.look(facts.robots, ((schedule.robot_id, mission.guid, schedule.parameters) for schedule in facts.schedules
-                                        if (mission := facts.mission(schedule.mission_id)) is not None))
+        self._given.look(
+            facts.robots,
+            (
+                (schedule.robot_id, mission.guid, schedule.parameters)
+                for schedule in facts.schedules
+                if (mission := facts.mission(schedule.mission_id)) is not None
+            ),
+        )
         self.show()
         while self._waiting:
             self._waiting.pop(0)()
@@ -112,13 +144,16 @@ class SettingsViewModel(ViewModel):
     def _tick(self) -> None:
         """A second has passed: show how the robots answer now, which is in memory."""
         if not self.has_facts:
-            self._refresher.request()                    # the first reading has failed
+            self._refresher.request()  # the first reading has failed
             return
         facts = self.context.facts
         snapshots = {robot.id: self._services.snapshots.get(robot.id) for robot in facts.robots}
-        if any(snapshots[robot.id].connection is not facts.snapshot(robot.id).connection or
-               (robot.identified_by is None and answers(facts, robot)) for robot in facts.robots):
-            self._refresher.request()                    # what it is known by is stored when a robot answers for the first time
+        if any(
+            snapshots[robot.id].connection is not facts.snapshot(robot.id).connection
+            or (robot.identified_by is None and answers(facts, robot))
+            for robot in facts.robots
+        ):
+            self._refresher.request()  # what it is known by is stored when a robot answers for the first time
         self.context.facts = replace(facts, snapshots=snapshots)
         self.show()
 
@@ -134,6 +169,7 @@ class SettingsViewModel(ViewModel):
 
 class SectionList(SectionCard):
     """The sections; a tap opens one."""
+
     screen = ObjectProperty(None, allownone=True)
 
     def reveal(self, section: str) -> None:
@@ -146,6 +182,7 @@ class SectionList(SectionCard):
 class SectionContent(LowPage):
     """The open section under its name; ``narrow`` shows the way back to the list. In a low window the lists below their tools have some
     height all the same, and the page scrolls."""
+
     vm = ObjectProperty(None, rebind=True, allownone=True)
     screen = ObjectProperty(None, allownone=True)
     narrow = BooleanProperty(False)
@@ -186,7 +223,7 @@ class SettingsScreen(ScreenBase):
     def _come_back(self, section: str, scrolled: float, intent: dict[str, Any]) -> None:
         self.open(section, **intent)
         if scrolled < 1 and (scroll := self._scroll()) is not None:
-            Clock.schedule_once(lambda _dt: setattr(scroll, "scroll_y", scrolled), 0)        # once it has been laid out
+            Clock.schedule_once(lambda _dt: setattr(scroll, "scroll_y", scrolled), 0)  # once it has been laid out
 
     # ------------------------------------------------------------------ sections
     def open(self, section: str, **intent: Any) -> None:
@@ -195,7 +232,7 @@ class SettingsScreen(ScreenBase):
         self.vm.current = section
         self.vm.is_narrow_open = True
         self.vm.show()
-        Clock.schedule_once(lambda _dt: self._list.reveal(section), 0)       # after the rows have been laid out
+        Clock.schedule_once(lambda _dt: self._list.reveal(section), 0)  # after the rows have been laid out
         self.page.reached(**intent)
         self._show_page()
 
@@ -239,7 +276,7 @@ class SettingsScreen(ScreenBase):
         shown = [self._list, self._content]
         if narrow:
             shown = [self._content if self.vm.is_narrow_open else self._list]
-        self._list.size_hint_x, self._content.size_hint_x = (1, 1) if narrow else (.26, .74)
+        self._list.size_hint_x, self._content.size_hint_x = (1, 1) if narrow else (0.26, 0.74)
         self._columns.clear_widgets()
         for widget in shown:
             self._columns.add_widget(widget)

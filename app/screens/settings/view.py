@@ -2,6 +2,7 @@
 
 Those of missions are in missions_view.py, those of the calendar in calendar_view.py.
 """
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -24,15 +25,26 @@ from app.services.catalogue.configuration.importing import stops_a_robot
 
 # key, icon (empty: the robot glyph); the names are in section_names
 SECTIONS = (
-    ("robots", ""), ("missions", "flag-outline"), ("constraints", "shield-check-outline"), ("idle", "sleep"),
-    ("scheduler", "calendar-sync-outline"), ("display", "translate"), ("data", "database-outline"), ("about", "information-outline"))
+    ("robots", ""),
+    ("missions", "flag-outline"),
+    ("constraints", "shield-check-outline"),
+    ("idle", "sleep"),
+    ("scheduler", "calendar-sync-outline"),
+    ("display", "translate"),
+    ("data", "database-outline"),
+    ("about", "information-outline"),
+)
 
-LANGUAGE_NAMES = {"en": "English", "fi": "Suomi"}        # each in its own words, so that nobody is locked out by a wrong choice
+LANGUAGE_NAMES = {
+    "en": "English",
+    "fi": "Suomi",
+}  # each in its own words, so that nobody is locked out by a wrong choice
 
 
 @dataclass(frozen=True)
 class NoticeView:
     """A message in a block of one tone; without ``text`` it is not shown."""
+
     text: str = ""
     note: str = ""
     tone: str = "neutral"
@@ -46,6 +58,7 @@ def done(text: str, note: str = "") -> NoticeView:
 @dataclass(frozen=True)
 class SectionView:
     """Values of SectionRow."""
+
     key: str
     icon: str
     text: str
@@ -57,6 +70,7 @@ class SectionView:
 @dataclass(frozen=True)
 class RobotPanelView:
     """Values of RobotPanel; ``result`` is that of the last test of the connection."""
+
     key: int
     name: str
     model: str
@@ -69,7 +83,7 @@ class RobotPanelView:
     tone: str
     missions_tone: str = "neutral"
     missions_icon: str = ""
-    has_default_password: bool = False   # one that is printed in manuals
+    has_default_password: bool = False  # one that is printed in manuals
     testing: bool = False
     result: NoticeView = NoticeView()
     check_up: NoticeView = NoticeView()  # how it stands
@@ -78,24 +92,39 @@ class RobotPanelView:
 
 # ---------------------------------------------------------------------- sections
 def section_names() -> dict[str, str]:
-    return {"robots": _("Robots"), "missions": _("Missions"), "constraints": _("Constraints"), "idle": _("Idle automation"),
-            "scheduler": _("Scheduler"), "display": _("Display & language"), "data": _("Data"), "about": _("About")}
+    return {
+        "robots": _("Robots"),
+        "missions": _("Missions"),
+        "constraints": _("Constraints"),
+        "idle": _("Idle automation"),
+        "scheduler": _("Scheduler"),
+        "display": _("Display & language"),
+        "data": _("Data"),
+        "about": _("About"),
+    }
 
 
 def section_views(facts: SettingsFacts, now: datetime, current: str) -> list[SectionView]:
     """Each section with its present value, amber where there is something to do."""
     names, notes = section_names(), section_notes(facts, now)
-    return [SectionView(key, icon, names[key], notes[key].text, notes[key].tone, key == current) for key, icon in SECTIONS]
+    return [
+        SectionView(key, icon, names[key], notes[key].text, notes[key].tone, key == current) for key, icon in SECTIONS
+    ]
 
 
 def section_notes(facts: SettingsFacts, now: datetime) -> dict[str, NoticeView]:
     settings = facts.settings
-    battery = _("Battery {n} %").format(n=formats.plain(settings.minimum_battery_percent)) if settings.minimum_battery_percent else \
-        _("No minimum battery")
+    battery = (
+        _("Battery {n} %").format(n=formats.plain(settings.minimum_battery_percent))
+        if settings.minimum_battery_percent
+        else _("No minimum battery")
+    )
     return {
         "robots": _robots_note(facts),
         "missions": _missions_note(facts),
-        "constraints": NoticeView(_("{battery}, {days}").format(battery=battery, days=days_phrase(settings.working_days))),
+        "constraints": NoticeView(
+            _("{battery}, {days}").format(battery=battery, days=days_phrase(settings.working_days))
+        ),
         "idle": _idle_note(facts),
         "scheduler": NoticeView(_("asks robots every {n} s").format(n=settings.poll_interval_seconds)),
         "display": NoticeView(f"{theme_names()[settings.theme]}, {language_name(settings.language)}"),
@@ -106,8 +135,12 @@ def section_notes(facts: SettingsFacts, now: datetime) -> dict[str, NoticeView]:
 
 def _robots_note(facts: SettingsFacts) -> NoticeView:
     if waiting := [robot.name for robot in facts.robots if robot.needs_password]:
-        return NoticeView(ngettext("{robots} needs a password", "{robots} need passwords", len(waiting)).format(robots=", ".join(waiting)),
-                          tone="attention")
+        return NoticeView(
+            ngettext("{robots} needs a password", "{robots} need passwords", len(waiting)).format(
+                robots=", ".join(waiting)
+            ),
+            tone="attention",
+        )
     if not facts.robots:
         return NoticeView(_("none yet"))
     robots = ngettext("{n} robot", "{n} robots", len(facts.robots)).format(n=len(facts.robots))
@@ -135,7 +168,11 @@ def _idle_note(facts: SettingsFacts) -> NoticeView:
 def _backup_note(facts: SettingsFacts, now: datetime) -> NoticeView:
     if not facts.backups:
         return NoticeView(_("no backup yet"))
-    return NoticeView(_("last backup {when}").format(when=formats.day_and_time(facts.backups[0].made_at, facts.settings.timezone, now)))
+    return NoticeView(
+        _("last backup {when}").format(
+            when=formats.day_and_time(facts.backups[0].made_at, facts.settings.timezone, now)
+        )
+    )
 
 
 # ---------------------------------------------------------------------- words for values
@@ -169,7 +206,10 @@ def days_phrase(days: Sequence[str]) -> str:
             runs[-1].append(number)
         else:
             runs.append([number])
-    words = [f"{names[run[0]]}–{names[run[-1]]}" if len(run) > 2 else ", ".join(names[number] for number in run) for run in runs]
+    words = [
+        f"{names[run[0]]}–{names[run[-1]]}" if len(run) > 2 else ", ".join(names[number] for number in run)
+        for run in runs
+    ]
     return ", ".join(words)
 
 
@@ -200,33 +240,63 @@ def _panel(facts: SettingsFacts, robot: Robot, now: datetime) -> RobotPanelView:
         missions = ngettext("{n} missing", "{n} missing", len(missing)).format(n=len(missing))
     else:
         missions = ngettext("{n} in use", "{n} in use", len(used)).format(n=len(used)) if used else _("none in use")
-    model = " · ".join(filter(None, (robot.model or _("MiR robot"),
-                                     robot.software and _("software {version}").format(version=robot.software))))
+    model = " · ".join(
+        filter(
+            None,
+            (robot.model or _("MiR robot"), robot.software and _("software {version}").format(version=robot.software)),
+        )
+    )
     return RobotPanelView(
-        key=robot.id, name=robot.name, model=model, address=plain_address(robot.address),
-        serial=robot.serial_number or "–", identified_by=_identified_by(robot), badge=text, badge_icon=icon, tone=tone, missions=missions,
-        missions_tone="attention" if missing else "neutral", missions_icon="alert" if missing else "",
-        has_default_password=Token(robot.token or "").is_published_default)
+        key=robot.id,
+        name=robot.name,
+        model=model,
+        address=plain_address(robot.address),
+        serial=robot.serial_number or "–",
+        identified_by=_identified_by(robot),
+        badge=text,
+        badge_icon=icon,
+        tone=tone,
+        missions=missions,
+        missions_tone="attention" if missing else "neutral",
+        missions_icon="alert" if missing else "",
+        has_default_password=Token(robot.token or "").is_published_default,
+    )
 
 
 def _twin(facts: SettingsFacts, robot: Robot) -> Robot | None:
     """Another robot that turned out to be the same machine: one that doesn't answer can be saved, and tells its serial number later."""
-    return next((other for other in facts.robots if other.id != robot.id and robot.serial_number
-                 and other.serial_number == robot.serial_number), None)
+    return next(
+        (
+            other
+            for other in facts.robots
+            if other.id != robot.id and robot.serial_number and other.serial_number == robot.serial_number
+        ),
+        None,
+    )
 
 
 def _identified_by(robot: Robot) -> str:
     """What makes the machine that answers the robot."""
-    return {None: "–", IdentifiedBy.SERIAL_NUMBER: _("its serial number"), IdentifiedBy.CERTIFICATE: _("its certificate"),
-            IdentifiedBy.ADDRESS: _("its address only")}[robot.identified_by]
+    return {
+        None: "–",
+        IdentifiedBy.SERIAL_NUMBER: _("its serial number"),
+        IdentifiedBy.CERTIFICATE: _("its certificate"),
+        IdentifiedBy.ADDRESS: _("its address only"),
+    }[robot.identified_by]
 
 
 def connection_found(identity: Identity, has_default_password: bool = False) -> NoticeView:
     """Which robot answered."""
-    facts = " · ".join(filter(None, (
-        identity.model,
-        identity.serial_number and _("serial {number}").format(number=identity.serial_number),
-        identity.software and _("software {version}").format(version=identity.software))))
+    facts = " · ".join(
+        filter(
+            None,
+            (
+                identity.model,
+                identity.serial_number and _("serial {number}").format(number=identity.serial_number),
+                identity.software and _("software {version}").format(version=identity.software),
+            ),
+        )
+    )
     name = identity.name or identity.model or _("The robot")
     answer = _("{robot} answers in {n} ms").format(robot=name, n=max(1, round(identity.status.elapsed_s * 1000)))
     if has_default_password:
@@ -242,9 +312,15 @@ def went_wrong(problem: BaseException) -> NoticeView:
 
 def failed_test(problem: BaseException) -> NoticeView:
     """On a panel: what can be accepted as new is accepted in the dialog."""
-    note = _("If it is the new one, accept it in Edit") if isinstance(problem, AnotherRobot) else \
-        _("If it is the same one, accept it in Edit") if isinstance(problem, SerialNumberHidden) else \
-        _("Edit, then Test connection, shows its fingerprint to compare") if has_unknown_certificate(problem) else ""
+    note = (
+        _("If it is the new one, accept it in Edit")
+        if isinstance(problem, AnotherRobot)
+        else _("If it is the same one, accept it in Edit")
+        if isinstance(problem, SerialNumberHidden)
+        else _("Edit, then Test connection, shows its fingerprint to compare")
+        if has_unknown_certificate(problem)
+        else ""
+    )
     return replace(went_wrong(problem), note=note)
 
 
@@ -256,22 +332,32 @@ def has_unknown_certificate(problem: BaseException) -> bool:
 def new_robot_question(problem: AnotherRobot, *, has_password: bool) -> str:
     """``has_password``: one is entered, which the machine gets when it is accepted."""
     numbers = _("Serial number so far: {expected}\nAnswers now: {found}").format(
-        expected=problem.params["expected"], found=problem.params["found"])
-    next_step = _("Nothing has been sent to it. If you agree, it gets the password that is entered.") if has_password else \
-        _("Nothing has been sent to it. The new robot needs its password entered again.")
+        expected=problem.params["expected"], found=problem.params["found"]
+    )
+    next_step = (
+        _("Nothing has been sent to it. If you agree, it gets the password that is entered.")
+        if has_password
+        else _("Nothing has been sent to it. The new robot needs its password entered again.")
+    )
     return f"{numbers}\n\n{next_step}"
 
 
 def hidden_number_question(robot: Robot, problem: SerialNumberHidden) -> str:
-    return _("{robot} no longer shows its serial number, {serial}. Only its address would identify it.\n\n"
-             "Check at the robot that it is the same one. Nothing has been sent to it."
-             ).format(robot=robot.name, serial=problem.params["expected"])
+    return _(
+        "{robot} no longer shows its serial number, {serial}. Only its address would identify it.\n\n"
+        "Check at the robot that it is the same one. Nothing has been sent to it."
+    ).format(robot=robot.name, serial=problem.params["expected"])
 
 
 def certificate_question(address: str, found: str, trusted: str) -> str:
     """``found`` and ``trusted`` are fingerprints; ``trusted`` may be empty."""
-    lines = [_("{address} shows this SHA-256 fingerprint. Compare it with the one that you read at the robot itself, or that its "
-               "administrator gives:").format(address=address), grouped(found)]
+    lines = [
+        _(
+            "{address} shows this SHA-256 fingerprint. Compare it with the one that you read at the robot itself, or that its "
+            "administrator gives:"
+        ).format(address=address),
+        grouped(found),
+    ]
     if trusted:
         lines += [_("Trusted so far:"), grouped(trusted)]
     return "\n\n".join([*lines, _("Nothing has been sent to it.")])
@@ -279,8 +365,8 @@ def certificate_question(address: str, found: str, trusted: str) -> str:
 
 def grouped(fingerprint: str) -> str:
     """In four lines of eight bytes, as people compare it."""
-    pairs = [fingerprint[n:n + 2].upper() for n in range(0, len(fingerprint), 2)]
-    return "\n".join(":".join(pairs[n:n + 8]) for n in range(0, len(pairs), 8))
+    pairs = [fingerprint[n : n + 2].upper() for n in range(0, len(fingerprint), 2)]
+    return "\n".join(":".join(pairs[n : n + 8]) for n in range(0, len(pairs), 8))
 
 
 def asking_robot() -> NoticeView:
@@ -295,9 +381,15 @@ def answers(facts: SettingsFacts, robot: Robot) -> bool:
 # ---------------------------------------------------------------------- files
 def backup_options(facts: SettingsFacts, now: datetime) -> list[Option]:
     """Backups by path, newest first."""
-    return [Option(str(backup.path), formats.day_and_time(backup.made_at, facts.settings.timezone, now), "database-outline",
-                   _("{file}, {size} kB").format(file=backup.path.name, size=max(1, round(backup.size / 1000))))
-            for backup in facts.backups]
+    return [
+        Option(
+            str(backup.path),
+            formats.day_and_time(backup.made_at, facts.settings.timezone, now),
+            "database-outline",
+            _("{file}, {size} kB").format(file=backup.path.name, size=max(1, round(backup.size / 1000))),
+        )
+        for backup in facts.backups
+    ]
 
 
 def backups_phrase(facts: SettingsFacts, now: datetime) -> str:
@@ -305,8 +397,10 @@ def backups_phrase(facts: SettingsFacts, now: datetime) -> str:
         return _("There is no backup yet")
     count = ngettext("{n} backup", "{n} backups", len(facts.backups)).format(n=len(facts.backups))
     newest = formats.day_and_time(facts.backups[0].made_at, facts.settings.timezone, now)
-    return _("{backups}, the newest of {when}. Each gives access to the robots as it was then; manual ones stay until somebody deletes "
-             "their files.").format(backups=count, when=newest)
+    return _(
+        "{backups}, the newest of {when}. Each gives access to the robots as it was then; manual ones stay until somebody deletes "
+        "their files."
+    ).format(backups=count, when=newest)
 
 
 def import_result(lines: Sequence[Message], most: int = 12) -> NoticeView:

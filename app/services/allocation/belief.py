@@ -2,6 +2,7 @@
 
 Times are seconds from the moment of the decision: of what has passed they are negative.
 """
+
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
@@ -23,15 +24,16 @@ def weight(priority: int) -> float:
 
 class Out(StrEnum):
     """Why a robot gets nothing at present."""
-    OFF = "off"                          # switched off, or without its password
+
+    OFF = "off"  # switched off, or without its password
     SILENT = "silent"
     WRONG_ROBOT = "wrong_robot"
     HELD = "held"
-    STOPPED = "stopped"                  # error, emergency stop, pause, manual control, mapping
+    STOPPED = "stopped"  # error, emergency stop, pause, manual control, mapping
     LACKS_MISSION = "lacks_mission"
-    TRIED = "tried"                      # it refused this start, or is to be asked again later
+    TRIED = "tried"  # it refused this start, or is to be asked again later
     LOW_BATTERY = "low_battery"
-    TOO_LITTLE_BATTERY = "too_little_battery"        # for the whole run
+    TOO_LITTLE_BATTERY = "too_little_battery"  # for the whole run
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ class Member:
     """A robot. ``free_s``: until it has nothing more to do. ``is_free``: Ready, with nothing of anybody in its queue, as read a moment ago.
     ``battery`` in %, ``drain`` in % per hour of running, ``hours`` that it ran today, ``failures`` since its
     last success; ``out`` whatever the start."""
+
     id: int
     name: str
     is_free: bool = True
@@ -55,6 +58,7 @@ class Start:
     """One that waits for a robot. ``members``: robots that may get it. ``tried``: those of them that are barred for it at present.
     ``finish_s``: by when it has to be done, None: whenever. ``keep_free``: robots of its group that are left to what matters more.
     ``places``: those that its mission uses."""
+
     id: int
     mission: str
     members: Collection[int]
@@ -73,6 +77,7 @@ class Start:
 class Coming:
     """A start that is planned within the next minutes. ``is_fixed``: to one robot, by a schedule of its own; a group of one robot is a
     group."""
+
     mission: str
     members: tuple[int, ...]
     planned_s: float
@@ -94,8 +99,9 @@ class Takes(Protocol):
 @dataclass(frozen=True)
 class Situation:
     """Everything that a decision needs to know."""
+
     robots: Mapping[int, Member]
     starts: Sequence[Start]
     takes: Takes
-    coming: Sequence[Coming] = ()        # in order of time, at most AHEAD s away
-    room: Mapping[str, int] = field(default_factory=dict)      # how many more may use each place
+    coming: Sequence[Coming] = ()  # in order of time, at most AHEAD s away
+    room: Mapping[str, int] = field(default_factory=dict)  # how many more may use each place

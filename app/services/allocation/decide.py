@@ -11,6 +11,7 @@ What comes to lie on a free robot is given to it; what comes to lie on a busy on
 robot is within a factor of three of whatever could be known (Gerkey and Matarić 2004 on single-task robots and online assignment); the
 constants were measured in simulated days, ``tests/benchmarks/bench_allocation.py``.
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
@@ -21,19 +22,22 @@ from typing import NamedTuple
 from app.services.allocation.belief import HIGH, Coming, Member, Out, Situation, Start, weight
 from app.services.allocation.delay import delay
 
-PATIENCE = 120.0             # s by which a busy robot has to be done sooner than a free one, to be waited for
-EVEN = 30.0                  # s for each hour run today
-FAILED = 300.0               # s for each failure in a row: a free robot that did not fail is taken before it, a busy one soon done too
-MOST_FAILED = 3              # failures that count: with no other robot it still gets every start
-AHEAD = 600.0                # s within which planned starts are protected
-LAST_CALL = 5.0              # s before its window closes a start goes into a queue after all
-RESERVE = 8.0                # % of battery that has to be left when a run ends
-IN_A_HURRY = 300.0           # s to the latest start that can still be done in time
+PATIENCE = 120.0  # s by which a busy robot has to be done sooner than a free one, to be waited for
+EVEN = 30.0  # s for each hour run today
+FAILED = (
+    300.0  # s for each failure in a row: a free robot that did not fail is taken before it, a busy one soon done too
+)
+MOST_FAILED = 3  # failures that count: with no other robot it still gets every start
+AHEAD = 600.0  # s within which planned starts are protected
+LAST_CALL = 5.0  # s before its window closes a start goes into a queue after all
+RESERVE = 8.0  # % of battery that has to be left when a run ends
+IN_A_HURRY = 300.0  # s to the latest start that can still be done in time
 
 
 class Option(NamedTuple):
     """A robot that could take a start: when it would be done, and its score, both in s. ``taken_by``: the mission of a more important start
     that has just been laid on it."""
+
     score: float
     robot_id: int
     done_s: float
@@ -45,10 +49,11 @@ class Option(NamedTuple):
 
 class Why(StrEnum):
     """What a robot had over others that were free."""
-    SOONEST = "soonest"                  # it will be done before they would be
-    LESS_RUN = "less_run"                # it has run less today than those that would be done as soon
-    AHEAD = "ahead"                      # they are better where they are, for what is planned
-    EQUAL = "equal"                      # nothing: it is farther away, and done as soon
+
+    SOONEST = "soonest"  # it will be done before they would be
+    LESS_RUN = "less_run"  # it has run less today than those that would be done as soon
+    AHEAD = "ahead"  # they are better where they are, for what is planned
+    EQUAL = "equal"  # nothing: it is farther away, and done as soon
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,7 @@ class Decision:
     """``robot_id``: who gets it now; None: nobody yet. ``options`` best first; ``out`` says why the other robots are none. ``kept_for``: it
     waits so that this planned start is on time. ``too_late``: no robot can have it done any more by when it has to be. ``full``: a place
     without room for it, for which it waits without keeping a robot from others."""
+
     start: Start
     robot_id: int | None = None
     options: Sequence[Option] = ()
@@ -78,7 +84,7 @@ class Decision:
             return None
         peers = [other for other in others if other.failures <= chosen.failures and not self.is_too_late(other)]
         if not peers or chosen.done_s < min(peer.done_s for peer in peers):
-            return None                                          # how often each of the others failed is in its own text
+            return None  # how often each of the others failed is in its own text
         least = min(peer.score for peer in peers)
         return Why.LESS_RUN if chosen.score < least else Why.AHEAD if chosen.score > least else None
 
@@ -101,7 +107,7 @@ class _Board:
         self._free_s = {robot.id: robot.free_s for robot in usable}
         self._idle = {robot.id for robot in usable if robot.is_free}
         self._room = dict(situation.room)
-        self._laid: dict[int, str] = {}          # missions that have been laid on robots, by robot
+        self._laid: dict[int, str] = {}  # missions that have been laid on robots, by robot
 
     def lay(self) -> Iterator[Decision]:
         for start in sorted(self._situation.starts, key=self._rank):
@@ -119,7 +125,11 @@ class _Board:
 
     def _shortest(self, start: Start) -> float:
         """Seconds that it takes at least, whatever its robots are doing."""
-        lasts = [self._situation.takes(robot_id, start.mission) for robot_id in start.members if robot_id in self._situation.robots]
+        lasts = [
+            self._situation.takes(robot_id, start.mission)
+            for robot_id in start.members
+            if robot_id in self._situation.robots
+        ]
         return min((seconds for seconds in lasts if seconds is not None), default=0.0)
 
     # ------------------------------------------------------------------ one start
@@ -133,9 +143,12 @@ class _Board:
         in_time = [option for option in options if start.finish_s is None or option.done_s <= start.finish_s]
         if not in_time:
             return Decision(start, None, options, out, too_late=is_last_call or self._can_none(start))
-        may_go = not self._idle.isdisjoint(start.members) or start.at_once       # else it waits whatever is planned
-        protected = [] if is_last_call or not may_go else [
-            each for each in self._situation.coming if each.is_fixed or each.priority > start.priority]
+        may_go = not self._idle.isdisjoint(start.members) or start.at_once  # else it waits whatever is planned
+        protected = (
+            []
+            if is_last_call or not may_go
+            else [each for each in self._situation.coming if each.is_fixed or each.priority > start.priority]
+        )
         first = next((each for each in protected if not set(each.members).isdisjoint(start.members)), None)
         best = self._looking_ahead(start, in_time, protected, first) if first is not None else in_time[0]
         if best is None:
@@ -153,11 +166,14 @@ class _Board:
 
     def _options(self, start: Start) -> tuple[list[Option], list[tuple[int, Out]]]:
         options, out = [], []
-        fewest = min((self._situation.robots[robot_id].hours for robot_id in start.members if robot_id in self._free_s), default=0.0)
+        fewest = min(
+            (self._situation.robots[robot_id].hours for robot_id in start.members if robot_id in self._free_s),
+            default=0.0,
+        )
         for robot_id in start.members:
             robot = self._situation.robots.get(robot_id)
             if robot is None:
-                continue                             # it has just been removed
+                continue  # it has just been removed
             if (why := robot.out or start.tried.get(robot_id) or _too_low(robot, start)) is not None:
                 out.append((robot_id, why))
                 continue
@@ -168,21 +184,24 @@ class _Board:
                 out.append((robot_id, Out.TOO_LITTLE_BATTERY))
             else:
                 done, is_free = self._free_s[robot_id] + lasts, robot_id in self._idle
-                even = min(EVEN * (robot.hours - fewest), PATIENCE)              # never a reason to wait for another robot
+                even = min(EVEN * (robot.hours - fewest), PATIENCE)  # never a reason to wait for another robot
                 failed = FAILED * min(robot.failures, MOST_FAILED)
                 score = done + (0.0 if is_free else PATIENCE) + even + failed
-                options.append(Option(score, robot_id, done, lasts, is_free, robot.failures,
-                                      self._laid.get(robot_id, "")))
+                options.append(
+                    Option(score, robot_id, done, lasts, is_free, robot.failures, self._laid.get(robot_id, ""))
+                )
         options.sort(key=lambda option: (option.score, self._situation.robots[option.robot_id].name))
         return options, out
 
-    def _looking_ahead(self, start: Start, options: Sequence[Option], protected: Sequence[Coming], first: Coming) -> Option | None:
+    def _looking_ahead(
+        self, start: Start, options: Sequence[Option], protected: Sequence[Coming], first: Coming
+    ) -> Option | None:
         """The option that is best with what it delays; None: going after ``first``, which comes for the same robots, is better than every
         one."""
         before = delay(protected, self._free_s)
         best, least = None, float("inf")
         for option in options:
-            if option.score >= least:                # whatever it delays, it can't get better
+            if option.score >= least:  # whatever it delays, it can't get better
                 break
             kept = self._free_s[option.robot_id]
             slow = self._situation.takes(option.robot_id, start.mission, slow=True) or option.lasts_s

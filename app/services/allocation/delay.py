@@ -1,4 +1,5 @@
 """By how much planned starts would come late because of what is given to robots now."""
+
 from __future__ import annotations
 
 from bisect import bisect_right, insort
@@ -18,7 +19,9 @@ def delay(coming: Sequence[Coming], free_s: Mapping[int, float]) -> float:
             continue
         times = of_groups.get(start.members)
         if times is None:
-            times = of_groups[start.members] = sorted(free_s[robot_id] for robot_id in start.members if robot_id in free_s)
+            times = of_groups[start.members] = sorted(
+                free_s[robot_id] for robot_id in start.members if robot_id in free_s
+            )
         if times:
             begins = max(times.pop(max(0, bisect_right(times, start.planned_s) - 1)), start.planned_s)
             total += start.weight * (begins - start.planned_s)

@@ -3,6 +3,7 @@
 Each change is checked completely before anything is written, made in one transaction together with its consequences (waiting executions of
 a changed schedule are cancelled, next occurrences recomputed), and published after the commit. Invalid values are raised as InvalidInput.
 """
+
 from __future__ import annotations
 
 import logging
@@ -31,9 +32,11 @@ from app.services.live.changes import Changes
 from app.services.live.mission_parameters import MissionParameters
 from app.services.planning import public_holidays
 
-REHEARSALS = 5               # of many changes, until they can be repeated as they were
-DAYS_OFF = frozenset({"working_days", "holiday_country", "holiday_subdivision"})     # settings by which every schedule is planned anew
-MOST_NOTES = 20              # lines of the log for one change: an import makes thousands
+REHEARSALS = 5  # of many changes, until they can be repeated as they were
+DAYS_OFF = frozenset(
+    {"working_days", "holiday_country", "holiday_subdivision"}
+)  # settings by which every schedule is planned anew
+MOST_NOTES = 20  # lines of the log for one change: an import makes thousands
 T = TypeVar("T")
 log = logging.getLogger(__name__)
 
@@ -43,11 +46,13 @@ __all__ = ["Catalogue", "Edit", "Removed"]
 class Catalogue:
     """``parameters``: what missions ask for, where robots can be asked."""
 
-    def __init__(self, db: Database, clock: Clock, changes: Changes | None = None, parameters: MissionParameters | None = None) -> None:
+    def __init__(
+        self, db: Database, clock: Clock, changes: Changes | None = None, parameters: MissionParameters | None = None
+    ) -> None:
         self._db, self._clock, self._changes, self.parameters = db, clock, changes, parameters
         self._robots, self._missions, self._schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
         self._calendar = CalendarRepository()
-        self._missed_uses: Uses = frozenset()    # that wait for what else may be put back
+        self._missed_uses: Uses = frozenset()  # that wait for what else may be put back
 
     # ------------------------------------------------------------------ reading
     def robots(self) -> list[Robot]:
@@ -97,7 +102,7 @@ class Catalogue:
         edits = list[Edit]()
 
         def transaction(c: Any) -> T:
-            edits[:] = [Edit(c, self._clock.now())]             # anew when it has to be repeated
+            edits[:] = [Edit(c, self._clock.now())]  # anew when it has to be repeated
             return work(edits[0])
 
         result = self._db.write(transaction)
@@ -150,7 +155,9 @@ class Catalogue:
 
     def set_public_holidays(self, country: str, subdivision: str = "") -> Settings:
         """Close on the public holidays of a country (ISO 3166 code) and of a part of it; empty: of none."""
-        public_holidays.check(country, subdivision)         # here, because it reads a large library: others want to write meanwhile
+        public_holidays.check(
+            country, subdivision
+        )  # here, because it reads a large library: others want to write meanwhile
         return self.change_settings(holiday_country=country, holiday_subdivision=subdivision)
 
     # ------------------------------------------------------------------ robots
@@ -170,12 +177,17 @@ class Catalogue:
 
     def save_idle_rule(self, robot_id: int, mission_id: int, after_minutes: int = 10, enabled: bool = True) -> Robot:
         """The robot's idle automation: which mission after how many minutes (5–30)."""
-        return self.edit(lambda edit: self._save_idle_rule(edit, robot_id, IdleRule(mission_id, after_minutes, enabled)))
+        return self.edit(
+            lambda edit: self._save_idle_rule(edit, robot_id, IdleRule(mission_id, after_minutes, enabled))
+        )
 
     def change_idle_rule(self, robot_id: int, **changes: Any) -> Robot:
         """Of the rule as it is stored now, or of a new one, whose mission has to be named."""
-        return self.edit(lambda edit: self._save_idle_rule(
-            edit, robot_id, replace(edit.the_robot(robot_id).idle or IdleRule(0), **changes)))
+        return self.edit(
+            lambda edit: self._save_idle_rule(
+                edit, robot_id, replace(edit.the_robot(robot_id).idle or IdleRule(0), **changes)
+            )
+        )
 
     def _save_idle_rule(self, edit: Edit, robot_id: int, rule: IdleRule) -> Robot:
         before = edit.the_robot(robot_id).idle

@@ -2,6 +2,7 @@
 
 ``app.services.catalogue.catalogue`` opens and commits it; the import of a configuration does many in one.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -30,7 +31,7 @@ from app.services.live.changes import Topic
 from app.services.live.tablet_zone import TabletZone
 from app.services.planning import public_holidays
 
-_NO_NEWS = frozenset({"selected_robot_id"})              # settings that change whenever somebody looks at another robot
+_NO_NEWS = frozenset({"selected_robot_id"})  # settings that change whenever somebody looks at another robot
 
 
 class Edit(GroupEdit, ScheduleEdit):
@@ -45,8 +46,11 @@ class Edit(GroupEdit, ScheduleEdit):
             self._zone_was_chosen()
         if _days_off(changed)[1:] != _days_off(before)[1:]:
             public_holidays.check(changed.holiday_country, changed.holiday_subdivision)
-        changes = {name: value for name, value in validation.settings(changes).items()
-                   if value != getattr(before, name) or not self._settings.is_stored(self.c, name)}
+        changes = {
+            name: value
+            for name, value in validation.settings(changes).items()
+            if value != getattr(before, name) or not self._settings.is_stored(self.c, name)
+        }
         if changes:
             self.settings = self._settings.save(self.c, **changes)
             self.topics.add(Topic.SETTINGS)
@@ -56,8 +60,10 @@ class Edit(GroupEdit, ScheduleEdit):
         if _days_off(self.settings) != _days_off(before):
             self._plan_anew()
         if _of_starts(self.settings) != _of_starts(before):
-            found = (self.schedules.get(self.c, schedule_id) for schedule_id in self.executions.schedules_with_unsent(self.c))
-            self.follow_definition(filter(None, found))              # of a deleted one something may be in doubt
+            found = (
+                self.schedules.get(self.c, schedule_id) for schedule_id in self.executions.schedules_with_unsent(self.c)
+            )
+            self.follow_definition(filter(None, found))  # of a deleted one something may be in doubt
         return self.settings
 
     def take_known_zones(self, find_zone: Callable[[], TabletZone]) -> list[str]:
@@ -74,7 +80,9 @@ class Edit(GroupEdit, ScheduleEdit):
             self.topics.add(Topic.SETTINGS)
             if not found.is_certain:
                 self._zone_is_guess()
-                lines.append(f"it was not certain which time zone the tablet has; the settings take {found.name} until one is chosen")
+                lines.append(
+                    f"it was not certain which time zone the tablet has; the settings take {found.name} until one is chosen"
+                )
         for schedule in self.schedules.all(self.c):
             if not validation.is_zone(schedule.timezone):
                 lines.append(self._take_known_zone(schedule))
@@ -147,7 +155,9 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def remove_days(self, ids: Sequence[int]) -> Removed:
         """Those of them that are still there."""
-        removed = Removed(days=[found for exception_id in ids if (found := self.days.get(self.c, exception_id)) is not None])
+        removed = Removed(
+            days=[found for exception_id in ids if (found := self.days.get(self.c, exception_id)) is not None]
+        )
         for exception in removed.days:
             self.days.remove(self.c, exception.id)
             self.notes.append(f"{told.days(exception)} removed")
@@ -159,7 +169,9 @@ class Edit(GroupEdit, ScheduleEdit):
         self._plan_anew()
 
     # ------------------------------------------------------------------ robots
-    def save_robot(self, robot: Robot, password: str | None = None, *, is_tested: bool = False, is_one_of_many: bool = False) -> Robot:
+    def save_robot(
+        self, robot: Robot, password: str | None = None, *, is_tested: bool = False, is_one_of_many: bool = False
+    ) -> Robot:
         """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another user, address,
         certificate or serial number is switched off and needs a password. A robot that only waited for its password is switched on by it. A
         serial number of None leaves the known one; what else is known of the machine stays unless ``is_tested``: the caller has just asked
@@ -178,7 +190,12 @@ class Edit(GroupEdit, ScheduleEdit):
             self.check_is_no_other(robot, stored)
         token = token_for(robot, password, stored)
         was_waiting = password is not None and stored is not None and stored.needs_password
-        robot = replace(robot, token=token, needs_password=token is None, enabled=token is not None and (robot.enabled or was_waiting))
+        robot = replace(
+            robot,
+            token=token,
+            needs_password=token is None,
+            enabled=token is not None and (robot.enabled or was_waiting),
+        )
         if robot.idle is not None:
             robot = replace(robot, idle=self._checked_idle(robot.id, robot.idle))
         return self._put_robot(robot, stored)
@@ -231,13 +248,20 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def _take_back_idle_of(self, mission_id: int) -> list[tuple[int, IdleRule]]:
         """The same of all robots that have this mission when idle; returns their rules, by the robot's id."""
-        rests = [(robot, robot.idle) for robot in self.robots.all(self.c) if robot.idle and robot.idle.mission_id == mission_id]
+        rests = [
+            (robot, robot.idle)
+            for robot in self.robots.all(self.c)
+            if robot.idle and robot.idle.mission_id == mission_id
+        ]
         for robot, _rule in rests:
             self._take_back_idle(robot)
         return [(robot.id, rule) for robot, rule in rests]
 
     def _note_idle(self, robot: Robot, before: IdleRule | None) -> None:
-        old, new = (told.of_idle_rule(rule, self.missions.get(self.c, rule.mission_id) if rule else None) for rule in (before, robot.idle))
+        old, new = (
+            told.of_idle_rule(rule, self.missions.get(self.c, rule.mission_id) if rule else None)
+            for rule in (before, robot.idle)
+        )
         if old != new:
             self.notes.append(f"idle automation of robot {robot.name!r}: {told.differences(old, new)}")
 
@@ -248,7 +272,9 @@ class Edit(GroupEdit, ScheduleEdit):
 
     def _checked_idle(self, robot_id: int, rule: IdleRule) -> IdleRule:
         mission = self._mission_on(robot_id, rule.mission_id)
-        return replace(rule, mission_id=mission.id, after_minutes=validation.whole_number(rule.after_minutes, "after_minutes"))
+        return replace(
+            rule, mission_id=mission.id, after_minutes=validation.whole_number(rule.after_minutes, "after_minutes")
+        )
 
     def remove_robot(self, robot_id: int) -> Removed:
         """With its schedules, its own missions, its idle rule and its hold. Its open executions end as cancelled."""
@@ -261,14 +287,23 @@ class Edit(GroupEdit, ScheduleEdit):
         schedules = self.schedules.for_robot(self.c, robot_id)
         self.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
         missions = [mission for mission in self.missions.all(self.c) if mission.robot_id == robot_id]
-        removed = Removed(robot, self.robots.last_accepted(self.c, robot_id), self.robots.idle_queue_id(self.c, robot_id),
-                          self.robots.drains(self.c, [robot_id])[robot_id], self.durations.of_robot(self.c, robot_id),
-                          check_up=self.check_ups.stored(self.c, robot_id),
-                          schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
-                          kept_back=self.skips_of(schedules, held=True),
-                          missions=missions, uses=self.places.uses_of(self.c, [mission.id for mission in missions]),
-                          holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id],
-                          member_of=self.groups.of_robot(self.c, robot_id), watches=self.group_starts.watches_on(self.c, robot_id))
+        removed = Removed(
+            robot,
+            self.robots.last_accepted(self.c, robot_id),
+            self.robots.idle_queue_id(self.c, robot_id),
+            self.robots.drains(self.c, [robot_id])[robot_id],
+            self.durations.of_robot(self.c, robot_id),
+            check_up=self.check_ups.stored(self.c, robot_id),
+            schedules=schedules,
+            made_names=self.with_made_names(schedules),
+            skips=self.skips_of(schedules),
+            kept_back=self.skips_of(schedules, held=True),
+            missions=missions,
+            uses=self.places.uses_of(self.c, [mission.id for mission in missions]),
+            holds=[hold for hold in self.holds.all(self.c) if hold.robot_id == robot_id],
+            member_of=self.groups.of_robot(self.c, robot_id),
+            watches=self.group_starts.watches_on(self.c, robot_id),
+        )
         self._clear_alarms(robot_id)
         self.robots.remove(self.c, robot_id)
         self.groups.keep_fewer_free(self.c, validation.FEWEST_TO_KEEP_FREE)
@@ -285,8 +320,12 @@ class Edit(GroupEdit, ScheduleEdit):
     def save_mission(self, mission: Mission) -> Mission:
         """Add (id 0) or change. What is planned on a robot with the mission of that name for all robots goes on with the robot's own."""
         minutes = mission.usual_minutes
-        mission = replace(mission, name=validation.name(mission.name), guid=validation.guid(mission.guid),
-                          usual_minutes=None if minutes is None else validation.whole_number(minutes, "usual_minutes"))
+        mission = replace(
+            mission,
+            name=validation.name(mission.name),
+            guid=validation.guid(mission.guid),
+            usual_minutes=None if minutes is None else validation.whole_number(minutes, "usual_minutes"),
+        )
         stored = self.the_mission(mission.id) if mission.id else None
         only = None if mission.robot_id is None else self.the_robot(mission.robot_id)
         other = self.missions.by_name(self.c, mission.name, mission.robot_id)
@@ -295,7 +334,7 @@ class Edit(GroupEdit, ScheduleEdit):
         if stored is not None and mission.robot_id is not None:
             self._check_used_only_on(mission)
         if stored is not None and stored.guid != mission.guid:
-            mission = replace(mission, charges=False)         # the robot has not been asked about that one
+            mission = replace(mission, charges=False)  # the robot has not been asked about that one
         if mission == stored:
             return mission
         if stored is None:
@@ -344,10 +383,16 @@ class Edit(GroupEdit, ScheduleEdit):
         for schedule in schedules:
             self.take_back(schedule, "deleted")
         self.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
-        removed = Removed(missions=[mission], schedules=schedules, made_names=self.with_made_names(schedules),
-                          skips=self.skips_of(schedules),
-                          kept_back=self.skips_of(schedules, held=True), idle=idle, starts=starts,
-                          uses=self.places.uses_of(self.c, [mission_id]))
+        removed = Removed(
+            missions=[mission],
+            schedules=schedules,
+            made_names=self.with_made_names(schedules),
+            skips=self.skips_of(schedules),
+            kept_back=self.skips_of(schedules, held=True),
+            idle=idle,
+            starts=starts,
+            uses=self.places.uses_of(self.c, [mission_id]),
+        )
         self.missions.remove(self.c, mission_id)
         self.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if idle else set())
         return removed

@@ -1,4 +1,5 @@
 """Groups of robots and the places that they share: the part of a change of the plan that is about them."""
+
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
@@ -31,8 +32,10 @@ class GroupEdit(Transaction):
             made_names.follow_robot(self, stored.name, group)
             for robot_id in set(stored.members) - set(group.members):
                 self._give_back(robot_id, group.id)
-        self.notes.append(f"group {group.name!r} {'added' if stored is None else 'changed'}: {len(group.members)} robots, "
-                          f"{group.hand_over}, {group.keep_free} kept free")
+        self.notes.append(
+            f"group {group.name!r} {'added' if stored is None else 'changed'}: {len(group.members)} robots, "
+            f"{group.hand_over}, {group.keep_free} kept free"
+        )
         self.topics.add(Topic.ROBOTS)
         return group
 
@@ -42,7 +45,10 @@ class GroupEdit(Transaction):
 
         def alike(name: str) -> bool:
             return name == group.name or (is_new and name.casefold() == group.name.casefold())
-        if other := next((other for other in self.groups.all(self.c) if other.id != group.id and alike(other.name)), None):
+
+        if other := next(
+            (other for other in self.groups.all(self.c) if other.id != group.id and alike(other.name)), None
+        ):
             raise InvalidInput("name", "there is a group {name} already", name=other.name)
         if robot := next((robot for robot in self.robots.all(self.c) if alike(robot.name)), None):
             raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
@@ -54,9 +60,14 @@ class GroupEdit(Transaction):
         for schedule in schedules:
             self.take_back(schedule, "deleted")
         starts += self._end_waiting(group, {"removed": group.name})
-        removed = Removed(group=group, schedules=schedules, made_names=self.with_made_names(schedules), skips=self.skips_of(schedules),
-                          kept_back=self.skips_of(schedules, held=True),
-                          starts=starts)
+        removed = Removed(
+            group=group,
+            schedules=schedules,
+            made_names=self.with_made_names(schedules),
+            skips=self.skips_of(schedules),
+            kept_back=self.skips_of(schedules, held=True),
+            starts=starts,
+        )
         self.groups.remove(self.c, group_id)
         self.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
         self.topics |= {Topic.ROBOTS, Topic.SCHEDULES}
@@ -65,8 +76,12 @@ class GroupEdit(Transaction):
     def _end_without_robots(self, groups: Iterable[Group]) -> list[Execution]:
         """A robot of these was removed: what waits for one that has no other that is switched on ends. Returns it as it was."""
         left = [group for before in groups if (group := self.groups.get(self.c, before.id)) is not None]
-        return [row for group in left if not any(self.the_robot(robot_id).enabled for robot_id in group.members)
-                for row in self._end_waiting(group, {"group": group.name})]
+        return [
+            row
+            for group in left
+            if not any(self.the_robot(robot_id).enabled for robot_id in group.members)
+            for row in self._end_waiting(group, {"group": group.name})
+        ]
 
     def _end_waiting(self, group: Group, details: Mapping[str, str]) -> list[Execution]:
         waiting = self.executions.waiting_of_group(self.c, group.id)
@@ -95,7 +110,9 @@ class GroupEdit(Transaction):
             place = self.places.add(self.c, place)
         else:
             self.places.update(self.c, place)
-        self.notes.append(f"place {place.name!r} {'added' if stored is None else 'changed'}: at most {place.most} missions")
+        self.notes.append(
+            f"place {place.name!r} {'added' if stored is None else 'changed'}: at most {place.most} missions"
+        )
         self.topics.add(Topic.MISSIONS)
         return place
 

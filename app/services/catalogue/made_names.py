@@ -1,4 +1,5 @@
 """Names of schedules that the app made of a mission and a robot follow when one of the two is renamed; those that a person typed stay."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,7 +10,7 @@ from app.domain.models import Group, Mission, Robot, Schedule
 from app.services.catalogue.transaction import Transaction
 from app.services.live.changes import Topic
 
-Made = tuple[str, str]                   # the names of a mission and of a robot
+Made = tuple[str, str]  # the names of a mission and of a robot
 
 
 def follow_robot(edit: Transaction, old: str, robot: Robot | Group) -> None:
@@ -18,8 +19,14 @@ def follow_robot(edit: Transaction, old: str, robot: Robot | Group) -> None:
         missions = {mission.id: mission.name for mission in edit.missions.all(edit.c)}
         of_target = edit.schedules.for_robot if isinstance(robot, Robot) else edit.schedules.for_group
         schedules = of_target(edit.c, robot.id)
-        _follow(edit, schedules, {schedule.id: ((missions[schedule.mission_id], old), (missions[schedule.mission_id], robot.name))
-                                  for schedule in schedules})
+        _follow(
+            edit,
+            schedules,
+            {
+                schedule.id: ((missions[schedule.mission_id], old), (missions[schedule.mission_id], robot.name))
+                for schedule in schedules
+            },
+        )
 
 
 def follow_mission(edit: Transaction, old: str, mission: Mission) -> None:

@@ -1,4 +1,5 @@
 """Whether the robots that are to run a mission take the parameters that it is given, as they have said themselves."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -13,13 +14,14 @@ from app.domain.parameters import missing, values_for
 from app.domain.robot import MissionParameter
 from app.services.catalogue.transaction import Transaction
 
-ASKED_OF_A_GROUP = 4         # robots, before one of them refuses: mostly a mission is the same on all
-Known = Callable[[Robot, str], Sequence[MissionParameter] | None]        # of a mission's guid; None: not known
+ASKED_OF_A_GROUP = 4  # robots, before one of them refuses: mostly a mission is the same on all
+Known = Callable[[Robot, str], Sequence[MissionParameter] | None]  # of a mission's guid; None: not known
 
 
 class Checked(NamedTuple):
     """``problem``: why no robot of which it is known what the mission asks for would take it. ``to_ask``: robots, with the mission's guid,
     whose answer could change that."""
+
     problem: InvalidInput | None = None
     to_ask: Sequence[tuple[Robot, str]] = ()
 
@@ -44,9 +46,13 @@ class Runners:
         key = schedule.mission_id, schedule.robot_id, schedule.group_id
         if key not in self._found:
             name = self._names.get(schedule.mission_id, "")
-            members = self._members.get(schedule.group_id or 0, ()) if schedule.robot_id is None else (schedule.robot_id,)
+            members = (
+                self._members.get(schedule.group_id or 0, ()) if schedule.robot_id is None else (schedule.robot_id,)
+            )
             guids = ((each, self._guids.get((name, each)) or self._guids.get((name, None))) for each in members)
-            self._found[key] = [(robot, guid) for each, guid in guids if guid and (robot := self._robots.get(each)) and robot.enabled]
+            self._found[key] = [
+                (robot, guid) for each, guid in guids if guid and (robot := self._robots.get(each)) and robot.enabled
+            ]
         return self._found[key]
 
 
@@ -56,8 +62,16 @@ def of_idle_rule(edit: Transaction, robot: Robot, rule: IdleRule, known: Known) 
     parameters = known(robot, mission.guid)
     if parameters is not None and not (asked := missing(parameters)):
         return Checked()
-    problem = None if parameters is None else InvalidInput(
-        "mission", "{mission} asks for {values}, which only a schedule or Run now can give", mission=mission.name, values=", ".join(asked))
+    problem = (
+        None
+        if parameters is None
+        else InvalidInput(
+            "mission",
+            "{mission} asks for {values}, which only a schedule or Run now can give",
+            mission=mission.name,
+            values=", ".join(asked),
+        )
+    )
     return Checked(problem, [(robot, mission.guid)])
 
 

@@ -3,6 +3,7 @@
 A skipped start gets its row in the ledger at once, which ends at the instant that it was planned for: that day's figures have it, and no
 earlier ones. Those in a pause get theirs when they fall due, so that it can be ended at any time.
 """
+
 from __future__ import annotations
 
 import logging
@@ -41,6 +42,7 @@ class Pausing:
     def skip_next(self, schedule_id: int, seen: datetime | None = None) -> datetime:
         """Returns the instant (UTC) that was skipped: the next one as a person has ``seen`` it, though an earlier one may be there by now.
         Raises InvalidInput when no start is left, or what was seen is skipped already, on its way or not planned any more."""
+
         def work(c: sqlite3.Connection) -> tuple[Schedule, datetime]:
             schedule = self._the_schedule(c, schedule_id)
             if seen in self._schedules.skipped(c, schedule_id):
@@ -51,21 +53,25 @@ class Pausing:
             if not schedule.enabled or at is None:
                 raise _nothing_to_skip()
             return self._skip(c, schedule, at)
+
         return _told_skipped(*self._write(work))
 
     def skip(self, schedule_id: int, instant: datetime) -> datetime:
         """Leave out the start planned at that instant (UTC), which is returned. Raises InvalidInput when there is none, or not any more."""
+
         def work(c: sqlite3.Connection) -> tuple[Schedule, datetime]:
             schedule = self._the_schedule(c, schedule_id)
             if instant in self._schedules.skipped(c, schedule_id):
                 return schedule, instant
             self._check_is_to_come(c, schedule, instant)
             return self._skip(c, schedule, instant)
+
         return _told_skipped(*self._write(work))
 
     def take_again(self, schedule_id: int, instant: datetime, *, must_run: bool = False) -> None:
         """Undo the skip of that start (UTC). Raises InvalidInput when its time has passed, and where it ``must_run`` also when it would not
         all the same: the schedule is off, paused till then or has another rule by now."""
+
         def work(c: sqlite3.Connection) -> Schedule:
             now, schedule, settings = self._clock.now(), self._the_schedule(c, schedule_id), self._settings.load(c)
             if self._has_passed(schedule, instant):
@@ -80,37 +86,49 @@ class Pausing:
             self._executions.drop_skipped(c, schedule_id, instant)
             if self._executions.has_instant(c, schedule_id, instant):
                 raise InvalidInput("schedule", "this start may have been sent already")
-            if schedule.next_at is None or instant < schedule.next_at:       # else what is due just now would be passed over
+            if schedule.next_at is None or instant < schedule.next_at:  # else what is due just now would be passed over
                 skipped = self._schedules.skipped(c, schedule_id)
                 self._schedules.advance(c, schedule_id, first_due(schedule, settings, now, self._calendar(c), skipped))
             return schedule
+
         schedule = self._write(work)
         log.info("schedule %r: the start at %s is not skipped any more", schedule.name, told.moment(instant))
 
     def pause(self, schedule_id: int, until: datetime) -> Schedule:
         """Skip every start before ``until`` (aware), also what waits of the schedule. Raises InvalidInput for a time that has passed."""
+
         def work(c: sqlite3.Connection) -> Schedule:
             now, schedule = self._clock.now(), self._the_schedule(c, schedule_id)
             if until <= now:
                 raise InvalidInput("until", "choose a time in the future")
             self._schedules.pause(c, schedule_id, until)
             waiting = [row.id for row in self._executions.unsent_of_schedule(c, schedule_id) if row.planned_at < until]
-            self._executions.take_back(c, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}), now, schedule_id=schedule_id,
-                                       ids=waiting)
+            self._executions.take_back(
+                c,
+                Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()}),
+                now,
+                schedule_id=schedule_id,
+                ids=waiting,
+            )
             return schedule
+
         return self._paused(self._write(work), until)
 
     def resume(self, schedule_id: int) -> Schedule:
         """End the pause: the next start runs. What was skipped stays so."""
+
         def work(c: sqlite3.Connection) -> Schedule:
             schedule = self._the_schedule(c, schedule_id)
             self._schedules.pause(c, schedule_id, None)
             return schedule
+
         return self._paused(self._write(work), None)
 
     @staticmethod
     def _paused(before: Schedule, until: datetime | None) -> Schedule:
-        log.info("schedule %r changed: paused until %s → %s", before.name, told.shown(before.paused_until), told.shown(until))
+        log.info(
+            "schedule %r changed: paused until %s → %s", before.name, told.shown(before.paused_until), told.shown(until)
+        )
         return replace(before, paused_until=until)
 
     def _write(self, work: Callable[[sqlite3.Connection], T]) -> T:
@@ -135,7 +153,9 @@ class Pausing:
 
     def _has_passed(self, schedule: Schedule, instant: datetime) -> bool:
         """Also where its row is there just before it."""
-        return instant <= self._clock.now() or (schedule.planned_through is not None and instant <= schedule.planned_through)
+        return instant <= self._clock.now() or (
+            schedule.planned_through is not None and instant <= schedule.planned_through
+        )
 
     def _calendar(self, c: sqlite3.Connection) -> WorkingCalendar:
         return working_calendar(c, self._settings.load(c))
@@ -150,10 +170,12 @@ class Pausing:
     def _skip(self, c: sqlite3.Connection, schedule: Schedule, at: datetime) -> tuple[Schedule, datetime]:
         settings, now = self._settings.load(c), self._clock.now()
         target, mission = target_of(c, schedule), self._missions.get(c, schedule.mission_id)
-        if target is None or mission is None:             # foreign keys prevent that
+        if target is None or mission is None:  # foreign keys prevent that
             raise InvalidInput("schedule", "there is no such schedule any more")
         row = rules.scheduled(schedule, target, mission, settings, self._settings.install_id(c), at, now)
-        self._executions.add_once(c, rules.ended(row, Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}), max(at, now)))
+        self._executions.add_once(
+            c, rules.ended(row, Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()}), max(at, now))
+        )
         self._schedules.skip(c, schedule.id, at)
         self._schedules.advance(c, schedule.id, self._next_to_run(c, schedule))
         return schedule, at

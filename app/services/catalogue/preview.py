@@ -2,6 +2,7 @@
 
 A concern forbids nothing. What can't be saved at all is raised as InvalidInput, by the same checks as when it is saved.
 """
+
 from __future__ import annotations
 
 import sqlite3
@@ -33,25 +34,26 @@ from app.services.planning.recurrence import Occurrence, next_occurrence, occurr
 from app.services.planning.seen import NOTHING_SEEN, Seen
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
-LOOKS_BACK = 30              # days, for low batteries
-SAME_TIME = 60               # minutes around a time of day that count as the same
-OFTEN = 3                    # times that make it a habit: one low battery is chance
+LOOKS_BACK = 30  # days, for low batteries
+SAME_TIME = 60  # minutes around a time of day that count as the same
+OFTEN = 3  # times that make it a habit: one low battery is chance
 STARTS = 5
-MOST_SEARCHED = 2000      # starts that are searched for it
+MOST_SEARCHED = 2000  # starts that are searched for it
 
 
 class ConcernCode(StrEnum):
     """A possible problem of a schedule that can be saved nevertheless."""
-    OVERLAP = "overlap"                  # another planned run of that robot is still under way, or begins meanwhile
-    LOW_BATTERY = "low_battery"          # its battery stayed too low around that time of day several times lately
-    DAY_OFF = "day_off"                  # the first day is not a working day, so the schedule begins later
-    CLOSED_DAYS = "closed_days"          # between the next starts lie days that the exception calendar closes
-    CLOCK_CHANGE = "clock_change"        # the wall-clock time does not exist on that day, or comes twice
+
+    OVERLAP = "overlap"  # another planned run of that robot is still under way, or begins meanwhile
+    LOW_BATTERY = "low_battery"  # its battery stayed too low around that time of day several times lately
+    DAY_OFF = "day_off"  # the first day is not a working day, so the schedule begins later
+    CLOSED_DAYS = "closed_days"  # between the next starts lie days that the exception calendar closes
+    CLOCK_CHANGE = "clock_change"  # the wall-clock time does not exist on that day, or comes twice
     MISSION_MISSING = "mission_missing"  # the robot, or every one of the group, does not have it
-    ROBOT_OFF = "robot_off"              # the robot is switched off in Settings
-    PAUSED = "paused"                    # a person paused the schedule: no start before then
-    SWITCHED_OFF = "switched_off"        # the schedule is: nothing starts
-    NO_START = "no_start"                # nothing is left to come
+    ROBOT_OFF = "robot_off"  # the robot is switched off in Settings
+    PAUSED = "paused"  # a person paused the schedule: no start before then
+    SWITCHED_OFF = "switched_off"  # the schedule is: nothing starts
+    NO_START = "no_start"  # nothing is left to come
     # those of ``app.domain.conflicts``, which has their words
     TOO_FEW_ROBOTS = "too_few_robots"
     PLACE_FULL = "place_full"
@@ -63,6 +65,7 @@ class ConcernCode(StrEnum):
 @dataclass(frozen=True)
 class Concern:
     """One warning; ``at`` is the start it is about, None: all of them. Times in ``details`` are UTC instants."""
+
     code: ConcernCode
     at: datetime | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
@@ -71,10 +74,10 @@ class Concern:
 @dataclass(frozen=True)
 class Forecast:
     starts: tuple[Occurrence, ...] = ()
-    usual: DurationEstimate | None = None           # of that mission on that robot; None: not known
+    usual: DurationEstimate | None = None  # of that mission on that robot; None: not known
     concerns: tuple[Concern, ...] = ()
-    free_at: datetime | None = None      # naive local time of the nearest first start at which no other run is in the way
-    skipped: tuple[datetime, ...] = ()   # starts to come that a person has left out (UTC)
+    free_at: datetime | None = None  # naive local time of the nearest first start at which no other run is in the way
+    skipped: tuple[datetime, ...] = ()  # starts to come that a person has left out (UTC)
 
     @property
     def usual_s(self) -> float | None:
@@ -106,26 +109,47 @@ class Forecasts:
         skips = self._schedules.skips_from(c, now)
         ahead = (start for start in occurrences(draft, begins, calendar) if (draft.id, start.instant) not in skips)
         starts = tuple(islice(ahead, count)) if draft.enabled else ()
-        skipped = tuple(sorted(at for number, at in skips if number == draft.id and draft.enabled and at > begins
-                               and next_occurrence(draft, at - MOMENT, calendar) == at))
+        skipped = tuple(
+            sorted(
+                at
+                for number, at in skips
+                if number == draft.id
+                and draft.enabled
+                and at > begins
+                and next_occurrence(draft, at - MOMENT, calendar) == at
+            )
+        )
         known = Known(c, GroupRepository().all(c), self._seen)
         usual = known.of(target, mission) if mission and target else None
         concerns: list[Concern] = []
         if robot is not None and not robot.enabled:
             concerns.append(Concern(ConcernCode.ROBOT_OFF, details={"robot": robot.name}))
         if mission is not None and robot is not None and _is_missing(mission, robot.id, known_missions):
-            concerns.append(Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "robot": robot.name}))
+            concerns.append(
+                Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "robot": robot.name})
+            )
         if mission is not None and isinstance(target, Group) and self._is_lacking(c, known, target, mission.name):
-            concerns.append(Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "group": target.name}))
+            concerns.append(
+                Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "group": target.name})
+            )
         if not draft.enabled:
             concerns.append(Concern(ConcernCode.SWITCHED_OFF))
         elif paused_until:
             concerns.append(Concern(ConcernCode.PAUSED, details={"until": paused_until}))
         if not starts and draft.enabled:
             concerns.append(Concern(ConcernCode.NO_START))
-        elif starts and draft.recurrence is not None and draft.respect_working_days and _begins_on_day_off(draft, now, calendar):
-            concerns.append(Concern(ConcernCode.DAY_OFF, details={
-                "day": draft.start.date(), "name": calendar.day_status(draft.start.date()).name}))
+        elif (
+            starts
+            and draft.recurrence is not None
+            and draft.respect_working_days
+            and _begins_on_day_off(draft, now, calendar)
+        ):
+            concerns.append(
+                Concern(
+                    ConcernCode.DAY_OFF,
+                    details={"day": draft.start.date(), "name": calendar.day_status(draft.start.date()).name},
+                )
+            )
         if passed_over := tuple(_closed_days(draft, starts, begins, calendar)):
             concerns.append(Concern(ConcernCode.CLOSED_DAYS, details={"days": passed_over}))
         concerns += _clock_changes(starts, draft.timezone)
@@ -135,8 +159,14 @@ class Forecasts:
         told = {(conflict.details["schedule_id"], conflict.details["start"], conflict.at) for conflict in behind}
         met = list(conflicts(starts, usual, near)) if draft.robot_id is not None else []
         rooms = [*contention.too_few(), *contention.places()] if mission else []
-        concerns += [_overlap(run) for run in met if (run.other.schedule.id, max(run.at, run.begins), min(run.at, run.begins)) not in told]
-        concerns += [Concern(ConcernCode(conflict.code), conflict.at, conflict.details) for conflict in [*behind, *rooms]]
+        concerns += [
+            _overlap(run)
+            for run in met
+            if (run.other.schedule.id, max(run.at, run.begins), min(run.at, run.begins)) not in told
+        ]
+        concerns += [
+            Concern(ConcernCode(conflict.code), conflict.at, conflict.details) for conflict in [*behind, *rooms]
+        ]
         concerns += [*_finish_by(draft, mission, usual), *self._low_battery(c, draft, settings)]
         can_shift = (met or rooms) and draft.between is None and "BYHOUR" not in (draft.recurrence or "").upper()
         shift = free_shift(starts, usual, near, self._clock.now(), contention.has_room) if can_shift else None
@@ -144,7 +174,11 @@ class Forecasts:
 
     def _is_lacking(self, c: sqlite3.Connection, known: Known, group: Group, mission: str) -> bool:
         """Whether none of its robots that are switched on has the mission."""
-        members = [robot.id for robot in self._robots.all(c) if robot.id in group.members and robot.enabled and not robot.needs_password]
+        members = [
+            robot.id
+            for robot in self._robots.all(c)
+            if robot.id in group.members and robot.enabled and not robot.needs_password
+        ]
         return bool(members) and not any(known.has(robot_id, mission) for robot_id in members)
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
@@ -153,8 +187,12 @@ class Forecasts:
         if minimum is None or draft.robot_id is None:
             return
         zone, wanted = ZoneInfo(draft.timezone), draft.start.hour * 60 + draft.start.minute
-        seen = [instant.astimezone(zone) for instant in
-                self._executions.low_batteries(c, draft.robot_id, self._clock.now() - timedelta(days=LOOKS_BACK))]
+        seen = [
+            instant.astimezone(zone)
+            for instant in self._executions.low_batteries(
+                c, draft.robot_id, self._clock.now() - timedelta(days=LOOKS_BACK)
+            )
+        ]
         apart = [abs(local.hour * 60 + local.minute - wanted) for local in seen]
         if (count := sum(min(minutes, 24 * 60 - minutes) <= SAME_TIME for minutes in apart)) >= OFTEN:
             yield Concern(ConcernCode.LOW_BATTERY, details={"count": count, "days": LOOKS_BACK, "minimum": minimum})
@@ -164,14 +202,25 @@ def _finish_by(draft: Schedule, mission: Mission | None, usual: DurationEstimate
     """It usually takes longer than it is given."""
     minutes = draft.finish_by_minutes
     if minutes is not None and mission is not None and usual is not None and usual.median_s > minutes * 60:
-        yield Concern(ConcernCode.FINISH_BY_SHORT, None, {"mission": mission.name, "minutes": minutes,
-                                                          "usual_minutes": ceil(usual.median_s / 60)})
+        yield Concern(
+            ConcernCode.FINISH_BY_SHORT,
+            None,
+            {"mission": mission.name, "minutes": minutes, "usual_minutes": ceil(usual.median_s / 60)},
+        )
 
 
 def _overlap(conflict: RunConflict) -> Concern:
-    return Concern(ConcernCode.OVERLAP, conflict.at, {
-        "schedule_id": conflict.other.schedule.id, "mission": conflict.other.mission, "start": conflict.begins, "end": conflict.ends,
-        "likely": conflict.likely})
+    return Concern(
+        ConcernCode.OVERLAP,
+        conflict.at,
+        {
+            "schedule_id": conflict.other.schedule.id,
+            "mission": conflict.other.mission,
+            "start": conflict.begins,
+            "end": conflict.ends,
+            "likely": conflict.likely,
+        },
+    )
 
 
 def _begins_on_day_off(draft: Schedule, now: datetime, calendar: WorkingCalendar) -> bool:
@@ -180,8 +229,9 @@ def _begins_on_day_off(draft: Schedule, now: datetime, calendar: WorkingCalendar
     return day >= now.astimezone(ZoneInfo(draft.timezone)).date() and not calendar.is_working_day(day)
 
 
-def _closed_days(draft: Schedule, starts: tuple[Occurrence, ...], after: datetime,
-                 calendar: WorkingCalendar) -> Iterator[tuple[date, str]]:
+def _closed_days(
+    draft: Schedule, starts: tuple[Occurrence, ...], after: datetime, calendar: WorkingCalendar
+) -> Iterator[tuple[date, str]]:
     """The closed days, with their names, on which the rule would have had a start before the last one shown."""
     if draft.recurrence is None or not draft.respect_working_days or not starts or not calendar.has_exceptions:
         return
@@ -190,7 +240,11 @@ def _closed_days(draft: Schedule, starts: tuple[Occurrence, ...], after: datetim
         day = occurrence.nominal.date()
         if occurrence.instant >= starts[-1].instant:
             return
-        if day not in (last, draft.start.date()) and (status := calendar.day_status(day)).name and not status.is_working:
+        if (
+            day not in (last, draft.start.date())
+            and (status := calendar.day_status(day)).name
+            and not status.is_working
+        ):
             last = day
             yield day, status.name
 

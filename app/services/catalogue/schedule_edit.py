@@ -1,4 +1,5 @@
 """Schedules: the part of a change of the plan that is about them."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -17,10 +18,16 @@ from app.services.planning.recurrence import next_occurrence, passed_occurrences
 from app.services.planning.wanted import as_defined, is_planned
 from app.services.planning.working_days import WorkingCalendar
 
-NOT_THE_RULE = {"id": 0, "changed_at": None, "next_at": None, "paused_until": None, "planned_through": None,
-                "started_through": None}                 # of a schedule
+NOT_THE_RULE = {
+    "id": 0,
+    "changed_at": None,
+    "next_at": None,
+    "paused_until": None,
+    "planned_through": None,
+    "started_through": None,
+}  # of a schedule
 _MOMENT = timedelta(microseconds=1)
-_FAR = timedelta(days=366)               # a rule that has ended is not searched further back
+_FAR = timedelta(days=366)  # a rule that has ended is not searched further back
 
 
 class ScheduleEdit(Transaction):
@@ -50,7 +57,9 @@ class ScheduleEdit(Transaction):
             schedule = self.schedules.add(self.c, replace(schedule, next_at=self.first_due(schedule, calendar)))
         else:
             was_on, ran = self.target_of(stored), self.the_mission(stored.mission_id)
-            changed = told.differences(told.of_schedule(stored, was_on, ran), told.of_schedule(schedule, target, mission))
+            changed = told.differences(
+                told.of_schedule(stored, was_on, ran), told.of_schedule(schedule, target, mission)
+            )
             self.notes.append(f"schedule {stored.name!r} changed: {changed}")
             schedule = self._replan(stored, schedule, calendar)
             self.schedules.update(self.c, schedule)
@@ -68,14 +77,25 @@ class ScheduleEdit(Transaction):
     def follow_rules(self) -> int:
         """At a start: what was planned by other rules (those of an older version) or with other zone data is planned again, each start in
         the place of the nearest one. Returns of how many schedules."""
-        outdated = [schedule for schedule in self.schedules.all(self.c) if schedule.next_at is not None
-                    and self._nearest(schedule, schedule.next_at) != schedule.next_at]
+        outdated = [
+            schedule
+            for schedule in self.schedules.all(self.c)
+            if schedule.next_at is not None and self._nearest(schedule, schedule.next_at) != schedule.next_at
+        ]
         for schedule in outdated:
             self._move_skips(schedule)
             through = schedule.planned_through and self._nearest(schedule, schedule.planned_through)
-            self.schedules.advance(self.c, schedule.id, first_due(
-                replace(schedule, planned_through=through), self.settings, schedule.changed_at or self.now, self.calendar,
-                self.schedules.skipped(self.c, schedule.id)))
+            self.schedules.advance(
+                self.c,
+                schedule.id,
+                first_due(
+                    replace(schedule, planned_through=through),
+                    self.settings,
+                    schedule.changed_at or self.now,
+                    self.calendar,
+                    self.schedules.skipped(self.c, schedule.id),
+                ),
+            )
             self.topics |= {Topic.SCHEDULES, Topic.EXECUTIONS}
         return len(outdated)
 
@@ -108,9 +128,16 @@ class ScheduleEdit(Transaction):
         install_id = self._settings.install_id(self.c)
         row = self.executions.by_token(self.c, token_of(install_id, schedule.id, old))
         if row is not None and row.ended_at is not None and not self.executions.has_instant(self.c, schedule.id, new):
-            self.executions.change(self.c, row.id, (State.SKIPPED,), planned_at=new, ended_at=row.ended_at + (new - old),
-                                   closes_at=row.closes_at + (new - old), finish_by=row.finish_by and row.finish_by + (new - old),
-                                   token=token_of(install_id, schedule.id, new))
+            self.executions.change(
+                self.c,
+                row.id,
+                (State.SKIPPED,),
+                planned_at=new,
+                ended_at=row.ended_at + (new - old),
+                closes_at=row.closes_at + (new - old),
+                finish_by=row.finish_by and row.finish_by + (new - old),
+                token=token_of(install_id, schedule.id, new),
+            )
 
     def _replan(self, stored: Schedule, schedule: Schedule, calendar: WorkingCalendar) -> Schedule:
         """When it comes next, and what waits of instants that it no longer has is taken back; nothing of that when only how it runs was
@@ -122,11 +149,15 @@ class ScheduleEdit(Transaction):
         kept = [row for row in self.unsent_of([schedule]) if is_planned(row, schedule, self.settings, calendar)]
         self.executions.want_again(self.c, [row.id for row in kept])
         was = "changed" if schedule.enabled else "switched_off"
-        gone = [row for row in self.take_back(stored, was, except_for=[row.id for row in kept]) if row.was_never_sent and not row.held]
-        if gone:                               # never sent: as if they had never been planned
+        gone = [
+            row
+            for row in self.take_back(stored, was, except_for=[row.id for row in kept])
+            if row.was_never_sent and not row.held
+        ]
+        if gone:  # never sent: as if they had never been planned
             instants, begun = {row.planned_at for row in gone}, schedule.started_through
             last = max((row.planned_at for row in kept), default=min(instants) - _MOMENT)
-            if begun is not None and begun not in instants:                  # of another one, later by a clock that has been set back
+            if begun is not None and begun not in instants:  # of another one, later by a clock that has been set back
                 last = max(last, begun)
             schedule = replace(schedule, planned_through=last)
         schedule = replace(schedule, next_at=self.first_due(schedule, calendar))
@@ -138,10 +169,14 @@ class ScheduleEdit(Transaction):
         """What waits says how it is to run by now, and is judged by that. When it is sent, and of what is on its way, that is asked once
         more (``changed_since``)."""
         for row in self.unsent_of([schedule]):
-            columns = as_defined(self.c, row, schedule, target, mission, self.settings, self._settings.install_id(self.c))
+            columns = as_defined(
+                self.c, row, schedule, target, mission, self.settings, self._settings.install_id(self.c)
+            )
             columns = {name: value for name, value in columns.items() if value != getattr(row, name)}
             if row.state is State.SUBMITTING:
-                columns = {name: value for name, value in columns.items() if name == "closes_at"}           # how long it is looked for
+                columns = {
+                    name: value for name, value in columns.items() if name == "closes_at"
+                }  # how long it is looked for
             if columns:
                 self.executions.change(self.c, row.id, (row.state,), **columns)
                 self.topics.add(Topic.EXECUTIONS)
@@ -162,7 +197,9 @@ class ScheduleEdit(Transaction):
         """The schedule without what the app itself notes on it."""
         return replace(schedule, **NOT_THE_RULE)  # type: ignore[arg-type]
 
-    def _schedule_name(self, schedule: Schedule, stored: Schedule | None, target: Robot | Group, mission: Mission) -> str:
+    def _schedule_name(
+        self, schedule: Schedule, stored: Schedule | None, target: Robot | Group, mission: Mission
+    ) -> str:
         if not schedule.name.strip():
             is_made = stored is not None and names.is_of_schedule(stored.name, mission.name, target.name)
             return stored.name if stored is not None and is_made else self.free_schedule_name(mission.name, target.name)
@@ -178,9 +215,13 @@ class ScheduleEdit(Transaction):
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Takes effect at once; what waits of it is cancelled, what runs goes on, history stays."""
         schedule = self.the_schedule(schedule_id)
-        removed = Removed(schedules=[schedule], made_names=self.with_made_names([schedule]), skips=self.skips_of([schedule]),
-                          kept_back=self.skips_of([schedule], held=True),
-                          starts=self.open_of([schedule]))
+        removed = Removed(
+            schedules=[schedule],
+            made_names=self.with_made_names([schedule]),
+            skips=self.skips_of([schedule]),
+            kept_back=self.skips_of([schedule], held=True),
+            starts=self.open_of([schedule]),
+        )
         self.take_back(schedule, "deleted")
         self.schedules.remove(self.c, schedule_id)
         self.notes.append(f"schedule {schedule.name!r} removed")
@@ -190,5 +231,13 @@ class ScheduleEdit(Transaction):
 
 def _when(schedule: Schedule) -> tuple[object, ...]:
     """What decides at which instants it starts, and where."""
-    return (schedule.start, schedule.timezone, schedule.recurrence, schedule.between, schedule.respect_working_days, schedule.enabled,
-            schedule.robot_id, schedule.group_id)
+    return (
+        schedule.start,
+        schedule.timezone,
+        schedule.recurrence,
+        schedule.between,
+        schedule.respect_working_days,
+        schedule.enabled,
+        schedule.robot_id,
+        schedule.group_id,
+    )

@@ -1,5 +1,6 @@
 """Whether what a database holds can be read and used. A value that nobody could have entered here (somebody prepared the file, or another
 program wrote into it) would otherwise end all scheduling as soon as it is met."""
+
 from __future__ import annotations
 
 import itertools
@@ -31,10 +32,10 @@ from app.services.live.access import PIN, is_hash
 from app.services.live.tablet import stored_move
 from app.services.planning.recurrence import Recurrence
 
-LATEST = 1000                # of the executions and past alarms that are read
-MOST_ROWS = 100_000          # of a table that is read as a whole
-MOST_ROBOTS = 1000           # each takes a thread and 300 kB
-LONGEST_TEXT = 100_000       # characters in a cell of it
+LATEST = 1000  # of the executions and past alarms that are read
+MOST_ROWS = 100_000  # of a table that is read as a whole
+MOST_ROBOTS = 1000  # each takes a thread and 300 kB
+LONGEST_TEXT = 100_000  # characters in a cell of it
 # What has a default of its own when it isn't known here.
 _FORGIVEN = ("timezone", "language", "theme", "holiday_country", "holiday_subdivision")
 
@@ -47,7 +48,7 @@ def problem_in(c: sqlite3.Connection) -> Message | None:
         except InvalidInput as error:
             problem: Message = message("{path}: {problem}", path=error.field, problem=error.message)
         except sqlite3.Error as error:
-            if primary_code(error) not in (0, sqlite3.SQLITE_ERROR):       # of the storage, not of what is stored
+            if primary_code(error) not in (0, sqlite3.SQLITE_ERROR):  # of the storage, not of what is stored
                 raise
             problem = str(error)[:200]
         except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError) as error:
@@ -78,8 +79,24 @@ def _check_objects(*values: object) -> None:
 
 # ---------------------------------------------------------------------- table by table
 def _sizes(c: sqlite3.Connection) -> None:
-    for table in ("settings", "robots", "missions", "idle_rules", "robot_groups", "group_members", "places", "mission_places",
-                  "mission_stops", "schedules", "skips", "watches", "calendar_days", "alarms", "holds", "check_ups"):
+    for table in (
+        "settings",
+        "robots",
+        "missions",
+        "idle_rules",
+        "robot_groups",
+        "group_members",
+        "places",
+        "mission_places",
+        "mission_stops",
+        "schedules",
+        "skips",
+        "watches",
+        "calendar_days",
+        "alarms",
+        "holds",
+        "check_ups",
+    ):
         texts = [row["name"] for row in c.execute(f"PRAGMA table_info({table})") if row["type"] == "TEXT"]
         longest = ", ".join(f"coalesce(length({name}), 0)" for name in texts)
         count, length = c.execute(f"SELECT count(*), max(max(0, {longest or 0})) FROM {table}").fetchone()
@@ -92,7 +109,17 @@ def _sizes(c: sqlite3.Connection) -> None:
 def _sequences(c: sqlite3.Connection) -> None:
     for table, last in c.execute("SELECT name, seq FROM sqlite_sequence"):
         _require(isinstance(last, int) and 0 <= last <= FULL, f"{table}: {last!r}")
-    for table in ("robots", "missions", "robot_groups", "places", "schedules", "executions", "alarms", "holds", "calendar_days"):
+    for table in (
+        "robots",
+        "missions",
+        "robot_groups",
+        "places",
+        "schedules",
+        "executions",
+        "alarms",
+        "holds",
+        "calendar_days",
+    ):
         low, high = c.execute(f"SELECT coalesce(min(id), 1), coalesce(max(id), 1) FROM {table}").fetchone()
         _require(0 < low <= high <= FULL, f"{table}: {low}, {high}")
 
@@ -103,7 +130,11 @@ def _settings(c: sqlite3.Connection) -> None:
     validation.settings({name: value for name, value in found.items() if name not in _FORGIVEN})
     for text in (*(found[name] for name in _FORGIVEN), repository.get(c, "install_id", "")):
         _require(isinstance(text, str), repr(text)[:60])
-    instants = [repository.heartbeat(c), repository.restored_at(c), to_optional_instant(repository.get(c, CLOCK_CONFIRMED_AT))]
+    instants = [
+        repository.heartbeat(c),
+        repository.restored_at(c),
+        to_optional_instant(repository.get(c, CLOCK_CONFIRMED_AT)),
+    ]
     if move := stored_move(repository, c):
         instants.append(move.at)
     for instant in instants:
@@ -115,7 +146,10 @@ def _settings(c: sqlite3.Connection) -> None:
     wrong, offsets = repository.get(c, WRONG_PINS, 0), repository.get(c, "confirmed_clock_offsets", {})
     _require(type(wrong) is int and 0 <= wrong <= FULL, f"{WRONG_PINS} {wrong!r}"[:60])
     _check_objects(offsets)
-    _require(all(isinstance(offset, int | float) and abs(offset) <= FULL for offset in offsets.values()), "confirmed_clock_offsets")
+    _require(
+        all(isinstance(offset, int | float) and abs(offset) <= FULL for offset in offsets.values()),
+        "confirmed_clock_offsets",
+    )
 
 
 def _robots(c: sqlite3.Connection) -> None:
@@ -195,13 +229,18 @@ def _executions(c: sqlite3.Connection) -> None:
     _check_instants(found)
     for each in found:
         _require(each.approach_m is None or 0 <= each.approach_m < math.inf, f"approach_m {each.approach_m}")
-    _check_objects(*itertools.chain.from_iterable((each.parameters, each.wait_details, each.choice, each.tried) for each in found))
+    _check_objects(
+        *itertools.chain.from_iterable((each.parameters, each.wait_details, each.choice, each.tried) for each in found)
+    )
     for robot_id, tried in itertools.chain.from_iterable(each.tried.items() for each in found):
         _check_objects(tried)
         names = ("until",) if tried.get("is_for_good") else ("at", "until")
         instants = [datetime.fromisoformat(tried[name]) for name in names]
         _require(robot_id.isdigit() and all(instant.tzinfo is not None for instant in instants), f"tried {robot_id}")
-        _require(isinstance(tried.get("tries", 0), int) and isinstance(tried.get("floor", 0), int | None), f"tried {robot_id}")
+        _require(
+            isinstance(tried.get("tries", 0), int) and isinstance(tried.get("floor", 0), int | None),
+            f"tried {robot_id}",
+        )
 
 
 def _of_numbers(c: sqlite3.Connection) -> Iterator[tuple[str, Callable[[sqlite3.Connection], None]]]:
@@ -209,7 +248,10 @@ def _of_numbers(c: sqlite3.Connection) -> Iterator[tuple[str, Callable[[sqlite3.
     states = ", ".join(f"'{state}'" for state in OPEN_STATES)
     for table in tables(c):
         if table not in ("activity_spans", "activity_days", "ended_days"):
-            yield table, partial(_numbers, table=table, rows=f"WHERE state IN ({states})" if table == "executions" else "")
+            yield (
+                table,
+                partial(_numbers, table=table, rows=f"WHERE state IN ({states})" if table == "executions" else ""),
+            )
 
 
 def _numbers(c: sqlite3.Connection, table: str, rows: str) -> None:
@@ -218,8 +260,21 @@ def _numbers(c: sqlite3.Connection, table: str, rows: str) -> None:
 
 
 _CHECKS: Mapping[str, Callable[[sqlite3.Connection], None]] = {
-    "sqlite_schema": _sizes, "sqlite_sequence": _sequences, "settings": _settings, "robots": _robots, "missions": _missions,
-    "robot_groups": _groups, "places": _places, "schedules": _schedules, "skips": _skips, "watches": _watches,
+    "sqlite_schema": _sizes,
+    "sqlite_sequence": _sequences,
+    "settings": _settings,
+    "robots": _robots,
+    "missions": _missions,
+    "robot_groups": _groups,
+    "places": _places,
+    "schedules": _schedules,
+    "skips": _skips,
+    "watches": _watches,
     "mission_stops": lambda c: _lengths(c, "mission_stops", "abs(x)", "abs(y)"),
     "run_durations": lambda c: _lengths(c, "run_durations", "approach_m"),
-    "check_ups": CheckUpRepository().check, "calendar_days": _calendar, "holds": _holds, "alarms": _alarms, "executions": _executions}
+    "check_ups": CheckUpRepository().check,
+    "calendar_days": _calendar,
+    "holds": _holds,
+    "alarms": _alarms,
+    "executions": _executions,
+}

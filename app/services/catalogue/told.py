@@ -1,4 +1,5 @@
 """Changes as the log tells them: what was, and what is now. Names are of people, files and robots: each stands in quotes, escaped."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
@@ -10,13 +11,27 @@ from app.domain.models import Between, DayException, Group, IdleRule, Mission, R
 
 _OF_ROBOT = ("name", "address", "username", "enabled", "needs_password", "certificate_sha256", "serial_number")
 _OF_MISSION = ("name", "guid", "favourite", "usual_minutes", "on_low_battery", "charges")
-_OF_SCHEDULE = ("name", "start", "timezone", "recurrence", "between", "enabled", "minimum_battery_percent", "respect_working_days",
-                "start_window_minutes", "overlap", "priority", "parameters")
+_OF_SCHEDULE = (
+    "name",
+    "start",
+    "timezone",
+    "recurrence",
+    "between",
+    "enabled",
+    "minimum_battery_percent",
+    "respect_working_days",
+    "start_window_minutes",
+    "overlap",
+    "priority",
+    "parameters",
+)
 
 
 def differences(before: Mapping[str, object], after: Mapping[str, object]) -> str:
-    """"name 'Aino' → 'Alma', enabled yes → no"; empty where nothing is another."""
-    return ", ".join(f"{name} {shown(before[name])} → {shown(value)}" for name, value in after.items() if before[name] != value)
+    """ "name 'Aino' → 'Alma', enabled yes → no"; empty where nothing is another."""
+    return ", ".join(
+        f"{name} {shown(before[name])} → {shown(value)}" for name, value in after.items() if before[name] != value
+    )
 
 
 def parts(whole: object, names: Iterable[str]) -> dict[str, object]:
@@ -41,14 +56,20 @@ def of_schedule(schedule: Schedule, robot: Robot | Group, mission: Mission) -> d
 
 def of_idle_rule(rule: IdleRule | None, mission: Mission | None) -> dict[str, object]:
     """None: there is none."""
-    return {"mission": mission and mission.name, "after_minutes": rule and rule.after_minutes, "enabled": rule and rule.enabled}
+    return {
+        "mission": mission and mission.name,
+        "after_minutes": rule and rule.after_minutes,
+        "enabled": rule and rule.enabled,
+    }
 
 
 def days(exception: DayException) -> str:
-    """"closed days 'Audit' 2026-11-23–2026-11-24"."""
+    """ "closed days 'Audit' 2026-11-23–2026-11-24"."""
     last = "" if exception.last_day == exception.first_day else f"–{exception.last_day}"
-    return (f"{'extra working' if exception.is_working else 'closed'} days {exception.name!r} {exception.first_day}{last}"
-            f"{' of each year' if exception.yearly else ''}")
+    return (
+        f"{'extra working' if exception.is_working else 'closed'} days {exception.name!r} {exception.first_day}{last}"
+        f"{' of each year' if exception.yearly else ''}"
+    )
 
 
 def moment(at: datetime) -> str:

@@ -1,4 +1,5 @@
 """What every change of the plan begins with: the rows that it is about, or InvalidInput where they are gone."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -27,11 +28,12 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 @dataclass
 class Transaction:
     """One moment of the database, that the caller opened and commits: what there is, and what of it was changed."""
+
     c: sqlite3.Connection
     now: datetime
-    topics: set[Topic] = field(default_factory=set)      # what changed, to be published after the commit
-    notes: list[str] = field(default_factory=list)       # the same in lines for the log
-    _calendar: WorkingCalendar | None = None             # as long as no day has changed
+    topics: set[Topic] = field(default_factory=set)  # what changed, to be published after the commit
+    notes: list[str] = field(default_factory=list)  # the same in lines for the log
+    _calendar: WorkingCalendar | None = None  # as long as no day has changed
 
     def __post_init__(self) -> None:
         self.robots, self.missions, self.schedules = RobotRepository(), MissionRepository(), ScheduleRepository()
@@ -96,14 +98,23 @@ class Transaction:
         mission = self.the_mission(mission_id)
         meant = self.missions.by_name(self.c, mission.name)
         if meant is None:
-            raise InvalidInput("mission", "the mission {name} is for one robot only; a group needs one for all robots", name=mission.name)
+            raise InvalidInput(
+                "mission",
+                "the mission {name} is for one robot only; a group needs one for all robots",
+                name=mission.name,
+            )
         return meant
 
     # ------------------------------------------------------------------ what follows from a change
     def with_made_names(self, schedules: Sequence[Schedule]) -> set[int]:
         """The ids of those whose names say what they do where."""
-        return {schedule.id for schedule in schedules if names.is_of_schedule(
-            schedule.name, self.the_mission(schedule.mission_id).name, self.target_of(schedule).name)}
+        return {
+            schedule.id
+            for schedule in schedules
+            if names.is_of_schedule(
+                schedule.name, self.the_mission(schedule.mission_id).name, self.target_of(schedule).name
+            )
+        }
 
     def skips_of(self, schedules: Sequence[Schedule], *, held: bool = False) -> set[Skip]:
         return self.schedules.skips(self.c, [schedule.id for schedule in schedules], held=held)
@@ -112,8 +123,15 @@ class Transaction:
         """What no robot has yet of a schedule, but for some, is not sent any more, as it ``was`` "deleted", "switched_off" or "changed";
         returns what waited."""
         gone = [row for row in self.executions.unsent_of_schedule(self.c, schedule.id) if row.id not in except_for]
-        ended = self.note_ended(self.executions.take_back(self.c, Reason(ReasonCode.SCHEDULE_CHANGED, {was: True}), self.now,
-                                                          schedule_id=schedule.id, ids=[row.id for row in gone]))
+        ended = self.note_ended(
+            self.executions.take_back(
+                self.c,
+                Reason(ReasonCode.SCHEDULE_CHANGED, {was: True}),
+                self.now,
+                schedule_id=schedule.id,
+                ids=[row.id for row in gone],
+            )
+        )
         return [row for row in gone if row.id in ended]
 
     def unsent_of(self, schedules: Sequence[Schedule]) -> list[Execution]:

@@ -1,4 +1,5 @@
 """Undoing a deletion: what it took away, and how that is put back; that a schedule was switched; and that a start was cancelled."""
+
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
@@ -37,38 +38,40 @@ from app.services.planning.wanted import changed_since, why_unwanted
 if TYPE_CHECKING:
     from app.services.catalogue.edit import Edit
 
-Uses = frozenset[tuple[int, int]]        # of places by missions: ids of mission and place
+Uses = frozenset[tuple[int, int]]  # of places by missions: ids of mission and place
 
 
 @dataclass(frozen=True)
 class Removed:
     """What one deletion took away, ids included: ``Catalogue.restore`` puts it back."""
+
     robot: Robot | None = None
-    accepted: Accepted | None = None                     # by that robot, last
-    idle_queue_id: int | None = None                     # of that robot
-    drain: Drain | None = None                           # of that robot
-    durations: Sequence[RunDuration] = ()                # of that robot
-    check_up: StoredCheckUp | None = None                # of that robot
+    accepted: Accepted | None = None  # by that robot, last
+    idle_queue_id: int | None = None  # of that robot
+    drain: Drain | None = None  # of that robot
+    durations: Sequence[RunDuration] = ()  # of that robot
+    check_up: StoredCheckUp | None = None  # of that robot
     missions: Sequence[Mission] = ()
     schedules: Sequence[Schedule] = ()
-    made_names: Collection[int] = ()                     # ids of those schedules whose names say what they do where
+    made_names: Collection[int] = ()  # ids of those schedules whose names say what they do where
     skips: Collection[Skip] = ()
     kept_back: Collection[Skip] = ()
-    idle: Sequence[tuple[int, IdleRule]] = ()            # by robot id
+    idle: Sequence[tuple[int, IdleRule]] = ()  # by robot id
     holds: Sequence[StoredHold] = ()
     days: Sequence[DayException] = ()
-    starts: Sequence[Execution] = ()                     # that were open of those schedules, or that ended with the robot, as they were
+    starts: Sequence[Execution] = ()  # that were open of those schedules, or that ended with the robot, as they were
     group: Group | None = None
-    member_of: Sequence[Group] = ()                      # that the robot was in
-    watches: Sequence[Watch] = ()                        # what may still come to the robot
+    member_of: Sequence[Group] = ()  # that the robot was in
+    watches: Sequence[Watch] = ()  # what may still come to the robot
     place: Place | None = None
-    uses: Sequence[tuple[int, int]] = ()                 # of places by those missions, ids of both
-    put_back: list[bool] = field(default_factory=list, compare=False)          # once: it tells of what was there before
+    uses: Sequence[tuple[int, int]] = ()  # of places by those missions, ids of both
+    put_back: list[bool] = field(default_factory=list, compare=False)  # once: it tells of what was there before
 
 
 @dataclass(frozen=True)
 class Switched:
     """A schedule before it was switched on or off, and what was open of it: ``Catalogue.switch_back`` undoes that."""
+
     schedule: Schedule
     starts: Sequence[Execution]
 
@@ -77,8 +80,13 @@ def switch_back(edit: Edit, switched: Switched) -> None:
     """Only the switch: whatever else of the schedule was changed since stays. What fell due while it was off is due."""
     before = switched.schedule
     schedule = edit.save_schedule(replace(edit.the_schedule(before.id), enabled=before.enabled))
-    if schedule.enabled and before.next_at is not None and before.next_at <= edit.now and (
-            before.start, before.recurrence, before.timezone) == (schedule.start, schedule.recurrence, schedule.timezone):
+    if (
+        schedule.enabled
+        and before.next_at is not None
+        and before.next_at <= edit.now
+        and (before.start, before.recurrence, before.timezone)
+        == (schedule.start, schedule.recurrence, schedule.timezone)
+    ):
         edit.schedules.advance(edit.c, schedule.id, before.next_at)
     together = {start.planned_at for start in switched.starts}
     for start in switched.starts:
@@ -92,13 +100,19 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
     _check_is_gone(edit, removed)
     if removed.robot is not None:
         if edit.robots.by_name(edit.c, removed.robot.name):
-            raise InvalidInput("name", "there is another robot {name} by now: give that one another name, then undo again",
-                               name=removed.robot.name)
+            raise InvalidInput(
+                "name",
+                "there is another robot {name} by now: give that one another name, then undo again",
+                name=removed.robot.name,
+            )
         try:
             edit.check_is_no_other(removed.robot)
         except InvalidInput as other:
-            raise InvalidInput(other.field, "not put back: {problem}; change or delete that one, then undo again",
-                               problem=other.message) from None
+            raise InvalidInput(
+                other.field,
+                "not put back: {problem}; change or delete that one, then undo again",
+                problem=other.message,
+            ) from None
         edit.robots.add(edit.c, replace(removed.robot, idle=None))
         edit.robots.note_idle(edit.c, removed.robot.id, removed.idle_queue_id)
         edit.notes.append(f"robot {removed.robot.name!r} put back")
@@ -114,7 +128,7 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
             edit.group_starts.watch(edit.c, watch)
     if removed.group is not None:
         _restore_group(edit, removed.group)
-    edit.groups.keep_fewer_free(edit.c, validation.FEWEST_TO_KEEP_FREE)      # others of its robots may be gone
+    edit.groups.keep_fewer_free(edit.c, validation.FEWEST_TO_KEEP_FREE)  # others of its robots may be gone
     uses = missed.union(removed.uses)
     if removed.place is not None:
         _restore_place(edit, removed.place)
@@ -123,8 +137,11 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         if mission.robot_id is not None:
             edit.the_robot(mission.robot_id)
         if edit.missions.by_name(edit.c, mission.name, mission.robot_id):
-            raise InvalidInput("name", "there is another mission {name} by now: give that one another name, then undo again",
-                               name=mission.name)
+            raise InvalidInput(
+                "name",
+                "there is another mission {name} by now: give that one another name, then undo again",
+                name=mission.name,
+            )
         edit.missions.add(edit.c, mission)
         edit.notes.append(f"mission {mission.name!r} put back")
         edit.prefer_own(mission)
@@ -137,13 +154,20 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
     for schedule in removed.schedules:
         does = edit.the_mission(schedule.mission_id).name, edit.target_of(schedule).name
         is_made = schedule.id in removed.made_names
-        if is_made and (edit.schedules.by_name(edit.c, schedule.name) or not names.is_of_schedule(schedule.name, *does)):
+        if is_made and (
+            edit.schedules.by_name(edit.c, schedule.name) or not names.is_of_schedule(schedule.name, *does)
+        ):
             schedule = replace(schedule, name=edit.free_schedule_name(*does))
         if edit.schedules.by_name(edit.c, schedule.name):
-            raise InvalidInput("name", "there is another schedule {name} by now: give that one another name, then undo again",
-                               name=schedule.name)
+            raise InvalidInput(
+                "name",
+                "there is another schedule {name} by now: give that one another name, then undo again",
+                name=schedule.name,
+            )
         through = max(edit.now, schedule.started_through or edit.now)
-        if schedule.planned_through is not None and schedule.planned_through > through:         # the clock was set back meanwhile
+        if (
+            schedule.planned_through is not None and schedule.planned_through > through
+        ):  # the clock was set back meanwhile
             schedule = replace(schedule, planned_through=through)
         edit.schedules.add(edit.c, replace(schedule, changed_at=edit.now))
         edit.notes.append(f"schedule {schedule.name!r} put back")
@@ -158,8 +182,12 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
         edit.schedules.advance(edit.c, schedule.id, edit.first_due(schedule, calendar))
     together = {start.planned_at for start in removed.starts}
     for start in removed.starts:
-        _restore_start(edit, start, together, has_its_robot_again=removed.robot is not None and removed.robot.id == start.robot_id)
-    edit.executions.want_again(edit.c, [row.id for row in edit.unsent_of(removed.schedules) if why_unwanted(edit.c, row) is None])
+        _restore_start(
+            edit, start, together, has_its_robot_again=removed.robot is not None and removed.robot.id == start.robot_id
+        )
+    edit.executions.want_again(
+        edit.c, [row.id for row in edit.unsent_of(removed.schedules) if why_unwanted(edit.c, row) is None]
+    )
     for hold in removed.holds:
         edit.holds.add(edit.c, hold)
     if removed.days:
@@ -174,21 +202,28 @@ def restore(edit: Edit, removed: Removed, missed: Uses = frozenset()) -> Uses:
 
 def _check_is_gone(edit: Edit, removed: Removed) -> None:
     """Undo may be pressed twice, at two places."""
-    if (removed.put_back or (removed.robot is not None and edit.robots.get(edit.c, removed.robot.id))
-            or (removed.group is not None and edit.groups.get(edit.c, removed.group.id))
-            or (removed.place is not None and edit.places.get(edit.c, removed.place.id))
-            or any(edit.missions.get(edit.c, one.id) for one in removed.missions)
-            or any(edit.schedules.get(edit.c, one.id) for one in removed.schedules)
-            or any(edit.days.get(edit.c, one.id) for one in removed.days)):
+    if (
+        removed.put_back
+        or (removed.robot is not None and edit.robots.get(edit.c, removed.robot.id))
+        or (removed.group is not None and edit.groups.get(edit.c, removed.group.id))
+        or (removed.place is not None and edit.places.get(edit.c, removed.place.id))
+        or any(edit.missions.get(edit.c, one.id) for one in removed.missions)
+        or any(edit.schedules.get(edit.c, one.id) for one in removed.schedules)
+        or any(edit.days.get(edit.c, one.id) for one in removed.days)
+    ):
         raise InvalidInput("name", "this has been put back already")
 
 
 def _restore_group(edit: Edit, group: Group) -> None:
     """With those of its robots that there still are."""
     if edit.groups.by_name(edit.c, group.name):
-        raise InvalidInput("name", "there is another group {name} by now: give that one another name, then undo again", name=group.name)
+        raise InvalidInput(
+            "name", "there is another group {name} by now: give that one another name, then undo again", name=group.name
+        )
     if edit.robots.by_name(edit.c, group.name):
-        raise InvalidInput("name", "there is another robot {name} by now: give that one another name, then undo again", name=group.name)
+        raise InvalidInput(
+            "name", "there is another robot {name} by now: give that one another name, then undo again", name=group.name
+        )
     edit.groups.add(edit.c, replace(group, members=tuple(id_ for id_ in group.members if edit.robots.get(edit.c, id_))))
 
 
@@ -212,16 +247,20 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
     forgotten by now is put back as it was."""
     row, was_waiting = edit.executions.get(edit.c, before.id), before.state is State.WAITING
     if row is None and before.schedule_id is not None and before.planned_at > edit.now:
-        return                                           # the clock was set back meanwhile: its instant is planned again
-    if row is None:                                      # what was in doubt was found on its robot: else it would be kept
+        return  # the clock was set back meanwhile: its instant is planned again
+    if row is None:  # what was in doubt was found on its robot: else it would be kept
         may_wait, goes_on = was_waiting, has_its_robot_again and not was_waiting
     elif row.state is not State.CANCELLED or row.reason is None or (was_waiting and row.revoked is not None):
-        return                                           # it has moved on, or was started on another robot since
+        return  # it has moved on, or was started on another robot since
     else:
-        was_changed, was_removed = (row.reason.code is code for code in (ReasonCode.SCHEDULE_CHANGED, ReasonCode.ROBOT_REMOVED))
+        was_changed, was_removed = (
+            row.reason.code is code for code in (ReasonCode.SCHEDULE_CHANGED, ReasonCode.ROBOT_REMOVED)
+        )
         goes_on = was_removed and has_its_robot_again and not was_waiting and row.robot_id == before.robot_id
         may_wait = was_changed or (was_removed and (was_waiting or (has_its_robot_again and row.robot_id is None)))
-    row = replace(row or before, state=before.state if goes_on else State.WAITING, reason=None, ended_at=None, duration_s=None)
+    row = replace(
+        row or before, state=before.state if goes_on else State.WAITING, reason=None, ended_at=None, duration_s=None
+    )
     unwanted = why_unwanted(edit.c, row)
     if goes_on:
         is_final = before.revoked is not None and before.revoked.code is not ReasonCode.SCHEDULE_CHANGED
@@ -242,7 +281,14 @@ def _has_made_way(edit: Edit, row: Execution, together: Collection[datetime] = (
 
 def _wait_again(edit: Edit, row: Execution) -> None:
     """As its schedule is defined by now, and of a group for whichever robot; not where it is too late."""
-    row = replace(row, state=State.WAITING, reason=None, ended_at=None, revoked=None, **(UNBOUND if row.group_id is not None else {}))
+    row = replace(
+        row,
+        state=State.WAITING,
+        reason=None,
+        ended_at=None,
+        revoked=None,
+        **(UNBOUND if row.group_id is not None else {}),
+    )
     row = replace(row, **(changed_since(edit.c, row) or {}))
     if row.closes_at > edit.now:
         edit.executions.open_again(edit.c, row)
@@ -250,8 +296,15 @@ def _wait_again(edit: Edit, row: Execution) -> None:
 
 def may_wait_again(row: Execution) -> bool:
     """Whether a person has cancelled that start before anything of it was sent. What idleness wanted, it wants again by itself."""
-    return (row.state is State.CANCELLED and row.reason is not None and row.reason.code is ReasonCode.USER_CANCELLED and not row.attempts
-            and row.cancel_code is None and row.revoked is None and row.trigger is not Trigger.IDLE)
+    return (
+        row.state is State.CANCELLED
+        and row.reason is not None
+        and row.reason.code is ReasonCode.USER_CANCELLED
+        and not row.attempts
+        and row.cancel_code is None
+        and row.revoked is None
+        and row.trigger is not Trigger.IDLE
+    )
 
 
 def wait_again(edit: Edit, execution_id: int) -> None:
@@ -263,7 +316,7 @@ def wait_again(edit: Edit, execution_id: int) -> None:
     """
     row = edit.executions.get(edit.c, execution_id)
     if row is not None and row.state is State.SKIPPED and row.schedule_id is not None and row.planned_at > edit.now:
-        _plan_again(edit, row, row.schedule_id)          # the clock was set back meanwhile
+        _plan_again(edit, row, row.schedule_id)  # the clock was set back meanwhile
         return
     if row is None or not may_wait_again(row):
         raise InvalidInput("execution", "this start does not wait any more, and can't again")
@@ -296,7 +349,7 @@ def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
         raise InvalidInput("execution", "this start may have been sent already")
     if why_unwanted(edit.c, replace(row, state=State.WAITING, reason=None)) is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
-    if schedule.next_at is None or row.planned_at < schedule.next_at:        # else what is due just now would be passed over
+    if schedule.next_at is None or row.planned_at < schedule.next_at:  # else what is due just now would be passed over
         edit.schedules.advance(edit.c, schedule_id, edit.first_due(schedule, edit.calendar))
     edit.notes.append(f"#{row.id} {row.mission!r} is planned again: its cancellation was undone")
     edit.topics |= {Topic.EXECUTIONS, Topic.SCHEDULES}

@@ -1,5 +1,6 @@
 """Validation of robots, missions, schedules and settings (docs/interfaces.md has the ranges). Each check returns the value in its normal
 form or raises InvalidInput, which names the field and says in one sentence how to mend it."""
+
 from __future__ import annotations
 
 import math
@@ -43,25 +44,29 @@ T = TypeVar("T")
 YEARS = range(1970, 2200)
 LONGEST_EXCEPTION = timedelta(days=366)
 MOST_DAY_EXCEPTIONS = 2000
-LONGEST_PARAMETER = 1000     # characters of a value
+LONGEST_PARAMETER = 1000  # characters of a value
 LARGEST_NUMBER = 2**63 - 1
-FEWEST_TO_KEEP_FREE = 4      # robots of a group; with fewer, everything else waits too long (tests/benchmarks/bench_allocation.py)
-LONGEST_RECURRENCE = 500     # characters; all months, days, hours and minutes together have fewer
-WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType({
-    "poll_interval_seconds": (1, 3600),
-    "retry_limit": (0, 20),
-    "start_window_minutes": (0, 1440),
-    "unknown_outcome_quiet_seconds": (5, 600),
-    "history_limit": (1, 2**63 - 1),
-    "after_minutes": (5, 30),
-    "priority": (-2**31, 2**31 - 1),
-    "usual_minutes": (1, 1440),
-    "finish_by_minutes": (1, 1440),
-    "keep_free": (0, 99),
-    "most": (1, 999),
-})
+FEWEST_TO_KEEP_FREE = (
+    4  # robots of a group; with fewer, everything else waits too long (tests/benchmarks/bench_allocation.py)
+)
+LONGEST_RECURRENCE = 500  # characters; all months, days, hours and minutes together have fewer
+WHOLE_NUMBERS: Mapping[str, tuple[int, int]] = MappingProxyType(
+    {
+        "poll_interval_seconds": (1, 3600),
+        "retry_limit": (0, 20),
+        "start_window_minutes": (0, 1440),
+        "unknown_outcome_quiet_seconds": (5, 600),
+        "history_limit": (1, 2**63 - 1),
+        "after_minutes": (5, 30),
+        "priority": (-(2**31), 2**31 - 1),
+        "usual_minutes": (1, 1440),
+        "finish_by_minutes": (1, 1440),
+        "keep_free": (0, 99),
+        "most": (1, 999),
+    }
+)
 _GUID = re.compile(r"[0-9A-Za-z_-]{1,64}", re.ASCII)
-_UNPRINTABLE = ("Cc", "Cs", "Zl", "Zp")          # control characters, halves of characters, line ends
+_UNPRINTABLE = ("Cc", "Cs", "Zl", "Zp")  # control characters, halves of characters, line ends
 
 
 def shown(value: object) -> str:
@@ -78,14 +83,19 @@ def name(text: object, field: str = "name") -> str:
     if not normal:
         raise InvalidInput(field, "enter a name")
     if len(normal) > names.LONGEST:
-        raise InvalidInput(field, "a name has at most {most} characters, this one has {length}", most=names.LONGEST, length=len(normal))
+        raise InvalidInput(
+            field, "a name has at most {most} characters, this one has {length}", most=names.LONGEST, length=len(normal)
+        )
     if _has_control_characters(normal):
         raise InvalidInput(field, "a name can't contain control characters")
     if (unwanted := names.unwanted(normal)) and names.is_mark(unwanted):
         raise InvalidInput(field, "a name can't have more than {most} marks on one letter", most=names.MOST_MARKS)
     if unwanted:
-        raise InvalidInput(field, "a name can't contain an invisible or unknown character: remove {character}",
-                           character=f"U+{ord(unwanted):04X}")
+        raise InvalidInput(
+            field,
+            "a name can't contain an invisible or unknown character: remove {character}",
+            character=f"U+{ord(unwanted):04X}",
+        )
     if not names.has_visible(normal):
         raise InvalidInput(field, "enter a name")
     return normal
@@ -107,7 +117,12 @@ def battery(value: object, field: str = "minimum_battery_percent") -> float | No
     """Percent; None inherits or, as a setting, means none."""
     if value is None:
         return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or not 0 <= value <= 100:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not math.isfinite(value)
+        or not 0 <= value <= 100
+    ):
         raise InvalidInput(field, "enter a battery percentage from 0 to 100")
     return float(value)
 
@@ -156,7 +171,9 @@ def working_days(value: object, field: str = "working_days") -> tuple[str, ...]:
 
 def guid(value: object, field: str = "guid") -> str:
     if not isinstance(value, str) or not _GUID.fullmatch(value.strip()):
-        raise InvalidInput(field, "a mission's guid has letters, digits and hyphens only, such as 3d7c7c40-ce85-11ef-904a-000e8e9884eb")
+        raise InvalidInput(
+            field, "a mission's guid has letters, digits and hyphens only, such as 3d7c7c40-ce85-11ef-904a-000e8e9884eb"
+        )
     return value.strip()
 
 
@@ -206,8 +223,13 @@ def _setting(field: str, value: Any) -> Any:
 def robot(given: Robot) -> Robot:
     """Checks its own values; relations to others are checked by the catalogue."""
     fingerprint = given.certificate_sha256
-    return replace(given, name=name(given.name), address=Address.parse(given.address).url, username=username(given.username),
-                   certificate_sha256=normalise_fingerprint(fingerprint) if fingerprint else None)
+    return replace(
+        given,
+        name=name(given.name),
+        address=Address.parse(given.address).url,
+        username=username(given.username),
+        certificate_sha256=normalise_fingerprint(fingerprint) if fingerprint else None,
+    )
 
 
 def group(given: Group, *, may_be_empty: bool = False) -> Group:
@@ -217,14 +239,21 @@ def group(given: Group, *, may_be_empty: bool = False) -> Group:
         raise InvalidInput("members", "choose the robots of the group")
     keep_free = whole_number(given.keep_free, "keep_free")
     if keep_free and (len(members) < FEWEST_TO_KEEP_FREE or keep_free >= len(members)):
-        raise InvalidInput("keep_free", "robots can be kept free in a group of {fewest} robots or more, and not all of them",
-                           fewest=FEWEST_TO_KEEP_FREE)
-    return replace(given, name=name(given.name), members=members, keep_free=keep_free, hand_over=hand_over(given.hand_over))
+        raise InvalidInput(
+            "keep_free",
+            "robots can be kept free in a group of {fewest} robots or more, and not all of them",
+            fewest=FEWEST_TO_KEEP_FREE,
+        )
+    return replace(
+        given, name=name(given.name), members=members, keep_free=keep_free, hand_over=hand_over(given.hand_over)
+    )
 
 
 def place(given: Place) -> Place:
     """Checks its own values; its name and its missions are checked by the catalogue."""
-    return replace(given, name=name(given.name), most=whole_number(given.most, "most"), missions=tuple(sorted(set(given.missions))))
+    return replace(
+        given, name=name(given.name), most=whole_number(given.most, "most"), missions=tuple(sorted(set(given.missions)))
+    )
 
 
 def hand_over(value: object, field: str = "hand_over") -> HandOver:
@@ -248,10 +277,16 @@ def check_is_no_other(given: Robot, others: Iterable[Robot]) -> None:
         if other.id == given.id:
             continue
         if _machine(other.address) == at:
-            raise InvalidInput("address", "this is the address of {robot}, which is configured already", robot=other.name)
+            raise InvalidInput(
+                "address", "this is the address of {robot}, which is configured already", robot=other.name
+            )
         if given.serial_number and other.serial_number == given.serial_number:
-            raise InvalidInput("address", "this is {robot}, which is configured already: serial number {serial}", robot=other.name,
-                               serial=other.serial_number)
+            raise InvalidInput(
+                "address",
+                "this is {robot}, which is configured already: serial number {serial}",
+                robot=other.name,
+                serial=other.serial_number,
+            )
 
 
 def schedule(given: Schedule) -> Schedule:
@@ -262,20 +297,29 @@ def schedule(given: Schedule) -> Schedule:
         raise InvalidInput("start", "enter a year from {first} to {last}", first=YEARS[0], last=YEARS[-1])
     window, finish_by = given.start_window_minutes, given.finish_by_minutes
     normal = replace(
-        given, timezone=timezone(given.timezone), start=given.start.replace(fold=0),
+        given,
+        timezone=timezone(given.timezone),
+        start=given.start.replace(fold=0),
         recurrence=None if given.recurrence is None else recurrence(given.recurrence),
         minimum_battery_percent=battery(given.minimum_battery_percent),
         start_window_minutes=None if window is None else whole_number(window, "start_window_minutes"),
         finish_by_minutes=None if finish_by is None else whole_number(finish_by, "finish_by_minutes"),
-        overlap=overlap(given.overlap), priority=whole_number(given.priority, "priority"), parameters=parameters(given.parameters))
+        overlap=overlap(given.overlap),
+        priority=whole_number(given.priority, "priority"),
+        parameters=parameters(given.parameters),
+    )
     if normal.group_id is None and normal.finish_by_minutes is not None:
-        raise InvalidInput("finish_by_minutes", "a time by which it has to be done can be given for a group of robots only")
+        raise InvalidInput(
+            "finish_by_minutes", "a time by which it has to be done can be given for a group of robots only"
+        )
     if normal.group_id is None and normal.overlap is Overlap.PARALLEL:
         raise InvalidInput("overlap", "one beside the other can run on a group of robots only")
     rule = Recurrence.parse(normal.recurrence)
     if normal.between is not None:
         if not rule.frequency.is_sub_daily:
-            raise InvalidInput("between", "a part of the day can be chosen for a recurrence every so many minutes or hours only")
+            raise InvalidInput(
+                "between", "a part of the day can be chosen for a recurrence every so many minutes or hours only"
+            )
         between(normal.between)
     check_has_instants(normal)
     return normal
@@ -313,12 +357,22 @@ def parameters(value: object, field: str = "parameters") -> dict[str, Any]:
         raise InvalidInput(field, "a mission can be given {most} parameters at most", most=MOST_PARAMETERS)
     for key, item in value.items():
         if not isinstance(key, str) or not 0 < len(key.strip()) <= names.LONGEST or _has_control_characters(key):
-            raise InvalidInput(field, "the name of a parameter has 1 to {most} characters, without control characters", most=names.LONGEST)
-        is_plain = item is None or isinstance(item, str | bool | int) or (isinstance(item, float) and math.isfinite(item))
+            raise InvalidInput(
+                field,
+                "the name of a parameter has 1 to {most} characters, without control characters",
+                most=names.LONGEST,
+            )
+        is_plain = (
+            item is None or isinstance(item, str | bool | int) or (isinstance(item, float) and math.isfinite(item))
+        )
         if not is_plain or (isinstance(item, str) and not _is_encodable(item)):
-            raise InvalidInput(field, "the value of {name} has to be a text, a number, true, false or null", name=shown(key))
+            raise InvalidInput(
+                field, "the value of {name} has to be a text, a number, true, false or null", name=shown(key)
+            )
         if isinstance(item, str) and len(item) > LONGEST_PARAMETER:
-            raise InvalidInput(field, "the value of {name} has at most {most} characters", name=shown(key), most=LONGEST_PARAMETER)
+            raise InvalidInput(
+                field, "the value of {name} has at most {most} characters", name=shown(key), most=LONGEST_PARAMETER
+            )
         if isinstance(item, int) and abs(item) > LARGEST_NUMBER:
             raise InvalidInput(field, "the value of {name} is too large a number", name=shown(key))
     return dict(value)
@@ -337,10 +391,18 @@ def one_time_on_working_day(given: Schedule, calendar: WorkingCalendar) -> None:
     if status.is_working:
         return
     if status.name:
-        raise InvalidInput("start", "{day} is no working day: {name}; choose another day or do not respect working days",
-                           day=f"{day:%Y-%m-%d}", name=status.name)
-    raise InvalidInput("start", "{day} is a {weekday}, which is not a working day; choose another day or do not respect working days",
-                       day=f"{day:%Y-%m-%d}", weekday=_WEEKDAY_NAMES[day.weekday()])
+        raise InvalidInput(
+            "start",
+            "{day} is no working day: {name}; choose another day or do not respect working days",
+            day=f"{day:%Y-%m-%d}",
+            name=status.name,
+        )
+    raise InvalidInput(
+        "start",
+        "{day} is a {weekday}, which is not a working day; choose another day or do not respect working days",
+        day=f"{day:%Y-%m-%d}",
+        weekday=_WEEKDAY_NAMES[day.weekday()],
+    )
 
 
 def day_exception(given: DayException) -> DayException:
@@ -355,8 +417,15 @@ def day_exception(given: DayException) -> DayException:
     return replace(given, name=name(given.name))
 
 
-_WEEKDAY_NAMES = (message("Monday"), message("Tuesday"), message("Wednesday"), message("Thursday"), message("Friday"),
-                  message("Saturday"), message("Sunday"))
+_WEEKDAY_NAMES = (
+    message("Monday"),
+    message("Tuesday"),
+    message("Wednesday"),
+    message("Thursday"),
+    message("Friday"),
+    message("Saturday"),
+    message("Sunday"),
+)
 
 
 def starts_text(value: object, field: str = "start") -> datetime:
@@ -366,4 +435,8 @@ def starts_text(value: object, field: str = "start") -> datetime:
             return datetime.fromisoformat(value)
         except ValueError:
             raise InvalidInput(field, "there is no such date or time: {value}", value=value) from None
-    raise InvalidInput(field, "write local time in whole minutes without a zone, such as 2026-11-23T06:30, not {value}", value=shown(value))
+    raise InvalidInput(
+        field,
+        "write local time in whole minutes without a zone, such as 2026-11-23T06:30, not {value}",
+        value=shown(value),
+    )

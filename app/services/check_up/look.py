@@ -1,4 +1,5 @@
 """What every part of a check-up works with."""
+
 from __future__ import annotations
 
 import time
@@ -30,6 +31,7 @@ class Look:
         seen: fields of the robot's profile, by name.
         entries: the newest items of its queue when it was read, as they came.
     """
+
     probe: Probe
     zone: str = "UTC"
     now: Callable[[], datetime] = lambda: datetime.now(UTC)

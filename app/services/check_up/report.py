@@ -2,6 +2,7 @@
 
 The file is a profile of ``python -m mir_sim --profile FILE``: a simulated robot that behaves as this one was found to.
 """
+
 from __future__ import annotations
 
 import json
@@ -15,42 +16,92 @@ from app.domain.check_up import Finding, Level, Report, RobotProfile, Topic
 from app.domain.message import Message, message, render
 from app.mir.own_words import USER_REQUEST
 
-Language = Callable[[str], str]            # a text in it, from English
+Language = Callable[[str], str]  # a text in it, from English
 
 # For people. Of a robot's topics, in the report's order.
 TOPICS: Mapping[Topic, Message] = {
-    Topic.IDENTITY: message("Who it is"), Topic.SOFTWARE: message("Software"), Topic.RIGHTS: message("Rights"),
-    Topic.PASSWORD: message("Password"), Topic.CERTIFICATE: message("Encryption"), Topic.BATTERY: message("Battery"),
-    Topic.CLOCK: message("Clock"), Topic.LANGUAGE: message("Language"),
-    Topic.MISSIONS: message("Missions"), Topic.MAPS: message("Maps"), Topic.QUEUE: message("Mission queue"),
-    Topic.SEARCH: message("Searching"), Topic.PAGING: message("Lists"), Topic.SORTING: message("Order of lists"),
-    Topic.OTHERS: message("Other users"), Topic.LATENCY: message("Answer time"), Topic.LOAD: message("Load"),
-    Topic.ORDER: message("Taking a mission"), Topic.RECOGNISED: message("Recognising a mission"), Topic.WORDS: message("Words"),
-    Topic.CANCELLED: message("Cancelling"), Topic.FAILED: message("Failing"), Topic.PRIORITY: message("Priority"),
-    Topic.SECOND: message("Sent twice"), Topic.PAUSE: message("Pause"), Topic.LEFT: message("Afterwards")}
-LEVELS: Mapping[Level, Message] = {Level.GREEN: message("Fine"), Level.AMBER: message("To know"), Level.RED: message("To put right")}
-DEFINITIONS = {(2, 0): "2.14.7", (3, 0): "3.5.4", (3, 8): "3.8.1"}       # the simulator's, each from that software on
-OFFLINE_S = 40.0             # that a robot boots, where only that it does is known
-SMALL_OFFSET_S = 2.0         # of clocks: not more than the resolution of what robots tell
-LARGEST_OFFSET_S = 1e6       # that the simulator takes
+    Topic.IDENTITY: message("Who it is"),
+    Topic.SOFTWARE: message("Software"),
+    Topic.RIGHTS: message("Rights"),
+    Topic.PASSWORD: message("Password"),
+    Topic.CERTIFICATE: message("Encryption"),
+    Topic.BATTERY: message("Battery"),
+    Topic.CLOCK: message("Clock"),
+    Topic.LANGUAGE: message("Language"),
+    Topic.MISSIONS: message("Missions"),
+    Topic.MAPS: message("Maps"),
+    Topic.QUEUE: message("Mission queue"),
+    Topic.SEARCH: message("Searching"),
+    Topic.PAGING: message("Lists"),
+    Topic.SORTING: message("Order of lists"),
+    Topic.OTHERS: message("Other users"),
+    Topic.LATENCY: message("Answer time"),
+    Topic.LOAD: message("Load"),
+    Topic.ORDER: message("Taking a mission"),
+    Topic.RECOGNISED: message("Recognising a mission"),
+    Topic.WORDS: message("Words"),
+    Topic.CANCELLED: message("Cancelling"),
+    Topic.FAILED: message("Failing"),
+    Topic.PRIORITY: message("Priority"),
+    Topic.SECOND: message("Sent twice"),
+    Topic.PAUSE: message("Pause"),
+    Topic.LEFT: message("Afterwards"),
+}
+LEVELS: Mapping[Level, Message] = {
+    Level.GREEN: message("Fine"),
+    Level.AMBER: message("To know"),
+    Level.RED: message("To put right"),
+}
+DEFINITIONS = {(2, 0): "2.14.7", (3, 0): "3.5.4", (3, 8): "3.8.1"}  # the simulator's, each from that software on
+OFFLINE_S = 40.0  # that a robot boots, where only that it does is known
+SMALL_OFFSET_S = 2.0  # of clocks: not more than the resolution of what robots tell
+LARGEST_OFFSET_S = 1e6  # that the simulator takes
 # What items have anyway, so that on a simulated robot the description can't be moved there.
-ITEM_FIELDS = frozenset({
-    "actions", "allowed_methods", "control_posid", "control_state", "created_by", "created_by_id", "created_by_name", "fleet_schedule_guid",
-    "finished", "id", "message", "mission", "mission_id", "ordered", "parameters", "priority", "started", "state", "url"})
+ITEM_FIELDS = frozenset(
+    {
+        "actions",
+        "allowed_methods",
+        "control_posid",
+        "control_state",
+        "created_by",
+        "created_by_id",
+        "created_by_name",
+        "fleet_schedule_guid",
+        "finished",
+        "id",
+        "message",
+        "mission",
+        "mission_id",
+        "ordered",
+        "parameters",
+        "priority",
+        "started",
+        "state",
+        "url",
+    }
+)
 
 
 def heading(report: Report, zone: str, language: Language = str) -> list[str]:
     """Lines: which robot, when, and how it was checked up."""
     at = report.began_at.astimezone(ZoneInfo(zone))
     profile = report.profile
-    lines = [message("Check-up of {robot}", robot=report.robot),
-             message("{model}, serial number {number}, software {software}, at {address}", model=report.model or "?",
-                     number=profile.serial_number or "?", software=profile.software or "?", address=report.address)
-             if report.model or profile.serial_number or profile.software else
-             message("At {address}; it did not tell what it is", address=report.address),
-             message("{time} ({zone}); it took {seconds} s", time=_stamp(at), zone=zone, seconds=round(report.took_s)),
-             message("Tried with the mission {mission}", mission=report.mission) if report.mission else
-             message("Only read: no mission was queued")]
+    lines = [
+        message("Check-up of {robot}", robot=report.robot),
+        message(
+            "{model}, serial number {number}, software {software}, at {address}",
+            model=report.model or "?",
+            number=profile.serial_number or "?",
+            software=profile.software or "?",
+            address=report.address,
+        )
+        if report.model or profile.serial_number or profile.software
+        else message("At {address}; it did not tell what it is", address=report.address),
+        message("{time} ({zone}); it took {seconds} s", time=_stamp(at), zone=zone, seconds=round(report.took_s)),
+        message("Tried with the mission {mission}", mission=report.mission)
+        if report.mission
+        else message("Only read: no mission was queued"),
+    ]
     if not report.is_complete:
         lines.append(message("It is not complete"))
     return [render(line, language) for line in lines]
@@ -70,12 +121,26 @@ def text(report: Report, zone: str, language: Language = str) -> str:
 
 def document(report: Report, zone: str) -> str:
     """The file: keys of a simulated robot's profile, and under ``report`` everything that was found."""
-    known = {**asdict(report.profile), "ignores": None if report.profile.ignores is None else sorted(report.profile.ignores)}
-    findings = [{"topic": each.topic, "level": each.level, "says": render(each.says), "means": render(each.means)}
-                for each in report.findings]
-    told = {"robot": report.robot, "address": report.address, "began_at": report.began_at.isoformat(timespec="seconds"),
-            "took_s": round(report.took_s, 1), "mission": report.mission, "is_complete": report.is_complete, "level": report.level,
-            "findings": findings, "profile": known, "text": text(report, zone)}
+    known = {
+        **asdict(report.profile),
+        "ignores": None if report.profile.ignores is None else sorted(report.profile.ignores),
+    }
+    findings = [
+        {"topic": each.topic, "level": each.level, "says": render(each.says), "means": render(each.means)}
+        for each in report.findings
+    ]
+    told = {
+        "robot": report.robot,
+        "address": report.address,
+        "began_at": report.began_at.isoformat(timespec="seconds"),
+        "took_s": round(report.took_s, 1),
+        "mission": report.mission,
+        "is_complete": report.is_complete,
+        "level": report.level,
+        "findings": findings,
+        "profile": known,
+        "text": text(report, zone),
+    }
     return json.dumps({**_simulated(report), "report": told}, ensure_ascii=False, indent=1) + "\n"
 
 
@@ -84,16 +149,25 @@ def _simulated(report: Report) -> dict[str, Any]:
     found = report.profile
     values: dict[str, Any] = {
         "about": f"{report.robot}, as it was found on {report.began_at:%Y-%m-%d}.",
-        "software": _definition(found.software), "model": report.model or None, "timezone": found.timezone,
+        "software": _definition(found.software),
+        "model": report.model or None,
+        "timezone": found.timezone,
         "clock_offset": _offset(found.clock_offset),
-        "search": found.has_search, "ignores": sorted(found.ignores) if found.ignores else None, "page_limit": found.page_limit or None,
+        "search": found.has_search,
+        "ignores": sorted(found.ignores) if found.ignores else None,
+        "page_limit": found.page_limit or None,
         "fields": {"order": ["state"]} if found.gives_id is False else None,
-        "order_status": found.order_status, **_description(found),
+        "order_status": found.order_status,
+        **_description(found),
         "item_states": {state: word for word, state in found.item_states.items() if word} or None,
-        "texts": {USER_REQUEST: found.cancelled_message} if found.cancelled_message not in (None, "", USER_REQUEST) else None,
+        "texts": {USER_REQUEST: found.cancelled_message}
+        if found.cancelled_message not in (None, "", USER_REQUEST)
+        else None,
         "latency": [round(found.latency[0], 3), round(found.latency[3], 3)] if found.latency else None,
         "reboots": {"requests": found.rest.requests, "within_seconds": found.rest.seconds, "offline_seconds": OFFLINE_S}
-        if found.rest else None}
+        if found.rest
+        else None,
+    }
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -121,7 +195,10 @@ def _definition(software: str | None) -> str | None:
 
 def _by_level(report: Report) -> dict[Level, list[Finding]]:
     """Those that there are, the worst first."""
-    levels = {level: [finding for finding in report.findings if finding.level is level] for level in (Level.RED, Level.AMBER, Level.GREEN)}
+    levels = {
+        level: [finding for finding in report.findings if finding.level is level]
+        for level in (Level.RED, Level.AMBER, Level.GREEN)
+    }
     return {level: findings for level, findings in levels.items() if findings}
 
 

@@ -1,4 +1,5 @@
 """Puts back what a trial changed on a robot: at its end, and later where it was cut off."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
@@ -13,9 +14,9 @@ from app.mir.errors import Refusal, RobotError, Unreadable
 from app.mir.probe import QUEUE, Answer
 from app.services.check_up.look import Look
 
-MOST_ITEMS = 60              # numbers above the floor that are looked at: those of the trial, and what others queued between them
-MISSING_IN_A_ROW = 3         # numbers that aren't there, until no more are looked for
-ENDS_WITHIN = 15.0           # s from the request to cancel an item to its end
+MOST_ITEMS = 60  # numbers above the floor that are looked at: those of the trial, and what others queued between them
+MISSING_IN_A_ROW = 3  # numbers that aren't there, until no more are looked for
+ENDS_WITHIN = 15.0  # s from the request to cancel an item to its end
 NOT_THERE = (404, 410)
 
 Note = Callable[[LeftBehind | None], None]
@@ -23,13 +24,22 @@ Note = Callable[[LeftBehind | None], None]
 
 class Outcome(NamedTuple):
     """``problem``: what could not be put back; None: all was. ``stays_paused``: by somebody else. ``is_in_error``: the robot stands so."""
+
     problem: Message | None
     stays_paused: bool = False
     is_in_error: bool = False
 
 
-def put_back(look: Look, left: LeftBehind, note: Note, user: str, is_claimed: Callable[[int], bool] = lambda queue_id: False, *,
-             is_late: bool = False, is_ours: Callable[[], bool] = lambda: True) -> Outcome:
+def put_back(
+    look: Look,
+    left: LeftBehind,
+    note: Note,
+    user: str,
+    is_claimed: Callable[[int], bool] = lambda queue_id: False,
+    *,
+    is_late: bool = False,
+    is_ours: Callable[[], bool] = lambda: True,
+) -> Outcome:
     """Cancels what is still open of the trial, removes the mission that was made, and releases the robot. When everything is put back,
     the note is taken back.
 
@@ -45,15 +55,21 @@ def put_back(look: Look, left: LeftBehind, note: Note, user: str, is_claimed: Ca
     while left_open := [item for queue_id in open_ids if not has_ended(item := read_item(look, queue_id))]:
         if look.probe.clock() - began > ENDS_WITHIN:
             if known := [item for item in left_open if parse.queue_state(item) is not QueueState.UNKNOWN]:
-                return Outcome(message("mission {number} of the trial does not end; cancel it on the robot",
-                                       number=str(known[0].get("id"))))
-            break                                # with a word that is not known, and no time: it was cancelled
+                return Outcome(
+                    message(
+                        "mission {number} of the trial does not end; cancel it on the robot",
+                        number=str(known[0].get("id")),
+                    )
+                )
+            break  # with a word that is not known, and no time: it was cancelled
     outcome = _end_pause(look, left, ours, is_late and bool(others), is_ours)
     try:
         if left.mission is not None:
             _remove(look, f"/missions/{left.mission}")
     except RobotError:
-        if outcome.problem is None:      # from now on it stands in Pause only where a person has paused it, and the plan may have it
+        if (
+            outcome.problem is None
+        ):  # from now on it stands in Pause only where a person has paused it, and the plan may have it
             note(replace(left, is_paused=False, hold=None))
         raise
     if outcome.problem is None:
@@ -61,7 +77,9 @@ def put_back(look: Look, left: LeftBehind, note: Note, user: str, is_claimed: Ca
     return outcome
 
 
-def _end_pause(look: Look, left: LeftBehind, ours: Iterable[parse.Object], is_in_use: bool, is_ours: Callable[[], bool]) -> Outcome:
+def _end_pause(
+    look: Look, left: LeftBehind, ours: Iterable[parse.Object], is_in_use: bool, is_ours: Callable[[], bool]
+) -> Outcome:
     """Of the trial; one that is or may be somebody else's stays. ``is_in_use``: by others, so that it would drive off."""
     status = look.probe.paced_status()
     if status.state is not RobotState.PAUSE:
@@ -71,7 +89,9 @@ def _end_pause(look: Look, left: LeftBehind, ours: Iterable[parse.Object], is_in
     if status.has_booted_since(left.uptime_s) or _have_gone_on(ours, left.started):
         return Outcome(message("it stands in Pause, and somebody may have paused it; release it there or in the app"))
     if is_in_use:
-        return Outcome(message("it stands in Pause, with missions of others in its queue; release it there or in the app"))
+        return Outcome(
+            message("it stands in Pause, with missions of others in its queue; release it there or in the app")
+        )
     set_state(look, RobotState.READY)
     return Outcome(None)
 
@@ -133,20 +153,29 @@ def has_ended(item: parse.Object) -> bool:
 
 def _is_of_trial(item: parse.Object, left: LeftBehind) -> bool:
     """By its token, in whichever field that is; by the mission that was made."""
-    return (any(isinstance(value, str) and value in left.tokens for value in item.values())
-            or (left.mission is not None and item.get("mission_id") == left.mission))
+    return any(isinstance(value, str) and value in left.tokens for value in item.values()) or (
+        left.mission is not None and item.get("mission_id") == left.mission
+    )
 
 
 def _may_be_of_trial(item: parse.Object, left: LeftBehind, user: str, is_claimed: Callable[[int], bool]) -> bool:
     """Where robots forget tokens: by what was queued, if it is nobody else's."""
-    return (left.queued is not None and item.get("mission_id") == left.queued and item.get("created_by_name") in ("", None, user)
-            and not is_claimed(item["id"]))
+    return (
+        left.queued is not None
+        and item.get("mission_id") == left.queued
+        and item.get("created_by_name") in ("", None, user)
+        and not is_claimed(item["id"])
+    )
 
 
-def _items(look: Look, left: LeftBehind, user: str, is_claimed: Callable[[int], bool]) -> tuple[list[parse.Object], list[parse.Object]]:
+def _items(
+    look: Look, left: LeftBehind, user: str, is_claimed: Callable[[int], bool]
+) -> tuple[list[parse.Object], list[parse.Object]]:
     """Those of the trial, and open ones of others."""
     items = list(items_above(look, left.queue_floor))
-    ours = [item for item in items if _is_of_trial(item, left)]            # with a token found, the robot keeps them: the rest is of others
+    ours = [
+        item for item in items if _is_of_trial(item, left)
+    ]  # with a token found, the robot keeps them: the rest is of others
     ours = ours or [item for item in items if _may_be_of_trial(item, left, user, is_claimed)]
     return ours, [item for item in items if item not in ours and not has_ended(item)]
 

@@ -3,6 +3,7 @@
 ``run`` blocks for a minute or two and belongs on a background thread, or in a command. The robot's worker goes on meanwhile, on a
 connection of its own; while missions are queued for a check-up, a hold keeps the plan's starts back.
 """
+
 from __future__ import annotations
 
 import logging
@@ -39,18 +40,41 @@ from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
-LOOK_EVERY = 30.0            # s, for what a trial left behind
-TRIED = ("token_field", "item_states", "cancelled_message", "gives_id", "order_status", "priority_counts")    # fields of the profile
+LOOK_EVERY = 30.0  # s, for what a trial left behind
+TRIED = (
+    "token_field",
+    "item_states",
+    "cancelled_message",
+    "gives_id",
+    "order_status",
+    "priority_counts",
+)  # fields of the profile
 
 
 class CheckUps:
-    def __init__(self, db: Database, *, clock: Clock, ledger: Ledger, holds: Holds, alarms: Alarms, changes: Changes,
-                 settings: Callable[[], Settings], make_client: Callable[[Robot], RobotClient]) -> None:
-        self._db, self._clock, self._changes, self._settings, self._make_client = db, clock, changes, settings, make_client
+    def __init__(
+        self,
+        db: Database,
+        *,
+        clock: Clock,
+        ledger: Ledger,
+        holds: Holds,
+        alarms: Alarms,
+        changes: Changes,
+        settings: Callable[[], Settings],
+        make_client: Callable[[Robot], RobotClient],
+    ) -> None:
+        self._db, self._clock, self._changes, self._settings, self._make_client = (
+            db,
+            clock,
+            changes,
+            settings,
+            make_client,
+        )
         self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
         self._trials = Trials(db, clock=clock, ledger=ledger, holds=holds, alarms=alarms, settings=settings)
         self._lock, self._under_way = threading.Lock(), set[int]()
-        self._look_at = -math.inf                # monotonic
+        self._look_at = -math.inf  # monotonic
         self._thread: threading.Thread | None = None
 
     # ------------------------------------------------------------------ before
@@ -73,8 +97,13 @@ class CheckUps:
             return sorted(missions_of(client), key=str.casefold)
 
     # ------------------------------------------------------------------ the check-up
-    def run(self, robot_id: int, trial: Trial | None = None, told: Callable[[Progress], None] = lambda progress: None,
-            is_wanted: Callable[[], bool] = lambda: True) -> Report:
+    def run(
+        self,
+        robot_id: int,
+        trial: Trial | None = None,
+        told: Callable[[Progress], None] = lambda progress: None,
+        is_wanted: Callable[[], bool] = lambda: True,
+    ) -> Report:
         """Read the robot and, with a ``trial``, queue missions on it. ``told`` is called with how far it is; ``is_wanted`` is asked between
         questions, and what was changed is put back in any case. A robot that does not answer is a finding, not an error. A check-up that
         is not complete is not kept.
@@ -83,7 +112,7 @@ class CheckUps:
         """
         robot = self._robot(robot_id)
         with self._alone_with(robot), self._client(robot) as client:
-            problem = self._tidied(robot, client)          # first: what the last one left may be in the way of this one
+            problem = self._tidied(robot, client)  # first: what the last one left may be in the way of this one
             if problem is not None and trial is not None:
                 raise InvalidInput("robot", "what the last check-up left is still there: {problem}", problem=problem)
             if trial is not None:
@@ -92,22 +121,42 @@ class CheckUps:
         if report.is_complete:
             self._db.write(lambda c: self._keep(c, robot, report))
             self._changes.publish(Topic.ROBOTS)
-        log.info("robot %r was checked up%s: %s%s", robot.name, f" with {report.mission!r}" if report.mission else "", report.level,
-                 "" if report.is_complete else ", not complete")
+        log.info(
+            "robot %r was checked up%s: %s%s",
+            robot.name,
+            f" with {report.mission!r}" if report.mission else "",
+            report.level,
+            "" if report.is_complete else ", not complete",
+        )
         return report
 
     def _keep(self, c: sqlite3.Connection, robot: Robot, report: Report) -> None:
         """With which machine it was: a profile counts for that with this software."""
-        found = {"serial_number": report.profile.serial_number, "software": report.profile.software, "model": report.model}
+        found = {
+            "serial_number": report.profile.serial_number,
+            "software": report.profile.software,
+            "model": report.model,
+        }
         self._robots.note_identity(c, robot, **{name: value for name, value in found.items() if value})
         self._check_ups.put(c, robot.id, report)
 
-    def _run(self, robot: Robot, client: RobotClient, trial: Trial | None, told: Callable[[Progress], None],
-             is_wanted: Callable[[], bool]) -> Report:
+    def _run(
+        self,
+        robot: Robot,
+        client: RobotClient,
+        trial: Trial | None,
+        told: Callable[[Progress], None],
+        is_wanted: Callable[[], bool],
+    ) -> Report:
         began_at, began, whole = self._clock.now(), self._clock.monotonic(), self.length_s(trial)
-        look = self._look(client, is_wanted, lambda progress: told(replace(progress, done=min(progress.done, whole), of=whole)))
+        look = self._look(
+            client, is_wanted, lambda progress: told(replace(progress, done=min(progress.done, whole), of=whole))
+        )
         look.same_machine = lambda serial_number: sorted(
-            each.name for each in self._robots.all(self._db.read()) if each.serial_number == serial_number and each.id != robot.id)
+            each.name
+            for each in self._robots.all(self._db.read())
+            if each.serial_number == serial_number and each.id != robot.id
+        )
         if robot.known is not None and robot.known.rest is not None:
             look.probe.spare(robot.known.rest.requests, robot.known.rest.seconds)
         identity: Identity | None = None
@@ -117,12 +166,21 @@ class CheckUps:
             is_complete = identity is not None and (trial is None or self._trials.run(look, robot, trial, identity))
         except NotWanted:
             log.info("The check-up of %r was ended by a person", robot.name)
-        serial, software = (identity.serial_number, identity.software) if identity else (robot.serial_number, robot.software)
+        serial, software = (
+            (identity.serial_number, identity.software) if identity else (robot.serial_number, robot.software)
+        )
         was_tried = any(finding.topic is CheckUpTopic.LEFT for finding in look.findings)
         return Report(
-            robot.name, robot.address, (identity.model if identity else robot.model) or "", began_at, self._clock.monotonic() - began,
-            tuple(look.findings), _with_known(look.profile(serial, software), look, robot.profile),
-            (trial.mission or trials.NAME) if trial is not None and was_tried else "", is_complete)
+            robot.name,
+            robot.address,
+            (identity.model if identity else robot.model) or "",
+            began_at,
+            self._clock.monotonic() - began,
+            tuple(look.findings),
+            _with_known(look.profile(serial, software), look, robot.profile),
+            (trial.mission or trials.NAME) if trial is not None and was_tried else "",
+            is_complete,
+        )
 
     # ------------------------------------------------------------------ what a trial left
     def left_behind(self) -> Mapping[int, LeftBehind]:
@@ -165,10 +223,20 @@ class CheckUps:
                 log.info("What a check-up left on robot %d could not be put back yet: %s", robot_id, problem)
 
     # ------------------------------------------------------------------ inside
-    def _look(self, client: RobotClient, is_wanted: Callable[[], bool] = lambda: True,
-              told: Callable[[Progress], None] = lambda progress: None) -> Look:
-        return Look(Probe(client, self._clock.monotonic, self._clock.sleep), self._settings().timezone, self._clock.now, self._clock.sleep,
-                    is_wanted, told)
+    def _look(
+        self,
+        client: RobotClient,
+        is_wanted: Callable[[], bool] = lambda: True,
+        told: Callable[[Progress], None] = lambda progress: None,
+    ) -> Look:
+        return Look(
+            Probe(client, self._clock.monotonic, self._clock.sleep),
+            self._settings().timezone,
+            self._clock.now,
+            self._clock.sleep,
+            is_wanted,
+            told,
+        )
 
     @contextmanager
     def _alone_with(self, robot: Robot) -> Iterator[None]:
@@ -199,11 +267,17 @@ class CheckUps:
 def moves(robot: str, trial: Trial) -> Message:
     """What happens on the robot of this name."""
     if trial.mission is None:
-        return message("{robot} gets a mission that waits a second, four times; one of them is cancelled before it runs. The robot is "
-                       "paused twice for a few seconds and released. The mission is removed afterwards. Nothing drives.", robot=robot)
-    return message("{mission} is queued four times on {robot}; one of them is cancelled before it runs, so the robot does three times "
-                   "what the mission does, and it may drive. It is paused twice for a few seconds and released.", mission=trial.mission,
-                   robot=robot)
+        return message(
+            "{robot} gets a mission that waits a second, four times; one of them is cancelled before it runs. The robot is "
+            "paused twice for a few seconds and released. The mission is removed afterwards. Nothing drives.",
+            robot=robot,
+        )
+    return message(
+        "{mission} is queued four times on {robot}; one of them is cancelled before it runs, so the robot does three times "
+        "what the mission does, and it may drive. It is paused twice for a few seconds and released.",
+        mission=trial.mission,
+        robot=robot,
+    )
 
 
 def _with_known(found: RobotProfile, look: Look, known: RobotProfile | None) -> RobotProfile:

@@ -3,6 +3,7 @@
 Four items, while the robot is paused: one, the same once more, one that is cancelled, one of higher priority. Then the robot is released,
 and paused once more while one of them runs. What is about to change is noted before it is changed.
 """
+
 from __future__ import annotations
 
 import math
@@ -23,21 +24,22 @@ from app.services.check_up.look import Look
 from app.services.check_up.restore import Note, has_ended, items_above, read_item, set_state, with_pause, without_pause
 
 NAME, SECOND = "AMR Scheduler check-up", "00:00:01.000000"
-GROUP = "Missions"           # of missions, on every robot from the factory on
-URGENT = 10                  # priority
-PAUSE_S = 3.0                # that the robot is paused at a time, at least
-STATE_WITHIN = 10.0          # s until it shows that it is paused
-ENDS_WITHIN, OWN_ENDS_WITHIN = 90.0, 900.0           # s for all items to end: of the mission that waits a second, of another one
-TAKES_S, OWN_TAKES_S = 40.0, 240.0                   # that a trial takes, about
-READ_EVERY = 1.0             # s between two looks at all items
-WATCH_EVERY = 0.3            # s after which its state is looked at again, before another question
-LONGEST_WORD = 40            # characters for a state
-FIRST, AGAIN, CANCELLED, PREFERRED = range(4)        # items, in the order in which they are queued
+GROUP = "Missions"  # of missions, on every robot from the factory on
+URGENT = 10  # priority
+PAUSE_S = 3.0  # that the robot is paused at a time, at least
+STATE_WITHIN = 10.0  # s until it shows that it is paused
+ENDS_WITHIN, OWN_ENDS_WITHIN = 90.0, 900.0  # s for all items to end: of the mission that waits a second, of another one
+TAKES_S, OWN_TAKES_S = 40.0, 240.0  # that a trial takes, about
+READ_EVERY = 1.0  # s between two looks at all items
+WATCH_EVERY = 0.3  # s after which its state is looked at again, before another question
+LONGEST_WORD = 40  # characters for a state
+FIRST, AGAIN, CANCELLED, PREFERRED = range(4)  # items, in the order in which they are queued
 
 
 @dataclass
 class Item:
     """One that was queued. ``words``: what its state was called in each phase. ``now``: as it was read last."""
+
     token: str
     answer: Answer
     id: int | None = None
@@ -61,25 +63,27 @@ class Item:
 @dataclass
 class Seen:
     """What a trial has seen, for ``judge``. None: not tried, or it could not be told."""
+
     items: list[Item] = field(default_factory=list)
-    cancelled: Item | None = None                # one of them, as is the one of higher priority
+    cancelled: Item | None = None  # one of them, as is the one of higher priority
     preferred: Item | None = None
-    places: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)      # the first item in: item, list, search
+    places: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # the first item in: item, list, search
     second: Answer | None = None
     cancel: Answer | None = None
     pause_problem: RobotError | None = None
-    waits_in_pause: bool | None = None           # what is queued meanwhile
-    runs_on: bool | None = None                  # after a pause, what ran before
-    is_in_error: bool = False                    # at the end: what ended may have failed
-    may_not_make: bool = False                   # a mission
-    problem: RobotError | None = None            # that ended the trial early
+    waits_in_pause: bool | None = None  # what is queued meanwhile
+    runs_on: bool | None = None  # after a pause, what ran before
+    is_in_error: bool = False  # at the end: what ended may have failed
+    may_not_make: bool = False  # a mission
+    problem: RobotError | None = None  # that ended the trial early
 
 
 class Sign(Enum):
     """That somebody else uses the robot."""
+
     PAUSED = auto()
     RELEASED = auto()
-    WENT_ON = auto()             # a mission, in Pause
+    WENT_ON = auto()  # a mission, in Pause
 
 
 class TakenOver(Exception):
@@ -156,10 +160,25 @@ class TrialRun:
         self._at(message("Making a mission that waits a second"))
         groups = self._must(self._probe.get("/mission_groups")).rows
         group = next((each for each in groups if each.get("name") == GROUP), groups[0] if groups else {})
-        self._must(self._probe.ask("POST", "/missions", json={"guid": guid, "name": NAME, "description": NAME,
-                                                              "group_id": group.get("guid", "")}))
-        self._must(self._probe.ask("POST", f"/missions/{guid}/actions", json={
-            "action_type": "wait", "mission_id": guid, "priority": 1, "parameters": [{"id": "time", "value": SECOND}]}))
+        self._must(
+            self._probe.ask(
+                "POST",
+                "/missions",
+                json={"guid": guid, "name": NAME, "description": NAME, "group_id": group.get("guid", "")},
+            )
+        )
+        self._must(
+            self._probe.ask(
+                "POST",
+                f"/missions/{guid}/actions",
+                json={
+                    "action_type": "wait",
+                    "mission_id": guid,
+                    "priority": 1,
+                    "parameters": [{"id": "time", "value": SECOND}],
+                },
+            )
+        )
 
     def _pause(self, started: str | None) -> None:
         """``started``: when the newest of the missions had begun."""
@@ -169,7 +188,7 @@ class TrialRun:
             set_state(self._look, RobotState.PAUSE)
         except Refusal as error:
             if self._shows_pause(True, within=0.0):
-                raise                            # what it says is not what it does
+                raise  # what it says is not what it does
             self.seen.pause_problem = error
         else:
             self._is_paused = self._shows_pause(True)
@@ -179,7 +198,7 @@ class TrialRun:
         if self._progress != progress:
             self._lose(Sign.WENT_ON)
         self._watch()
-        self._look.check_is_wanted()             # a person may have pressed Pause in the app
+        self._look.check_is_wanted()  # a person may have pressed Pause in the app
         set_state(self._look, RobotState.READY)
         self._left, self._is_paused = without_pause(self._left, self._note), False
         if not self._shows_pause(False):
@@ -223,8 +242,11 @@ class TrialRun:
         """Whether it has been found in the queue."""
         self._watch_in_turn()
         token = self._left.tokens[number]
-        answer = self._probe.ask("POST", QUEUE, json={"mission_id": self._left.mission or self._left.queued, "description": token,
-                                                      "priority": priority})
+        answer = self._probe.ask(
+            "POST",
+            QUEUE,
+            json={"mission_id": self._left.mission or self._left.queued, "description": token, "priority": priority},
+        )
         if number == AGAIN:
             self.seen.second = answer
         if answer.error is not None and not isinstance(answer.error, Refusal):
@@ -243,8 +265,14 @@ class TrialRun:
     def _newest(self) -> int | None:
         """The id of the item that has just been queued, where the answer doesn't have it."""
         mission = self._left.mission or self._left.queued
-        return max((item["id"] for item in items_above(self._look, self._highest) if item.get("mission_id") in (mission, None)),
-                   default=None)
+        return max(
+            (
+                item["id"]
+                for item in items_above(self._look, self._highest)
+                if item.get("mission_id") in (mission, None)
+            ),
+            default=None,
+        )
 
     def _look_where_it_is(self, item: Item) -> None:
         queries = {"whitelist": "all", "sort_by": "id,desc", "limit": "20"}
@@ -253,19 +281,24 @@ class TrialRun:
         self._watch_in_turn()
         found = self._probe.search([{"fieldname": "id", "operator": ">", "value": (item.id or 0) - 1}], **queries).rows
         rows = {"item": [item.now], "list": listed, "search": found}
-        self.seen.places = {place: row for place, found in rows.items() for row in found if row.get("id", item.id) == item.id}
+        self.seen.places = {
+            place: row for place, found in rows.items() for row in found if row.get("id", item.id) == item.id
+        }
 
     def _follow(self) -> None:
         """Until all have ended, with a pause as soon as the first one runs."""
         began, first = self._probe.clock(), self.seen.items[FIRST]
         to_pause = self.seen.waits_in_pause is not None
-        while any(item.id is not None and not item.has_ended for item in self.seen.items) and self._probe.clock() - began < self._within:
+        while (
+            any(item.id is not None and not item.has_ended for item in self.seen.items)
+            and self._probe.clock() - began < self._within
+        ):
             self._at(message("Waiting until the missions have ended"))
             if not to_pause:
                 self._read()
                 self._wait(READ_EVERY)
                 continue
-            self._note_of(first)                 # it alone, so that not much of a second is gone when it is seen running
+            self._note_of(first)  # it alone, so that not much of a second is gone when it is seen running
             if first.has_begun:
                 to_pause = False
                 self._pause_while(first)

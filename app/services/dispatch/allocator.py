@@ -4,6 +4,7 @@ A start of a group is a row without a robot. There is one allocator, on the engi
 (``belief``), has ``app.services.allocation`` decide, and binds: one write that finds the row still without a robot, and everything as it
 was. From then on the row is that robot's worker's, which alone gives it back, when certainly nothing of it is on the robot.
 """
+
 from __future__ import annotations
 
 import math
@@ -22,7 +23,7 @@ from app.services.dispatch.timing import DECIDES_EVERY, LOOKS_FOR
 from app.services.dispatch.waiting import Waiting
 from app.services.dispatch.worker import RobotWorker
 
-BOUND_TOGETHER = 50          # with one write: more would hold up what else is to be written
+BOUND_TOGETHER = 50  # with one write: more would hold up what else is to be written
 
 
 class Allocator:
@@ -33,10 +34,12 @@ class Allocator:
         self._starts, self._groups = GroupStartRepository(), GroupRepository()
         self._waiting = Waiting(shared, None, self._later)
         self._experience = Experience(shared)
-        self._look_at = math.inf                              # on the monotonic clock: one that waits can go on then
-        self._met_at: dict[int, float] = {}                   # starts by id: when they were first seen, on the same clock
-        self.members: frozenset[int] = frozenset()            # robots that something waits for
-        self.hand_over: Callable[[int, Sequence[Execution]], None] = lambda plan_version, intents: None       # to their robots' workers
+        self._look_at = math.inf  # on the monotonic clock: one that waits can go on then
+        self._met_at: dict[int, float] = {}  # starts by id: when they were first seen, on the same clock
+        self.members: frozenset[int] = frozenset()  # robots that something waits for
+        self.hand_over: Callable[[int, Sequence[Execution]], None] = lambda plan_version, intents: (
+            None
+        )  # to their robots' workers
 
     def _later(self, row: Execution, seconds: float) -> None:
         self._look_at = min(self._look_at, self._clock.monotonic() + seconds)
@@ -57,20 +60,34 @@ class Allocator:
         to_give = [row for row in to_give if not self._looks_first(row, groups[row.group_id or 0], workers)]
         while to_give:
             given, moved = self._decide(to_give, groups, workers)
-            to_give = [row for row in to_give if moved and row.id not in given | moved]          # what they were to get is for the others
+            to_give = [
+                row for row in to_give if moved and row.id not in given | moved
+            ]  # what they were to get is for the others
         now = self._clock.now()
         last_calls = [(row.closes_at - now).total_seconds() - LAST_CALL for row in rows]
-        return max(0.0, min([DECIDES_EVERY, self._look_at - self._clock.monotonic(), *(left for left in last_calls if left > 0)]))
+        return max(
+            0.0,
+            min([DECIDES_EVERY, self._look_at - self._clock.monotonic(), *(left for left in last_calls if left > 0)]),
+        )
 
     def wait_for_the_clock(self) -> None:
         """Nothing is decided until it can be right."""
-        self._ledger.make([move for row in self._ledger.unbound() if not row.held for move in self._ledger.moves.waiting(row, Wait.CLOCK)])
+        self._ledger.make(
+            [
+                move
+                for row in self._ledger.unbound()
+                if not row.held
+                for move in self._ledger.moves.waiting(row, Wait.CLOCK)
+            ]
+        )
 
     # ------------------------------------------------------------------ what waits
     def _is_to_be_given(self, row: Execution, group: Group | None, robots: Mapping[int, Robot]) -> bool:
         reason = taken_back(row)
-        if reason is None and self._has_no_robot(row, group, robots):         # as far as their workers know by now
-            reason = self._has_no_robot(row, group, {robot.id: robot for robot in self._s.robots.all(self._s.db.read())})
+        if reason is None and self._has_no_robot(row, group, robots):  # as far as their workers know by now
+            reason = self._has_no_robot(
+                row, group, {robot.id: robot for robot in self._s.robots.all(self._s.db.read())}
+            )
         return self._waiting.may_be_tried(row, reason) and not self._waits_for_the_one_before(row)
 
     def _looks_first(self, row: Execution, group: Group, workers: Mapping[int, RobotWorker]) -> bool:
@@ -98,8 +115,15 @@ class Allocator:
             return None
         last = max(tried, key=lambda each: each.get("at", ""))
         code = ReasonCode(last["code"]) if "code" in last else ReasonCode.RETRY_LIMIT
-        return Reason(code, {"attempts": row.attempts, "problem": last.get("problem", ""), "robot": last.get("robot", ""),
-                             "mission": row.mission})
+        return Reason(
+            code,
+            {
+                "attempts": row.attempts,
+                "problem": last.get("problem", ""),
+                "robot": last.get("robot", ""),
+                "mission": row.mission,
+            },
+        )
 
     def _waits_for_the_one_before(self, row: Execution) -> bool:
         """Of a schedule that queues: the earlier start, on whichever robot it is."""
@@ -109,10 +133,14 @@ class Allocator:
         return bool(before)
 
     # ------------------------------------------------------------------ decisions
-    def _decide(self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]
-                ) -> tuple[set[int], set[int]]:
+    def _decide(
+        self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]
+    ) -> tuple[set[int], set[int]]:
         """Returns the ids of those that were given to a robot, and of those that were to be and had changed meanwhile, or the robot had."""
-        belief, by_id = Belief(self._s, self._experience, workers, self.members, self._lacks), {row.id: row for row in rows}
+        belief, by_id = (
+            Belief(self._s, self._experience, workers, self.members, self._lacks),
+            {row.id: row for row in rows},
+        )
         waits, bound, into_queue, plan_version = list[Move](), list[Move](), set[int](), self._s.plan_version()
         for decision in decide(belief.situation(rows, groups)):
             row = by_id[decision.start.id]
@@ -121,9 +149,16 @@ class Allocator:
             elif decision.robot_id is None:
                 waits += self._awaits(row, decision, belief)
             elif mission := belief.mission(decision.robot_id, row.mission):
-                bound.append(self._ledger.moves.bound(row, belief.robots[decision.robot_id], mission.guid, belief.choice(decision),
-                                                self._intent_floor(row, workers[decision.robot_id], mission.guid),
-                                                belief.approach(decision.robot_id, mission)))
+                bound.append(
+                    self._ledger.moves.bound(
+                        row,
+                        belief.robots[decision.robot_id],
+                        mission.guid,
+                        belief.choice(decision),
+                        self._intent_floor(row, workers[decision.robot_id], mission.guid),
+                        belief.approach(decision.robot_id, mission),
+                    )
+                )
                 if decision.is_last_call or decision.start.at_once:
                     into_queue.add(row.id)
         self._ledger.make(waits, quietly=True)
@@ -135,9 +170,15 @@ class Allocator:
     def _intent_floor(self, row: Execution, worker: RobotWorker, guid: str) -> int | None:
         """Where nothing of it was ever there and the robot is ready for it, its intent is written with the choice: the highest id known."""
         ready = worker.readiness()
-        if ready is None or str(worker.robot.id) in row.tried or not rules.battery_allows(ready.battery, row.minimum_battery_percent):
+        if (
+            ready is None
+            or str(worker.robot.id) in row.tried
+            or not rules.battery_allows(ready.battery, row.minimum_battery_percent)
+        ):
             return None
-        if self._s.parameters.to_send(worker.robot.id, guid, row.mission, row.parameters) is None:         # the robot is asked first
+        if (
+            self._s.parameters.to_send(worker.robot.id, guid, row.mission, row.parameters) is None
+        ):  # the robot is asked first
             return None
         may_be_there = ready.uncertain_through is not None and row.planned_at <= ready.uncertain_through
         return None if may_be_there else ready.queue_floor
@@ -150,4 +191,4 @@ class Allocator:
 
 
 def batched(moves: Sequence[Move], size: int) -> list[Sequence[Move]]:
-    return [moves[start:start + size] for start in range(0, len(moves), size)]
+    return [moves[start : start + size] for start in range(0, len(moves), size)]

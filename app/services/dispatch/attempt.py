@@ -1,4 +1,5 @@
 """A start on its way to its robot: what its worker knows of it besides its row."""
+
 from __future__ import annotations
 
 import math
@@ -11,21 +12,22 @@ from app.services.dispatch.moves import Move
 
 
 class Phase(Enum):
-    HELD = auto()            # its intent is on disk, its instant is still to come
-    BACKOFF = auto()         # it waits, and is looked at again at ``wake_at``
-    IN_DOUBT = auto()        # its request may have reached the robot, or may still reach it
-    ACCEPTED = auto()        # the robot has it; that is to be written
+    HELD = auto()  # its intent is on disk, its instant is still to come
+    BACKOFF = auto()  # it waits, and is looked at again at ``wake_at``
+    IN_DOUBT = auto()  # its request may have reached the robot, or may still reach it
+    ACCEPTED = auto()  # the robot has it; that is to be written
 
 
 @dataclass(slots=True)
 class Attempt:
     """``wake_at`` and ``in_doubt_since`` on the monotonic clock, so that no step of the wall clock moves them."""
+
     phase: Phase
     wake_at: float
-    row: Execution | None = None                 # HELD: the intent
-    plan_version: int = 0                        # HELD: of the plan that the intent was written from
+    row: Execution | None = None  # HELD: the intent
+    plan_version: int = 0  # HELD: of the plan that the intent was written from
     in_doubt_since: float = math.inf
-    is_taken: bool = False                       # IN_DOUBT: the robot has it; only its number is not known
+    is_taken: bool = False  # IN_DOUBT: the robot has it; only its number is not known
     accepted: Move | None = None
 
 

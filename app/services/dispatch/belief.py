@@ -1,4 +1,5 @@
 """What the allocator knows of the robots and starts of groups at one moment, as ``app.services.allocation`` wants it."""
+
 from __future__ import annotations
 
 import math
@@ -25,9 +26,9 @@ from app.services.dispatch.worker import RobotWorker
 from app.services.live.snapshots import STALE_POLLS
 from app.services.planning.durations import expected, pooled
 
-MOST_TOLD = 5                # robots of which a choice tells
-ABOUT = 30.0                 # s: an instant is told to the nearest minute
-KEPT_FOR = 60.0              # s that an estimate holds
+MOST_TOLD = 5  # robots of which a choice tells
+ABOUT = 30.0  # s: an instant is told to the nearest minute
+KEPT_FOR = 60.0  # s that an estimate holds
 
 
 class Experience:
@@ -38,14 +39,19 @@ class Experience:
         self._s, self._durations, self._all_stops = shared, DurationRepository(), StopRepository()
         self._hours: Mapping[int, float] = {}
         self._hours_hold_until = -math.inf
-        self._known: dict[tuple[int, str], tuple[float, DurationEstimate | None]] = {}       # with the monotonic time until which it holds
+        self._known: dict[
+            tuple[int, str], tuple[float, DurationEstimate | None]
+        ] = {}  # with the monotonic time until which it holds
         self._stops: Mapping[str, Sequence[Stop]] = {}
         self._stops_hold_until = -math.inf
 
     def usual(self, robot_id: int, guid: str) -> DurationEstimate | None:
         mono, key = self._s.clock.monotonic(), (robot_id, guid)
         if key not in self._known or self._known[key][0] < mono:
-            self._known[key] = mono + KEPT_FOR, self._durations.usual(self._s.db.read(), robot_id, guid) if guid else None
+            self._known[key] = (
+                mono + KEPT_FOR,
+                self._durations.usual(self._s.db.read(), robot_id, guid) if guid else None,
+            )
         return self._known[key][1]
 
     def stops(self) -> Mapping[str, Sequence[Stop]]:
@@ -61,19 +67,38 @@ class Experience:
         if self._hours_hold_until < mono:
             zone, now = ZoneInfo(self._s.settings().timezone), self._s.clock.now()
             today = midnight(now.astimezone(zone).date(), zone)
-            self._hours, self._hours_hold_until = self._s.activities.hours_executing(self._s.db.read(), today, now), mono + KEPT_FOR
+            self._hours, self._hours_hold_until = (
+                self._s.activities.hours_executing(self._s.db.read(), today, now),
+                mono + KEPT_FOR,
+            )
         return self._hours
 
 
 class Belief:
     """``lacks``: whether a robot certainly does not have a mission, by their id and guid."""
 
-    def __init__(self, shared: Shared, experience: Experience, workers: Mapping[int, RobotWorker], members: Collection[int],
-                 lacks: Callable[[int, str], bool]) -> None:
-        self._s, self._executions, self._c, self._now = shared, ExecutionRepository(), shared.db.read(), shared.clock.now()
-        self._usual, self._hours, self._stops, self._lacks = experience.usual, experience.hours_today(), experience.stops(), lacks
+    def __init__(
+        self,
+        shared: Shared,
+        experience: Experience,
+        workers: Mapping[int, RobotWorker],
+        members: Collection[int],
+        lacks: Callable[[int, str], bool],
+    ) -> None:
+        self._s, self._executions, self._c, self._now = (
+            shared,
+            ExecutionRepository(),
+            shared.db.read(),
+            shared.clock.now(),
+        )
+        self._usual, self._hours, self._stops, self._lacks = (
+            experience.usual,
+            experience.hours_today(),
+            experience.stops(),
+            lacks,
+        )
         self._takes: dict[tuple[int, str, bool], float | None] = {}
-        self._spots: dict[int, Spot | None] = {}                 # of each robot when it is free
+        self._spots: dict[int, Spot | None] = {}  # of each robot when it is free
         self._missions: dict[tuple[int, str], Mission | None] = {}
         self._of_group: dict[str, DurationEstimate | None] = {}
         self._configured = self._s.missions.all(self._c)
@@ -81,12 +106,17 @@ class Belief:
         self._all, self._seem_free = tuple(sorted(members)), set[int]()
         self._room = GroupStartRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
-        self._drains, self._failures = shared.robots.drains(self._c, self._all), shared.robots.failures(self._c, self._all)
+        self._drains, self._failures = (
+            shared.robots.drains(self._c, self._all),
+            shared.robots.failures(self._c, self._all),
+        )
         self.members = {key: self._member(workers[key]) for key in self.robots}
 
     def situation(self, rows: Iterable[Execution], groups: Mapping[int, Group]) -> Situation:
         starts = [self._start(row, groups[row.group_id or 0]) for row in rows]
-        return Situation(self.members, starts, self.takes, self._coming(groups), {room.place: room.left for room in self._room})
+        return Situation(
+            self.members, starts, self.takes, self._coming(groups), {room.place: room.left for room in self._room}
+        )
 
     def _coming(self, groups: Mapping[int, Group]) -> list[Coming]:
         """The next start of each schedule, where these robots may get it."""
@@ -95,7 +125,11 @@ class Belief:
         for schedule in self._s.schedules.due(self._c, self._now + timedelta(seconds=AHEAD)):
             group = groups.get(schedule.group_id or 0)
             members = group.members if group is not None else () if schedule.robot_id is None else (schedule.robot_id,)
-            is_to_come = schedule.next_at is not None and schedule.next_at > self._now and not schedule.is_paused(schedule.next_at)
+            is_to_come = (
+                schedule.next_at is not None
+                and schedule.next_at > self._now
+                and not schedule.is_paused(schedule.next_at)
+            )
             if schedule.next_at is not None and is_to_come and not set(members).isdisjoint(self.robots):
                 found.append(self._planned(schedule, schedule.next_at, missions[schedule.mission_id], members))
         return found
@@ -110,18 +144,30 @@ class Belief:
         seems_free = out is None and is_free(status, queue, rows)
         if seems_free:
             self._seem_free.add(robot.id)
-        self._spots[robot.id] = status.spot if seems_free and status is not None else self._ends_at(
-            queue, at_work(rows, status))
-        return Member(robot.id, robot.name, is_free=seems_free and worker.seen.fresh_status is not None,
-                      free_s=0.0 if seems_free else self._free_s(robot, at_work(rows, status)),
-                      battery=None if status is None else status.battery_percentage,
-                      drain=self._drains.get(robot.id, Drain()).per_hour, hours=self._hours.get(robot.id, 0.0),
-                      failures=self._failures.get(robot.id, 0), out=out)
+        self._spots[robot.id] = (
+            status.spot if seems_free and status is not None else self._ends_at(queue, at_work(rows, status))
+        )
+        return Member(
+            robot.id,
+            robot.name,
+            is_free=seems_free and worker.seen.fresh_status is not None,
+            free_s=0.0 if seems_free else self._free_s(robot, at_work(rows, status)),
+            battery=None if status is None else status.battery_percentage,
+            drain=self._drains.get(robot.id, Drain()).per_hour,
+            hours=self._hours.get(robot.id, 0.0),
+            failures=self._failures.get(robot.id, 0),
+            out=out,
+        )
 
     def _status(self, worker: RobotWorker) -> RobotStatus | None:
         """As read last, of a robot that answers: one that waits for its next read, or is being read, is not silent."""
-        snapshot, trusted_for = self._s.snapshots.get(worker.robot.id), STALE_POLLS * self._s.settings().poll_interval_seconds
-        is_known = snapshot.connection in (Connection.CONNECTED, Connection.SLOW) and worker.seen.answered_ago <= trusted_for
+        snapshot, trusted_for = (
+            self._s.snapshots.get(worker.robot.id),
+            STALE_POLLS * self._s.settings().poll_interval_seconds,
+        )
+        is_known = (
+            snapshot.connection in (Connection.CONNECTED, Connection.SLOW) and worker.seen.answered_ago <= trusted_for
+        )
         return worker.seen.fresh_status or (snapshot.status if is_known else None)
 
     def _out(self, worker: RobotWorker) -> Out | None:
@@ -150,12 +196,18 @@ class Belief:
             else:
                 left += estimates.takes(estimate, None)
         seen = {item.id for item in queue}
-        return left + sum(estimates.takes(self._lasts(robot.id, row.mission_guid), None) for row in open_ones if row.queue_id not in seen)
+        return left + sum(
+            estimates.takes(self._lasts(robot.id, row.mission_guid), None)
+            for row in open_ones
+            if row.queue_id not in seen
+        )
 
     def _ends_at(self, queue: Sequence[QueueItem], open_ones: Sequence[Execution]) -> Spot | None:
         """Where the last mission of a robot ends, which is one of ours where its queue was read before that came there."""
         seen = {item.id for item in queue}
-        guids = [row.mission_guid for row in open_ones if row.queue_id not in seen] or [item.mission_id or "" for item in queue]
+        guids = [row.mission_guid for row in open_ones if row.queue_id not in seen] or [
+            item.mission_id or "" for item in queue
+        ]
         stops = self._stops.get(guids[-1]) if guids else None
         return stops[-1].spot if stops else None
 
@@ -168,13 +220,26 @@ class Belief:
 
     # ------------------------------------------------------------------ starts
     def _start(self, row: Execution, group: Group) -> Start:
-        is_barred = {int(key): Out.TRIED for key, each in row.tried.items()
-                     if each.get("is_for_good") or to_instant(each["at"]) <= self._now < to_instant(each["until"])}      # unless set back
+        is_barred = {
+            int(key): Out.TRIED
+            for key, each in row.tried.items()
+            if each.get("is_for_good") or to_instant(each["at"]) <= self._now < to_instant(each["until"])
+        }  # unless set back
         is_barred |= self._lacking(row.mission, group.members)
-        return Start(row.id, row.mission, group.members, row.priority, self._seconds(row.planned_at), self._seconds(row.closes_at),
-                     None if row.finish_by is None else self._seconds(row.finish_by), row.minimum_battery_percent, is_barred,
-                     group.keep_free, group.hand_over is HandOver.AT_ONCE,
-                     [room.place for room in self._room if row.mission in room.missions])
+        return Start(
+            row.id,
+            row.mission,
+            group.members,
+            row.priority,
+            self._seconds(row.planned_at),
+            self._seconds(row.closes_at),
+            None if row.finish_by is None else self._seconds(row.finish_by),
+            row.minimum_battery_percent,
+            is_barred,
+            group.keep_free,
+            group.hand_over is HandOver.AT_ONCE,
+            [room.place for room in self._room if row.mission in room.missions],
+        )
 
     def _lacking(self, mission: str, members: Sequence[int]) -> dict[int, Out]:
         """Robots whose list of missions, as read a while ago, does not have it; where no other could do it, they are asked all the same."""
@@ -185,8 +250,14 @@ class Belief:
 
     def _planned(self, schedule: Schedule, at: datetime, mission: str, members: Sequence[int]) -> Coming:
         lasts = [seconds for robot_id in members if (seconds := self.takes(robot_id, mission, slow=True)) is not None]
-        return Coming(mission, tuple(members), self._seconds(at), max(lasts, default=estimates.UNKNOWN_S), schedule.priority,
-                      is_fixed=schedule.robot_id is not None)
+        return Coming(
+            mission,
+            tuple(members),
+            self._seconds(at),
+            max(lasts, default=estimates.UNKNOWN_S),
+            schedule.priority,
+            is_fixed=schedule.robot_id is not None,
+        )
 
     def mission(self, robot_id: int, name: str) -> Mission | None:
         """That robot's own of that name, or the one for all robots."""
@@ -200,8 +271,16 @@ class Belief:
         key = robot_id, mission, slow
         if key not in self._takes:
             meant = self.mission(robot_id, mission)
-            self._takes[key] = None if meant is None else estimates.takes(
-                expected(self._usual(robot_id, meant.guid), meant), self._pooled(mission), self._way(robot_id, meant), slow=slow)
+            self._takes[key] = (
+                None
+                if meant is None
+                else estimates.takes(
+                    expected(self._usual(robot_id, meant.guid), meant),
+                    self._pooled(mission),
+                    self._way(robot_id, meant),
+                    slow=slow,
+                )
+            )
         return self._takes[key]
 
     def _way(self, robot_id: int, mission: Mission) -> float | None:
@@ -223,24 +302,40 @@ class Belief:
     def choice(self, decision: Decision) -> dict[str, Any]:
         """Codes and numbers of its sentence: of five robots at most, the best first."""
         robots: list[dict[str, Any]] = []
-        best_first = sorted(decision.options, key=lambda option: option.robot_id != decision.robot_id)       # the chosen one before all
+        best_first = sorted(
+            decision.options, key=lambda option: option.robot_id != decision.robot_id
+        )  # the chosen one before all
         for option in best_first[:MOST_TOLD]:
             member = self.members[option.robot_id]
-            robots.append({"robot": member.name} | ({"until": self._in(member.free_s)} if member.id not in self._seem_free
-                                                    else self._metres(member.id, decision))
-                          | ({"failures": member.failures} if member.failures else {}) | self._unfit(decision, option))
+            robots.append(
+                {"robot": member.name}
+                | (
+                    {"until": self._in(member.free_s)}
+                    if member.id not in self._seem_free
+                    else self._metres(member.id, decision)
+                )
+                | ({"failures": member.failures} if member.failures else {})
+                | self._unfit(decision, option)
+            )
             if option.robot_id == decision.robot_id and (why := decision.why):
                 robots[-1] |= {"why": why} | ({"done": self._in(option.done_s)} if why == Why.SOONEST else {})
         if robots and decision.robot_id is not None and "why" not in robots[0] and _is_farther(*robots):
             robots[0] |= {"why": Why.EQUAL}
-        for robot_id, out in decision.out[:MOST_TOLD - len(robots)]:
+        for robot_id, out in decision.out[: MOST_TOLD - len(robots)]:
             member = self.members[robot_id]
             tells_battery = out in (Out.LOW_BATTERY, Out.TOO_LITTLE_BATTERY) and member.battery is not None
-            robots.append({"robot": member.name, "out": str(out)} | ({"battery": round(member.battery or 0.0)} if tells_battery else {}))
+            robots.append(
+                {"robot": member.name, "out": str(out)}
+                | ({"battery": round(member.battery or 0.0)} if tells_battery else {})
+            )
         more = len(decision.options) + len(decision.out) - len(robots)
         kept = decision.kept_for
-        return {"robots": robots, **({"more": more} if more else {}), **({"kept_for": kept.mission} if kept else {}),
-                **({"last_call": True} if decision.is_last_call else {})}
+        return {
+            "robots": robots,
+            **({"more": more} if more else {}),
+            **({"kept_for": kept.mission} if kept else {}),
+            **({"last_call": True} if decision.is_last_call else {}),
+        }
 
     def _unfit(self, decision: Decision, option: Option) -> dict[str, Any]:
         """Why a robot that seems free was not chosen, though nothing keeps it from having starts. Told of a choice only, as metres are."""
@@ -259,8 +354,11 @@ class Belief:
     def who_is_there(self, full: FullPlace) -> dict[str, Any]:
         """Of a place without room."""
         elapsed = 0.0 if full.started_at is None else -self._seconds(full.started_at)
-        return {"place": full.name, "robot": full.robot, "until": self._in(estimates.remaining(
-            self._usual(full.robot_id, full.mission_guid), elapsed))}
+        return {
+            "place": full.name,
+            "robot": full.robot,
+            "until": self._in(estimates.remaining(self._usual(full.robot_id, full.mission_guid), elapsed)),
+        }
 
     def _in(self, seconds: float) -> str:
         """An instant to the minute, so that what is stored changes once a minute at most."""

@@ -1,4 +1,5 @@
 """Something small to do again and again on the scheduler's thread: exports, backups, requests of commands."""
+
 from __future__ import annotations
 
 import logging
@@ -19,7 +20,7 @@ class Chores:
     def __init__(self, clock: Clock, alarms: Alarms) -> None:
         self._clock, self._alarms = clock, alarms
         self._chores: dict[str, Callable[[], None]] = {}
-        self._failing: set[str] = set()           # that failed the last time
+        self._failing: set[str] = set()  # that failed the last time
         self._done_at = -math.inf
 
     def add(self, name: str, chore: Callable[[], None]) -> None:

@@ -3,6 +3,7 @@
 While it is in doubt nothing is sent and nothing is written as missed. A robot whose time agrees ends the doubt, or the operator does;
 when no robot can be asked, the time since the last run has to be plausible.
 """
+
 from __future__ import annotations
 
 import logging
@@ -23,14 +24,14 @@ from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
-BACKWARDS = timedelta(minutes=2)        # a tablet that lost some seconds over a restart is not a tablet that lost its clock
-HEARD_AGAIN = 3600.0                    # s without a difference after which the clock of an overruled robot counts again
-CONFIRMED = "confirmed_clock_offsets"   # name of the setting: what the robots' clocks differed by when a person said that this one is right
-CONFIRMATION_LASTS = timedelta(days=1)           # until an app is started to which it is said
+BACKWARDS = timedelta(minutes=2)  # a tablet that lost some seconds over a restart is not a tablet that lost its clock
+HEARD_AGAIN = 3600.0  # s without a difference after which the clock of an overruled robot counts again
+CONFIRMED = "confirmed_clock_offsets"  # name of the setting: what the robots' clocks differed by when a person said that this one is right
+CONFIRMATION_LASTS = timedelta(days=1)  # until an app is started to which it is said
 UNPROVEN = message("it is being compared with the robots' clocks")
 
-Readings = Mapping[int, ClockReading]   # by robot
-Span = tuple[datetime, datetime]        # both included
+Readings = Mapping[int, ClockReading]  # by robot
+Span = tuple[datetime, datetime]  # both included
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Judgement:
     """``absent_since``: the app was off, asleep or in doubt until now. ``went_back``: instants that have been handled may come again.
     ``step``: by how much the clock was set since what the last judgement asked for was done, or the tablet has slept.
     ``wrong``: from when to when the clock showed a wrong time before it was set to that of the robots."""
+
     is_trusted: bool
     absent_since: datetime | None = None
     went_back: bool = False
@@ -49,11 +51,13 @@ class Judgement:
 class _Doubt:
     since: datetime
     since_mono: float
-    jump_s: float = 0.0                 # that the clock has moved ahead while the app ran
+    jump_s: float = 0.0  # that the clock has moved ahead while the app ran
     has_alarm: bool = False
-    ahead: Mapping[int, float] = field(default_factory=dict)         # s, of robots' clocks when they last contradicted this one
-    shown: Span | None = None           # the times that it showed until then, or until it moved
-    moved_s: float = 0.0                # ahead, since then
+    ahead: Mapping[int, float] = field(
+        default_factory=dict
+    )  # s, of robots' clocks when they last contradicted this one
+    shown: Span | None = None  # the times that it showed until then, or until it moved
+    moved_s: float = 0.0  # ahead, since then
 
     def begin_anew(self, mono: float) -> None:
         """After a jump: what was read up to that very moment says nothing any more."""
@@ -65,43 +69,52 @@ class _Doubt:
             self.shown = (self.shown[0], before)
         self.moved_s += step
         if self.jump_s:
-            self.jump_s = max(0.0, self.jump_s + step)         # perhaps taken back
+            self.jump_s = max(0.0, self.jump_s + step)  # perhaps taken back
 
     def found_wrong(self, readings: Readings) -> Span | None:
         """The wrong times that the clock showed, where a robot agrees that had contradicted it before it was set ahead by about as much. In
         any other case it may have been right: the tablet slept, or it was a robot's clock that was set."""
         for key, ahead in self.ahead.items():
-            if (key in readings and abs(readings[key].offset) <= CLOCKS_AGREE
-                    and abs(self.moved_s - ahead) <= min(CLOCKS_AGREE, ahead / 2)):
+            if (
+                key in readings
+                and abs(readings[key].offset) <= CLOCKS_AGREE
+                and abs(self.moved_s - ahead) <= min(CLOCKS_AGREE, ahead / 2)
+            ):
                 return self.shown
         return None
 
 
 class ClockGuard:
-    def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, holds: Holds, alarms: Alarms, downtime: Downtime) -> None:
+    def __init__(
+        self, db: Database, settings: SettingsRepository, clock: Clock, holds: Holds, alarms: Alarms, downtime: Downtime
+    ) -> None:
         self._db, self._settings, self._clock = db, settings, clock
         self._holds, self._alarms, self._downtime = holds, alarms, downtime
-        self._last: tuple[datetime, float] | None = None         # wall and monotonic time of the last round, or of the start
-        self._last_heartbeat: datetime | None = None             # of the previous run, or of this one
+        self._last: tuple[datetime, float] | None = None  # wall and monotonic time of the last round, or of the start
+        self._last_heartbeat: datetime | None = None  # of the previous run, or of this one
         self._beat_at = -1e9
         self._doubt: _Doubt | None = None
         self._absent_since: datetime | None = None
-        self._unreported: Gap | None = None                      # an absence that is told once the clock is trusted
-        self._started_at: float | None = None                    # on the monotonic clock, until it is told for how long the app was off
+        self._unreported: Gap | None = None  # an absence that is told once the clock is trusted
+        self._started_at: float | None = None  # on the monotonic clock, until it is told for how long the app was off
         self._went_back = False
         self._step = timedelta()
-        self._overruled: dict[int, float] = {}                   # robots against whose clocks a person decided, and when they last differed
-        self._wrong_since: datetime | None = clock.now()        # from when it was, if it is found wrong; None: that doubt began
+        self._overruled: dict[
+            int, float
+        ] = {}  # robots against whose clocks a person decided, and when they last differed
+        self._wrong_since: datetime | None = (
+            clock.now()
+        )  # from when it was, if it is found wrong; None: that doubt began
         self._wrong: Span | None = None
-        self._confirmed_at: datetime | None = None              # by a person, before this run
-        self.is_proven = False                                  # by a robot or a person; else one robot's word counts
+        self._confirmed_at: datetime | None = None  # by a person, before this run
+        self.is_proven = False  # by a robot or a person; else one robot's word counts
 
     def start(self) -> None:
         """Called once, before the first round."""
         self._last_heartbeat = self._settings.heartbeat(self._db.read())
         self._confirmed_at = to_optional_instant(self._settings.get(self._db.read(), CLOCK_CONFIRMED_AT))
         now, self._started_at = self._clock.now(), self._clock.monotonic()
-        self._last = (now, self._started_at)              # robots may tell the time, and the clock be set, before the first round
+        self._last = (now, self._started_at)  # robots may tell the time, and the clock be set, before the first round
         self._begin_doubt(now)
 
     def judge(self, readings: Readings, can_ask: bool) -> Judgement:
@@ -163,9 +176,9 @@ class ClockGuard:
         if doubt is not None and (doubt.has_alarm or was_wrong):
             self._downtime.add(Gap(min(doubt.since, now), now, clock=True))
             self._absent_since = self._absent_since or min(doubt.since, now)
-        if doubt is not None and not was_wrong and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:      # the tablet slept
+        if doubt is not None and not was_wrong and timedelta(seconds=doubt.jump_s) >= NOTEWORTHY:  # the tablet slept
             self._away(doubt.since, now)
-        self._went_back = True                     # perhaps before this run
+        self._went_back = True  # perhaps before this run
         self._holds.distrust_clock(None)
         self._alarms.clear("clock_implausible", "clock")
 
@@ -180,8 +193,13 @@ class ClockGuard:
                 doubt = self._begin_doubt(now, said_at=min(reading.read_at for reading in readings.values()))
                 return self._contradict(doubt, differ, now)
             return None
-        problem = (self._contradict(self._doubt, differ, now) if agree < len(differ) else
-                   None if agree else self._unproven(can_ask, now, mono))
+        problem = (
+            self._contradict(self._doubt, differ, now)
+            if agree < len(differ)
+            else None
+            if agree
+            else self._unproven(can_ask, now, mono)
+        )
         if self._holds.take_clock_confirmation() or (problem not in (None, UNPROVEN) and self._was_confirmed(now)):
             offsets = {str(key): reading.offset for key, reading in fresh.items()}
             self._db.write(lambda c: self._settings.put(c, CONFIRMED, offsets))
@@ -212,8 +230,11 @@ class ClockGuard:
         if doubt is not None and can_ask and doubt.jump_s:
             return message("it jumped ahead by {time}, and no robot can be asked", time=_span(doubt.jump_s))
         if then is not None and now < then - BACKWARDS:
-            return message("it shows {now} UTC, but the app already ran on {then} UTC",
-                           now=f"{now:%Y-%m-%d %H:%M}", then=f"{then:%Y-%m-%d %H:%M}")
+            return message(
+                "it shows {now} UTC, but the app already ran on {then} UTC",
+                now=f"{now:%Y-%m-%d %H:%M}",
+                then=f"{then:%Y-%m-%d %H:%M}",
+            )
         return None
 
     def _overrule(self, readings: Readings, mono: float) -> None:
@@ -221,7 +242,9 @@ class ClockGuard:
         long as the tablet's clock does not step, it is theirs that move when they differ in another way: no reason to hold the plant."""
         self._overruled = {key: mono for key, reading in readings.items() if abs(reading.offset) > CLOCKS_AGREE}
         if self._overruled:
-            log.warning("A person decided against the clocks of robots %s", ", ".join(f"#{key}" for key in self._overruled))
+            log.warning(
+                "A person decided against the clocks of robots %s", ", ".join(f"#{key}" for key in self._overruled)
+            )
 
     def _has_a_say(self, key: int, reading: ClockReading) -> bool:
         """Of a robot whose clock differs."""
@@ -257,12 +280,12 @@ class ClockGuard:
         if abs(step) < REPORTED_STEP:
             return
         log.warning("The wall clock moved by %+.0f s against the monotonic one (asleep, or the clock was set)", step)
-        self._overruled.clear()                             # now it may be the tablet's that is wrong
+        self._overruled.clear()  # now it may be the tablet's that is wrong
         self._step += timedelta(seconds=step)
         if step < 0:
             self._went_back = True
         self._wrong_since = None
-        if self._doubt is not None:                         # what was read before says nothing any more
+        if self._doubt is not None:  # what was read before says nothing any more
             self._doubt.begin_anew(mono)
             self._doubt.move(now - timedelta(seconds=step), step)
         elif step > self._shortest_doubtful():
@@ -283,9 +306,9 @@ class ClockGuard:
         began = now - timedelta(seconds=self._clock.monotonic() - self._started_at)
         self._started_at = None
         if self._last_heartbeat is None:
-            self._downtime.add(Gap(EVER, began))           # a run before may have ended before its first heartbeat
+            self._downtime.add(Gap(EVER, began))  # a run before may have ended before its first heartbeat
             self._absent_since = EVER
-        elif self._last_heartbeat < EARLIEST <= now:           # by a wrong clock: nothing tells for how long it was off
+        elif self._last_heartbeat < EARLIEST <= now:  # by a wrong clock: nothing tells for how long it was off
             self._downtime.add(Gap(self._last_heartbeat, began, clock=True))
             self._absent_since = self._last_heartbeat
         elif began - self._last_heartbeat > timedelta(seconds=2 * HEARTBEAT_EVERY):
@@ -296,7 +319,9 @@ class ClockGuard:
         if end - start >= NOTEWORTHY:
             self._absent_since = start if self._absent_since is None else min(self._absent_since, start)
             self._unreported = Gap(min(start, self._unreported.start) if self._unreported else start, end)
-            log.warning("The app was off or asleep from %s to %s UTC", f"{start:%Y-%m-%d %H:%M:%S}", f"{end:%Y-%m-%d %H:%M:%S}")
+            log.warning(
+                "The app was off or asleep from %s to %s UTC", f"{start:%Y-%m-%d %H:%M:%S}", f"{end:%Y-%m-%d %H:%M:%S}"
+            )
 
     def _report_absence(self, now: datetime) -> None:
         """Once the clock is trusted: one that was wrong when the absence was noticed shows a wrong end."""
@@ -304,9 +329,16 @@ class ClockGuard:
         if gap is not None and (end := min(gap.end, now)) - gap.start >= NOTEWORTHY:
             zone = self._settings.load(self._db.read()).timezone
             restored_at = self._settings.restored_at(self._db.read())
-            is_forgotten = restored_at is not None and gap.start <= restored_at <= end       # the app may have been on, a backup can't know
-            self._alarms.raise_("backup_restored" if is_forgotten else "app_was_off", "app",
-                                start=gap.start.isoformat(), end=end.isoformat(), timezone=zone)
+            is_forgotten = (
+                restored_at is not None and gap.start <= restored_at <= end
+            )  # the app may have been on, a backup can't know
+            self._alarms.raise_(
+                "backup_restored" if is_forgotten else "app_was_off",
+                "app",
+                start=gap.start.isoformat(),
+                end=end.isoformat(),
+                timezone=zone,
+            )
         self._unreported = None
 
     def _beat(self, now: datetime, mono: float) -> None:
@@ -318,8 +350,11 @@ class ClockGuard:
 def _difference(differ: list[float]) -> Message:
     seconds = sorted(differ)[len(differ) // 2]
     if len(differ) == 1:
-        return (message("the robot's clock is {time} ahead of it", time=_span(seconds)) if seconds > 0 else
-                message("the robot's clock is {time} behind it", time=_span(-seconds)))
+        return (
+            message("the robot's clock is {time} ahead of it", time=_span(seconds))
+            if seconds > 0
+            else message("the robot's clock is {time} behind it", time=_span(-seconds))
+        )
     if seconds > 0:
         return message("most robots' clocks are {time} ahead of it", time=_span(seconds))
     return message("most robots' clocks are {time} behind it", time=_span(-seconds))

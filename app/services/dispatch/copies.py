@@ -3,6 +3,7 @@
 The token in ``description`` is the proof. A robot that does not give descriptions back is judged by mission, user and number; while it is
 not known yet whether it does, an item that may be ours is taken for ours: rather that than sent twice.
 """
+
 from __future__ import annotations
 
 import logging
@@ -23,12 +24,17 @@ from app.services.live.tablet import old_token
 
 log = logging.getLogger(__name__)
 
-SEARCHED_AFTER_RESTORE = 1000    # newest queue items that are searched for what a restored backup does not know
-DOUBLED_WITHIN = timedelta(minutes=1)   # of a start, and a poll more: what the network may do to a request
-LOOKS_BACK = timedelta(hours=1)         # for starts that another tablet may have made too
+SEARCHED_AFTER_RESTORE = 1000  # newest queue items that are searched for what a restored backup does not know
+DOUBLED_WITHIN = timedelta(minutes=1)  # of a start, and a poll more: what the network may do to a request
+LOOKS_BACK = timedelta(hours=1)  # for starts that another tablet may have made too
 # Nobody wanted it not to run.
-MAY_COME_TRUE = (ReasonCode.UNKNOWN_OUTCOME, ReasonCode.WINDOW_CLOSED, ReasonCode.RETRY_LIMIT, ReasonCode.NO_ROBOT,
-                 ReasonCode.REFUSED)
+MAY_COME_TRUE = (
+    ReasonCode.UNKNOWN_OUTCOME,
+    ReasonCode.WINDOW_CLOSED,
+    ReasonCode.RETRY_LIMIT,
+    ReasonCode.NO_ROBOT,
+    ReasonCode.REFUSED,
+)
 
 
 def looks_like_token(description: str) -> bool:
@@ -40,12 +46,14 @@ class Copies:
 
     def __init__(self, client: RobotClient, shared: Shared, observation: Observation) -> None:
         self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
-        self._watched: dict[str, tuple[int, float]] = {}     # by token: queue floor, and until when on the monotonic clock
-        self._unsearched_since = math.inf                    # the first of the searches for them that failed in a row, on the same clock
-        self._alarmed: set[tuple[str, int]] = set()             # alarms by code and queue id
-        self.note_accepted: Callable[[], None] = lambda: None    # writes which items have been told to be ours
-        self._has_forgotten = False                             # an item that is certainly ours came without its token
-        self._read: dict[int, QueueItem | None] = {}            # for an answer that takes several calls: items by id; None: not there
+        self._watched: dict[str, tuple[int, float]] = {}  # by token: queue floor, and until when on the monotonic clock
+        self._unsearched_since = math.inf  # the first of the searches for them that failed in a row, on the same clock
+        self._alarmed: set[tuple[str, int]] = set()  # alarms by code and queue id
+        self.note_accepted: Callable[[], None] = lambda: None  # writes which items have been told to be ours
+        self._has_forgotten = False  # an item that is certainly ours came without its token
+        self._read: dict[
+            int, QueueItem | None
+        ] = {}  # for an answer that takes several calls: items by id; None: not there
 
     # ------------------------------------------------------------------ which one is ours
     def of(self, row: Execution) -> list[QueueItem]:
@@ -54,7 +62,7 @@ class Copies:
         found = [item for item in newer if item.description == row.token]
         if found or not newer:
             return found
-        self.note_accepted()                         # while the robot was read others may have been sent
+        self.note_accepted()  # while the robot was read others may have been sent
         candidates = [item for item in newer if self._may_be_of(row, item)][:1]
         do_tokens_come_back = self.do_tokens_come_back() if candidates else None
         if do_tokens_come_back:
@@ -80,9 +88,9 @@ class Copies:
             return None
         try:
             item = self._client.queue_item(last.queue_id)
-        except Rejected:                          # deleted, or its number is another item's now
+        except Rejected:  # deleted, or its number is another item's now
             return None
-        except (RobotFault, Unreadable):          # that one item, perhaps for long
+        except (RobotFault, Unreadable):  # that one item, perhaps for long
             if self._has_forgotten:
                 return False
             raise
@@ -106,9 +114,12 @@ class Copies:
     def _may_be_of(self, row: Execution, item: QueueItem) -> bool:
         """Without tokens (a robot may put the mission's own description there): the same mission, put there since by the same user, claimed
         by no other execution."""
-        return (item.mission_id == row.mission_guid and not looks_like_token(item.description)
-                and item.created_by_name in ("", self._seen.user_name or item.created_by_name)
-                and not self._ledger.is_claimed(self._seen.robot.id, item.id))
+        return (
+            item.mission_id == row.mission_guid
+            and not looks_like_token(item.description)
+            and item.created_by_name in ("", self._seen.user_name or item.created_by_name)
+            and not self._ledger.is_claimed(self._seen.robot.id, item.id)
+        )
 
     def is_ours(self, row: Execution, item: QueueItem) -> bool:
         """Whether the item under our number is the one we put there; after a reset of the robot's database it may be somebody else's."""
@@ -129,11 +140,15 @@ class Copies:
         if last_queue_id is None or highest is None or highest <= last_queue_id:
             return None
         try:
-            if not self._is_of_idle_mission(self._client.queue_item(highest)):       # mostly; of what is before it thousands may be
+            if not self._is_of_idle_mission(
+                self._client.queue_item(highest)
+            ):  # mostly; of what is before it thousands may be
                 return None
             newer = self._client.items_after(last_queue_id)
         except (Refusal, Unreadable) as error:
-            log.info("What %r has executed since its last idle mission is not known: %s", self._seen.robot.name, error.text)
+            log.info(
+                "What %r has executed since its last idle mission is not known: %s", self._seen.robot.name, error.text
+            )
             return None
         return max(item.id for item in newer) if newer and all(map(self._is_of_idle_mission, newer)) else None
 
@@ -149,18 +164,23 @@ class Copies:
             return
         try:
             found = self._client.status().serial_number
-            if robot.serial_number and found and found != robot.serial_number:        # another machine
+            if robot.serial_number and found and found != robot.serial_number:  # another machine
                 return
             highest = self._client.highest_queue_id() or 0
-            if highest < max(self._read, default=0):         # its numbers have begun anew
+            if highest < max(self._read, default=0):  # its numbers have begun anew
                 self._read, known = {}, 0
             items = self._client.items_after(max(0, highest - SEARCHED_AFTER_RESTORE), self._read, highest)
             last = self._s.robots.last_accepted(self._s.db.read(), robot.id)
-            if last is not None and highest < last.queue_id:                 # it boots, or has forgotten others: that is no answer
-                log.info("%r does not show its newest items, so whether it has other starts of before the restore is not known", robot.name)
+            if last is not None and highest < last.queue_id:  # it boots, or has forgotten others: that is no answer
+                log.info(
+                    "%r does not show its newest items, so whether it has other starts of before the restore is not known",
+                    robot.name,
+                )
                 asked_at = -math.inf
         except RobotError as error:
-            if len(self._read) > known:          # more of them the next time: reading all at once would make what falls due late
+            if (
+                len(self._read) > known
+            ):  # more of them the next time: reading all at once would make what falls due late
                 return
             log.info("Whether %r has starts of before the restore could not be asked: %s", robot.name, error.text)
         else:
@@ -179,7 +199,10 @@ class Copies:
         if until > self._s.clock.monotonic():
             return
         highest = self._seen.highest
-        self._watched[row.token] = (floor if highest is None else min(floor, highest), self._s.clock.monotonic() + WATCHED_FOR)
+        self._watched[row.token] = (
+            floor if highest is None else min(floor, highest),
+            self._s.clock.monotonic() + WATCHED_FOR,
+        )
         self._ledger.watch(row, self._seen.robot.id)
 
     def watch_again(self) -> None:
@@ -196,7 +219,7 @@ class Copies:
     def heal(self, open_items: Sequence[QueueItem]) -> None:
         """Set right what the robot has more than once, or although its row has ended."""
         if self._s.holds.is_copy is not None:
-            return                                           # these rows are another tablet's
+            return  # these rows are another tablet's
         items = {item.id: item for item in open_items if looks_like_token(item.description)}
         self._find_other_tablet(items.values())
         mono = self._s.clock.monotonic()
@@ -211,17 +234,22 @@ class Copies:
             is_here = row.robot_id == self._seen.robot.id
             if is_here and row.queue_id == item.id:
                 continue
-            if is_here and row.state in (State.SUBMITTING, State.WAITING):         # still looked for; it may end without having found it
+            if is_here and row.state in (
+                State.SUBMITTING,
+                State.WAITING,
+            ):  # still looked for; it may end without having found it
                 unsettled.add(row.token)
-            elif not (self._set_right if is_here else self._came_elsewhere)(row, item):      # met again before it begins
+            elif not (self._set_right if is_here else self._came_elsewhere)(row, item):  # met again before it begins
                 unsettled.add(row.token)
                 self.watch_from(row, item.id - 1)
-        searched = max((item.id for item in newer), default=0)           # what is older has been seen
+        searched = max((item.id for item in newer), default=0)  # what is older has been seen
         if self._seen.highest is not None:
-            self._seen.highest = max(self._seen.highest, searched)       # or the next search would begin at the first item
-        self._watched = {token: (floor if token in unsettled or not newer else searched, until)
-                         for token, (floor, until) in self._watched.items()
-                         if until > mono or (token in unsettled and until > mono - WATCHED_FOR)}       # once more after its time
+            self._seen.highest = max(self._seen.highest, searched)  # or the next search would begin at the first item
+        self._watched = {
+            token: (floor if token in unsettled or not newer else searched, until)
+            for token, (floor, until) in self._watched.items()
+            if until > mono or (token in unsettled and until > mono - WATCHED_FOR)
+        }  # once more after its time
         if over := before - self._watched.keys():
             self._ledger.drop_watches(self._seen.robot.id, over)
 
@@ -243,30 +271,51 @@ class Copies:
     def _tell_of_unmarked(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
         """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for, or was sent lately, can't
         be told from one that a person put there, so a person decides. Returns the tokens of those that can't be judged yet."""
-        self.note_accepted()                         # while the robot was read others may have been sent
-        watched = [(row, floor) for token, (floor, _until) in self._watched.items() if (row := self._ledger.by_token(token)) is not None]
-        found = [(row, item) for item in filter(self._is_unmarked, newer) for row, floor in reversed(watched)    # most likely the last's
-                 if item.id > floor and self._may_be_of(row, item)]
+        self.note_accepted()  # while the robot was read others may have been sent
+        watched = [
+            (row, floor)
+            for token, (floor, _until) in self._watched.items()
+            if (row := self._ledger.by_token(token)) is not None
+        ]
+        found = [
+            (row, item)
+            for item in filter(self._is_unmarked, newer)
+            for row, floor in reversed(watched)  # most likely the last's
+            if item.id > floor and self._may_be_of(row, item)
+        ]
         if found and self.do_tokens_come_back() is not False:
             found = []
         unmarked = list(filter(self._is_unmarked, open_items)) if self._forgets_tokens else []
         lately = self._sent_lately() if unmarked else []
-        found += [(row, item) for item in unmarked for row in lately if item.id > (row.queue_floor or 0) and self._may_be_of(row, item)]
+        found += [
+            (row, item)
+            for item in unmarked
+            for row in lately
+            if item.id > (row.queue_floor or 0) and self._may_be_of(row, item)
+        ]
         rows = self._ledger.open_for(self._seen.robot.id, NOT_WITH_THE_ROBOT) if found else []
-        looked_for = {row.mission_guid for row in rows if row.attempts}               # it is taken for that one
+        looked_for = {row.mission_guid for row in rows if row.attempts}  # it is taken for that one
         for row, item in found:
             if row.mission_guid not in looked_for:
                 self._alarm_once("unmarked_copy", row, item)
         return {row.token for row, _item in found if row.mission_guid in looked_for and row.token in self._watched}
 
     def _is_unmarked(self, item: QueueItem) -> bool:
-        return bool(item.created_by_name) and not looks_like_token(item.description) and ("unmarked_copy", item.id) not in self._alarmed
+        return (
+            bool(item.created_by_name)
+            and not looks_like_token(item.description)
+            and ("unmarked_copy", item.id) not in self._alarmed
+        )
 
     def _sent_lately(self) -> list[Execution]:
         now = self._s.clock.now()
         rows = self._ledger.planned_between(self._seen.robot.id, now - LOOKS_BACK, now)
         since = now - DOUBLED_WITHIN - self._s.settings().poll_interval
-        return [row for row in rows if row.queue_id is not None and row.submitted_at is not None and row.submitted_at >= since]
+        return [
+            row
+            for row in rows
+            if row.queue_id is not None and row.submitted_at is not None and row.submitted_at >= since
+        ]
 
     def _watched_from(self) -> int:
         """What has to be searched has a higher number, unless the robot's numbers have begun anew since."""
@@ -283,7 +332,7 @@ class Copies:
         rows = self._ledger.planned_between(self._seen.robot.id, max(move.at, now - LOOKS_BACK), now)
         theirs = {old_token(move, row) for row in rows}
         floors = [row.queue_floor for row in rows if row.queue_floor is not None]
-        newer = self._client.items_after(min(floors)) if floors else open_items          # what is over already too
+        newer = self._client.items_after(min(floors)) if floors else open_items  # what is over already too
         found = {("two_tablets", item.id) for item in newer if item.description in theirs}
         if found - self._alarmed:
             self._alarmed |= found
@@ -296,22 +345,24 @@ class Copies:
         """Returns whether that is done; else it is to be met again."""
         if row.queue_id is None:
             return self._came_late(row, item)
-        if item.id < row.queue_id and row.state.is_open:     # the earlier one is ours
+        if item.id < row.queue_id and row.state.is_open:  # the earlier one is ours
             later = row.queue_id
-            return self._ledger.reopen(row, self._seen.robot, item.id) is None or self.cancel_copy(self._client.queue_item(later), row)
-        if row.cancel_code and item.is_open:                 # nobody wants it, however often it comes
+            return self._ledger.reopen(row, self._seen.robot, item.id) is None or self.cancel_copy(
+                self._client.queue_item(later), row
+            )
+        if row.cancel_code and item.is_open:  # nobody wants it, however often it comes
             return self._cancel_late(row, item)
         return self.cancel_copy(item, row)
 
     def _came_elsewhere(self, row: Execution, item: QueueItem) -> bool:
         """One of a group that this robot gave back, and another one may have by now: the first that can be seen is the one, where nothing
         has been sent to that one. Returns whether that is done."""
-        if row.cancel_code and item.is_open:                 # nobody wants it, on whichever robot
+        if row.cancel_code and item.is_open:  # nobody wants it, on whichever robot
             return self._cancel_late(row, item)
-        if row.state is State.WAITING:                       # a copy that was cancelled here says nothing about it
+        if row.state is State.WAITING:  # a copy that was cancelled here says nothing about it
             return item.state is QueueState.ABORTED or self._ledger.adopt(row, self._seen.robot, item)
         if row.state is State.SUBMITTING and not item.is_pending:
-            return False                                     # it is being looked for there, and may not be found
+            return False  # it is being looked for there, and may not be found
         if row.state.is_open or row.queue_id is not None:
             return self.cancel_copy(item, row)
         return self._came_late(row, item)
@@ -336,7 +387,7 @@ class Copies:
     def cancel_copy(self, item: QueueItem, row: Execution) -> bool:
         """A later item with a token that is claimed already is cancelled while it is pending, and an alarm is raised. Returns whether all
         is done about it."""
-        runs = item.state in (QueueState.EXECUTING, QueueState.DONE, QueueState.UNKNOWN)           # or it may
+        runs = item.state in (QueueState.EXECUTING, QueueState.DONE, QueueState.UNKNOWN)  # or it may
         if row.trigger is Trigger.IDLE:
             self._ledger.note_idle_copy(self._seen.robot.id, item.id, runs=runs)
         if item.is_pending:
@@ -357,7 +408,7 @@ class Copies:
         return True
 
     def _alarm_once(self, code: str, row: Execution, item: QueueItem) -> None:
-        if (code, item.id) in self._alarmed:                    # it is met at every read
+        if (code, item.id) in self._alarmed:  # it is met at every read
             return
         self._alarmed.add((code, item.id))
         self._seen.raise_about(row, code, queue_id=item.id)

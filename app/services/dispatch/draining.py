@@ -1,4 +1,5 @@
 """What the runs of one robot use of its battery, each from when it was first seen executing to when it is seen completed."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -11,12 +12,13 @@ from app.services.dispatch.observation import Observation
 from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import REPORTED_STEP, UNSEEN_AT_MOST
 
-HOUR = 3600.0                # s
+HOUR = 3600.0  # s
 
 
 @dataclass(frozen=True)
 class _Run:
     """``began``, and was last ``seen`` executing, on the monotonic clock."""
+
     battery: float
     began: float
     began_at: datetime
@@ -28,7 +30,7 @@ class Draining:
 
     def __init__(self, shared: Shared, observation: Observation) -> None:
         self._s, self._seen = shared, observation
-        self._runs: dict[int, _Run] = {}              # by the execution's id
+        self._runs: dict[int, _Run] = {}  # by the execution's id
 
     def saw_executing(self, row: Execution) -> None:
         """``row`` as it was before: only one that was not known to execute begins now."""
@@ -41,10 +43,18 @@ class Draining:
 
     def saw_completed(self, row: Execution) -> Used | None:
         run, battery, mono = self._runs.pop(row.id, None), self._battery(), self._s.clock.monotonic()
-        if run is None or battery is None or battery > run.battery or mono - run.seen > UNSEEN_AT_MOST or self._slept(run):
+        if (
+            run is None
+            or battery is None
+            or battery > run.battery
+            or mono - run.seen > UNSEEN_AT_MOST
+            or self._slept(run)
+        ):
             return None
         mission = self._s.missions.with_guid(self._s.db.read(), row.mission_guid, self._seen.robot.id)
-        return None if mission is not None and mission.charges else Used(run.battery - battery, (mono - run.began) / HOUR)
+        return (
+            None if mission is not None and mission.charges else Used(run.battery - battery, (mono - run.began) / HOUR)
+        )
 
     def forget_all_but(self, ids: set[int]) -> None:
         """What has ended otherwise."""

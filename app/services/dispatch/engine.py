@@ -4,6 +4,7 @@ No thread of its own and no request to a robot: the runner calls ``advance`` on 
 and ``Mailboxes`` bring what it says to the robots' workers. With a window, Kivy's Clock asks for a cycle every poll interval; headless, or
 when the window has not asked for two intervals, the engine does so itself.
 """
+
 from __future__ import annotations
 
 import logging
@@ -52,9 +53,21 @@ from app.services.live.changes import NO_ROBOT, Changes, Topic
 
 log = logging.getLogger(__name__)
 
-POLLED_AT_ONCE = 2          # robots in a turn at least
-_REDEFINING = (Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS, Topic.MISSIONS, Topic.SETTINGS)     # what is about to be sent, or take it back
-_DECIDING = (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS, Topic.MISSIONS)       # what a choice of a robot rests on
+POLLED_AT_ONCE = 2  # robots in a turn at least
+_REDEFINING = (
+    Topic.HOLDS,
+    Topic.SCHEDULES,
+    Topic.ROBOTS,
+    Topic.MISSIONS,
+    Topic.SETTINGS,
+)  # what is about to be sent, or take it back
+_DECIDING = (
+    Topic.ROBOTS,
+    Topic.SCHEDULES,
+    Topic.SETTINGS,
+    Topic.HOLDS,
+    Topic.MISSIONS,
+)  # what a choice of a robot rests on
 
 
 class Mailboxes(Protocol):
@@ -70,34 +83,50 @@ class Mailboxes(Protocol):
 
 
 class Engine:
-    def __init__(self, *, planner: Planner, guard: ClockGuard, ledger: Ledger, clock: Clock, alarms: Alarms, changes: Changes,
-                 robots: Callable[[], list[Robot]], make_worker: Callable[[Robot], RobotWorker], poll_interval: Callable[[], float],
-                 probe: Callable[[], object], whereabouts: Whereabouts, allocator: Allocator) -> None:
+    def __init__(
+        self,
+        *,
+        planner: Planner,
+        guard: ClockGuard,
+        ledger: Ledger,
+        clock: Clock,
+        alarms: Alarms,
+        changes: Changes,
+        robots: Callable[[], list[Robot]],
+        make_worker: Callable[[Robot], RobotWorker],
+        poll_interval: Callable[[], float],
+        probe: Callable[[], object],
+        whereabouts: Whereabouts,
+        allocator: Allocator,
+    ) -> None:
         self._planner, self._guard, self._ledger, self._clock = planner, guard, ledger, clock
         self._alarms, self._robots, self._make_worker = alarms, robots, make_worker
         self._whereabouts, self._allocator = whereabouts, allocator
         allocator.hand_over = self._hand_over
-        self._poll_interval, self._probe = poll_interval, probe       # ``probe`` writes something; it raises while nothing can be written
+        self._poll_interval, self._probe = (
+            poll_interval,
+            probe,
+        )  # ``probe`` writes something; it raises while nothing can be written
         self._mailboxes: Mailboxes
         self._wake: Callable[[], None] = lambda: None
         self._workers: dict[int, RobotWorker] = {}
         self._watched: int | None = None
         self._allocate_at = self._allocated_at = -math.inf
-        self._allocating: int | None = None       # the thread that gives starts to robots
-        self._sought: frozenset[int] = frozenset()            # robots that a start waits for
-        self._lock = threading.Lock()             # for what other threads ask: workers, whose turn it is
-        self._inserting: int | None = None        # the thread that is writing what is due
-        self.plan_version = 1                     # counts changes that may take a start back
-        self._was_trusted = self._may_send = False        # the clock: ever, and now
-        self._robots_version = 1                  # counts changes of the robots
-        self._matched_version = 0                 # of the robots that have their workers
-        self._match_again_at = math.inf           # a worker could not be made
+        self._allocating: int | None = None  # the thread that gives starts to robots
+        self._sought: frozenset[int] = frozenset()  # robots that a start waits for
+        self._lock = threading.Lock()  # for what other threads ask: workers, whose turn it is
+        self._inserting: int | None = None  # the thread that is writing what is due
+        self.plan_version = 1  # counts changes that may take a start back
+        self._was_trusted = self._may_send = False  # the clock: ever, and now
+        self._robots_version = 1  # counts changes of the robots
+        self._matched_version = 0  # of the robots that have their workers
+        self._match_again_at = math.inf  # a worker could not be made
         self._first_at = clock.monotonic()
         self._cycle_at = self._turn_at = -math.inf
-        self._to_poll: list[int] = []             # robots of this cycle whose turn has not come yet
+        self._to_poll: list[int] = []  # robots of this cycle whose turn has not come yet
         self._in_turn = POLLED_AT_ONCE
         self._window_drives = False
-        self._announced_until: datetime | None = None        # of what is due soon
+        self._announced_until: datetime | None = None  # of what is due soon
         self._chores = Chores(clock, alarms)
         self._pruned_at = self._looked_at = self._tidied_at = -math.inf
         self._unsubscribe = changes.subscribe(self._on_change)
@@ -113,7 +142,7 @@ class Engine:
 
     def start(self) -> None:
         """Once, before the first ``advance``. Raises DatabaseUnavailable."""
-        self._ledger.give_back_bound()            # of a process that is gone: nothing was sent of these
+        self._ledger.give_back_bound()  # of a process that is gone: nothing was sent of these
         self._guard.start()
 
     def stop(self) -> None:
@@ -124,13 +153,19 @@ class Engine:
     def is_ready(self) -> bool:
         """Whether every robot has answered (or failed to answer) its first poll."""
         with self._lock:
-            return self._matched_version == self._robots_version and all(worker.polled for worker in self._workers.values())
+            return self._matched_version == self._robots_version and all(
+                worker.polled for worker in self._workers.values()
+            )
 
     @property
     def seconds_to_cycle(self) -> float:
         """Until every robot is polled again, when nobody else asks for it."""
         every = self._poll_interval() * (2 if self._window_drives else 1)
-        return self._cycle_at + (min(every, DOUBT_POLLS_EVERY) if self._guard.is_in_doubt else every) - self._clock.monotonic()
+        return (
+            self._cycle_at
+            + (min(every, DOUBT_POLLS_EVERY) if self._guard.is_in_doubt else every)
+            - self._clock.monotonic()
+        )
 
     @property
     def seconds_to_decision(self) -> float:
@@ -164,7 +199,7 @@ class Engine:
 
     def _on_change(self, topic: Topic, about: int | None) -> None:
         if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._inserting == threading.get_ident():
-            return                            # the round itself knows what is to be sent, and reads the plan after it
+            return  # the round itself knows what is to be sent, and reads the plan after it
         if topic is Topic.ROBOTS:
             self._robots_version += 1
         if topic in _REDEFINING or (topic is Topic.EXECUTIONS and about is None):
@@ -181,7 +216,7 @@ class Engine:
 
     def _may_let_one_go(self, topic: Topic, about: int | None) -> bool:
         """Whether a start of a group may find a robot because of this change."""
-        if topic is Topic.EXECUTIONS and about in (None, NO_ROBOT):           # it may be new
+        if topic is Topic.EXECUTIONS and about in (None, NO_ROBOT):  # it may be new
             return True
         if topic is Topic.SNAPSHOT:
             worker = self._workers.get(about or 0)
@@ -208,7 +243,7 @@ class Engine:
         if not self.is_ready and mono - self._first_at < FIRST_POLL_WITHIN:
             return 0.02
         if self._alarms.is_database_failing:
-            self._probe()                     # raises as long as it does
+            self._probe()  # raises as long as it does
             self._recover()
             if (alarm := self._alarms.database_works()) is not None:
                 self._planner.note_unwritable(alarm)
@@ -238,7 +273,7 @@ class Engine:
         if self._may_send and not judgement.is_trusted:
             self._allocator.wait_for_the_clock()
         if self._guard.is_in_doubt and not was_in_doubt:
-            self.request_cycle(self._window_drives)          # the robots' clocks decide
+            self.request_cycle(self._window_drives)  # the robots' clocks decide
             self._post_to_all(messages.TimeLost())
         if judgement.absent_since is not None:
             self._planner.list_late_starts(judgement.absent_since)
@@ -273,7 +308,7 @@ class Engine:
     def _allocate(self) -> None:
         """Starts of groups to robots that are free; robots that one waits for are read often."""
         self._allocated_at = self._clock.monotonic()
-        self._allocate_at = latest = self._allocated_at + DECIDES_EVERY          # also if this fails
+        self._allocate_at = latest = self._allocated_at + DECIDES_EVERY  # also if this fails
         with self._lock:
             workers = dict(self._workers)
         self._allocating = threading.get_ident()
@@ -281,7 +316,7 @@ class Engine:
             wait = self._allocator.advance(workers)
         finally:
             self._allocating = None
-        if self._allocate_at == latest:                  # nobody has asked for it meanwhile
+        if self._allocate_at == latest:  # nobody has asked for it meanwhile
             self._allocate_at = self._allocated_at + wait
         before, self._sought = self._sought, self._allocator.members
         for robot_id in before ^ self._sought:
@@ -300,7 +335,11 @@ class Engine:
         """Robots with something due in a moment, announced once for each instant."""
         now, announced = self._clock.now(), self._announced_until
         until = now + timedelta(seconds=PREFETCH_LEAD)
-        if announced is not None and now <= announced <= until and (until - announced).total_seconds() < PREFETCH_TOGETHER:
+        if (
+            announced is not None
+            and now <= announced <= until
+            and (until - announced).total_seconds() < PREFETCH_TOGETHER
+        ):
             return set()
         self._announced_until = until
         return self._planner.robots_due(announced if announced is not None and now < announced < until else now, until)
@@ -315,7 +354,7 @@ class Engine:
     # ------------------------------------------------------------------ robots and their turns
     def _match_workers(self) -> None:
         """One worker for each robot as it is configured now. One that can't be made is tried again, and holds up no other."""
-        version = self._robots_version            # another change meanwhile asks for another round
+        version = self._robots_version  # another change meanwhile asks for another round
         self._match_again_at = math.inf
         wanted = {robot.id: robot for robot in self._robots()}
         for key in list(self._workers):
@@ -357,7 +396,7 @@ class Engine:
     def _poll_some(self) -> None:
         self._turn_at = self._clock.monotonic() + TURN_EVERY
         with self._lock:
-            turn, self._to_poll = self._to_poll[:self._in_turn], self._to_poll[self._in_turn:]
+            turn, self._to_poll = self._to_poll[: self._in_turn], self._to_poll[self._in_turn :]
         for robot_id in turn:
             self._mailboxes.post(robot_id, messages.Poll())
 
@@ -368,7 +407,7 @@ class Engine:
         mono = self._clock.monotonic()
         if mono - self._pruned_at >= PRUNE_EVERY:
             self._pruned_at = mono
-            self._ledger.grew = True             # the limit may be lower now
+            self._ledger.grew = True  # the limit may be lower now
             self._alarms.prune()
         if not self._ledger.grew or mono - self._looked_at < TIDY_EVERY:
             return

@@ -1,4 +1,5 @@
 """Follows what was accepted to its end, by queue id and never by the robot's state; each row by itself."""
+
 from __future__ import annotations
 
 import logging
@@ -21,28 +22,37 @@ from app.services.dispatch.timing import GONE_FOR
 
 log = logging.getLogger(__name__)
 
-USER_REQUEST = "aborted - user request"       # the message of a cancellation in the robot's language en_US
-JUST_BEGUN = 3.0             # s from the beginning of a run, in which a robot has hardly moved
-MANY = 3                     # open executions that are asked for in one request instead of one each
+USER_REQUEST = "aborted - user request"  # the message of a cancellation in the robot's language en_US
+JUST_BEGUN = 3.0  # s from the beginning of a run, in which a robot has hardly moved
+MANY = 3  # open executions that are asked for in one request instead of one each
 
 
 class Following:
     """One robot's accepted executions. Raises RobotError when the robot can't be asked: rows stay open. ``give_way`` is called between two
     requests, so that what falls due meanwhile need not wait for all of them."""
 
-    def __init__(self, client: RobotClient, shared: Shared, observation: Observation, copies: Copies, give_way: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        client: RobotClient,
+        shared: Shared,
+        observation: Observation,
+        copies: Copies,
+        give_way: Callable[[], None],
+    ) -> None:
         self._client, self._s, self._ledger = client, shared, shared.ledger
         self._seen, self._copies, self._give_way = observation, copies, give_way
         self._draining, self._stops = Draining(shared, observation), StopRepository()
-        self._missing_since: dict[int, float] = {}    # queue ids that the robot does not seem to have (any more), on the monotonic clock
-        self._unreadable: set[int] = set()            # queue ids about which an alarm was raised
+        self._missing_since: dict[
+            int, float
+        ] = {}  # queue ids that the robot does not seem to have (any more), on the monotonic clock
+        self._unreadable: set[int] = set()  # queue ids about which an alarm was raised
 
     def follow(self, serial_number: str | None, open_ids: set[int] | None = None) -> None:
         """Ask for every queued or executing item by its id; for many together, where the robot can be asked so. What that brought is
         written together. ``serial_number``: of the machine that answers, where that is known. ``open_ids`` are those of the robot's list of
         open items, where it was read a moment ago."""
         if self._s.clearing.is_of(self._seen.robot.id):
-            return                                        # what the robot has cancelled a moment ago is the operator's wish
+            return  # what the robot has cancelled a moment ago is the operator's wish
         accepted = [(row, row.queue_id) for row in self.give_up_moved(serial_number) if row.queue_id is not None]
         items = self._items_from(min(queue_id for _row, queue_id in accepted)) if len(accepted) >= MANY else {}
         moves: list[Move] = []
@@ -59,10 +69,18 @@ class Following:
     def give_up_moved(self, serial_number: str | None) -> list[Execution]:
         """Another machine answers, and the address was changed since some were accepted: what became of these can't be asked any more.
         Returns the others."""
-        robot, problem = self._seen.robot, message("the robot's address was changed meanwhile, and another machine answers there")
+        robot, problem = (
+            self._seen.robot,
+            message("the robot's address was changed meanwhile, and another machine answers there"),
+        )
         rows = self._ledger.open_for(robot.id, WITH_THE_ROBOT)
-        moved = [row for row in rows if row.robot_address not in (None, robot.address)
-                 and serial_number and row.robot_serial not in (None, serial_number)]
+        moved = [
+            row
+            for row in rows
+            if row.robot_address not in (None, robot.address)
+            and serial_number
+            and row.robot_serial not in (None, serial_number)
+        ]
         self._ledger.make([self._given_up(row, problem) for row in moved])
         return [row for row in rows if row not in moved]
 
@@ -73,7 +91,7 @@ class Following:
     def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
             return {item.id: item for item in self._client.items_after(lowest - 1)}
-        except (Unreadable, RobotFault):                  # too many at once, or one of them can't be read: one by one then
+        except (Unreadable, RobotFault):  # too many at once, or one of them can't be read: one by one then
             return {}
 
     def _follow(self, row: Execution, queue_id: int, item: QueueItem | None, open_ids: set[int] | None) -> list[Move]:
@@ -90,7 +108,7 @@ class Following:
         if not self._copies.is_ours(row, item):
             return [self._vanished(row, queue_id)]
         if row.cancel_code and item.is_open:
-            self._copies.cancel(queue_id)                 # the first request may have been lost
+            self._copies.cancel(queue_id)  # the first request may have been lost
         return self._moves(row, item, open_ids)
 
     def _vanished(self, row: Execution, queue_id: int) -> Move:
@@ -134,10 +152,12 @@ class Following:
         is_unknown = item.state is QueueState.UNKNOWN
         if not is_unknown:
             self._missing_since.pop(item.id, None)
-        if item.state is QueueState.ABORTED or (is_unknown and (item.finished is not None or self._is_over(item.id, open_ids))):
+        if item.state is QueueState.ABORTED or (
+            is_unknown and (item.finished is not None or self._is_over(item.id, open_ids))
+        ):
             if self._s.clearing.is_of(self._seen.robot.id):
-                return []                                 # begun while this robot was read
-            wanted = self._ledger.get(row.id) or row      # a person may have cancelled it meanwhile
+                return []  # begun while this robot was read
+            wanted = self._ledger.get(row.id) or row  # a person may have cancelled it meanwhile
             moves.append(self._ledger.moves.ended(row, why_aborted(wanted, item), duration_s=duration))
         return moves
 

@@ -1,4 +1,5 @@
 """Whether a robot can take a start of a group, and whether it is free, by what was read of it a moment ago. Pure functions."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
@@ -9,7 +10,9 @@ from app.domain.models import Execution, State, Trigger
 from app.domain.robot import QueueItem, RobotState, RobotStatus
 
 _WORKS = frozenset({RobotState.READY, RobotState.EXECUTING})
-_AFTER_A_RUN = frozenset({RobotState.ABORTED, RobotState.COMPLETED, RobotState.DOCKED, RobotState.DOCKING})      # for moments
+_AFTER_A_RUN = frozenset(
+    {RobotState.ABORTED, RobotState.COMPLETED, RobotState.DOCKED, RobotState.DOCKING}
+)  # for moments
 
 
 def can_work(status: RobotStatus) -> bool:
@@ -25,8 +28,12 @@ def is_charging(status: RobotStatus | None) -> bool:
 def at_work(rows: Iterable[Execution], status: RobotStatus | None) -> list[Execution]:
     """Of the open ones of a robot those that keep it from something else: not its own idle mission, while that has it charge, nor what
     waits for something else than the robot."""
-    return [row for row in rows if not (row.trigger is Trigger.IDLE and is_charging(status))
-            and not (row.state is State.WAITING and row.wait in KEEPS_NO_ROBOT)]
+    return [
+        row
+        for row in rows
+        if not (row.trigger is Trigger.IDLE and is_charging(status))
+        and not (row.state is State.WAITING and row.wait in KEEPS_NO_ROBOT)
+    ]
 
 
 def is_free(status: RobotStatus | None, queue: Sequence[QueueItem], rows: Iterable[Execution]) -> bool:

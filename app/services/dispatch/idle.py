@@ -1,4 +1,5 @@
 """Idle automation: when a robot has been idle long enough, seen without a break, its idle mission is started once."""
+
 from __future__ import annotations
 
 import math
@@ -22,7 +23,7 @@ class IdleWatch:
     def __init__(self) -> None:
         self._since: float | None = None
         self._seen = -math.inf
-        self._highest: int | None = None         # queue id
+        self._highest: int | None = None  # queue id
 
     def saw(self, idle: bool, highest: int | None, mono: float, longest_gap: float) -> None:
         if not idle or mono - self._seen > longest_gap or highest != self._highest:
@@ -47,16 +48,18 @@ def is_idle(status: RobotStatus, has_queue_items: bool) -> bool:
 @dataclass(frozen=True)
 class IdleSituation:
     """Everything the decision needs to know, read at one moment."""
+
     idle_seconds: float
     status: RobotStatus
     highest_queue_id: int
-    last_queue_id: int | None             # of its last idle mission, or the highest known when that was triggered
-    next_planned_at: datetime | None      # of any schedule of this robot
-    minimum_battery: float | None         # %, for its idle mission
+    last_queue_id: int | None  # of its last idle mission, or the highest known when that was triggered
+    next_planned_at: datetime | None  # of any schedule of this robot
+    minimum_battery: float | None  # %, for its idle mission
 
 
-def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, settings: Settings, calendar: WorkingCalendar,
-                        now: datetime) -> bool:
+def idle_mission_is_due(
+    rule: IdleRule | None, situation: IdleSituation, settings: Settings, calendar: WorkingCalendar, now: datetime
+) -> bool:
     """Whether the idle mission starts now.
 
     Once per idle period: a period ends when anything else runs, which shows as a queue id above that of the last idle mission, or below it
@@ -66,19 +69,35 @@ def idle_mission_is_due(rule: IdleRule | None, situation: IdleSituation, setting
         return False
     if situation.highest_queue_id == situation.last_queue_id:
         return False
-    return obstacle(situation.status.battery_percentage, situation.minimum_battery, situation.next_planned_at, settings, calendar,
-                    now) is None
+    return (
+        obstacle(
+            situation.status.battery_percentage,
+            situation.minimum_battery,
+            situation.next_planned_at,
+            settings,
+            calendar,
+            now,
+        )
+        is None
+    )
 
 
 class Obstacle(StrEnum):
     """What keeps the idle mission of an idle robot from starting."""
-    PLANNED = "planned"                   # something planned begins soon
+
+    PLANNED = "planned"  # something planned begins soon
     DAY_OFF = "day_off"
     BATTERY = "battery"
 
 
-def obstacle(battery: float | None, minimum: float | None, next_planned_at: datetime | None, settings: Settings,
-             calendar: WorkingCalendar, now: datetime) -> Obstacle | None:
+def obstacle(
+    battery: float | None,
+    minimum: float | None,
+    next_planned_at: datetime | None,
+    settings: Settings,
+    calendar: WorkingCalendar,
+    now: datetime,
+) -> Obstacle | None:
     """``battery`` and the ``minimum`` for its idle mission in %."""
     if next_planned_at is not None and next_planned_at - now < KEEP_FREE_BEFORE_PLANNED:
         return Obstacle.PLANNED

@@ -3,6 +3,7 @@
 Each method returns the row after its move, or None when the row had moved on in the meantime (somebody cancelled it): then nothing
 was changed and the caller must not act on it.
 """
+
 from __future__ import annotations
 
 import logging
@@ -29,17 +30,24 @@ from app.services.planning.wanted import changed_since, why_unwanted
 
 log = logging.getLogger("app.executions")
 _BY_A_PERSON = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)
-TOO_MANY = 3                 # failures in a row, from which on an alarm names the robot
-_ENDS_BY = ("mission", "closes_at", "finish_by", "tried")     # what waits
+TOO_MANY = 3  # failures in a row, from which on an alarm names the robot
+_ENDS_BY = ("mission", "closes_at", "finish_by", "tried")  # what waits
 
 
 class Ledger:
-    def __init__(self, db: Database, executions: ExecutionRepository, settings: SettingsRepository, clock: Clock, changes: Changes,
-                 alarms: Alarms) -> None:
+    def __init__(
+        self,
+        db: Database,
+        executions: ExecutionRepository,
+        settings: SettingsRepository,
+        clock: Clock,
+        changes: Changes,
+        alarms: Alarms,
+    ) -> None:
         self._db, self._executions, self._settings = db, executions, settings
         self._clock, self._changes, self._alarms, self._robots = clock, changes, alarms, RobotRepository()
         self._starts, self._schedules, self.moves = GroupStartRepository(), ScheduleRepository(), Moves(clock)
-        self.grew = True                     # rows ended since the history was last held to its limit
+        self.grew = True  # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading
     def get(self, execution_id: int) -> Execution | None:
@@ -78,13 +86,15 @@ class Ledger:
     def add(self, execution: Execution, instead_of: Execution | None = None) -> Execution | None:
         """Write a new row; None when its token is already in the ledger. ``instead_of`` is not sent again: raises InvalidInput where that
         is so already, or it is not in doubt any more."""
+
         def work(c: Any) -> Execution | None:
             if instead_of is not None and self._executions.by_token(c, execution.token) is None:
                 self._replace(c, instead_of, execution)
             return self._executions.add_once(c, execution)
+
         added = self._added(work)
         if instead_of is not None:
-            self._changes.publish(Topic.EXECUTIONS)              # its next try may be about to leave
+            self._changes.publish(Topic.EXECUTIONS)  # its next try may be about to leave
         return added
 
     def _replace(self, c: Any, before: Execution, by: Execution) -> None:
@@ -98,7 +108,7 @@ class Ledger:
             raise InvalidInput("robot", "what became of it is known by now")
         instead = Reason(ReasonCode.USER_CANCELLED, {"instead": by.token})
         self._executions.change(c, row.id, (row.state,), revoked=instead)
-        if (other := self._instead_of(c, row)) is not None:                  # nor may an undo bring that one back
+        if (other := self._instead_of(c, row)) is not None:  # nor may an undo bring that one back
             self._executions.change(c, other.id, (other.state,), revoked=instead)
 
     def _instead_of(self, c: Any, row: Execution) -> Execution | None:
@@ -108,12 +118,14 @@ class Ledger:
     def add_idle(self, execution: Execution, robot: Robot) -> None:
         """Write the row of an idle mission, unless ``robot`` or its rule has been changed since it was read. Its idle period has then had
         its mission."""
+
         def work(c: Any) -> Execution | None:
             now = self._robots.get(c, robot.id)
             if now is None or not now.enabled or (now.address, now.idle) != (robot.address, robot.idle):
                 return None
             self._robots.note_idle(c, robot.id, execution.queue_floor)
             return self._executions.add_once(c, execution)
+
         self._added(work)
 
     def _added(self, work: Callable[[Any], Execution | None]) -> Execution | None:
@@ -142,7 +154,9 @@ class Ledger:
             details |= rules.LISTED_LATER
         if (execution.wait, dict(execution.wait_details)) == (wait, details):
             return execution
-        return self._change(execution, (State.WAITING,), quietly=execution.wait is wait, wait=wait, wait_details=details)
+        return self._change(
+            execution, (State.WAITING,), quietly=execution.wait is wait, wait=wait, wait_details=details
+        )
 
     def list_late(self, execution: Execution) -> None:
         """One that waits is a late start after all: it is listed for some seconds from now on."""
@@ -185,18 +199,25 @@ class Ledger:
         if move.is_defined_anew:
             anew = changed_since(c, replace(move.execution, tried=columns.get("tried", move.execution.tried)))
             if anew is None and columns["state"] is State.SUBMITTING:
-                return None                              # nothing wants it any more: no intent, no request
+                return None  # nothing wants it any more: no intent, no request
             columns |= anew or {}
         if State.CANCELLED in expected and why_unwanted(c, move.execution):
             expected = (State.SUBMITTING,)
-        if State.WAITING in expected:                    # which edits change too
+        if State.WAITING in expected:  # which edits change too
             made = self._executions.change(c, move.execution.id, expected, of_robot=move.execution.robot_id, **columns)
         else:
             made = self._executions.change_owned(c, move.execution, expected, **columns)
         if made and State.WAITING in move.expected:
             self._note_in_plan(c, made)
-        if made and made.state is State.WAITING and move.execution.state is State.SUBMITTING and (reason := taken_back(made)):
-            end = self.moves.ended(made, reason, (State.WAITING,))       # here, as an undo may come in any moment between two writes
+        if (
+            made
+            and made.state is State.WAITING
+            and move.execution.state is State.SUBMITTING
+            and (reason := taken_back(made))
+        ):
+            end = self.moves.ended(
+                made, reason, (State.WAITING,)
+            )  # here, as an undo may come in any moment between two writes
             made = self._executions.change_owned(c, made, end.expected, **end.columns)
         if made and made.state is State.QUEUED and made.queue_id is not None and made.robot_id is not None:
             self._robots.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
@@ -250,11 +271,16 @@ class Ledger:
         """A place that it uses at which there is no room; None: there is room everywhere."""
         return self._starts.full_place(self._db.read(), execution)
 
-    def bind(self, moves: Sequence[Move], into_queue: Collection[int] = (),
-             hand_over: Callable[[Sequence[Execution]], None] = lambda intents: None) -> list[Execution]:
+    def bind(
+        self,
+        moves: Sequence[Move],
+        into_queue: Collection[int] = (),
+        hand_over: Callable[[Sequence[Execution]], None] = lambda intents: None,
+    ) -> list[Execution]:
         """Those of these ``bound`` that could be made, in that order: unless anything has changed that the choice rested on.
         ``into_queue``: ids of those that go to their robot also where it has something of ours already. ``hand_over``: gives its worker
         what is to be sent at once."""
+
         def work(c: Any) -> list[Execution]:
             made = []
             for move in moves:
@@ -267,8 +293,9 @@ class Ledger:
             for row in rows:
                 self._note_in_plan(c, row)
             return rows
+
         rows = self._db.write(work) if moves else []
-        hand_over([row for row in rows if row.state is State.SUBMITTING])          # before listeners are notified and read
+        hand_over([row for row in rows if row.state is State.SUBMITTING])  # before listeners are notified and read
         for row in rows:
             log.info("%s", describe(row))
             self._changes.publish(Topic.EXECUTIONS, row.robot_id)
@@ -301,11 +328,22 @@ class Ledger:
 
     def reopen(self, execution: Execution, robot: Robot, queue_id: int) -> Execution | None:
         """This robot has it after all, or another item than was thought: it is followed (again) to its end."""
-        columns: dict[str, Any] = {"state": State.QUEUED, "queue_id": queue_id, "reason": None, "ended_at": None, "duration_s": None,
-                                   "submitted_at": execution.submitted_at or self._clock.now()}
+        columns: dict[str, Any] = {
+            "state": State.QUEUED,
+            "queue_id": queue_id,
+            "reason": None,
+            "ended_at": None,
+            "duration_s": None,
+            "submitted_at": execution.submitted_at or self._clock.now(),
+        }
         moves = []
-        if execution.robot_id != robot.id:                   # one of a group, which another one had been given, or none
-            columns |= {"robot_id": robot.id, "robot": robot.name, "robot_address": robot.address, "robot_serial": robot.serial_number}
+        if execution.robot_id != robot.id:  # one of a group, which another one had been given, or none
+            columns |= {
+                "robot_id": robot.id,
+                "robot": robot.name,
+                "robot_address": robot.address,
+                "robot_serial": robot.serial_number,
+            }
             moves = [Move(execution, (execution.state,), {"robot_id": None, "robot": ""})]
         moves.append(Move(execution, (execution.state,), columns))
 
@@ -314,6 +352,7 @@ class Ledger:
             if changed[-1] is not None and execution.trigger is Trigger.IDLE:
                 self._note_used_by_idle(c, robot.id, queue_id)
             return changed
+
         changed = self._db.write(work)
         if changed[-1] is not None:
             self._announce(changed[-1])
@@ -328,8 +367,14 @@ class Ledger:
         if other is not None and _came_to_nothing(other):
             self._db.write(lambda c: self._executions.change(c, other.id, (other.state,), revoked=row.revoked))
         elif other is not None and _runs_or_may(other):
-            self._alarms.raise_("started_twice", f"execution:{row.id}", mission=row.mission, robot=row.robot, robot_id=row.robot_id,
-                                other=other.robot or other.robot_group)
+            self._alarms.raise_(
+                "started_twice",
+                f"execution:{row.id}",
+                mission=row.mission,
+                robot=row.robot,
+                robot_id=row.robot_id,
+                other=other.robot or other.robot_group,
+            )
 
     def _withdraw_alarms_of(self, reopened: Execution) -> None:
         """It has not failed, as far as is known now."""
@@ -353,7 +398,9 @@ class Ledger:
         """The queue in which these were, or were to be, was cleared: what no robot has ends."""
         self._mark_cancelled(ids, ReasonCode.QUEUE_CLEARED)
         waiting = (row for row in self.unsent([*ids]) if row.state is State.WAITING and row.cancel_code is not None)
-        self.make([self.moves.ended(row, Reason(row.cancel_code), (State.WAITING,)) for row in waiting if row.cancel_code])
+        self.make(
+            [self.moves.ended(row, Reason(row.cancel_code), (State.WAITING,)) for row in waiting if row.cancel_code]
+        )
 
     def _mark_cancelled(self, ids: Collection[int], code: ReasonCode) -> list[int]:
         marked = self._db.write(lambda c: self._executions.mark_cancelled(c, ids, code))
@@ -363,7 +410,9 @@ class Ledger:
     def hold(self, ids: Collection[int], held: bool) -> int:
         """A person keeps these back while they wait, or lets them go; how many that was in time for."""
         columns: dict[str, Any] = {"held": held, "wait": Wait.HOLD if held else Wait.DUE, "wait_details": {}}
-        changed = self._db.write(lambda c: [each for each in ids if self._executions.change(c, each, (State.WAITING,), **columns)])
+        changed = self._db.write(
+            lambda c: [each for each in ids if self._executions.change(c, each, (State.WAITING,), **columns)]
+        )
         self._changes.publish(Topic.EXECUTIONS)
         return len(changed)
 
@@ -386,9 +435,16 @@ class Ledger:
 
     def alarm_of_refusal(self, execution: Execution, robot: Robot, reason: Reason) -> None:
         """A robot has refused a start of a group for good, which another one may get."""
-        self._alarms.raise_("start_refused", f"schedule:{execution.schedule_id}:robot:{robot.id}", mission=execution.mission,
-                            robot=robot.name, robot_id=robot.id, group=execution.robot_group, reason=to_store(reason),
-                            timezone=execution.timezone)
+        self._alarms.raise_(
+            "start_refused",
+            f"schedule:{execution.schedule_id}:robot:{robot.id}",
+            mission=execution.mission,
+            robot=robot.name,
+            robot_id=robot.id,
+            group=execution.robot_group,
+            reason=to_store(reason),
+            timezone=execution.timezone,
+        )
 
     def alarm_for(self, ended: Execution) -> None:
         """Raise the alarm of a failed or skipped execution, but of an idle mission that was overtaken, and of an unknown outcome, which has
@@ -396,8 +452,15 @@ class Ledger:
         code = {State.FAILED: "execution_failed", State.SKIPPED: "execution_skipped"}.get(ended.state)
         told_elsewhere = (ReasonCode.UNKNOWN_OUTCOME, *([ReasonCode.OVERLAP] if ended.trigger is Trigger.IDLE else []))
         if code and ended.reason and ended.reason.code not in told_elsewhere:
-            self._alarms.raise_(code, _about(ended), mission=ended.mission, robot=ended.robot or ended.robot_group, robot_id=ended.robot_id,
-                                reason=to_store(ended.reason), timezone=ended.timezone)
+            self._alarms.raise_(
+                code,
+                _about(ended),
+                mission=ended.mission,
+                robot=ended.robot or ended.robot_group,
+                robot_id=ended.robot_id,
+                reason=to_store(ended.reason),
+                timezone=ended.timezone,
+            )
 
     def _judge_robot(self, robot_id: int, row: Execution) -> None:
         """A robot that fails start after start has an alarm until it completes one. ``row``: the last one."""
@@ -409,7 +472,9 @@ class Ledger:
             self._alarms.clear("robot_fails", f"robot:{robot_id}")
 
     # ------------------------------------------------------------------ inside
-    def _change(self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any) -> Execution | None:
+    def _change(
+        self, execution: Execution, expected: Sequence[State], quietly: bool = False, **columns: Any
+    ) -> Execution | None:
         changed = self._db.write(lambda c: self._executions.change(c, execution.id, expected, **columns))
         if changed:
             self._announce(changed, quietly)

@@ -1,4 +1,5 @@
 """What passes between the engine and a robot's worker. Messages reach a worker in the order in which they were sent."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -11,9 +12,10 @@ from app.domain.models import Execution, Robot
 @dataclass(frozen=True)
 class Readiness:
     """What a worker says of a robot to which something can go out at once: read a moment ago."""
+
     battery: float | None
     queue_floor: int
-    uncertain_through: datetime | None   # what was planned up to then may be on the robot already
+    uncertain_through: datetime | None  # what was planned up to then may be on the robot already
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,7 @@ class Prefetch:
 class Start:
     """Intents that are on disk, to be sent at their instants; from now on the worker owns these rows. ``plan_version`` was read before they
     were written."""
+
     intents: Sequence[Execution]
     plan_version: int
 
@@ -42,18 +45,21 @@ class LedgerChanged:
 @dataclass(frozen=True)
 class RobotEdited:
     """Its name, its idle rule, or whether it is switched on."""
+
     robot: Robot
 
 
 @dataclass(frozen=True)
 class Watched:
     """Whether it is on screen."""
+
     is_watched: bool
 
 
 @dataclass(frozen=True)
 class Sought:
     """Whether a start waits for it, or for another robot of its group."""
+
     is_sought: bool
 
 
@@ -61,6 +67,7 @@ class Sought:
 class Recover:
     """What was written last is not known: the database failed and works again, or a round ended in an error. ``number``: which call of
     ``RobotWorker.expect_recovery`` this is of."""
+
     number: int
 
 

@@ -1,4 +1,5 @@
 """What one robot is seen to be: its connection, its status, its queue's highest id; the alarms and the history that follow from it."""
+
 from __future__ import annotations
 
 import logging
@@ -43,30 +44,30 @@ from app.services.live.snapshots import STALE_POLLS
 
 log = logging.getLogger(__name__)
 
-WRITES_TO_PRUNE = 200          # writes of what it is seen doing, between dropping what is too old
+WRITES_TO_PRUNE = 200  # writes of what it is seen doing, between dropping what is too old
 
 
 class Observation:
     def __init__(self, robot: Robot, client: RobotClient, shared: Shared) -> None:
         self._robot, self._client, self._s = robot, client, shared
         self.clock: ClockReading | None = None
-        self.gives_time = True                   # as far as is known; robots behind some proxies don't
-        self.highest: int | None = None          # queue id seen
-        self.user_name = ""                      # who we are to the robot, once it has been asked
-        self.failures = 0                        # since the last answer
-        self.was_lost = False                    # did not answer, since somebody set this back
+        self.gives_time = True  # as far as is known; robots behind some proxies don't
+        self.highest: int | None = None  # queue id seen
+        self.user_name = ""  # who we are to the robot, once it has been asked
+        self.failures = 0  # since the last answer
+        self.was_lost = False  # did not answer, since somebody set this back
         self._status: RobotStatus | None = None
-        self._read_at = -math.inf                # -inf while it is asked for, and after anything went wrong
-        self._answered_at = -math.inf            # when it was last read; -inf once anything went wrong
-        self._answered_on = shared.clock.now()   # and by the wall clock
+        self._read_at = -math.inf  # -inf while it is asked for, and after anything went wrong
+        self._answered_at = -math.inf  # when it was last read; -inf once anything went wrong
+        self._answered_on = shared.clock.now()  # and by the wall clock
         self._identified = False
-        self._refused = False                    # answers, but not to this user; /status alone answers anybody
-        self._in_part_since = math.inf           # it tells its status, but its queue can't be read; on the monotonic clock
-        self._evaluated: set[str] = set()        # codes judged since the start
-        self._alarmed: set[str] = set()          # codes of this robot's alarms that are active
+        self._refused = False  # answers, but not to this user; /status alone answers anybody
+        self._in_part_since = math.inf  # it tells its status, but its queue can't be read; on the monotonic clock
+        self._evaluated: set[str] = set()  # codes judged since the start
+        self._alarmed: set[str] = set()  # codes of this robot's alarms that are active
         self._spans = SpanRecorder()
         self._spans_saved_at = shared.clock.monotonic()
-        self._writes_to_prune = 0                # writes of spans until the next pruning
+        self._writes_to_prune = 0  # writes of spans until the next pruning
 
     @property
     def robot(self) -> Robot:
@@ -106,7 +107,7 @@ class Observation:
         if self.robot.profile is not None and _may_have_changed(self._status, status, self.robot):
             self._identified = False
         self._status, self._answered_on = status, self._s.clock.now()
-        self._answered_at = self._read_at = self._s.clock.monotonic()        # last, as other threads ask for ``fresh_status``
+        self._answered_at = self._read_at = self._s.clock.monotonic()  # last, as other threads ask for ``fresh_status``
         self._note_answer(status)
         return status
 
@@ -117,12 +118,15 @@ class Observation:
             return
         identity = self._client.identify()
         found: dict[str, Any] = {
-            "serial_number": identity.serial_number, "model": identity.model, "software": identity.software,
-            "identified_by": identity.identified_by}
+            "serial_number": identity.serial_number,
+            "model": identity.model,
+            "software": identity.software,
+            "identified_by": identity.identified_by,
+        }
         if any(value and value != getattr(self.robot, name) for name, value in found.items()):
             changes = {name: value for name, value in found.items() if value}
             if not self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot, **changes)):
-                return                       # edited meanwhile: asked again as it is then
+                return  # edited meanwhile: asked again as it is then
             self.robot = replace(self.robot, **changes)
         self._identified, self._refused = True, False
         self.user_name = identity.user_name
@@ -167,7 +171,11 @@ class Observation:
     def seems_free(self) -> bool:
         """Whether it may take a start of a group at once, by what was read a moment ago. Any thread may ask."""
         status = self.fresh_status
-        return status is not None and can_work(status) and (status.state is not RobotState.EXECUTING or is_charging(status))
+        return (
+            status is not None
+            and can_work(status)
+            and (status.state is not RobotState.EXECUTING or is_charging(status))
+        )
 
     @property
     def contradicts_clock(self) -> bool:
@@ -239,7 +247,9 @@ class Observation:
         in_part_for = self._s.clock.monotonic() - self._in_part_since
         match error:
             case AnotherRobot():
-                self._set_alarm("wrong_robot", True, expected=error.params["expected"], found=self._named(error.params["found"]))
+                self._set_alarm(
+                    "wrong_robot", True, expected=error.params["expected"], found=self._named(error.params["found"])
+                )
                 connection = Connection.WRONG_ROBOT
             case SerialNumberHidden():
                 self._set_alarm("serial_hidden", True, expected=error.params["expected"])
@@ -257,19 +267,25 @@ class Observation:
             case NotAMir() | Unreadable():
                 connection = Connection.NOT_A_ROBOT
             case TimedOut() if self.failures == 1 and in_part_for < IN_PART_AT_MOST:
-                connection = Connection.SLOW          # one slow answer is slow, not unreachable
+                connection = Connection.SLOW  # one slow answer is slow, not unreachable
             case _:
                 connection = Connection.UNREACHABLE
         problem = message_of(error)
-        if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and (self.failures == 2 or in_part_for >= IN_PART_AT_MOST):
-            self._set_alarm("unreachable" if connection is Connection.UNREACHABLE else "not_a_robot", True, problem=problem)
+        if connection in (Connection.UNREACHABLE, Connection.NOT_A_ROBOT) and (
+            self.failures == 2 or in_part_for >= IN_PART_AT_MOST
+        ):
+            self._set_alarm(
+                "unreachable" if connection is Connection.UNREACHABLE else "not_a_robot", True, problem=problem
+            )
         if connection not in (Connection.UNREACHABLE, Connection.SLOW):
             self._set_alarm("unreachable", False)
         self._change_connection(connection, problem)
 
     def _named(self, serial_number: str) -> Message:
         """With the name of the configured robot that has it: robots may have changed places."""
-        owner = next((robot for robot in self._s.robots.all(self._s.db.read()) if robot.serial_number == serial_number), None)
+        owner = next(
+            (robot for robot in self._s.robots.all(self._s.db.read()) if robot.serial_number == serial_number), None
+        )
         return message("{number} ({robot})", number=serial_number, robot=owner.name) if owner else serial_number
 
     def _change_connection(self, connection: Connection, problem: Message, **values: object) -> None:
@@ -279,7 +295,14 @@ class Observation:
             level = logging.INFO if connection in (Connection.CONNECTED, Connection.SLOW) else logging.WARNING
             log.log(level, "%s: %s%s", self.robot.name, connection, f" ({render(problem)})" if problem else "")
         if connection is Connection.CONNECTED:
-            for code in ("unreachable", "not_a_robot", "wrong_robot", "serial_hidden", "certificate_changed", "certificate_untrusted"):
+            for code in (
+                "unreachable",
+                "not_a_robot",
+                "wrong_robot",
+                "serial_hidden",
+                "certificate_changed",
+                "certificate_untrusted",
+            ):
                 self._set_alarm(code, False)
         self._s.snapshots.update(self.robot.id, connection=connection, problem=problem, **values)
 
@@ -298,14 +321,18 @@ class Observation:
         profile, robot = self.robot.profile, self.robot
         change: Message = ""
         if profile is not None and robot.serial_number != profile.serial_number:
-            change = message("it is another machine now, with serial number {number}", number=robot.serial_number or "?")
+            change = message(
+                "it is another machine now, with serial number {number}", number=robot.serial_number or "?"
+            )
         elif profile is not None and robot.software != profile.software:
             change = message("its software is {software} now", software=robot.software or "?")
         self._set_alarm("check_up_outdated", bool(change), change=change)
 
     def raise_about(self, row: Execution, code: str, **details: object) -> None:
         """An alarm of an execution on this robot."""
-        self._s.alarms.raise_(code, f"execution:{row.id}", robot=self.robot.name, robot_id=self.robot.id, mission=row.mission, **details)
+        self._s.alarms.raise_(
+            code, f"execution:{row.id}", robot=self.robot.name, robot_id=self.robot.id, mission=row.mission, **details
+        )
 
     # ------------------------------------------------------------------ what it is seen doing
     def _observe(self, activity: str) -> None:

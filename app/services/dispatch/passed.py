@@ -1,4 +1,5 @@
 """What fell due of a schedule while nothing could be started: how many starts, and why none of them was made."""
+
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
@@ -18,6 +19,7 @@ MOMENT = timedelta(microseconds=1)
 class Passed:
     """So many starts, one after the other, that were not made for one reason: the schedule ``is_paused``, or they were missed in ``gap``
     (None: nothing tells why)."""
+
     starts: int
     first: datetime
     last: datetime
@@ -25,22 +27,28 @@ class Passed:
     gap: Gap | None
 
 
-def passed(schedule: Schedule, until: datetime, calendar: WorkingCalendar, downtime: Downtime,
-           skipped: Collection[datetime]) -> list[Passed]:
+def passed(
+    schedule: Schedule, until: datetime, calendar: WorkingCalendar, downtime: Downtime, skipped: Collection[datetime]
+) -> list[Passed]:
     """From its next instant up to ``until``, which is included. Starts that a person ``skipped`` have their rows already. Starts
     without a known reason count to the adjacent absence."""
     found: list[Passed] = []
     for each in _parts(schedule, until, calendar, downtime, skipped):
         before = found[-1] if found else None
-        if before is None or before.is_paused is not each.is_paused or (before.gap and each.gap and before.gap != each.gap):
+        if (
+            before is None
+            or before.is_paused is not each.is_paused
+            or (before.gap and each.gap and before.gap != each.gap)
+        ):
             found.append(each)
         else:
             found[-1] = replace(before, starts=before.starts + each.starts, last=each.last, gap=before.gap or each.gap)
     return found
 
 
-def _parts(schedule: Schedule, until: datetime, calendar: WorkingCalendar, downtime: Downtime,
-           skipped: Collection[datetime]) -> Iterator[Passed]:
+def _parts(
+    schedule: Schedule, until: datetime, calendar: WorkingCalendar, downtime: Downtime, skipped: Collection[datetime]
+) -> Iterator[Passed]:
     """In each of them one reason holds."""
     if schedule.next_at is None:
         raise ValueError(f"schedule {schedule.id} is not due")

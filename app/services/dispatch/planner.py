@@ -1,4 +1,5 @@
 """Turns schedules into executions when they fall due: each occurrence one row, in the same transaction that advances its schedule."""
+
 from __future__ import annotations
 
 import logging
@@ -18,7 +19,20 @@ from app.database.schedules import Progress, ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import EARLIEST, Clock
-from app.domain.models import Alarm, Execution, Group, Mission, Overlap, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
+from app.domain.models import (
+    Alarm,
+    Execution,
+    Group,
+    Mission,
+    Overlap,
+    Reason,
+    ReasonCode,
+    Robot,
+    Schedule,
+    Settings,
+    State,
+    Wait,
+)
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
 from app.services.dispatch.moves import NOT_WITH_THE_ROBOT
@@ -33,20 +47,21 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 
 log = logging.getLogger(__name__)
 
-LATELY = timedelta(minutes=1)   # what fell due earlier is written after what falls due now
-AT_ONCE = 100                # schedules, and rows, per transaction, so that no burst holds the writer for long
-COUNTS_FOR = 10              # rows: one whose starts have to be counted, which takes about 1 ms a year
+LATELY = timedelta(minutes=1)  # what fell due earlier is written after what falls due now
+AT_ONCE = 100  # schedules, and rows, per transaction, so that no burst holds the writer for long
+COUNTS_FOR = 10  # rows: one whose starts have to be counted, which takes about 1 ms a year
 
 
 @dataclass
 class DueBatch:
     """What one reading of the plan found due."""
-    robot_ids: set[int] = field(default_factory=set)      # with something that waits to be sent
-    has_unbound: bool = False                             # something waits for a robot of a group
-    touched: set[int] = field(default_factory=set)        # with something new in the ledger; NO_ROBOT: it has none yet
+
+    robot_ids: set[int] = field(default_factory=set)  # with something that waits to be sent
+    has_unbound: bool = False  # something waits for a robot of a group
+    touched: set[int] = field(default_factory=set)  # with something new in the ledger; NO_ROBOT: it has none yet
     skipped: list[Execution] = field(default_factory=list)
     missed: int = 0
-    intents: list[Execution] = field(default_factory=list)   # to be sent at their instants
+    intents: list[Execution] = field(default_factory=list)  # to be sent at their instants
 
     def note(self, added: Iterable[Execution]) -> None:
         """These are in the ledger now."""
@@ -63,18 +78,37 @@ class DueBatch:
 
 
 class Planner:
-    def __init__(self, db: Database, *, schedules: ScheduleRepository, executions: ExecutionRepository, robots: RobotRepository,
-                 missions: MissionRepository, settings: SettingsRepository, clock: Clock, downtime: Downtime, alarms: Alarms,
-                 ledger: Ledger, changes: Changes, hold_late_starts: bool,
-                 uncertain_through: Callable[[], datetime | None] = lambda: None) -> None:
+    def __init__(
+        self,
+        db: Database,
+        *,
+        schedules: ScheduleRepository,
+        executions: ExecutionRepository,
+        robots: RobotRepository,
+        missions: MissionRepository,
+        settings: SettingsRepository,
+        clock: Clock,
+        downtime: Downtime,
+        alarms: Alarms,
+        ledger: Ledger,
+        changes: Changes,
+        hold_late_starts: bool,
+        uncertain_through: Callable[[], datetime | None] = lambda: None,
+    ) -> None:
         """``uncertain_through``: what was planned up to then may have run though the ledger does not say so."""
         self._db, self._schedules, self._executions = db, schedules, executions
         self._robots, self._missions, self._settings = robots, missions, settings
         self._groups = GroupRepository()
-        self._clock, self._downtime, self._alarms, self._ledger, self._changes = clock, downtime, alarms, ledger, changes
+        self._clock, self._downtime, self._alarms, self._ledger, self._changes = (
+            clock,
+            downtime,
+            alarms,
+            ledger,
+            changes,
+        )
         self._uncertain_through = uncertain_through
-        self._hold_late_starts = hold_late_starts         # only a window can show the list with its Hold button
-        self._lasts_until: dict[int, float] = {}          # on the monotonic clock, by id of a Run now of a clock that was ahead
+        self._hold_late_starts = hold_late_starts  # only a window can show the list with its Hold button
+        self._lasts_until: dict[int, float] = {}  # on the monotonic clock, by id of a Run now of a clock that was ahead
 
     def next_due(self) -> datetime | None:
         return self._schedules.next_due(self._db.read())
@@ -84,7 +118,9 @@ class Planner:
         due = self.next_due()
         return set() if due is None or due > until else self._schedules.robots_due(self._db.read(), after, until)
 
-    def insert_due(self, ready: Callable[[int], Readiness | None], hand_over: Callable[[Sequence[Execution]], None]) -> DueBatch:
+    def insert_due(
+        self, ready: Callable[[int], Readiness | None], hand_over: Callable[[Sequence[Execution]], None]
+    ) -> DueBatch:
         """Make a row of every occurrence up to now, and of what falls due in a moment where nothing prevents it: ``hand_over`` gives its
         worker the intents, to be sent at their instants. Costs one index lookup when nothing is due."""
         batch = DueBatch()
@@ -92,7 +128,7 @@ class Planner:
         is_more = due is not None and due <= self._clock.now() + rules.INTENT_LEAD
         while is_more:
             is_more = self._db.write(lambda c: self._take_due(c, batch, ready))
-            if batch.intents:                                       # before listeners are notified and read
+            if batch.intents:  # before listeners are notified and read
                 hand_over(tuple(batch.intents))
                 batch.intents.clear()
         if batch.missed or batch.skipped:
@@ -100,7 +136,7 @@ class Planner:
         if batch.missed:
             self._alarms.raise_("executions_missed", "plan", count=batch.missed)
         for execution in batch.skipped:
-            if execution.reason and execution.reason.code is not ReasonCode.HOLD:        # a paused schedule needs no alarm
+            if execution.reason and execution.reason.code is not ReasonCode.HOLD:  # a paused schedule needs no alarm
                 self._ledger.alarm_for(execution)
         for robot_id in batch.touched:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
@@ -125,7 +161,9 @@ class Planner:
                     if work >= AT_ONCE:
                         break
             read += len(schedules)
-            if progress or len(schedules) < AT_ONCE:         # else all of these have to wait, and keep none behind them waiting
+            if (
+                progress or len(schedules) < AT_ONCE
+            ):  # else all of these have to wait, and keep none behind them waiting
                 break
         added = self._executions.add_each_once(c, rows)
         limit = context.settings.history_limit
@@ -133,7 +171,7 @@ class Planner:
             self._executions.drop_oldest(c, self._executions.surplus(c, limit))
         self._schedules.advance_all(c, progress)
         for row in added:
-            if row.held and row.schedule_id is not None:     # the row says so by now
+            if row.held and row.schedule_id is not None:  # the row says so by now
                 self._schedules.take_again(c, row.schedule_id, row.planned_at)
         if len(added) < len(rows):
             log.info("%d occurrences are in the ledger already", len(rows) - len(added))
@@ -144,12 +182,15 @@ class Planner:
         """The clock has been set, by that ``step`` or before this start of the app: what was made or changed while it was wrong counts from
         now, which is before there was this app, or from the first to the last instant of ``wrong``; instants that are to come again are
         planned again, and no Run now waits longer for it."""
+
         def work(c: sqlite3.Connection) -> tuple[int, int]:
             now, settings = self._clock.now(), self._settings.load(c)
             calendar, spans = working_calendar(c, settings), [wrong] if wrong else []
             if now >= EARLIEST:
                 spans.append((EVER, EARLIEST))
-            changed = {schedule.id: schedule for span in spans for schedule in self._schedules.changed_between(c, *span)}
+            changed = {
+                schedule.id: schedule for span in spans for schedule in self._schedules.changed_between(c, *span)
+            }
             for schedule in changed.values():
                 next_at = first_due(schedule, settings, now, calendar, self._schedules.skipped(c, schedule.id))
                 self._schedules.count_from(c, schedule.id, next_at, now)
@@ -158,21 +199,31 @@ class Planner:
                 self._plan_anew(c, schedule, now, settings, calendar)
             self._time_unplanned(c, now, step)
             return len(changed), len(ahead)
+
         counted, planned_again = self._db.write(work)
         if counted:
-            log.warning("The clock was wrong and has been set: %d schedules that were changed before count from now", counted)
+            log.warning(
+                "The clock was wrong and has been set: %d schedules that were changed before count from now", counted
+            )
         if planned_again:
             log.warning("The clock was set back: what had been planned beyond it is planned anew")
         if counted or planned_again:
             self._changes.publish(Topic.SCHEDULES)
             self._changes.publish(Topic.EXECUTIONS)
 
-    def _plan_anew(self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar) -> None:
+    def _plan_anew(
+        self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar
+    ) -> None:
         """From the last instant on that was begun. Rows after that of which nothing was sent make room; what the begun one has passed over
         stays missed."""
         through = self._executions.make_room_after(c, schedule.id, max(now, schedule.started_through or now), now)
-        next_at = first_due(replace(schedule, planned_through=through), settings, min(now, through), calendar,
-                            self._schedules.skipped(c, schedule.id))
+        next_at = first_due(
+            replace(schedule, planned_through=through),
+            settings,
+            min(now, through),
+            calendar,
+            self._schedules.skipped(c, schedule.id),
+        )
         self._schedules.plan_anew(c, schedule.id, next_at, through, now)
 
     def _time_unplanned(self, c: sqlite3.Connection, now: datetime, step: timedelta) -> None:
@@ -180,7 +231,7 @@ class Planner:
         this start of the app lasts a whole window more, as nobody knows how old it is."""
         for row in self._executions.unplanned_after(c, now):
             left, window = row.closes_at - (now - step), row.closes_at - row.planned_at
-            left = left if timedelta() < left < window else window           # perhaps made between two steps
+            left = left if timedelta() < left < window else window  # perhaps made between two steps
             self._lasts_until.setdefault(row.id, self._clock.monotonic() + left.total_seconds())
 
     def end_windows(self) -> None:
@@ -192,8 +243,11 @@ class Planner:
         def work(c: sqlite3.Connection) -> None:
             now = self._clock.now()
             for row in self._executions.in_states(c, over, NOT_WITH_THE_ROBOT):
-                if row.planned_at > now:                 # else it is as it was
-                    self._executions.change(c, row.id, (row.state,), planned_at=now - (row.closes_at - row.planned_at), closes_at=now)
+                if row.planned_at > now:  # else it is as it was
+                    self._executions.change(
+                        c, row.id, (row.state,), planned_at=now - (row.closes_at - row.planned_at), closes_at=now
+                    )
+
         self._db.write(work)
         for row_id in over:
             del self._lasts_until[row_id]
@@ -201,7 +255,9 @@ class Planner:
 
     def note_unwritable(self, alarm: Alarm) -> None:
         """What fell due while nothing could be written gets its row afterwards; also what brought the first failure."""
-        self._downtime.add(Gap(alarm.raised_at - timedelta(seconds=LONGEST_WAIT), self._clock.now(), problem=alarm.details["problem"]))
+        self._downtime.add(
+            Gap(alarm.raised_at - timedelta(seconds=LONGEST_WAIT), self._clock.now(), problem=alarm.details["problem"])
+        )
 
     def list_late_starts(self, since: datetime) -> None:
         """After an absence that began then, everything that would start late is listed for some seconds first, where there is a window;
@@ -211,32 +267,57 @@ class Planner:
             self._db.write(lambda c: self._executions.hold_late(c, since, now, now + rules.LATE_START_HOLD, through))
             self._changes.publish(Topic.EXECUTIONS)
 
-    def _load_context(self, c: sqlite3.Connection, schedules: Sequence[Schedule], now: datetime,
-                      ready: Callable[[int], Readiness | None]) -> PlanningContext:
+    def _load_context(
+        self,
+        c: sqlite3.Connection,
+        schedules: Sequence[Schedule],
+        now: datetime,
+        ready: Callable[[int], Readiness | None],
+    ) -> PlanningContext:
         """All that the rows of these schedules depend on. Few statements for however many of them: each releases the interpreter, and
         has to wait until it gets it back."""
         settings = self._settings.load(c)
         robot_ids = {schedule.robot_id for schedule in schedules if schedule.robot_id is not None}
-        groups = {group.id: group for group in self._groups.all(c)} if any(schedule.group_id for schedule in schedules) else {}
+        groups = (
+            {group.id: group for group in self._groups.all(c)}
+            if any(schedule.group_id for schedule in schedules)
+            else {}
+        )
         no_overlap = [schedule.id for schedule in schedules if schedule.overlap is Overlap.SKIP]
         return PlanningContext(
-            now, settings, self._settings.install_id(c), working_calendar(c, settings), self._robots.by_ids(c, robot_ids), groups,
-            self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}), self._executions.waited_for(c, robot_ids),
-            self._executions.open_of_schedules(c, no_overlap), self._schedules.skips(c, [schedule.id for schedule in schedules]),
+            now,
+            settings,
+            self._settings.install_id(c),
+            working_calendar(c, settings),
+            self._robots.by_ids(c, robot_ids),
+            groups,
+            self._missions.by_ids(c, {schedule.mission_id for schedule in schedules}),
+            self._executions.waited_for(c, robot_ids),
+            self._executions.open_of_schedules(c, no_overlap),
+            self._schedules.skips(c, [schedule.id for schedule in schedules]),
             self._schedules.skips(c, [schedule.id for schedule in schedules], held=True),
-            GroupStartRepository().with_places(c), ready, self._uncertain_through())
+            GroupStartRepository().with_places(c),
+            ready,
+            self._uncertain_through(),
+        )
 
     def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
         """What became of its instants up to now. None: its instant is still to come, and something prevents a start, which only then can
         be judged."""
         target, mission = context.target_of(schedule), context.missions.get(schedule.mission_id)
-        if target is None or mission is None:              # foreign keys prevent that
+        if target is None or mission is None:  # foreign keys prevent that
             return _Taken([], Progress(schedule.id, None, None, None))
-        if schedule.next_at is not None and schedule.next_at > context.now and context.waits_for_its_instant(target, mission):
-            return None                                    # before all that takes time: it is asked every few ms until its instant
+        if (
+            schedule.next_at is not None
+            and schedule.next_at > context.now
+            and context.waits_for_its_instant(target, mission)
+        ):
+            return None  # before all that takes time: it is asked every few ms until its instant
         make = _RowMaker(schedule, target, mission, context)
         rows, latest, following = self._passed_and_latest(schedule, make)
-        while following is not None and (schedule.id, following) in context.skips:       # its row was written when it was skipped
+        while (
+            following is not None and (schedule.id, following) in context.skips
+        ):  # its row was written when it was skipped
             following = next_occurrence(schedule, following, context.calendar)
         through, started = rows[-1].planned_at if rows else None, None
         if latest is not None:
@@ -252,12 +333,14 @@ class Planner:
         batch.touched.add(schedule.robot_id or NO_ROBOT)
         return _Taken(rows, Progress(schedule.id, following, through, started))
 
-    def _passed_and_latest(self, schedule: Schedule, make: _RowMaker) -> tuple[list[Execution], datetime | None, datetime | None]:
+    def _passed_and_latest(
+        self, schedule: Schedule, make: _RowMaker
+    ) -> tuple[list[Execution], datetime | None, datetime | None]:
         """Rows of what can't run any more; the instant that is to be judged, which is the latest one that may still run; and what comes
         next."""
         context = make.context
         following = next_occurrence(schedule, schedule.next_at or context.now, context.calendar)
-        if following is None or following > context.now:                    # usual case: one instant is due
+        if following is None or following > context.now:  # usual case: one instant is due
             return [], schedule.next_at, following
         latest = make.still_open()
         skipped = {instant for schedule_id, instant in context.skips if schedule_id == schedule.id}
@@ -289,11 +372,14 @@ class Planner:
 def _goes_ahead(row: Execution) -> bool:
     """Whether a row that is made before its instant can be, as nothing prevents its start: its robot is ready, or one of a group is to be
     chosen."""
-    return row.state is State.SUBMITTING or (row.state is State.WAITING and row.robot_id is None and row.wait is Wait.DUE)
+    return row.state is State.SUBMITTING or (
+        row.state is State.WAITING and row.robot_id is None and row.wait is Wait.DUE
+    )
 
 
 class _Taken(NamedTuple):
     """What became of a schedule."""
+
     rows: list[Execution]
     progress: Progress
 
@@ -301,6 +387,7 @@ class _Taken(NamedTuple):
 @dataclass(frozen=True)
 class PlanningContext:
     """What everything that falls due at ``now`` depends on, as the database has it."""
+
     now: datetime
     settings: Settings
     install_id: str
@@ -308,13 +395,13 @@ class PlanningContext:
     robots: Mapping[int, Robot]
     groups: Mapping[int, Group]
     missions: Mapping[int, Mission]
-    waited_for: set[int]                         # robots for which something waits
-    open_of_schedule: Mapping[int, datetime]     # by schedules that don't overlap: when what still runs was planned
+    waited_for: set[int]  # robots for which something waits
+    open_of_schedule: Mapping[int, datetime]  # by schedules that don't overlap: when what still runs was planned
     skips: Collection[Skip]
     kept_back: Collection[Skip]
-    with_places: Collection[str]                 # names of missions that wait where one is full
-    ready: Callable[[int], Readiness | None]     # robots to which something can go out at once
-    uncertain_through: datetime | None           # what was planned up to then may have run
+    with_places: Collection[str]  # names of missions that wait where one is full
+    ready: Callable[[int], Readiness | None]  # robots to which something can go out at once
+    uncertain_through: datetime | None  # what was planned up to then may have run
 
     def readiness(self, robot: Robot, mission: Mission) -> Readiness | None:
         """None: nothing goes out to it at once. What waits may have to go first."""
@@ -333,6 +420,7 @@ class PlanningContext:
 @dataclass(frozen=True)
 class _RowMaker:
     """Makes the rows of one schedule."""
+
     schedule: Schedule
     target: Robot | Group
     mission: Mission
@@ -340,15 +428,25 @@ class _RowMaker:
 
     def waiting(self, planned_at: datetime, late: bool = False, intent_floor: int | None = None) -> Execution:
         context = self.context
-        row = rules.scheduled(self.schedule, self.target, self.mission, context.settings, context.install_id, planned_at, context.now,
-                              intent_floor)
+        row = rules.scheduled(
+            self.schedule,
+            self.target,
+            self.mission,
+            context.settings,
+            context.install_id,
+            planned_at,
+            context.now,
+            intent_floor,
+        )
         if late and context.uncertain_through is not None and planned_at <= context.uncertain_through:
             return replace(row, wait=Wait.ELSEWHERE, wait_details=rules.LISTED_LATER)
         return replace(row, wait=Wait.LATE_START, hold_until=context.now + rules.LATE_START_HOLD) if late else row
 
     def submitting(self, planned_at: datetime, ready: Readiness) -> Execution:
         may_be_there = ready.uncertain_through is not None and planned_at <= ready.uncertain_through
-        is_charged = rules.battery_allows(ready.battery, rules.minimum_battery(self.schedule, self.mission, self.context.settings))
+        is_charged = rules.battery_allows(
+            ready.battery, rules.minimum_battery(self.schedule, self.mission, self.context.settings)
+        )
         return self.waiting(planned_at, intent_floor=ready.queue_floor if is_charged and not may_be_there else None)
 
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:
@@ -380,5 +478,9 @@ class _RowMaker:
 
     def missed(self, planned_at: datetime, gap: Gap | None) -> Execution:
         code = ReasonCode.CLOCK_IMPLAUSIBLE if gap and gap.clock else ReasonCode.APP_DOWN
-        details: dict[str, Any] = {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap and gap.start > EVER else {}
-        return self.ended(planned_at, Reason(code, {**details, "problem": gap.problem} if gap and gap.problem else details))
+        details: dict[str, Any] = (
+            {"start": gap.start.isoformat(), "end": gap.end.isoformat()} if gap and gap.start > EVER else {}
+        )
+        return self.ended(
+            planned_at, Reason(code, {**details, "problem": gap.problem} if gap and gap.problem else details)
+        )

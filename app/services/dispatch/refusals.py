@@ -1,4 +1,5 @@
 """Why a robot did not take a start, and what is kept of that with a start of a group. Nothing of it is on the robot then."""
+
 from __future__ import annotations
 
 import logging
@@ -33,7 +34,9 @@ def refusal(client: RobotClient, intent: Execution, error: RobotError) -> Reason
             if answer.status in (404, 410):
                 return Reason(ReasonCode.UNKNOWN_MISSION, {"mission": intent.mission})
         except RobotError as unheard:
-            log.info("Whether %r has mission %s could not be asked: %s", intent.robot, intent.mission_guid, unheard.text)
+            log.info(
+                "Whether %r has mission %s could not be asked: %s", intent.robot, intent.mission_guid, unheard.text
+            )
         if error.status == 404:
             return None
     return Reason(ReasonCode.REFUSED, {"problem": error.message})
@@ -51,18 +54,31 @@ def answer_in_doubt(start: Execution, error: RobotError) -> Mapping[str, Any]:
 def _is_reason(start: Execution, error: Refusal) -> bool:
     """A robot that is busy (503) or a proxy in front of it may say something else the next time, and so may one that only says that
     something went wrong; but that is how robots answer a parameter that they don't know."""
-    return isinstance(error, RobotFault) and error.status not in OF_A_PROXY and bool(start.parameters or not _is_name_of_status(error))
+    return (
+        isinstance(error, RobotFault)
+        and error.status not in OF_A_PROXY
+        and bool(start.parameters or not _is_name_of_status(error))
+    )
 
 
 def _is_name_of_status(error: Refusal) -> bool:
     try:
         return str(error.reason).strip(" .").casefold() == HTTPStatus(error.status).phrase.casefold()
-    except ValueError:                                   # a status without a name
+    except ValueError:  # a status without a name
         return False
 
 
-def tried_here(row: Execution, robot: Robot, settings: Settings, now: datetime, out: Out, problem: Message,
-               reason: Reason | None, *, may_come: bool) -> Mapping[str, Any]:
+def tried_here(
+    row: Execution,
+    robot: Robot,
+    settings: Settings,
+    now: datetime,
+    out: Out,
+    problem: Message,
+    reason: Reason | None,
+    *,
+    may_come: bool,
+) -> Mapping[str, Any]:
     """What became of a start of a group on this robot, which is left out for a while, or where it has refused (``reason``) or was tried too
     often, for good. With the floor and serial number of the first time that it may have come (``may_come``): what was ever sent to that
     machine lies above."""
@@ -71,7 +87,15 @@ def tried_here(row: Execution, robot: Robot, settings: Settings, now: datetime, 
     is_for_good = reason is not None or tries > settings.retry_limit
     until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
     is_first = before.get("floor") is None or was_replaced(row, before.get("serial"))
-    return {"robot": robot.name, "out": str(out), "tries": tries, "at": to_text(now), "until": to_text(until), "is_for_good": is_for_good,
-            "floor": (row.queue_floor if may_come else None) if is_first else before["floor"],
-            "serial": row.robot_serial if is_first else before.get("serial"),
-            "problem": reason.details.get("problem", "") if reason else problem, **({"code": str(reason.code)} if reason else {})}
+    return {
+        "robot": robot.name,
+        "out": str(out),
+        "tries": tries,
+        "at": to_text(now),
+        "until": to_text(until),
+        "is_for_good": is_for_good,
+        "floor": (row.queue_floor if may_come else None) if is_first else before["floor"],
+        "serial": row.robot_serial if is_first else before.get("serial"),
+        "problem": reason.details.get("problem", "") if reason else problem,
+        **({"code": str(reason.code)} if reason else {}),
+    }

@@ -1,4 +1,5 @@
 """The threads: one for the engine, one for each robot's worker. They only wait, and hand on what was posted."""
+
 from __future__ import annotations
 
 import contextlib
@@ -18,14 +19,19 @@ from app.services.live.alarms import Alarms
 
 log = logging.getLogger(__name__)
 
-SCHEDULER = "scheduler"      # name of the engine's thread
+SCHEDULER = "scheduler"  # name of the engine's thread
 
 
 class _WorkerThread:
     """``before``: of the robot's worker until now, which may wait for an answer and then still send or give back what it has in hand."""
 
-    def __init__(self, worker: RobotWorker, works: Callable[[str], None], failed: Callable[[Exception, str], None],
-                 before: threading.Thread | None) -> None:
+    def __init__(
+        self,
+        worker: RobotWorker,
+        works: Callable[[str], None],
+        failed: Callable[[Exception, str], None],
+        before: threading.Thread | None,
+    ) -> None:
         self.worker, self._works, self._failed, self._before = worker, works, failed, before
         self._wake = threading.Condition()
         self._inbox: list[messages.Message] = []
@@ -57,16 +63,24 @@ class _WorkerThread:
                     self.worker.handle(message)
                 wait = self.worker.advance()
                 self._works(self.thread.name)
-            except Exception as error:       # of the database: no durable intent, no POST; with one robot: it affects no other
+            except (
+                Exception
+            ) as error:  # of the database: no durable intent, no POST; with one robot: it affects no other
                 if not self._is_stopping:
                     self._failed(error, self.thread.name)
-                self.worker.handle(self.worker.expect_recovery())       # the next round finds in the ledger what this one left undone
+                self.worker.handle(
+                    self.worker.expect_recovery()
+                )  # the next round finds in the ledger what this one left undone
                 wait = AFTER_A_FAILURE
             with self._wake:
                 if not (self._is_stopping or self._inbox):
                     self._wake.wait(None if math.isinf(wait) else wait)
-        untaken = [intent for message in self._inbox if isinstance(message, messages.Start) for intent in message.intents]
-        with contextlib.suppress(DatabaseError, sqlite3.Error):      # a request outlived the stop: a minute of observed time is lost
+        untaken = [
+            intent for message in self._inbox if isinstance(message, messages.Start) for intent in message.intents
+        ]
+        with contextlib.suppress(
+            DatabaseError, sqlite3.Error
+        ):  # a request outlived the stop: a minute of observed time is lost
             self.worker.close(untaken)
 
 
@@ -77,8 +91,8 @@ class Runner:
     def __init__(self, db: Database, engine: Engine, clock: Clock, alarms: Alarms) -> None:
         self._db, self._engine, self._clock, self._alarms = db, engine, clock, alarms
         self._threads: dict[int, _WorkerThread] = {}
-        self._closing: dict[int, threading.Thread] = {}        # of robots whose worker is not needed any more
-        self._failing: set[str] = set()           # names of threads whose last round met an unexpected error
+        self._closing: dict[int, threading.Thread] = {}  # of robots whose worker is not needed any more
+        self._failing: set[str] = set()  # names of threads whose last round met an unexpected error
         self._lock = threading.Lock()
         self._wake = threading.Condition()
         self._is_woken = self._is_stopping = False
@@ -120,7 +134,9 @@ class Runner:
     def close(self, robot_id: int) -> None:
         with self._lock:
             closed = self._threads.pop(robot_id)
-            self._closing = {key: thread for key, thread in self._closing.items() if thread.is_alive()} | {robot_id: closed.thread}
+            self._closing = {key: thread for key, thread in self._closing.items() if thread.is_alive()} | {
+                robot_id: closed.thread
+            }
         closed.stop()
 
     def post(self, robot_id: int, message: messages.Message) -> None:
@@ -135,7 +151,7 @@ class Runner:
             try:
                 wait = self._engine.advance()
                 self._works(SCHEDULER)
-            except Exception as error:       # the scheduler must not stop for anything
+            except Exception as error:  # the scheduler must not stop for anything
                 self._failed(error, SCHEDULER)
                 wait = LONGEST_WAIT
             with self._wake:
@@ -151,7 +167,7 @@ class Runner:
             self._failing.discard(thread)
 
     def _failed(self, error: Exception, thread: str) -> None:
-        if self._is_stopping:                    # the round outlived the stop: what it wanted is closed
+        if self._is_stopping:  # the round outlived the stop: what it wanted is closed
             return
         known = self._db.known(error)
         if isinstance(known, DatabaseError):
@@ -161,8 +177,10 @@ class Runner:
             return
         log.exception("The thread %s met an unexpected error and goes on", thread)
         if thread not in self._failing:
-            with contextlib.suppress(DatabaseError, sqlite3.Error):      # the next round says it
-                self._alarms.raise_("chore_failed", f"thread:{thread}", problem=f"{thread}: {type(error).__name__}: {error}")
+            with contextlib.suppress(DatabaseError, sqlite3.Error):  # the next round says it
+                self._alarms.raise_(
+                    "chore_failed", f"thread:{thread}", problem=f"{thread}: {type(error).__name__}: {error}"
+                )
                 self._failing.add(thread)
 
     def _end_for(self, damage: DatabaseDamaged) -> None:

@@ -1,4 +1,5 @@
 """Robots of the list that are one machine: their starts end up in one queue, and a group counts it twice."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +15,7 @@ class SameMachine:
 
     def __init__(self, read: Callable[[], Mapping[str, Sequence[str]]], alarms: Alarms) -> None:
         self._read, self._alarms = read, alarms
-        self._known: Mapping[str, Sequence[str]] | None = None       # None: the list of alarms has those of before
+        self._known: Mapping[str, Sequence[str]] | None = None  # None: the list of alarms has those of before
 
     def tick(self) -> None:
         found = self._read()
@@ -23,12 +24,16 @@ class SameMachine:
         known = self._before() if self._known is None else self._known.keys()
         for number in known - found.keys():
             self._alarms.clear(CODE, _key(number))
-        for number, names in found.items():                          # one that stands already only follows the names
+        for number, names in found.items():  # one that stands already only follows the names
             self._alarms.raise_(CODE, _key(number), robot=names[0], robots=", ".join(names), number=number)
         self._known = found
 
     def _before(self) -> set[str]:
-        return {alarm.key.removeprefix(_key("")) for alarm in self._alarms.open() if alarm.code == CODE and alarm.cleared_at is None}
+        return {
+            alarm.key.removeprefix(_key(""))
+            for alarm in self._alarms.open()
+            if alarm.code == CODE and alarm.cleared_at is None
+        }
 
 
 def _key(serial_number: str) -> str:

@@ -1,4 +1,5 @@
 """What every robot's worker shares with the others."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -27,6 +28,7 @@ from app.services.planning.working_days import WorkingCalendar
 class Shared:
     """``plan_version`` grows with every change that may take a start back. ``is_contradicted``: whether a robot's clock alone puts the
     tablet's in doubt."""
+
     db: Database
     clock: Clock
     ledger: Ledger

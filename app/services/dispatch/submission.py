@@ -9,6 +9,7 @@ A start whose answer was lost is in doubt since before its request left (``_post
 tried again within the window and the retry limit, unless the robot has answered why it can't take it. The robot can't be asked until the
 quiet time has passed and the window has closed: it ends as unknown, with an alarm (``_give_up``).
 """
+
 from __future__ import annotations
 
 import contextlib
@@ -40,22 +41,30 @@ from app.services.dispatch.waiting import Waiting, robot_off
 
 log = logging.getLogger(__name__)
 
-STARTED_TOGETHER = 8             # that wait for one robot, with one write; should the app be killed then, all of them are looked for
+STARTED_TOGETHER = (
+    8  # that wait for one robot, with one write; should the app be killed then, all of them are looked for
+)
 
 
 class Submission:
     """``is_still_idle`` judges an idle mission anew."""
 
-    def __init__(self, client: RobotClient, shared: Shared, observation: Observation, copies: Copies,
-                 is_still_idle: Callable[[Execution], bool]) -> None:
+    def __init__(
+        self,
+        client: RobotClient,
+        shared: Shared,
+        observation: Observation,
+        copies: Copies,
+        is_still_idle: Callable[[Execution], bool],
+    ) -> None:
         self._client, self._s, self._ledger, self._clock = client, shared, shared.ledger, shared.clock
         self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
         self.attempts = Attempts()
-        self._first: set[int] = set()             # of which nothing was ever here before they were begun
-        self._recovered: set[tuple[object, ...]] = set()          # intents that were looked for as those of nobody
+        self._first: set[int] = set()  # of which nothing was ever here before they were begun
+        self._recovered: set[tuple[object, ...]] = set()  # intents that were looked for as those of nobody
         self._waiting = Waiting(shared, observation.robot.id, self._later)
         copies.note_accepted = self.note
-        self.seeks = False                        # something waits until the robot is free
+        self.seeks = False  # something waits until the robot is free
 
     # ------------------------------------------------------------------ what the worker asks for
     def recover(self) -> None:
@@ -63,9 +72,11 @@ class Submission:
         looked for on the robot as if its request had just left."""
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING,)):
             attempt = self.attempts.get(row.id)
-            if attempt is None or attempt.phase is Phase.BACKOFF:              # it does not know that its intent was written
+            if attempt is None or attempt.phase is Phase.BACKOFF:  # it does not know that its intent was written
                 self._recovered.add(intent_of(row))
-                self._doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)      # it may have left this moment
+                self._doubt(
+                    row, self._client.timeouts.total, is_taken=row.submitted_at is not None
+                )  # it may have left this moment
         self._copies.watch_again()
 
     def hold(self, intents: Iterable[Execution], plan_version: int) -> None:
@@ -87,7 +98,9 @@ class Submission:
         due = [attempt.row for attempt in self.attempts.of(Phase.HELD) if attempt.row and attempt.wake_at <= mono]
         for intent in rules.in_dispatch_order(due):
             attempt = self.attempts.get(intent.id)
-            if attempt is None or attempt.phase is not Phase.HELD:       # judged already, while the robot was asked why it refused another
+            if (
+                attempt is None or attempt.phase is not Phase.HELD
+            ):  # judged already, while the robot was asked why it refused another
                 continue
             if self._is_wanted(intent, attempt.plan_version) and self._can_send(intent):
                 self._post(intent, attempt.plan_version)
@@ -105,7 +118,7 @@ class Submission:
         awake = [each.id for each in unsent if self._is_awake(each, is_held, now, mono)]
         starts: list[Execution] = []
         unreachable: list[Execution] = []
-        trouble: RobotError | None = None        # asked once, and written once, for all that wait
+        trouble: RobotError | None = None  # asked once, and written once, for all that wait
         for row in rules.in_dispatch_order(self._ledger.unsent(awake)):
             if row.state is State.SUBMITTING:
                 self._reconcile(row)
@@ -130,7 +143,7 @@ class Submission:
         for move in accepted:
             del self.attempts[move.execution.id]
         for row in rows:
-            if row.cancel_code and row.queue_id is not None:          # cancelled while it was on its way
+            if row.cancel_code and row.queue_id is not None:  # cancelled while it was on its way
                 self._copies.cancel(row.queue_id)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
@@ -146,7 +159,12 @@ class Submission:
 
     def _can_send(self, intent: Execution) -> bool:
         status = self._seen.fresh_status
-        if status is None or not self._seen.robot.enabled or self._s.holds.active(self._robot_id) or self._seen.contradicts_clock:
+        if (
+            status is None
+            or not self._seen.robot.enabled
+            or self._s.holds.active(self._robot_id)
+            or self._seen.contradicts_clock
+        ):
             return False
         is_charged = rules.battery_allows(status.battery_percentage, intent.minimum_battery_percent)
         return is_charged and (can_work(status) or not is_for_any(intent))
@@ -157,7 +175,9 @@ class Submission:
             return reason
         if self._seen.robot.enabled or row.group_id is not None:
             return None
-        robot = self._s.robots.get(self._s.db.read(), self._robot_id)        # it may have been switched on since, which is not known here
+        robot = self._s.robots.get(
+            self._s.db.read(), self._robot_id
+        )  # it may have been switched on since, which is not known here
         return None if robot is not None and robot.enabled else robot_off(row.robot)
 
     def _is_wanted(self, intent: Execution, plan_version: int) -> bool:
@@ -198,7 +218,7 @@ class Submission:
         self.attempts.pop(row.id, None)
 
     def _forget_all_but(self, unsent: set[int]) -> None:
-        kept = (Phase.ACCEPTED, Phase.HELD)       # what is held is judged at its instant
+        kept = (Phase.ACCEPTED, Phase.HELD)  # what is held is judged at its instant
         for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase not in kept]:
             del self.attempts[key]
         self._first &= unsent
@@ -210,7 +230,10 @@ class Submission:
         is_due = attempt is None or attempt.wake_at <= mono
         if unsent.state == State.SUBMITTING:
             return is_due and attempt is not None and attempt.phase is Phase.IN_DOUBT
-        is_let_go = unsent.wait in (Wait.DUE, Wait.ROBOT)        # by a person, what had it wait is over; or they are judged together
+        is_let_go = unsent.wait in (
+            Wait.DUE,
+            Wait.ROBOT,
+        )  # by a person, what had it wait is over; or they are judged together
         return bool(is_due or is_held or is_let_go or unsent.is_cancelled or now >= unsent.closes_at)
 
     def _later(self, row: Execution, seconds: float) -> None:
@@ -233,7 +256,7 @@ class Submission:
         try:
             status, minimum = self._seen.recent_status(), row.minimum_battery_percent
             may_go_elsewhere = is_for_any(row)
-            if self._seen.contradicts_clock:                  # soon everything is held back, where the whole app runs
+            if self._seen.contradicts_clock:  # soon everything is held back, where the whole app runs
                 self._ledger.waits(row, Wait.CLOCK)
                 self._later(row, RECHECK)
                 return False
@@ -254,13 +277,16 @@ class Submission:
                 self._start(before)
                 if not self._is_still_idle(row):
                     self._ledger.end(row, rules.when_overtaken(row, self._clock.now()))
-                    self._ledger.forget_idle(self._robot_id)      # it may begin anew
+                    self._ledger.forget_idle(self._robot_id)  # it may begin anew
                     return False
             if self._seen.highest is None:
                 self._seen.highest = self._client.highest_queue_id() or 0
             already_there = self._copies.of(row) if row.attempts and row.queue_floor is not None else []
-            if not already_there and self._values(row) is None and (
-                    refused := self._s.parameters.refusal(row, self._robot_id, self._client)):
+            if (
+                not already_there
+                and self._values(row) is None
+                and (refused := self._s.parameters.refusal(row, self._robot_id, self._client))
+            ):
                 self._refused([row], refused)
                 return False
         except RobotError as problem:
@@ -277,13 +303,15 @@ class Submission:
 
     def _start(self, rows: list[Execution]) -> None:
         """Their intents with one write, then each like those the planner has written. Empties ``rows``."""
-        if rows and (trouble := self._seen.trouble()):       # what was asked for them may have taken longer than the status holds
+        if rows and (
+            trouble := self._seen.trouble()
+        ):  # what was asked for them may have taken longer than the status holds
             self._read_failed(list(rows), trouble)
         elif rows:
             plan_version, begun = self._s.plan_version(), self._begin(rows)
             self._hold(begun, plan_version)
             for row in rows:
-                if row.id not in self.attempts:              # it has moved on, or somebody was quicker at a place that it uses
+                if row.id not in self.attempts:  # it has moved on, or somebody was quicker at a place that it uses
                     self._later(row, RECHECK)
             self.send_due()
         rows.clear()
@@ -309,18 +337,31 @@ class Submission:
         """For good by this robot: the end of a start, but one of a group goes to another robot. ``may_come``: it was sent."""
         self._give_back([row for row in rows if row.group_id is not None], reason=reason, may_come=may_come)
         ends, moves = [row for row in rows if row.group_id is None], self._ledger.moves
-        self._ledger.make([moves.given_up(row, reason) if may_come else moves.ended(row, reason, (row.state,)) for row in ends])
+        self._ledger.make(
+            [moves.given_up(row, reason) if may_come else moves.ended(row, reason, (row.state,)) for row in ends]
+        )
         for row in rows:
             self.attempts.pop(row.id, None)
 
-    def _give_back(self, rows: Sequence[Execution], out: Out = Out.TRIED, *, problem: Message = "", reason: Reason | None = None,
-                   may_come: bool = False) -> None:
+    def _give_back(
+        self,
+        rows: Sequence[Execution],
+        out: Out = Out.TRIED,
+        *,
+        problem: Message = "",
+        reason: Reason | None = None,
+        may_come: bool = False,
+    ) -> None:
         """Starts of a group of which certainly nothing is here are for any of its robots again; this one is left out for a while, or where
         it has refused (``reason``) or was tried too often, for good."""
         settings, now, moves = self._s.settings(), self._clock.now(), []
         for row in rows:
             tried = tried_here(row, self._seen.robot, settings, now, out, problem, reason, may_come=may_come)
-            moves.append(self._ledger.moves.given_back(row, self._robot_id, tried, is_attempt=out is Out.TRIED, may_come=may_come))
+            moves.append(
+                self._ledger.moves.given_back(
+                    row, self._robot_id, tried, is_attempt=out is Out.TRIED, may_come=may_come
+                )
+            )
             self.attempts.pop(row.id, None)
             if reason:
                 self._ledger.alarm_of_refusal(row, self._seen.robot, reason)
@@ -335,7 +376,7 @@ class Submission:
         moves = self._ledger.moves
         failed = [moves.attempt_failed(row, problem, may_come=waited, is_first=self._is_first(row)) for row in rows]
         self._first -= {row.id for row in rows} if waited else set()
-        tried = self._ledger.make(failed)                   # it may have been written though it raises
+        tried = self._ledger.make(failed)  # it may have been written though it raises
         for waiting in tried:
             if waiting.ended_at is not None:
                 self.attempts.pop(waiting.id, None)
@@ -360,6 +401,7 @@ class Submission:
     def _post(self, intent: Execution, plan_version: int) -> None:
         """``description`` carries the token; ``message`` is for people and the robot overwrites it. Whatever goes wrong in an unforeseen
         way leaves it in doubt. Until it leaves, which may take a while, it may be taken back."""
+
         def is_wanted() -> bool:
             is_ready = self._seen.may_be_sent_by and self._s.holds.active(self._robot_id) is None
             return is_ready and self._is_wanted(intent, plan_version)
@@ -369,8 +411,14 @@ class Submission:
             return
         self._doubt(intent)
         try:
-            queue_id = self._client.enqueue(intent.mission_guid, description=intent.token, text=intent.label, priority=intent.priority,
-                                            parameters=values, is_wanted=is_wanted)
+            queue_id = self._client.enqueue(
+                intent.mission_guid,
+                description=intent.token,
+                text=intent.label,
+                priority=intent.priority,
+                parameters=values,
+                is_wanted=is_wanted,
+            )
         except RobotError as error:
             self._seen.distrust()
             if isinstance(error, NotWanted) and self._clock.now() < intent.closes_at:
@@ -384,18 +432,24 @@ class Submission:
                     self._failed([intent], error.message)
             else:
                 is_taken = isinstance(error, Unnumbered)
-                self._doubt(intent, is_taken=is_taken)          # the quiet time begins now
+                self._doubt(intent, is_taken=is_taken)  # the quiet time begins now
                 if answer := answer_in_doubt(intent, error):
                     self._ledger.make([self._ledger.moves.in_doubt(intent, answer, is_taken=is_taken)], quietly=True)
-                log.warning("#%d on %r: outcome unknown, looking at the robot's queue (%s)", intent.id, self._seen.robot.name, error.text)
+                log.warning(
+                    "#%d on %r: outcome unknown, looking at the robot's queue (%s)",
+                    intent.id,
+                    self._seen.robot.name,
+                    error.text,
+                )
         else:
             self._accepted(intent, queue_id)
 
     def _accepted(self, intent: Execution, queue_id: int, since: datetime | None = None) -> None:
-        if self._seen.highest is not None:           # what others start here from now on lies above
+        if self._seen.highest is not None:  # what others start here from now on lies above
             self._seen.highest = max(self._seen.highest, queue_id)
         self.attempts[intent.id] = Attempt(
-            Phase.ACCEPTED, math.inf, accepted=self._ledger.moves.accepted(intent, self._seen.robot, queue_id, since))
+            Phase.ACCEPTED, math.inf, accepted=self._ledger.moves.accepted(intent, self._seen.robot, queue_id, since)
+        )
 
     # ------------------------------------------------------------------ in doubt
     def _doubt(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
@@ -410,11 +464,11 @@ class Submission:
         quiet_left = self._seen.quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
         is_closed = self._clock.now() >= row.closes_at
         try:
-            status = self._seen.read_status()          # never read another machine's queue as this one's
+            status = self._seen.read_status()  # never read another machine's queue as this one's
             if was_replaced(row, status.serial_number):
                 self._give_up(row, message("the robot was replaced by another machine meanwhile"))
                 return
-            self._seen.identify()                      # with other software it may answer in another way
+            self._seen.identify()  # with other software it may answer in another way
             if found := self._copies.of(row):
                 in_doubt = max(0.0, self._clock.monotonic() - attempt.in_doubt_since)
                 self._found(row, found, self._clock.now() - timedelta(seconds=in_doubt))
@@ -438,7 +492,9 @@ class Submission:
         """Not on the robot: failed, or refused where it said why."""
         answer = row.wait_details.get("answer")
         if row.wait_details.get("is_reason") and self._taken_back(row) is None:
-            self._refused([row], self._said_of_parameters(row, Reason(ReasonCode.REFUSED, {"problem": answer})), may_come=True)
+            self._refused(
+                [row], self._said_of_parameters(row, Reason(ReasonCode.REFUSED, {"problem": answer})), may_come=True
+            )
         else:
             self._failed([row], answer or message("the robot did not receive it"), waited=True)
 

@@ -1,53 +1,62 @@
 """Every time that dispatch lives by, in seconds, and what has to hold between them."""
+
 from __future__ import annotations
 
 from app.domain.rules import INTENT_LEAD as _INTENT_LEAD
 
 # The engine
-LONGEST_WAIT = 1.0           # between two rounds: bounds what a clock step or a sleep can delay
-INTENT_LEAD = _INTENT_LEAD.total_seconds()       # before its instant a start is on disk: many of groups are given to robots in it
-INTENT_EVERY = 0.025         # between looks for what falls due in a moment: some of it shares a transaction
-PREFETCH_LEAD = 1.2          # a robot is read so long before something is due
-PREFETCH_TOGETHER = 0.5      # robots with instants this close together are told at once
-PREFETCH_SPREAD = 0.4        # over which their reads are spread
-FIRST_POLL_WITHIN = 5.0      # until "ready", whatever the robots do
-CYCLE_TAKES = 2.0            # within which every robot has its turn
-TURN_EVERY = 0.08            # between turns
-CHORES_EVERY = 0.1           # at least between chores
-TIDY_EVERY = 0.5             # between looks whether history and alarms are beyond their limits
-TIDIES_WITHIN = 60.0         # that housekeeping gives way to what falls due
-MIN_IDLE = 0.02              # until the next start; with less, housekeeping waits
-DECIDES_EVERY = 5.0          # at which robot a start of a group goes to, whatever happens
-DECIDES_AGAIN = 0.15         # at least between two such decisions
-LOOKS_FOR = 0.5              # that the first one waits for robots that are being read
-PRUNE_EVERY = 600.0          # after which a lowered limit shows at the latest
-AFTER_A_FAILURE = 5.0        # before a worker that met an error, or could not be made, goes on
-STOP_WITHIN = 3.0            # a stop has to end within 5 s, the database included; a request under way is left to its time-out
+LONGEST_WAIT = 1.0  # between two rounds: bounds what a clock step or a sleep can delay
+INTENT_LEAD = (
+    _INTENT_LEAD.total_seconds()
+)  # before its instant a start is on disk: many of groups are given to robots in it
+INTENT_EVERY = 0.025  # between looks for what falls due in a moment: some of it shares a transaction
+PREFETCH_LEAD = 1.2  # a robot is read so long before something is due
+PREFETCH_TOGETHER = 0.5  # robots with instants this close together are told at once
+PREFETCH_SPREAD = 0.4  # over which their reads are spread
+FIRST_POLL_WITHIN = 5.0  # until "ready", whatever the robots do
+CYCLE_TAKES = 2.0  # within which every robot has its turn
+TURN_EVERY = 0.08  # between turns
+CHORES_EVERY = 0.1  # at least between chores
+TIDY_EVERY = 0.5  # between looks whether history and alarms are beyond their limits
+TIDIES_WITHIN = 60.0  # that housekeeping gives way to what falls due
+MIN_IDLE = 0.02  # until the next start; with less, housekeeping waits
+DECIDES_EVERY = 5.0  # at which robot a start of a group goes to, whatever happens
+DECIDES_AGAIN = 0.15  # at least between two such decisions
+LOOKS_FOR = 0.5  # that the first one waits for robots that are being read
+PRUNE_EVERY = 600.0  # after which a lowered limit shows at the latest
+AFTER_A_FAILURE = 5.0  # before a worker that met an error, or could not be made, goes on
+STOP_WITHIN = 3.0  # a stop has to end within 5 s, the database included; a request under way is left to its time-out
 
 # A robot's worker
-STATUS_IS_FRESH = 2.0        # for which one status serves everything that falls due
-LEAVES_WITHIN = 90.0         # of a status, what was found ready by it: as long as the robot's pace and its connection may take
-CLOCKS_PART = 1.0            # by which wall and monotonic clock may go on differently where the tablet has not slept
-ROUND_TAKES = 0.04           # what is due sooner goes first
-PUT_OFF_AT_MOST = 0.5        # that everything else gives way to what is due
-RECHECK = 2.0                # between looks at what a start waits for (battery, hold)
-EARLY_RECHECK = 20.0         # the same where its instant is to come again, after the clock was set back: it may be set forward again
-AWAITED_FOR = 3 * RECHECK    # that a start that is looked for on all robots keeps them asked
-RECONCILE_EVERY = 2.0        # between reads of a queue in which a request may still appear
-GONE_FOR = 10.0              # that a queue item has to be missing: a robot that boots answers 404 too
-WATCHED_FOR = 600.0          # that a robot is searched for a request that was given up, and once more when it answers after that
+STATUS_IS_FRESH = 2.0  # for which one status serves everything that falls due
+LEAVES_WITHIN = 90.0  # of a status, what was found ready by it: as long as the robot's pace and its connection may take
+CLOCKS_PART = 1.0  # by which wall and monotonic clock may go on differently where the tablet has not slept
+ROUND_TAKES = 0.04  # what is due sooner goes first
+PUT_OFF_AT_MOST = 0.5  # that everything else gives way to what is due
+RECHECK = 2.0  # between looks at what a start waits for (battery, hold)
+EARLY_RECHECK = (
+    20.0  # the same where its instant is to come again, after the clock was set back: it may be set forward again
+)
+AWAITED_FOR = 3 * RECHECK  # that a start that is looked for on all robots keeps them asked
+RECONCILE_EVERY = 2.0  # between reads of a queue in which a request may still appear
+GONE_FOR = 10.0  # that a queue item has to be missing: a robot that boots answers 404 too
+WATCHED_FOR = (
+    600.0  # that a robot is searched for a request that was given up, and once more when it answers after that
+)
 UNSEARCHED_AT_MOST = 3600.0  # that such searches may fail on a robot that answers otherwise, before they end
-UNSEEN_AT_MOST = 60.0        # from when a run is last seen executing until it is seen done, to say what it used of the battery
-LIVE_EVERY = 2.0             # between reads of a robot on screen, or with something of ours
-SLOW_ANSWER = 2.0            # from here on an answer is shown as slow
-IN_PART_AT_MOST = 60.0       # that a robot tells its status but not its queue, until that is an alarm
-SAVE_SPANS_EVERY = 60.0      # between writes of what a robot is seen doing
+UNSEEN_AT_MOST = (
+    60.0  # from when a run is last seen executing until it is seen done, to say what it used of the battery
+)
+LIVE_EVERY = 2.0  # between reads of a robot on screen, or with something of ours
+SLOW_ANSWER = 2.0  # from here on an answer is shown as slow
+IN_PART_AT_MOST = 60.0  # that a robot tells its status but not its queue, until that is an alarm
+SAVE_SPANS_EVERY = 60.0  # between writes of what a robot is seen doing
 
 # The clock
-FIRST_DOUBT = 30.0           # that the first start, or one after a jump, waits for a robot's time when no robot answers
-DOUBT_POLLS_EVERY = 5.0      # between polls while robots' clocks are waited for
-CLOCKS_AGREE = 600.0         # by which a robot's clock may differ and still agree
-REPORTED_STEP = 5.0          # from here on a step of the clock raises an alarm
+FIRST_DOUBT = 30.0  # that the first start, or one after a jump, waits for a robot's time when no robot answers
+DOUBT_POLLS_EVERY = 5.0  # between polls while robots' clocks are waited for
+CLOCKS_AGREE = 600.0  # by which a robot's clock may differ and still agree
+REPORTED_STEP = 5.0  # from here on a step of the clock raises an alarm
 
 assert PREFETCH_LEAD > LONGEST_WAIT, "or some instants are never announced"
 assert PREFETCH_LEAD - PREFETCH_SPREAD > INTENT_LEAD, "the robot is read before the start is written"

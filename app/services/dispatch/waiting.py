@@ -1,4 +1,5 @@
 """What a start that waits waits for, or why it ends: asked of every one before anything is sent, whoever is to send it."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
@@ -19,8 +20,16 @@ class Waiting:
     be looked at again."""
 
     def __init__(self, shared: Shared, robot_id: int | None, later: Callable[[Execution, float], None]) -> None:
-        self._s, self._ledger, self._clock, self._robot_id, self._later = shared, shared.ledger, shared.clock, robot_id, later
-        self._listed_until: dict[tuple[int, datetime], float] = {}       # late starts that are listed first, on the monotonic clock
+        self._s, self._ledger, self._clock, self._robot_id, self._later = (
+            shared,
+            shared.ledger,
+            shared.clock,
+            robot_id,
+            later,
+        )
+        self._listed_until: dict[
+            tuple[int, datetime], float
+        ] = {}  # late starts that are listed first, on the monotonic clock
 
     def forget_all_but(self, ids: Collection[int]) -> None:
         self._listed_until = {key: until for key, until in self._listed_until.items() if key[0] in ids}
@@ -31,14 +40,18 @@ class Waiting:
         if taken_back:
             self._ledger.end(row, taken_back)
         elif now >= row.closes_at:
-            self._ledger.end(row, rules.when_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at)))
+            self._ledger.end(
+                row, rules.when_window_closed(row, self._s.downtime.overlaps(row.planned_at, row.closes_at))
+            )
         elif self._s.clearing.keeps_back(row):
             self._later(row, RECHECK)
         elif row.held:
             self._waits(row, Wait.HOLD)
         elif hold := self._s.holds.active(self._robot_id):
             self._waits(row, Wait.CLOCK if hold.clock else Wait.HOLD, hold=hold.reason)
-        elif (early := self._seconds_early(row)) > (0 if row.group_id is None else INTENT_LEAD):       # its intent may be ahead
+        elif (early := self._seconds_early(row)) > (
+            0 if row.group_id is None else INTENT_LEAD
+        ):  # its intent may be ahead
             self._later(row, min(early, EARLY_RECHECK))
         else:
             return not self._may_have_run(row) and not self._is_listed_first(row)
@@ -57,7 +70,11 @@ class Waiting:
         left = (row.closes_at - self._clock.now()).total_seconds() - LAST_CALL
         if robot.hand_over is HandOver.AT_ONCE or row.group_id is not None or row.trigger is Trigger.IDLE or left <= 0:
             return False
-        under_way = [each for each in self._ledger.open_for(robot.id) if each.state is not State.WAITING or each.group_id is not None]
+        under_way = [
+            each
+            for each in self._ledger.open_for(robot.id)
+            if each.state is not State.WAITING or each.group_id is not None
+        ]
         if not before and is_free(status, self._s.snapshots.get(robot.id).queue, under_way):
             return False
         self._waits(row, Wait.ROBOT, robot=row.robot)
@@ -77,7 +94,9 @@ class Waiting:
         if row.hold_until is None or row.wait is not Wait.LATE_START:
             return False
         mono, left = self._clock.monotonic(), (row.hold_until - self._clock.now()).total_seconds()
-        until = self._listed_until.setdefault((row.id, row.hold_until), mono + min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds()))
+        until = self._listed_until.setdefault(
+            (row.id, row.hold_until), mono + min(max(left, 0.0), rules.LATE_START_HOLD.total_seconds())
+        )
         if until > mono:
             self._later(row, until - mono)
         return until > mono

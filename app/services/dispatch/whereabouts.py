@@ -4,6 +4,7 @@ What was planned up to ``through`` may have been sent by then, also to another r
 by its token on every configured robot, and sent only when each of them has answered after the quiet time, in which a request of before may
 still arrive. Robots are asked only while a start waits for that. Used by the engine and by all robots' workers, each on its own thread.
 """
+
 from __future__ import annotations
 
 import math
@@ -23,13 +24,14 @@ from app.services.dispatch.timing import AWAITED_FOR, CLOCKS_AGREE
 from app.services.live.changes import Changes, Topic
 from app.services.live.tablet import Tablet
 
-SETTLED = "uncertain_through"       # name in the settings: up to when, and of which restore and move
+SETTLED = "uncertain_through"  # name in the settings: up to when, and of which restore and move
 
 
 @dataclass(frozen=True)
 class Found:
     """``item`` is on ``robot``; None: on no robot, as far as is known. ``is_certain``: no robot can have it unseen. ``silent``: names of
     robots that have not answered."""
+
     robot: Robot | None = None
     item: QueueItem | None = None
     is_certain: bool = True
@@ -40,15 +42,16 @@ class Found:
 class _Answer:
     robot: Robot
     asked_at: float
-    items: dict[str, QueueItem]         # by description
+    items: dict[str, QueueItem]  # by description
 
 
 @dataclass
 class _Inquiry:
     """What robots have answered since the restore or move that was ``noted``. Times on the monotonic clock."""
+
     noted: list[datetime]
     since: float
-    answers: dict[tuple[int, str], _Answer] = field(default_factory=dict)     # by robot and address
+    answers: dict[tuple[int, str], _Answer] = field(default_factory=dict)  # by robot and address
     awaited_until: float = -math.inf
     called_at: float = -math.inf
 
@@ -61,12 +64,20 @@ class _Inquiry:
 
 
 class Whereabouts:
-    def __init__(self, db: Database, repository: SettingsRepository, clock: Clock, changes: Changes, tablet: Tablet,
-                 robots: Callable[[], list[Robot]], settings: Callable[[], Settings]) -> None:
+    def __init__(
+        self,
+        db: Database,
+        repository: SettingsRepository,
+        clock: Clock,
+        changes: Changes,
+        tablet: Tablet,
+        robots: Callable[[], list[Robot]],
+        settings: Callable[[], Settings],
+    ) -> None:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
         self._tablet, self._robots, self._settings = tablet, robots, settings
         self._lock = threading.Lock()
-        self._restored_at = repository.restored_at(db.read())       # who goes back to a backup opens everything anew
+        self._restored_at = repository.restored_at(db.read())  # who goes back to a backup opens everything anew
         self._settled = repository.get(db.read(), SETTLED) or {}
         self._right_since: datetime | None = None
         self._inquiry = _Inquiry(self._noted, clock.monotonic())
@@ -117,7 +128,7 @@ class Whereabouts:
                 inquiry.called_at = mono
             silent = [robot.name for robot in robots if inquiry.answered_at(robot) == -math.inf]
         if calls:
-            self._changes.publish(Topic.EXECUTIONS)              # wakes every worker
+            self._changes.publish(Topic.EXECUTIONS)  # wakes every worker
         return Found(is_certain=False, silent=silent)
 
     def wants(self, robot: Robot) -> bool:

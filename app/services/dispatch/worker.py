@@ -6,6 +6,7 @@ go on (``advance``). A robot that hangs or is gone therefore delays nobody but i
 What happens to a start is in ``submission``: its row is ``waiting``, then ``submitting`` while its POST is under way or its outcome
 unknown, then ``queued``. After ``submitting`` it is sent again only when the robot's queue, read after the quiet time, does not have it.
 """
+
 from __future__ import annotations
 
 import contextlib
@@ -33,8 +34,8 @@ from app.services.live.snapshots import STALE_POLLS
 
 log = logging.getLogger(__name__)
 
-SOON = timedelta(seconds=10)    # what is due within it is prepared
-GOLDEN_RATIO = 0.618034         # multiples of it fill a circle evenly, however many they are
+SOON = timedelta(seconds=10)  # what is due within it is prepared
+GOLDEN_RATIO = 0.618034  # multiples of it fill a circle evenly, however many they are
 
 
 def phase_of(robot_id: int) -> float:
@@ -45,7 +46,7 @@ def phase_of(robot_id: int) -> float:
 class RobotWorker:
     def __init__(self, robot: Robot, client: RobotClient, shared: Shared) -> None:
         self._client, self._s, self._clock = client, shared, shared.clock
-        self.polled = False                     # the first poll is over, with or without an answer
+        self.polled = False  # the first poll is over, with or without an answer
         self.seen = Observation(robot, client, shared)
         self._copies = Copies(client, shared, self.seen)
         self._submission = Submission(client, shared, self.seen, self._copies, self._is_still_idle)
@@ -54,12 +55,15 @@ class RobotWorker:
         self._idle = IdleWatch()
         self._watched = self._sought = False
         self._recoveries = itertools.count(1)
-        self._to_recover, self._expected = {0}, {0}         # rows may be in nobody's hands: the messages that came, and all that will
+        self._to_recover, self._expected = (
+            {0},
+            {0},
+        )  # rows may be in nobody's hands: the messages that came, and all that will
         self._poll_wanted = True
         self._ledger_changed = True
-        self._unanswered = 0                    # attempts in a row to read what runs on it while it is switched off
-        self._has_sent = False                  # something of ours is with the robot, or may be
-        self._next_live = -math.inf             # all on the monotonic clock
+        self._unanswered = 0  # attempts in a row to read what runs on it while it is switched off
+        self._has_sent = False  # something of ours is with the robot, or may be
+        self._next_live = -math.inf  # all on the monotonic clock
         self._prefetch_at = self._put_off_since = math.inf
         self._round_ended_at = -math.inf
 
@@ -87,7 +91,7 @@ class RobotWorker:
                 self._watched = is_watched
             case messages.Sought(is_sought):
                 self._sought = is_sought
-                if is_sought:               # read at once, unless a start is about to go there
+                if is_sought:  # read at once, unless a start is about to go there
                     is_given = math.isfinite(self._submission.attempts.next_held_at())
                     self._next_live = self._clock.monotonic() + self._apart(LIVE_EVERY) if is_given else -math.inf
             case messages.Recover(number):
@@ -111,7 +115,7 @@ class RobotWorker:
             return None
         if self._s.holds.active(self.robot.id) or self._s.clearing.is_of(self.robot.id):
             return None
-        if self.robot.hand_over is HandOver.WHEN_FREE:                   # seen at the instant
+        if self.robot.hand_over is HandOver.WHEN_FREE:  # seen at the instant
             return None
         return messages.Readiness(status.battery_percentage, floor, self._s.whereabouts.through)
 
@@ -153,7 +157,7 @@ class RobotWorker:
         changed, self._ledger_changed = self._ledger_changed, False
         reads = poll or (self._is_live and mono >= self._next_live)
         if self.polled and reads:
-            self._submission.run()          # what is due does not wait for the robot to be read
+            self._submission.run()  # what is due does not wait for the robot to be read
         else:
             self._submission.note()
         try:
@@ -192,8 +196,12 @@ class RobotWorker:
     # ------------------------------------------------------------------ reading
     @property
     def _is_live(self) -> bool:
-        return (self._has_sent or self._copies.is_watching or self._s.whereabouts.wants(self.robot)
-                or (self.robot.enabled and (self._watched or self._is_sought)))
+        return (
+            self._has_sent
+            or self._copies.is_watching
+            or self._s.whereabouts.wants(self.robot)
+            or (self.robot.enabled and (self._watched or self._is_sought))
+        )
 
     @property
     def _is_sought(self) -> bool:
@@ -258,7 +266,7 @@ class RobotWorker:
         self._copies.answer()
         try:
             self._following.follow(None)
-            if self._copies.is_watching:                 # what comes now nobody wants
+            if self._copies.is_watching:  # what comes now nobody wants
                 self._copies.heal(self._client.open_items())
         except RobotError as error:
             if not self._unanswered:
@@ -271,12 +279,14 @@ class RobotWorker:
         self._prefetch_at = math.inf
         if not self.robot.enabled:
             return
-        with contextlib.suppress(RobotError):           # asked again at the instant itself, and only that counts
+        with contextlib.suppress(RobotError):  # asked again at the instant itself, and only that counts
             if self.seen.age > STATUS_IS_FRESH / 2:
                 self.seen.read_status()
-            if self.seen.highest is None:               # its queue could not be read yet
+            if self.seen.highest is None:  # its queue could not be read yet
                 self.seen.highest = self._client.highest_queue_id() or 0
-            for guid, mission, entered in self._s.schedules.with_parameters(self._s.db.read(), self.robot.id, self._clock.now() + SOON):
+            for guid, mission, entered in self._s.schedules.with_parameters(
+                self._s.db.read(), self.robot.id, self._clock.now() + SOON
+            ):
                 if self._s.parameters.to_send(self.robot.id, guid, mission, entered) is None:
                     self._s.parameters.learn_for_starts(self.robot.id, guid, self._client)
 
@@ -305,18 +315,34 @@ class RobotWorker:
         rule, db = self.robot.idle, self._s.db.read()
         if rule is None:
             return
-        last, idle_seconds = self._s.robots.idle_queue_id(db, self.robot.id), self._idle.seconds(self._clock.monotonic())
-        if not self._idle_mission_is_due(last, idle_seconds) or self._s.ledger.has_open_idle(self.robot.id) or self._seems_anew(last):
+        last, idle_seconds = (
+            self._s.robots.idle_queue_id(db, self.robot.id),
+            self._idle.seconds(self._clock.monotonic()),
+        )
+        if (
+            not self._idle_mission_is_due(last, idle_seconds)
+            or self._s.ledger.has_open_idle(self.robot.id)
+            or self._seems_anew(last)
+        ):
             return
         try:
             if (copy := self._copies.newest_of_idle_mission(last, self.seen.highest)) is not None:
-                self._s.ledger.note_idle_copy(self.robot.id, copy, runs=True)        # found out now: nobody has used the robot since
+                self._s.ledger.note_idle_copy(
+                    self.robot.id, copy, runs=True
+                )  # found out now: nobody has used the robot since
                 return
         except RobotError:
             return
         if (mission := self._s.missions.get(db, rule.mission_id)) and self._s.holds.active(self.robot.id) is None:
-            row = rules.one_off(Trigger.IDLE, self.robot, mission, self._s.settings(), self._clock.now(), str(uuid.uuid4()),
-                                queue_floor=self.seen.highest)
+            row = rules.one_off(
+                Trigger.IDLE,
+                self.robot,
+                mission,
+                self._s.settings(),
+                self._clock.now(),
+                str(uuid.uuid4()),
+                queue_floor=self.seen.highest,
+            )
             self._s.ledger.add_idle(row, self.robot)
             self._ledger_changed = True
 
@@ -359,7 +385,15 @@ class RobotWorker:
             return False
         db, rule = self._s.db.read(), self.robot.idle
         mission = self._s.missions.get(db, rule.mission_id) if rule is not None else None
-        situation = IdleSituation(idle_seconds, status, highest, last_queue_id, self._s.schedules.next_to_run(db, self.robot.id),
-                                  rules.minimum_battery(None, mission, self._s.settings()))
-        is_due = idle_mission_is_due(self.robot.idle, situation, self._s.settings(), self._s.calendar(), self._clock.now())
+        situation = IdleSituation(
+            idle_seconds,
+            status,
+            highest,
+            last_queue_id,
+            self._s.schedules.next_to_run(db, self.robot.id),
+            rules.minimum_battery(None, mission, self._s.settings()),
+        )
+        is_due = idle_mission_is_due(
+            self.robot.idle, situation, self._s.settings(), self._s.calendar(), self._clock.now()
+        )
         return is_due and not self._is_kept_free()

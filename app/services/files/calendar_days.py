@@ -3,6 +3,7 @@
 Whole days are those of the zone in which they are written. Appointments, which have times of day, are told apart: work goes on around
 them, unless a person says otherwise.
 """
+
 from __future__ import annotations
 
 from bisect import bisect_right
@@ -22,22 +23,24 @@ from app.services.files.ics_events import UNREADABLE, Event, Series, series_of
 from app.services.files.ics_times import MIDNIGHT, Moment, Rule, moment, since_midnight, values
 from app.services.files.ics_zones import Zones
 
-YEARS_AHEAD = 10                         # of a rule that is more than the same day every year
-MOST_DATES = 100_000                     # that are looked at, past and excepted ones included
+YEARS_AHEAD = 10  # of a rule that is more than the same day every year
+MOST_DATES = 100_000  # that are looked at, past and excepted ones included
 LONGEST_READING_S = 20.0
 DAY, MINUTE = timedelta(days=1), timedelta(minutes=1)
 
 
 class LeftOut(StrEnum):
     """Why an event isn't taken."""
-    UNREADABLE = "unreadable"            # no date, or one that can't be read
-    ENDLESS = "endless"                  # repeats without end more often than yearly
-    OUT_OF_RANGE = "out_of_range"        # longer than a year, or after 2199
+
+    UNREADABLE = "unreadable"  # no date, or one that can't be read
+    ENDLESS = "endless"  # repeats without end more often than yearly
+    OUT_OF_RANGE = "out_of_range"  # longer than a year, or after 2199
 
 
 @dataclass(frozen=True)
 class FoundDays:
     """The days of one event; ``whole``: it has no times of day."""
+
     days: tuple[DayException, ...]
     whole: bool
 
@@ -50,6 +53,7 @@ class FoundDays:
 class Found:
     """What a file holds, in order of days. ``past`` counts events that were over before this year; ``is_whole``: the file doesn't end in
     the middle."""
+
     events: Sequence[FoundDays] = ()
     left_out: Mapping[LeftOut, int] = field(default_factory=dict)
     past: int = 0
@@ -84,7 +88,12 @@ def read_days(content: bytes, name: str, plant: ZoneInfo, today: date) -> Found:
                     left_out[LeftOut.UNREADABLE] += 1
     for series in series_of(events, zones):
         reader.read(series, left_out)
-    return Found(sorted(reader.found, key=lambda each: (each.days[0].first_day, each.days[-1].last_day)), left_out, reader.past, is_whole)
+    return Found(
+        sorted(reader.found, key=lambda each: (each.days[0].first_day, each.days[-1].last_day)),
+        left_out,
+        reader.past,
+        is_whole,
+    )
 
 
 # ---------------------------------------------------------------------- the days that they name
@@ -116,13 +125,14 @@ def _edge_of_utc(at: datetime) -> datetime:
 class _Place:
     """Where an event lies: its first start and its length, in a zone, of which whole days are the dates. ``shift`` takes the times of
     whole days that are not at midnight to the nearest one. ``usual``: the zone that the calendar names, or the plant's."""
+
     zones: Zones
     zone: tzinfo
     usual: tzinfo
     begins: datetime
     length: timedelta
     whole: bool
-    is_bound: bool                       # to a zone, by its start
+    is_bound: bool  # to a zone, by its start
     shift: timedelta = MIDNIGHT
 
     @classmethod
@@ -133,10 +143,15 @@ class _Place:
         if start.is_date:
             last = _last_day(place._edge(end) or zones.local(end, plant)) if event.end else start.at.date()
             return place._for(start.at.date(), last)
-        there = [(zone, zones.local(start, zone), zones.local(end, zone)) for zone in (own, zones.get(end.zone), plant, usual)]
+        there = [
+            (zone, zones.local(start, zone), zones.local(end, zone))
+            for zone in (own, zones.get(end.zone), plant, usual)
+        ]
         for zone, begins, ends in ((own, start.at, end.at), *there):
             if _is_whole(begins, ends):
-                return replace(place, zone=zone)._for(begins.date(), begins.date() if begins == ends else _last_day(ends))
+                return replace(place, zone=zone)._for(
+                    begins.date(), begins.date() if begins == ends else _last_day(ends)
+                )
         if event.is_marked_whole:
             begins, ends = (zones.local(each, own) + DAY / 2 for each in (start, end))
             return replace(place, zone=own, shift=DAY / 2)._for(begins.date(), (ends - DAY).date())
@@ -189,7 +204,7 @@ class _Reader:
         self._whole_days = 0
 
     def read(self, series: Series, left_out: Counter[LeftOut]) -> None:
-        later: dict[Event, set[timedelta]] = {event: {MIDNIGHT} for event in series.instead}     # days after its start
+        later: dict[Event, set[timedelta]] = {event: {MIDNIGHT} for event in series.instead}  # days after its start
         for event in [*series.masters, *series.instead]:
             if event.is_cancelled:
                 continue
@@ -208,13 +223,19 @@ class _Reader:
             except UNREADABLE:
                 left_out[LeftOut.UNREADABLE] += 1
 
-    def _take_master(self, event: Event, place: _Place, instead: Sequence[Event], later: dict[Event, set[timedelta]]) -> None:
+    def _take_master(
+        self, event: Event, place: _Place, instead: Sequence[Event], later: dict[Event, set[timedelta]]
+    ) -> None:
         rules = [_rule(found.value, {place.begins.day, event.start.at.day}) for found in event.written.all("RRULE")]
         without = {place.at(excepted).date() for excepted in self._moments(event, "EXDATE")}
         without.update(*(self._days(event, place, Rule.parse(found.value)) for found in event.written.all("EXRULE")))
         more = [place.at(added) for added in self._moments(event, "RDATE")]
         starts = [*self._starts(event, place, rules), *more]
-        if len(rules) == 1 and not (rules[0].ends or without or more or instead) and _is_same_day_each_year(starts, self._last(place)):
+        if (
+            len(rules) == 1
+            and not (rules[0].ends or without or more or instead)
+            and _is_same_day_each_year(starts, self._last(place))
+        ):
             first = next((start for start in starts if start.year in validation.YEARS), starts[0])
             self._add(event, [place.span(first)], place.whole, yearly=True)
             return
@@ -314,7 +335,7 @@ def _rule(text: str, days: Iterable[int]) -> Rule:
     if not (rule.ends or rule.is_yearly):
         raise _NotTaken(LeftOut.ENDLESS)
     if rule.frequency == "YEARLY" and rule.parts in ({"BYMONTHDAY": (day,)} for day in days):
-        return replace(rule, parts={})                   # the day of its start, as programs mean it that write no BYMONTH
+        return replace(rule, parts={})  # the day of its start, as programs mean it that write no BYMONTH
     return rule
 
 
@@ -324,7 +345,9 @@ def _is_same_day_each_year(starts: Sequence[datetime], last: date) -> bool:
         return False
     first = starts[0]
     years = (year for year in range(first.year, last.year + 1) if (first.month, first.day) != (2, 29) or isleap(year))
-    return [(start.year, start.month, start.day) for start in starts] == [(year, first.month, first.day) for year in years]
+    return [(start.year, start.month, start.day) for start in starts] == [
+        (year, first.month, first.day) for year in years
+    ]
 
 
 def _runs(spans: Iterable[tuple[date, date]]) -> Iterator[tuple[date, date]]:

@@ -1,4 +1,5 @@
 """Closed days from an .ics file, such as a company's calendar or a list of school holidays: read first, and taken as a person chooses."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,6 +22,7 @@ from app.services.files.reading import read_file
 class CalendarFile:
     """What can be taken of a file: ``events`` with days that are not in the calendar yet; ``known`` counts those without. The rest is as in
     ``calendar_days.Found``."""
+
     path: Path
     events: Sequence[FoundDays]
     known: int
@@ -48,14 +50,21 @@ class CalendarFiles(DataFiles):
         except ics.NotACalendar:
             raise InvalidInput("path", "{path} is not a calendar file (.ics)", path=source) from None
         except ics.TooMuch:
-            raise InvalidInput("path", "{path} holds too much for a calendar of closed days: export those alone, and not for many years",
-                               path=source) from None
+            raise InvalidInput(
+                "path",
+                "{path} holds too much for a calendar of closed days: export those alone, and not for many years",
+                path=source,
+            ) from None
         if not found.events:
             raise _nothing_in(found, source)
         there = set(map(_identity, CalendarRepository().all(c)))
         shown = names.of_file(source.name)
-        new = [FoundDays(tuple(replace(day, source=shown) for day in event.days if _identity(day) not in there), event.whole)
-               for event in found.events]
+        new = [
+            FoundDays(
+                tuple(replace(day, source=shown) for day in event.days if _identity(day) not in there), event.whole
+            )
+            for event in found.events
+        ]
         events = [event for event in new if event.days]
         return CalendarFile(source, events, len(new) - len(events), found.past, found.left_out, found.is_whole)
 
@@ -66,6 +75,7 @@ class CalendarFiles(DataFiles):
         def add(edit: Edit) -> list[DayException]:
             there = set(map(_identity, edit.days.all(edit.c)))
             return edit.save_days([day for day in days if _identity(day) not in there])
+
         return self._catalogue.edit_rehearsed(add)
 
 
@@ -73,7 +83,9 @@ def _nothing_in(found: Found, path: Path) -> InvalidInput:
     if not found.is_whole:
         return InvalidInput("path", "{path} ends in the middle, before any days: copy it again", path=path)
     if found.left_out.get(LeftOut.ENDLESS):
-        return InvalidInput("path", "{path} has no days to take: what repeats is taken where it comes every year, or ends", path=path)
+        return InvalidInput(
+            "path", "{path} has no days to take: what repeats is taken where it comes every year, or ends", path=path
+        )
     if found.left_out:
         return InvalidInput("path", "{path} has no days to take that can be read", path=path)
     return InvalidInput("path", "{path} has no days to take", path=path)

@@ -1,4 +1,5 @@
 """Reports of check-ups as files where people look for theirs: a page to print, and what the robot was found to be."""
+
 from __future__ import annotations
 
 import re
@@ -21,7 +22,7 @@ class CheckUpFiles(DataFiles):
         return self._write(document, robot, ".json", directory)
 
     def _write(self, text: str, robot: str, suffix: str, directory: Path | None) -> Path:
-        stem = "-".join([STEM, *re.findall(r"\w+", robot.lower())])         # a name is no path
+        stem = "-".join([STEM, *re.findall(r"\w+", robot.lower())])  # a name is no path
         with self._new_file(str(self.suggested(stem, suffix, directory)), suffix) as (target, file):
             file.write(text.encode("utf-8", "replace").decode())
         return target

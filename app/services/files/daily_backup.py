@@ -1,4 +1,5 @@
 """One backup a day, on a thread of its own, because a million rows take a third of a second."""
+
 from __future__ import annotations
 
 import logging
@@ -15,7 +16,7 @@ from app.services.live.alarms import Alarms
 
 log = logging.getLogger(__name__)
 
-AGAIN_AFTER = 3600.0         # s, after one that failed
+AGAIN_AFTER = 3600.0  # s, after one that failed
 
 
 class DailyBackup:
@@ -24,9 +25,9 @@ class DailyBackup:
     def __init__(self, db: Database, clock: Clock, alarms: Alarms) -> None:
         self._db, self._clock, self._alarms = db, clock, alarms
         self._made_on: date | None = None
-        self._not_before = -math.inf             # monotonic
+        self._not_before = -math.inf  # monotonic
         self._thread: threading.Thread | None = None
-        self._problem: Message | None = None         # of the last one, not reported yet; empty: it succeeded
+        self._problem: Message | None = None  # of the last one, not reported yet; empty: it succeeded
 
     def tick(self) -> None:
         if self._thread and self._thread.is_alive():

@@ -2,6 +2,7 @@
 
 What can't be done is raised as InvalidInput("path", …) with one sentence; an export never writes over a file that is there.
 """
+
 from __future__ import annotations
 
 import contextlib
@@ -33,6 +34,7 @@ from app.services.files.shared_places import draft_of, without_links
 @dataclass(frozen=True)
 class Backup:
     """A copy of the whole database. ``made_at`` is UTC, ``size`` in bytes."""
+
     path: Path
     made_at: datetime
     size: int
@@ -87,7 +89,9 @@ class DataFiles:
         """Take a configuration file in, whole or not at all. Returns what was added or changed, one sentence each, or what has to be
         confirmed first."""
         try:
-            return configuration.import_configuration(self._catalogue, read_file(self._resolved(path)), may_delete=may_delete)
+            return configuration.import_configuration(
+                self._catalogue, read_file(self._resolved(path)), may_delete=may_delete
+            )
         except DeletesRuns as question:
             return question
 
@@ -96,7 +100,7 @@ class DataFiles:
         """Newest first."""
         found = []
         for path in backups_of(self._db.path):
-            with contextlib.suppress(FileNotFoundError):          # the oldest may be deleted meanwhile
+            with contextlib.suppress(FileNotFoundError):  # the oldest may be deleted meanwhile
                 stat = path.stat()
                 found.append(Backup(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))
         return found
@@ -154,4 +158,6 @@ def _as_invalid_input(path: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise InvalidInput("path", "there is no directory {path}", path=path.parent) from None
     except OSError as error:
-        raise InvalidInput("path", "{path} can't be written: {problem}", path=path, problem=message_of_system(error)) from None
+        raise InvalidInput(
+            "path", "{path} can't be written: {problem}", path=path, problem=message_of_system(error)
+        ) from None

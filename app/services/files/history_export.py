@@ -2,6 +2,7 @@
 
 Excel separates by what the country's settings say, in most of Europe a semicolon, and takes a file without a mark for one that isn't UTF-8.
 """
+
 from __future__ import annotations
 
 import csv
@@ -16,14 +17,36 @@ from app.domain.choice import chosen
 from app.domain.models import Execution
 from app.domain.reasons import known_zone, sentence
 
-COLUMNS = ("id", "trigger", "schedule", "robot", "mission", "mission_guid", "state", "reason_code", "reason", "planned_at", "created_at",
-           "submitted_at", "started_at", "ended_at", "duration_s", "attempts", "queue_id", "group", "choice", "starts")
+COLUMNS = (
+    "id",
+    "trigger",
+    "schedule",
+    "robot",
+    "mission",
+    "mission_guid",
+    "state",
+    "reason_code",
+    "reason",
+    "planned_at",
+    "created_at",
+    "submitted_at",
+    "started_at",
+    "ended_at",
+    "duration_s",
+    "attempts",
+    "queue_id",
+    "group",
+    "choice",
+    "starts",
+)
 BYTE_ORDER_MARK = "\ufeff"
 # Where a cell begins that a spreadsheet takes for a formula; inside a text, too, where a spreadsheet separates by semicolons or tabs.
 _FORMULA = re.compile(r'(^|[;\t\r\n])(?=[\s"]*[=+\-@＝＋－＠])')
 
 
-def write_history(c: sqlite3.Connection, file: TextIO, wanted: ExecutionFilter | None = None, *, for_excel: bool = False) -> int:
+def write_history(
+    c: sqlite3.Connection, file: TextIO, wanted: ExecutionFilter | None = None, *, for_excel: bool = False
+) -> int:
     """Write the header and one row per execution, oldest first; returns how many rows. ``for_excel``: with semicolons and a
     byte order mark.
 
@@ -44,13 +67,25 @@ def write_history(c: sqlite3.Connection, file: TextIO, wanted: ExecutionFilter |
 def _cells(execution: Execution) -> Iterator[object]:
     zone, reason = known_zone(execution.timezone), execution.reason
     yield from (execution.id, execution.trigger)
-    yield from (_text(text) for text in (execution.schedule, execution.robot, execution.mission, execution.mission_guid))
+    yield from (
+        _text(text) for text in (execution.schedule, execution.robot, execution.mission, execution.mission_guid)
+    )
     yield from (execution.state, reason.code if reason else "", _text(sentence(reason, zone)) if reason else "")
-    yield from (_instant(instant, zone) for instant in (execution.planned_at, execution.created_at, execution.submitted_at,
-                                                        execution.started_at, execution.ended_at))
+    yield from (
+        _instant(instant, zone)
+        for instant in (
+            execution.planned_at,
+            execution.created_at,
+            execution.submitted_at,
+            execution.started_at,
+            execution.ended_at,
+        )
+    )
     yield "" if execution.duration_s is None else round(execution.duration_s)
     yield from (execution.attempts, "" if execution.queue_id is None else execution.queue_id)
-    yield from (_text(text) for text in (execution.robot_group, chosen(execution.choice, zone) if execution.robot_id else ""))
+    yield from (
+        _text(text) for text in (execution.robot_group, chosen(execution.choice, zone) if execution.robot_id else "")
+    )
     yield execution.starts
 
 

@@ -3,32 +3,59 @@
 Files come from many programs, and may be hostile. Only what is needed is looked at, line by line: whatever else a file holds costs nothing
 and spoils nothing.
 """
+
 from __future__ import annotations
 
 import re
 import time
 from dataclasses import dataclass, field
 
-MOST_COMPONENTS = 50_000                 # events, time zones, and the parts of these
-FOLD_AT = 75                             # octets of a line without its end (section 3.1)
+MOST_COMPONENTS = 50_000  # events, time zones, and the parts of these
+FOLD_AT = 75  # octets of a line without its end (section 3.1)
 
-COMPONENTS = {"VEVENT", "VTODO", "VJOURNAL", "VFREEBUSY", "VTIMEZONE", "VAVAILABILITY"}      # that lie in the calendar itself
+COMPONENTS = {
+    "VEVENT",
+    "VTODO",
+    "VJOURNAL",
+    "VFREEBUSY",
+    "VTIMEZONE",
+    "VAVAILABILITY",
+}  # that lie in the calendar itself
 PARTS = {"VALARM", "STANDARD", "DAYLIGHT", "AVAILABLE", "PARTICIPANT", "VLOCATION", "VRESOURCE"}
 STATES = {"TENTATIVE", "CONFIRMED", "CANCELLED"}
 HEAD = {"METHOD", "X-WR-TIMEZONE"}
 PROPERTIES = {
-    "VEVENT": {"UID", "SUMMARY", "DTSTART", "DTEND", "DURATION", "RRULE", "EXRULE", "RDATE", "EXDATE", "RECURRENCE-ID", "STATUS",
-               "SEQUENCE", "DTSTAMP", "LAST-MODIFIED", "X-MICROSOFT-CDO-ALLDAYEVENT", "X-MICROSOFT-MSNCALENDAR-ALLDAYEVENT"},
+    "VEVENT": {
+        "UID",
+        "SUMMARY",
+        "DTSTART",
+        "DTEND",
+        "DURATION",
+        "RRULE",
+        "EXRULE",
+        "RDATE",
+        "EXDATE",
+        "RECURRENCE-ID",
+        "STATUS",
+        "SEQUENCE",
+        "DTSTAMP",
+        "LAST-MODIFIED",
+        "X-MICROSOFT-CDO-ALLDAYEVENT",
+        "X-MICROSOFT-MSNCALENDAR-ALLDAYEVENT",
+    },
     "VTIMEZONE": {"TZID", "X-LIC-LOCATION"},
     "STANDARD": {"DTSTART", "TZOFFSETFROM", "TZOFFSETTO", "RRULE", "RDATE"},
-    "DAYLIGHT": {"DTSTART", "TZOFFSETFROM", "TZOFFSETTO", "RRULE", "RDATE"}}
+    "DAYLIGHT": {"DTSTART", "TZOFFSETFROM", "TZOFFSETTO", "RRULE", "RDATE"},
+}
 
 _MARKS_OF_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 _MARK_OF_UTF_8 = b"\xef\xbb\xbf"
 _FOLD = re.compile(rb"(?<![\r\n])[\r\n]+[ \t]")
 _LINE = re.compile(rb"[^\r\n]+")
 _NAME = re.compile(rb"\s*([\w-]{1,40})\s*[:;]")
-_TEXT = re.compile(rb"\s*[\w-]*[a-z][\w-]*\s*:\s")        # such as "Status: cancelled", behind a raw line end in a description
+_TEXT = re.compile(
+    rb"\s*[\w-]*[a-z][\w-]*\s*:\s"
+)  # such as "Status: cancelled", behind a raw line end in a description
 _BEGINS = re.compile(rb"BEGIN\s*:\s*VCALENDAR\s*$", re.IGNORECASE)
 _ENDS = re.compile(rb"\s*END\s*:\s*VCALENDAR", re.IGNORECASE)
 _OTHER_COMPONENT = re.compile(r"V[A-Z]+|[Xx]-[\w-]+", re.ASCII)
@@ -61,6 +88,7 @@ class Budget:
 @dataclass(frozen=True)
 class Property:
     """A value, and the parameters before it, as they are written."""
+
     parameters: str
     value: str
 
@@ -81,6 +109,7 @@ class Component:
 
     Of the calendar around it: ``in_cancellation``, whether it is the notice that its events are cancelled, and ``usual_zone``, the name of
     the time zone that it says for itself."""
+
     name: str
     properties: dict[str, list[Property]] = field(default_factory=dict)
     parts: list[Component] = field(default_factory=list)
@@ -138,18 +167,18 @@ class _Reader:
 
     def __init__(self) -> None:
         self._found: list[Component] = []
-        self.has_begun = self.is_inside = False          # of a calendar
+        self.has_begun = self.is_inside = False  # of a calendar
         self._calendar: list[Component] = []
-        self._head: dict[str, str] = {}                  # what the calendar says of itself
-        self._component = self._part = ""                # names of what is open
-        self._open: Component | None = None              # takes the properties
+        self._head: dict[str, str] = {}  # what the calendar says of itself
+        self._component = self._part = ""  # names of what is open
+        self._open: Component | None = None  # takes the properties
         self._count = 0
 
     def take(self, line: bytes) -> None:
         """Other text may stand before a calendar on its first line, and behind it on its last."""
         if match := _ENDS.match(line):
             self._end("VCALENDAR")
-            line = line[match.end():]
+            line = line[match.end() :]
         if self.is_inside:
             self._take(line)
         elif _BEGINS.search(line):
@@ -217,7 +246,7 @@ def _is_component(name: str) -> bool:
 
 def _property(line: bytes) -> Property:
     text = _decoded(line)
-    match = _PARTS.fullmatch(text)                       # none where a quotation mark has no second one
+    match = _PARTS.fullmatch(text)  # none where a quotation mark has no second one
     parameters, value = match.groups() if match else text.split(":", 1) if ":" in text else (text, "")
     return Property(parameters, value.strip())
 

@@ -1,4 +1,5 @@
 """Events of a calendar file as they are written, and which of their versions counts."""
+
 from __future__ import annotations
 
 import re
@@ -21,10 +22,11 @@ Version = tuple[int, datetime, datetime]
 @dataclass(eq=False)
 class Event:
     """One VEVENT; ``end`` is None where only the start is written."""
+
     written: Component
     start: Moment
     end: Moment | None
-    replaces: Moment | None              # RECURRENCE-ID
+    replaces: Moment | None  # RECURRENCE-ID
     version: Version
 
     @classmethod
@@ -35,7 +37,7 @@ class Event:
         if start is None:
             if instead is None or not written.is_cancelled:
                 raise ValueError("has no start")
-            start = instead                                  # a notice may name the day by that alone
+            start = instead  # a notice may name the day by that alone
         if start.is_far:
             raise ValueError("is too far away")
         if end is None and (lasts := _first(written, "DURATION", lambda found: duration(found.text))) is not None:
@@ -58,7 +60,9 @@ class Event:
     @property
     def is_marked_whole(self) -> bool:
         """As Microsoft's programs mark whole days."""
-        return any(self.written.text(f"X-MICROSOFT-{name}-ALLDAYEVENT").upper() == "TRUE" for name in ("CDO", "MSNCALENDAR"))
+        return any(
+            self.written.text(f"X-MICROSOFT-{name}-ALLDAYEVENT").upper() == "TRUE" for name in ("CDO", "MSNCALENDAR")
+        )
 
 
 def _first(written: Component, name: str, read: Callable[[Property], Read]) -> Read | None:
@@ -91,6 +95,7 @@ def _stamp(written: Component, name: str) -> datetime:
 @dataclass
 class Series:
     """The newest version of an event, or of several copies that are equally new, and of what replaces single days of it."""
+
     masters: list[Event] = field(default_factory=list)
     instead: list[Event] = field(default_factory=list)
 
@@ -109,7 +114,9 @@ def series_of(events: Iterable[Event], zones: Zones) -> Iterator[Series]:
             if any(event.is_cancelled for event in counting):
                 counting = [event for event in counting if event.is_cancelled]
             (series.masters if replaces is None else series.instead).extend(counting)
-        if any(event.is_cancelled for event in series.masters):        # with all of it, but for what has been planned again since
+        if any(
+            event.is_cancelled for event in series.masters
+        ):  # with all of it, but for what has been planned again since
             cancelled = series.masters[0].version[0]
             series.instead = [event for event in series.instead if event.version[0] > cancelled]
         yield series

@@ -2,6 +2,7 @@
 
 Whatever can't be read raises ValueError.
 """
+
 from __future__ import annotations
 
 import re
@@ -13,24 +14,27 @@ from typing import Any
 from app.domain.models import WEEKDAYS
 from app.services.files.ics import Property
 
-FREQUENCIES = ("YEARLY", "MONTHLY", "WEEKLY", "DAILY")       # those that name days; in dateutil's order
-FIRST_YEAR, LAST_YEAR = 1600, 8999       # far from where a change of the zone fails
+FREQUENCIES = ("YEARLY", "MONTHLY", "WEEKLY", "DAILY")  # those that name days; in dateutil's order
+FIRST_YEAR, LAST_YEAR = 1600, 8999  # far from where a change of the zone fails
 EARLIEST, LATEST = date(FIRST_YEAR, 1, 1), date(LAST_YEAR, 12, 31)
 MIDNIGHT = timedelta()
-CYCLE = 400                              # years after which dates fall on the same weekdays again
+CYCLE = 400  # years after which dates fall on the same weekdays again
 
 _MOMENT = re.compile(r"(\d{4})-?(\d\d)-?(\d\d)(?:T(\d\d)(\d\d)(\d\d)?(?:\.\d+)?(Z?))?", re.ASCII | re.IGNORECASE)
-_DURATION = re.compile(r"([+-])?P(?:(\d{1,5})W)?T?(?:(\d{1,5})D)?T?(?:(\d{1,7})H)?(?:(\d{1,7})M)?(?:(\d{1,9})S)?", re.ASCII | re.IGNORECASE)
+_DURATION = re.compile(
+    r"([+-])?P(?:(\d{1,5})W)?T?(?:(\d{1,5})D)?T?(?:(\d{1,7})H)?(?:(\d{1,7})M)?(?:(\d{1,9})S)?", re.ASCII | re.IGNORECASE
+)
 _WEEKDAY = re.compile(rf"([+-]?\d{{1,2}})?({'|'.join(WEEKDAYS)})", re.ASCII)
 _NUMBER = re.compile(r"[+-]?\d{1,7}", re.ASCII)
 _RANGES = {"BYMONTH": 12, "BYMONTHDAY": 31, "BYYEARDAY": 366, "BYWEEKNO": 53, "BYSETPOS": 366}
-_OF_NO_EFFECT = {"BYHOUR", "BYMINUTE", "BYSECOND"}           # on the days
-_USUAL = {("RSCALE", "GREGORIAN"), ("SKIP", "OMIT")}         # what holds without them (RFC 7529)
+_OF_NO_EFFECT = {"BYHOUR", "BYMINUTE", "BYSECOND"}  # on the days
+_USUAL = {("RSCALE", "GREGORIAN"), ("SKIP", "OMIT")}  # what holds without them (RFC 7529)
 
 
 @dataclass(frozen=True)
 class Moment:
     """A date, or a time of day in a zone: its TZID, UTC, or "" where it is local wherever it is read. ``at`` is naive."""
+
     at: datetime
     is_date: bool = True
     zone: str = ""
@@ -46,7 +50,7 @@ def since_midnight(at: datetime) -> timedelta:
 
 def values(found: Property) -> Iterator[Property]:
     """Those of a property with dates or times, one by one."""
-    before, colon, listed = found.value.rpartition(":")      # a name of a zone with a colon and no quotes
+    before, colon, listed = found.value.rpartition(":")  # a name of a zone with a colon and no quotes
     for value in filter(None, map(str.strip, listed.split(","))):
         yield Property(found.parameters + colon + before, value)
 
@@ -101,6 +105,7 @@ def offset(text: str) -> timedelta:
 class Rule:
     """An RRULE that names days; times of day in it are passed over, and an end far away. ``parts`` hold its BY… as numbers,
     BYDAY as (n, weekday)."""
+
     frequency: str
     interval: int
     count: int | None
@@ -118,10 +123,19 @@ class Rule:
         interval, count = given.pop("INTERVAL", "1"), given.pop("COUNT", None)
         until, week_starts = given.pop("UNTIL", None), given.pop("WKST", "MO")
         ends = None if until is None else _moment(until, "", False)
-        parts = {name: _part(name, value) for name, value in given.items()
-                 if name not in _OF_NO_EFFECT and (name, value) not in _USUAL and not name.startswith("X-")}
-        return cls(frequency, _positive(interval), None if count is None else _positive(count),
-                   None if ends is None or ends.is_far else ends, WEEKDAYS.index(week_starts), parts)
+        parts = {
+            name: _part(name, value)
+            for name, value in given.items()
+            if name not in _OF_NO_EFFECT and (name, value) not in _USUAL and not name.startswith("X-")
+        }
+        return cls(
+            frequency,
+            _positive(interval),
+            None if count is None else _positive(count),
+            None if ends is None or ends.is_far else ends,
+            WEEKDAYS.index(week_starts),
+            parts,
+        )
 
     @property
     def ends(self) -> bool:
@@ -131,7 +145,11 @@ class Rule:
     def is_yearly(self) -> bool:
         """Whether it names days of the year, and not of each week or month."""
         months = self.parts.get("BYMONTH", ())
-        return self.frequency == "YEARLY" or (self.frequency == "MONTHLY" and self.interval % 12 == 0) or 0 < len(months) < 12
+        return (
+            self.frequency == "YEARLY"
+            or (self.frequency == "MONTHLY" and self.interval % 12 == 0)
+            or 0 < len(months) < 12
+        )
 
     def days(self, start: date, last: date) -> Iterator[date]:
         """From ``start`` to ``last``, by the library dateutil, which seeks until the year 9999: as near to it as the weekdays are the same,
@@ -145,7 +163,9 @@ class Rule:
             return
         later = max(date.max.year - last.year, 0) // CYCLE * CYCLE
         begins = datetime.combine(start.replace(year=start.year + later), time())
-        for found in rrule(FREQUENCIES.index(self.frequency), begins, self.interval, self.week_starts, self.count, **parts):
+        for found in rrule(
+            FREQUENCIES.index(self.frequency), begins, self.interval, self.week_starts, self.count, **parts
+        ):
             day = date(found.year - later, found.month, found.day)
             if day > last:
                 return
@@ -165,6 +185,8 @@ def _part(name: str, value: str) -> tuple[Any, ...]:
         if not all(found):
             raise ValueError(f"{value[:40]} are no weekdays")
         return tuple(sorted({(int(match[1] or 0), WEEKDAYS.index(match[2])) for match in found if match}))
-    if name not in _RANGES or not all(_NUMBER.fullmatch(each) and 1 <= abs(int(each)) <= _RANGES[name] for each in values):
+    if name not in _RANGES or not all(
+        _NUMBER.fullmatch(each) and 1 <= abs(int(each)) <= _RANGES[name] for each in values
+    ):
         raise ValueError(f"{name[:40]} can't be used with {value[:40]}")
     return tuple(sorted({int(each) for each in values}))

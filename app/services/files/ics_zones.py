@@ -1,4 +1,5 @@
 """The time zones that events of a calendar file are written in: known by their name, or by the rules that the file brings along."""
+
 from __future__ import annotations
 
 import re
@@ -16,15 +17,16 @@ from app.services.files.ics import Budget, Component
 from app.services.files.ics_times import Moment, Rule, moment, offset, values
 
 LONGEST_NAME = 80
-MOST_CHANGES = 3_000                     # of one zone: real ones have changed some hundred times
-FIRST = datetime.combine(date(1970, 1, 1), time())          # where a part says none
-FIRST_LEAP_YEAR = 1968                   # has every date of an older start
+MOST_CHANGES = 3_000  # of one zone: real ones have changed some hundred times
+FIRST = datetime.combine(date(1970, 1, 1), time())  # where a part says none
+FIRST_LEAP_YEAR = 1968  # has every date of an older start
 SECOND = timedelta(seconds=1)
-SELDOM = ("YEARLY", "MONTHLY")           # how often a zone may change
+SELDOM = ("YEARLY", "MONTHLY")  # how often a zone may change
 
 
 class Change(NamedTuple):
     """Of the offset from UTC, at a local time that is counted as before it."""
+
     at: datetime
     before: timedelta
     after: timedelta
@@ -58,12 +60,13 @@ class FileZone(tzinfo):
 @dataclass
 class Zones:
     """By TZID. One that is unknown and can't be used is taken as that of the plant."""
+
     plant: ZoneInfo
-    last: date                           # until when rules are followed
+    last: date  # until when rules are followed
     budget: Budget
 
     def __post_init__(self) -> None:
-        self._in_file: dict[str, Component] = {}         # by its name as ``_plain`` makes it
+        self._in_file: dict[str, Component] = {}  # by its name as ``_plain`` makes it
         self._known: dict[str, tzinfo] = {"": self.plant, "UTC": UTC}
 
     def add(self, zone: Component) -> None:
@@ -126,7 +129,7 @@ class Zones:
             last = min(self.last, rule.until.at.date() + timedelta(days=1)) if rule.until else self.last
             first = start.date()
             if first < FIRST.date() and rule.count is None and rule.interval == 1:
-                first = first.replace(year=FIRST_LEAP_YEAR)      # centuries of changes before are of no use
+                first = first.replace(year=FIRST_LEAP_YEAR)  # centuries of changes before are of no use
             for day in rule.days(first, last):
                 yield Change(datetime.combine(day, start.time()), of, to)
 
@@ -158,4 +161,6 @@ def _names() -> dict[str, str]:
     """IANA names by these and by Windows' names, all as ``_plain`` makes them."""
     from icalendar.timezone.windows_to_olson import WINDOWS_TO_OLSON  # half a second, which only imports need
 
-    return {_plain(name): known for name, known in (*WINDOWS_TO_OLSON.items(), *((name, name) for name in zone_names()))}
+    return {
+        _plain(name): known for name, known in (*WINDOWS_TO_OLSON.items(), *((name, name) for name in zone_names()))
+    }

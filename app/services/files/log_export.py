@@ -1,4 +1,5 @@
 """What the Logs show, as files where people look for theirs: the runs as CSV, a report as a page to print."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -13,7 +14,9 @@ STEM, REPORT_STEM = "amr-scheduler-log", "amr-scheduler-report"
 class LogExport(DataFiles):
     """Writes into a directory of ``places``; None: where people look for their files."""
 
-    def export(self, wanted: ExecutionFilter, directory: Path | None = None, *, for_excel: bool = False) -> tuple[Path, int]:
+    def export(
+        self, wanted: ExecutionFilter, directory: Path | None = None, *, for_excel: bool = False
+    ) -> tuple[Path, int]:
         """The executions that a filter lets through. Returns the new file and how many it has. Raises InvalidInput when it can't be
         written."""
         with self._new_file(str(self.suggested(STEM, ".csv", directory)), ".csv") as (target, file):

@@ -1,4 +1,5 @@
 """Where people carry files from and to: the Documents folder, and what is mounted now – sticks, and shares of the network."""
+
 from __future__ import annotations
 
 import contextlib
@@ -13,9 +14,11 @@ from pathlib import Path
 
 MOUNTS = Path("/proc/self/mounts")
 MEDIA = (Path("/media"), Path("/run/media"))
-SHARES = frozenset({"cifs", "smb3", "smbfs", "nfs", "nfs4", "fuse.sshfs", "davfs", "fuse.davfs2"})       # file systems of the network
-MOST_FILES = 200                         # that are listed
-MOST_SEEN = 5000                         # that are looked at
+SHARES = frozenset(
+    {"cifs", "smb3", "smbfs", "nfs", "nfs4", "fuse.sshfs", "davfs", "fuse.davfs2"}
+)  # file systems of the network
+MOST_FILES = 200  # that are listed
+MOST_SEEN = 5000  # that are looked at
 
 
 class PlaceKind(StrEnum):
@@ -27,6 +30,7 @@ class PlaceKind(StrEnum):
 @dataclass(frozen=True)
 class Place:
     """A directory; ``name`` is that of the stick or share."""
+
     kind: PlaceKind
     path: Path
     name: str = ""
@@ -35,6 +39,7 @@ class Place:
 @dataclass(frozen=True)
 class FoundFile:
     """``changed_at`` is UTC, ``size`` in bytes."""
+
     path: Path
     changed_at: datetime
     size: int
@@ -64,7 +69,7 @@ def found_in(directory: Path, suffix: str) -> list[FoundFile]:
     file's may be in capitals."""
     found: list[FoundFile] = []
     for path in islice(_named(directory, suffix), MOST_SEEN):
-        with contextlib.suppress(OSError, ValueError, OverflowError):        # gone, or of a day that no calendar has
+        with contextlib.suppress(OSError, ValueError, OverflowError):  # gone, or of a day that no calendar has
             if path.is_file() and os.access(path, os.R_OK):
                 stat = path.stat()
                 found.append(FoundFile(path, datetime.fromtimestamp(stat.st_mtime, UTC), stat.st_size))

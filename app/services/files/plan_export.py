@@ -3,6 +3,7 @@
 An event's UID is the token of its occurrence, so an export that is imported again changes the events of the one before instead of doubling
 them.
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -25,14 +26,15 @@ from app.services.planning.overlaps import ASSUMED_S
 from app.services.planning.plan import Plan, PlannedRun
 
 DAYS = 30
-MOST_EVENTS = 10_000                     # calendars take long over more: a mission every minute would be 43 200
+MOST_EVENTS = 10_000  # calendars take long over more: a mission every minute would be 43 200
 STEM = "amr-scheduler-plan"
-DOMAIN = "amr-scheduler"                 # behind the @ of a UID
+DOMAIN = "amr-scheduler"  # behind the @ of a UID
 
 
 @dataclass(frozen=True)
 class PlanExport:
     """The file, how many starts it has, and until when; ``is_cut``: there were more than a calendar takes."""
+
     path: Path
     count: int
     until: datetime
@@ -42,7 +44,9 @@ class PlanExport:
 class PlanFiles(DataFiles):
     """Writes the plan where people look for their files."""
 
-    def __init__(self, db: Database, catalogue: Catalogue, clock: Clock, plan: Plan, documents: Path | None = None) -> None:
+    def __init__(
+        self, db: Database, catalogue: Catalogue, clock: Clock, plan: Plan, documents: Path | None = None
+    ) -> None:
         super().__init__(db, catalogue, clock, documents)
         self._plan = plan
 
@@ -52,7 +56,7 @@ class PlanFiles(DataFiles):
         until = now + timedelta(days=days)
         runs = list(islice(self._plan.until(until), MOST_EVENTS + 1))
         is_cut = len(runs) > MOST_EVENTS
-        install_id = self._db.write(SettingsRepository().install_id)       # is made if there is none yet
+        install_id = self._db.write(SettingsRepository().install_id)  # is made if there is none yet
         with self._new_file(str(self.suggested(STEM, ".ics")), ".ics") as (target, file):
             write_plan(file, runs[:MOST_EVENTS], install_id, now)
         return PlanExport(target, min(len(runs), MOST_EVENTS), runs[MOST_EVENTS - 1].at if is_cut else until, is_cut)
@@ -60,17 +64,27 @@ class PlanFiles(DataFiles):
 
 def write_plan(file: TextIO, runs: Iterable[PlannedRun], install_id: str, now: datetime) -> None:
     """Times in UTC, line ends CRLF (``file`` must not translate them)."""
-    file.write(line("BEGIN", "VCALENDAR") + line("VERSION", "2.0") + text_line("PRODID", f"-//AMR Scheduler//{__version__}//EN")
-               + line("CALSCALE", "GREGORIAN") + line("METHOD", "PUBLISH"))
+    file.write(
+        line("BEGIN", "VCALENDAR")
+        + line("VERSION", "2.0")
+        + text_line("PRODID", f"-//AMR Scheduler//{__version__}//EN")
+        + line("CALSCALE", "GREGORIAN")
+        + line("METHOD", "PUBLISH")
+    )
     for run in runs:
         ends = run.at + timedelta(seconds=max(60, round(run.usual_s or ASSUMED_S)))
-        file.write(line("BEGIN", "VEVENT")
-                   + line("UID", f"{rules.token_of(install_id, run.schedule.id, run.at)}@{DOMAIN}")
-                   + line("DTSTAMP", _instant(now)) + line("DTSTART", _instant(run.at)) + line("DTEND", _instant(ends))
-                   + text_line("SUMMARY", f"{run.mission.name} · {run.whose}")
-                   + text_line("DESCRIPTION", _description(run))
-                   + text_line("CATEGORIES", run.whose)
-                   + line("TRANSP", "TRANSPARENT") + line("END", "VEVENT"))
+        file.write(
+            line("BEGIN", "VEVENT")
+            + line("UID", f"{rules.token_of(install_id, run.schedule.id, run.at)}@{DOMAIN}")
+            + line("DTSTAMP", _instant(now))
+            + line("DTSTART", _instant(run.at))
+            + line("DTEND", _instant(ends))
+            + text_line("SUMMARY", f"{run.mission.name} · {run.whose}")
+            + text_line("DESCRIPTION", _description(run))
+            + text_line("CATEGORIES", run.whose)
+            + line("TRANSP", "TRANSPARENT")
+            + line("END", "VEVENT")
+        )
     file.write(line("END", "VCALENDAR"))
 
 

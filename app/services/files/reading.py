@@ -1,4 +1,5 @@
 """Reading the files that people bring in: never more than is taken of them."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -21,7 +22,9 @@ def read_file(source: Path, *, may_be_pipe: bool = False) -> bytes:
     except FileNotFoundError:
         raise InvalidInput("path", "there is no file {path}", path=source) from None
     except OSError as error:
-        raise InvalidInput("path", "{path} can't be read: {problem}", path=source, problem=message_of_system(error)) from None
+        raise InvalidInput(
+            "path", "{path} can't be read: {problem}", path=source, problem=message_of_system(error)
+        ) from None
     if len(content) > LARGEST_FILE:
         raise InvalidInput("path", "{path} is larger than 5 MiB", path=source)
     return content

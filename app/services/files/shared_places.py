@@ -2,6 +2,7 @@
 
 First the links are followed that nobody else can have made; what is opened then is opened without following any.
 """
+
 from __future__ import annotations
 
 import contextlib
@@ -15,11 +16,11 @@ from typing import TextIO
 
 from app.domain.models import InvalidInput
 
-MOST_LINKS = 40              # that lead from one to the other, as the system has it
+MOST_LINKS = 40  # that lead from one to the other, as the system has it
 _HAS_DIRECTORY_FD = os.open in os.supports_dir_fd
 _DIRECTORY = getattr(os, "O_PATH", os.O_RDONLY) | getattr(os, "O_DIRECTORY", 0)
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-_KERNEL = Path("/proc")      # where links such as /proc/self/fd/1 lead to pipes without a path
+_KERNEL = Path("/proc")  # where links such as /proc/self/fd/1 lead to pipes without a path
 
 
 def without_links(path: Path) -> Path:
@@ -33,7 +34,11 @@ def without_links(path: Path) -> Path:
         part = rest.pop()
         place = here.parent if part == ".." else here / part
         if _could_be_planted(place):
-            raise InvalidInput("path", "{path} is a link or a pipe that somebody else may have put there: choose another place", path=place)
+            raise InvalidInput(
+                "path",
+                "{path} is a link or a pipe that somebody else may have put there: choose another place",
+                path=place,
+            )
         if not place.is_symlink():
             here = place
             continue
@@ -54,7 +59,8 @@ def _could_be_planted(place: Path) -> bool:
     except OSError:
         return False
     return (stat.S_ISLNK(found.st_mode) or stat.S_ISFIFO(found.st_mode)) and (
-        found.st_uid not in (os.geteuid(), 0) or bool(parent.st_mode & stat.S_IWOTH))
+        found.st_uid not in (os.geteuid(), 0) or bool(parent.st_mode & stat.S_IWOTH)
+    )
 
 
 @contextlib.contextmanager
@@ -78,7 +84,9 @@ def draft_of(target: Path) -> Iterator[TextIO]:
 def open_in_place(target: Path) -> TextIO:
     """A pipe or a device, a path ``without_links``, to be written into. Raises OSError, also where it has become a file meanwhile."""
     with _directory(target.parent) as (fd, beside):
-        descriptor = os.open(beside / target.name, os.O_WRONLY | (0 if _KERNEL in target.parents else _NO_LINK), dir_fd=fd)
+        descriptor = os.open(
+            beside / target.name, os.O_WRONLY | (0 if _KERNEL in target.parents else _NO_LINK), dir_fd=fd
+        )
     if stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))

@@ -1,4 +1,5 @@
 """Figures of groups of robots, beside those of robots: how punctual their starts were, how long they waited for one, who did how much."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -22,6 +23,7 @@ class GroupKpis:
     """``starts``: planned ones that ended in the period and that nobody had called off; ``in_time``: of these, on a robot within a minute.
     Waits in s, over the newest ``waited`` (at most 5,000) that were sent. ``used``: share of the time that each of its robots was seen for
     which it ran, whoever had started that."""
+
     group_id: int
     group: str
     starts: int = 0
@@ -58,12 +60,28 @@ class GroupFigures:
             group = groups.get(one.group_id)
             waits = sorted(self._repository.waits(c, span, one.group_id, DELAYS_OF))
             members = group.members if group is not None else tuple(self._repository.runs(c, span, one.group_id))
-            used = [(robot, share) for robot_id in members if robot_id in use for robot, share in (use[robot_id],) if share is not None]
+            used = [
+                (robot, share)
+                for robot_id in members
+                if robot_id in use
+                for robot, share in (use[robot_id],)
+                if share is not None
+            ]
             name = group.name if group is not None else self._repository.name_of_removed(c, one.group_id)
             if wanted is not None and wanted.group not in (None, name):
                 continue
-            found.append(GroupKpis(one.group_id, name, one.starts, one.in_time, len(waits), percentile(waits, 50), percentile(waits, 90),
-                                   used))
+            found.append(
+                GroupKpis(
+                    one.group_id,
+                    name,
+                    one.starts,
+                    one.in_time,
+                    len(waits),
+                    percentile(waits, 50),
+                    percentile(waits, 90),
+                    used,
+                )
+            )
         return sorted(found, key=lambda one: (one.group.casefold(), one.group_id))
 
 

@@ -4,6 +4,7 @@ Success rate, mean duration, total duration per robot, missions per day and util
 [start, end) of the instant at which an execution ended, and never goes beyond now: a start that a person skips ahead ends when it was
 planned. Days are local days of settings.timezone, of 23, 24 or 25 hours.
 """
+
 from __future__ import annotations
 
 from collections import defaultdict
@@ -28,20 +29,24 @@ from app.services.planning.working_days import working_calendar
 
 DAY = timedelta(days=1)
 _FIRST_INSTANT = datetime(1970, 1, 1, tzinfo=UTC)
-DELAYS_OF = 5_000            # newest runs that the percentiles of delays rest on
-LATE_S = 60.0                # after the planned instant; a start within it is on time
+DELAYS_OF = 5_000  # newest runs that the percentiles of delays rest on
+LATE_S = 60.0  # after the planned instant; a start within it is on time
 RAN = (State.COMPLETED, State.FAILED, State.CANCELLED)
-_AT_THE_ROBOT = (ReasonCode.ROBOT_ABORTED, ReasonCode.VANISHED)              # ended there, so it did run
-_MAY_HAVE_RUN = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)        # ran if the robot had accepted it
+_AT_THE_ROBOT = (ReasonCode.ROBOT_ABORTED, ReasonCode.VANISHED)  # ended there, so it did run
+_MAY_HAVE_RUN = (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED)  # ran if the robot had accepted it
 
-_OUTCOMES: Sequence[Outcome] = ((State.COMPLETED, None, False), *((state, code, False) for code, state in STATE_OF_REASON.items()),
-                                *((STATE_OF_REASON[code], code, True) for code in _MAY_HAVE_RUN))
+_OUTCOMES: Sequence[Outcome] = (
+    (State.COMPLETED, None, False),
+    *((state, code, False) for code, state in STATE_OF_REASON.items()),
+    *((STATE_OF_REASON[code], code, True) for code in _MAY_HAVE_RUN),
+)
 
 
 @dataclass(frozen=True)
 class KpiFilter:
     """Which ended executions count; None: from the first, until now, of all robots. ``group``: those that any robot of it could take, by
     its name then, whoever did; what its robots did and how long they were seen is that of ``robot_ids``, for whomever they did it."""
+
     start: datetime | None = None
     end: datetime | None = None
     robot_ids: Sequence[int] | None = None
@@ -51,15 +56,16 @@ class KpiFilter:
 @dataclass(frozen=True)
 class RobotKpis:
     """One robot's share. ``mission_s`` sums the robot's own durations of everything that ran, however it ended."""
+
     robot_id: int
     robot: str
     completed: int = 0
     failed: int = 0
     cancelled: int = 0
     mission_s: float = 0.0
-    observed_s: float = 0.0              # for how long it was seen in the period: gaps of the app and of the connection left out
-    charging_s: float = 0.0              # of observed_s
-    working_s: float = 0.0               # length of the period's working days
+    observed_s: float = 0.0  # for how long it was seen in the period: gaps of the app and of the connection left out
+    charging_s: float = 0.0  # of observed_s
+    working_s: float = 0.0  # length of the period's working days
 
     @property
     def utilisation(self) -> float | None:
@@ -75,12 +81,13 @@ class RobotKpis:
 @dataclass(frozen=True)
 class ThesisKpis:
     """The five, over all robots of the filter; ``robots`` has the third and the fifth for each, in order of name."""
+
     completed: int
     failed: int
-    cancelled: int                       # counted apart: a person's decision is no failure
-    timed: int                           # completed ones whose duration is known
-    completed_s: float                   # their durations together
-    recorded_days: int                   # local days on which at least one recorded execution ended
+    cancelled: int  # counted apart: a person's decision is no failure
+    timed: int  # completed ones whose duration is known
+    completed_s: float  # their durations together
+    recorded_days: int  # local days on which at least one recorded execution ended
     robots: Sequence[RobotKpis]
 
     @property
@@ -116,6 +123,7 @@ class ThesisKpis:
 @dataclass(frozen=True)
 class DayKpis:
     """What ended on one local day. ``timed`` and ``completed_s`` are of completed ones; ``mission_s`` of everything that ran."""
+
     day: date
     completed: int = 0
     failed: int = 0
@@ -134,9 +142,10 @@ class DayKpis:
 @dataclass(frozen=True)
 class Adherence:
     """How many planned executions ran: reached the robot's queue and were carried out or tried there."""
+
     planned: int
     ran: int
-    not_run: Mapping[ReasonCode, int]    # by why, most frequent first
+    not_run: Mapping[ReasonCode, int]  # by why, most frequent first
 
     @property
     def rate(self) -> float | None:
@@ -147,16 +156,17 @@ class Adherence:
 class Delays:
     """From the planned instant to the start on the robot, in seconds, over the newest ``count`` runs (at most 5,000); and what they did
     next: waiting in the robot's queue, and running."""
+
     count: int
     p50_s: float | None
     p90_s: float | None
-    app_p50_s: float | None              # of that, until the robot had accepted it
-    queue_p50_s: float | None            # and waiting in the robot's queue
-    queue_s: float = 0.0                 # of those with a known duration, together
+    app_p50_s: float | None  # of that, until the robot had accepted it
+    queue_p50_s: float | None  # and waiting in the robot's queue
+    queue_s: float = 0.0  # of those with a known duration, together
     run_s: float = 0.0
     run_p50_s: float | None = None
     run_p90_s: float | None = None
-    late: int = 0                        # of ``count``: started more than LATE_S after the planned instant
+    late: int = 0  # of ``count``: started more than LATE_S after the planned instant
 
     @property
     def queue_share(self) -> float | None:
@@ -179,17 +189,31 @@ class Kpis:
         of = {state: [one for one in sums if one.state == state] for state in RAN}
         recorded = sum(self._repository.has_any(c, replace(span, start=day.start, end=day.end)) for day in days)
         wanted = wanted or KpiFilter()
-        of_robots = sums if wanted.group is None else self._repository.by_robot(c, span_of(replace(wanted, group=None), self._clock.now()))
+        of_robots = (
+            sums
+            if wanted.group is None
+            else self._repository.by_robot(c, span_of(replace(wanted, group=None), self._clock.now()))
+        )
         return ThesisKpis(
-            completed=sum(one.number for one in of[State.COMPLETED]), failed=sum(one.number for one in of[State.FAILED]),
-            cancelled=sum(one.number for one in of[State.CANCELLED]), timed=sum(one.timed for one in of[State.COMPLETED]),
-            completed_s=sum(one.seconds for one in of[State.COMPLETED]), recorded_days=recorded,
-            robots=self._robots(of_robots, wanted, days, settings))
+            completed=sum(one.number for one in of[State.COMPLETED]),
+            failed=sum(one.number for one in of[State.FAILED]),
+            cancelled=sum(one.number for one in of[State.CANCELLED]),
+            timed=sum(one.timed for one in of[State.COMPLETED]),
+            completed_s=sum(one.seconds for one in of[State.COMPLETED]),
+            recorded_days=recorded,
+            robots=self._robots(of_robots, wanted, days, settings),
+        )
 
-    def _robots(self, sums: Sequence[RobotSum], wanted: KpiFilter, days: Sequence[_Day], settings: Settings) -> list[RobotKpis]:
+    def _robots(
+        self, sums: Sequence[RobotSum], wanted: KpiFilter, days: Sequence[_Day], settings: Settings
+    ) -> list[RobotKpis]:
         """The configured robots of the filter, and removed ones that have history in the period."""
         c = self._db.read()
-        names = {robot.id: robot.name for robot in RobotRepository().all(c) if wanted.robot_ids is None or robot.id in wanted.robot_ids}
+        names = {
+            robot.id: robot.name
+            for robot in RobotRepository().all(c)
+            if wanted.robot_ids is None or robot.id in wanted.robot_ids
+        }
         for one in sums:
             if one.robot_id and one.robot_id not in names:
                 names[one.robot_id] = self._repository.name_of_removed(c, one.robot_id)
@@ -197,11 +221,23 @@ class Kpis:
         working_s = self._working_seconds(wanted, days, settings)
         found = []
         for robot_id, name in names.items():
-            number = {state: sum(one.number for one in sums if (one.robot_id, one.state) == (robot_id, state)) for state in RAN}
-            found.append(RobotKpis(
-                robot_id, name, number[State.COMPLETED], number[State.FAILED], number[State.CANCELLED],
-                mission_s=sum(one.seconds for one in sums if one.robot_id == robot_id),
-                observed_s=seen_seconds(seen[robot_id]), charging_s=seen[robot_id]["charging"], working_s=working_s))
+            number = {
+                state: sum(one.number for one in sums if (one.robot_id, one.state) == (robot_id, state))
+                for state in RAN
+            }
+            found.append(
+                RobotKpis(
+                    robot_id,
+                    name,
+                    number[State.COMPLETED],
+                    number[State.FAILED],
+                    number[State.CANCELLED],
+                    mission_s=sum(one.seconds for one in sums if one.robot_id == robot_id),
+                    observed_s=seen_seconds(seen[robot_id]),
+                    charging_s=seen[robot_id]["charging"],
+                    working_s=working_s,
+                )
+            )
         return sorted(found, key=lambda robot: (robot.robot.casefold(), robot.robot_id))
 
     def _seen(self, wanted: KpiFilter, robot_ids: Iterable[int], zone: ZoneInfo) -> Mapping[int, Mapping[str, float]]:
@@ -209,7 +245,9 @@ class Kpis:
         start, end = wanted.start or _FIRST_INSTANT, min(wanted.end or self._clock.now(), self._clock.now())
         found: dict[int, dict[str, float]] = {robot_id: defaultdict(float) for robot_id in robot_ids}
         for robot_id, seconds in found.items():
-            for of_day in self._activities.seconds(self._db.read(), robot_id, start, end, zone).values() if start < end else ():
+            for of_day in (
+                self._activities.seconds(self._db.read(), robot_id, start, end, zone).values() if start < end else ()
+            ):
                 for activity, value in of_day.items():
                     seconds[activity] += value
         return found
@@ -221,17 +259,24 @@ class Kpis:
         end = min(wanted.end or self._clock.now(), self._clock.now())
         if start is None or start >= end:
             return 0.0
-        return sum((min(midnight(day + DAY, zone), end) - max(midnight(day, zone), start)).total_seconds()
-                   for day in _dates(start.astimezone(zone).date(), end.astimezone(zone).date())
-                   if calendar.is_working_day(day) and midnight(day, zone) < end)
+        return sum(
+            (min(midnight(day + DAY, zone), end) - max(midnight(day, zone), start)).total_seconds()
+            for day in _dates(start.astimezone(zone).date(), end.astimezone(zone).date())
+            if calendar.is_working_day(day) and midnight(day, zone) < end
+        )
 
     def observed_seconds(self, first: date, last: date, zone: ZoneInfo) -> Mapping[int, Mapping[date, float]]:
         """For how long each configured robot was seen and answered, by its id and local day, both days included; a day on which it was not
         seen is left out."""
         c, start, end = self._db.read(), midnight(first, zone), min(midnight(last + DAY, zone), self._clock.now())
-        return {robot.id: {day: seconds for day, activities in self._activities.seconds(c, robot.id, start, end, zone).items()
-                           if (seconds := seen_seconds(activities))}
-                for robot in RobotRepository().all(c)}
+        return {
+            robot.id: {
+                day: seconds
+                for day, activities in self._activities.seconds(c, robot.id, start, end, zone).items()
+                if (seconds := seen_seconds(activities))
+            }
+            for robot in RobotRepository().all(c)
+        }
 
     # ------------------------------------------------------------------ beyond the five
     def kept_since(self) -> datetime | None:
@@ -247,10 +292,19 @@ class Kpis:
         for day in self._days(span, self._settings.load(c)):
             states = self._repository.by_state(c, replace(span, start=day.start, end=day.end), robots)
             number = {state: states.get(state, (0, 0, 0.0)) for state in ENDED_STATES}
-            found.append(DayKpis(
-                day.date, number[State.COMPLETED][0], number[State.FAILED][0], number[State.CANCELLED][0], number[State.SKIPPED][0],
-                number[State.MISSED][0], timed=number[State.COMPLETED][1], completed_s=number[State.COMPLETED][2],
-                mission_s=sum(number[state][2] for state in RAN)))
+            found.append(
+                DayKpis(
+                    day.date,
+                    number[State.COMPLETED][0],
+                    number[State.FAILED][0],
+                    number[State.CANCELLED][0],
+                    number[State.SKIPPED][0],
+                    number[State.MISSED][0],
+                    timed=number[State.COMPLETED][1],
+                    completed_s=number[State.COMPLETED][2],
+                    mission_s=sum(number[state][2] for state in RAN),
+                )
+            )
         return found
 
     def adherence(self, wanted: KpiFilter | None = None) -> Adherence:
@@ -272,9 +326,17 @@ class Kpis:
         both = sorted(one.app_s + one.queue_s for one in found)
         run = sorted(one.run_s for one in found if one.run_s is not None)
         return Delays(
-            len(found), percentile(both, 50), percentile(both, 90), percentile(sorted(one.app_s for one in found), 50),
-            percentile(sorted(one.queue_s for one in found), 50), sum(one.queue_s for one in found if one.run_s is not None), sum(run),
-            percentile(run, 50), percentile(run, 90), sum(delay > LATE_S for delay in both))
+            len(found),
+            percentile(both, 50),
+            percentile(both, 90),
+            percentile(sorted(one.app_s for one in found), 50),
+            percentile(sorted(one.queue_s for one in found), 50),
+            sum(one.queue_s for one in found if one.run_s is not None),
+            sum(run),
+            percentile(run, 50),
+            percentile(run, 90),
+            sum(delay > LATE_S for delay in both),
+        )
 
     def failures(self, wanted: KpiFilter | None = None) -> Sequence[Cause]:
         """Why runs failed, whatever had triggered them, the most frequent cause first."""
@@ -295,11 +357,22 @@ class Kpis:
         trends = []
         for guid in guids:
             number = found[guid][0]
-            runs = self._repository.durations(c, span, guid) if number <= DURATIONS_OF else \
-                self._repository.newest_durations(c, span, guid, DURATIONS_OF)
+            runs = (
+                self._repository.durations(c, span, guid)
+                if number <= DURATIONS_OF
+                else self._repository.newest_durations(c, span, guid, DURATIONS_OF)
+            )
             usual = [seconds for _, seconds in self._repository.newest_durations(c, before, guid, BASELINE_OF)]
-            trends.append(trend(guid, self._repository.name_of_mission(c, guid, span.robot_ids), number, runs, usual,
-                                [(day.date, day.start) for day in days]))
+            trends.append(
+                trend(
+                    guid,
+                    self._repository.name_of_mission(c, guid, span.robot_ids),
+                    number,
+                    runs,
+                    usual,
+                    [(day.date, day.start) for day in days],
+                )
+            )
         return trends
 
     # ------------------------------------------------------------------ days
@@ -310,13 +383,16 @@ class Kpis:
             return []
         zone = ZoneInfo(settings.timezone)
         first, last = (to_instant(end).astimezone(zone).date() for end in ends)
-        return [_Day(day, max(to_text(midnight(day, zone)), span.start), min(to_text(midnight(day + DAY, zone)), span.end))
-                for day in _dates(first, last)]
+        return [
+            _Day(day, max(to_text(midnight(day, zone)), span.start), min(to_text(midnight(day + DAY, zone)), span.end))
+            for day in _dates(first, last)
+        ]
 
 
 @dataclass(frozen=True)
 class _Day:
     """A local day, and which instants (as text) belong to it."""
+
     date: date
     start: str
     end: str
@@ -329,5 +405,9 @@ def _dates(first: date, last: date) -> Iterator[date]:
 def span_of(wanted: KpiFilter | None, now: datetime) -> Span:
     """The period and robots of a filter as the columns have them; of what has ended by now."""
     wanted, until = wanted or KpiFilter(), now + MOMENT
-    return Span(to_text(wanted.start) if wanted.start else EARLIEST, to_text(min(wanted.end or until, until)),
-                None if wanted.robot_ids is None or wanted.group is not None else tuple(wanted.robot_ids), wanted.group)
+    return Span(
+        to_text(wanted.start) if wanted.start else EARLIEST,
+        to_text(min(wanted.end or until, until)),
+        None if wanted.robot_ids is None or wanted.group is not None else tuple(wanted.robot_ids),
+        wanted.group,
+    )

@@ -1,4 +1,5 @@
 """Why runs failed, the most frequent cause first, so that one sees which few make up the most. Pure."""
+
 from __future__ import annotations
 
 import re
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 from app.domain.models import ReasonCode
 
 MOST_PARTICULARS = 3
-MOST_CAUSES = 6              # listed; the rest is summed up at the end
+MOST_CAUSES = 6  # listed; the rest is summed up at the end
 
 # what differs from one failure to the next of the same kind: names in quotes, numbers
 _NAMES = re.compile(r"""['"]([^'"]+)['"]""")
@@ -19,12 +20,15 @@ _PARTICULARS = re.compile(r"""'[^']*'|"[^"]*"|\d+(?:[.,:]\d+)*""")
 @dataclass(frozen=True)
 class Cause:
     """``code`` None: all others together. ``words`` the robot's message, where the code alone is not enough."""
+
     code: ReasonCode | None
     words: str
     number: int
-    share: float             # of all failures
-    cumulative: float        # share of this one and those before it
-    particulars: Sequence[tuple[str, int]] = ()      # what the robot's messages named in quotes, such as goals, the most frequent first
+    share: float  # of all failures
+    cumulative: float  # share of this one and those before it
+    particulars: Sequence[
+        tuple[str, int]
+    ] = ()  # what the robot's messages named in quotes, such as goals, the most frequent first
 
 
 def kind_of(message: str) -> str:
@@ -50,6 +54,14 @@ def causes(counted: Iterable[tuple[str | None, str | None, int]], most: int = MO
     rows, so_far = [], 0
     for (code, words), number in ordered:
         so_far += number
-        rows.append(Cause(ReasonCode(code) if code else None, words, number, number / total, so_far / total,
-                          tuple(sorted(named[code, words].items(), key=lambda item: (-item[1], item[0]))[:MOST_PARTICULARS])))
+        rows.append(
+            Cause(
+                ReasonCode(code) if code else None,
+                words,
+                number,
+                number / total,
+                so_far / total,
+                tuple(sorted(named[code, words].items(), key=lambda item: (-item[1], item[0]))[:MOST_PARTICULARS]),
+            )
+        )
     return rows

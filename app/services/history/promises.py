@@ -1,4 +1,5 @@
 """What the app said beforehand against what came: how long runs would take, wherever it says "until about" or "nine of ten within"."""
+
 from __future__ import annotations
 
 import math
@@ -17,17 +18,18 @@ from app.domain.clock import Clock
 from app.services.history.kpi import KpiFilter, span_of
 from app.services.planning.durations import percentile
 
-RESTS_ON = 20                # newest completed runs of a mission on a robot, as wherever the app estimates
-LEAST = 5                    # earlier runs: with fewer nothing was promised that could be kept
+RESTS_ON = 20  # newest completed runs of a mission on a robot, as wherever the app estimates
+LEAST = 5  # earlier runs: with fewer nothing was promised that could be kept
 BEFORE = timedelta(days=28)  # in which the runs that a promise rests on are looked for
 
-Timed = tuple[str, float]    # when a run ended, as text, and how many s it took
+Timed = tuple[str, float]  # when a run ended, as text, and how many s it took
 
 
 @dataclass(frozen=True)
 class Kept:
     """Of ``runs`` that began with an estimate: how many took no longer than nine of ten before them, and the median of how far they were
     from the usual duration, in s, and of nine of ten."""
+
     runs: int = 0
     kept: int = 0
     off_p50_s: float | None = None
@@ -64,5 +66,7 @@ class PromiseFigures:
         span = span_of(wanted, self._clock.now())
         begin = EARLIEST if span.start == EARLIEST else to_text(to_instant(span.start) - BEFORE)
         rows = timed_runs(self._db.read(), begin, span.end, span.robot_ids)
-        histories = ([(ended_at, seconds) for *_, ended_at, seconds in those] for _, those in groupby(rows, lambda row: row[:2]))
+        histories = (
+            [(ended_at, seconds) for *_, ended_at, seconds in those] for _, those in groupby(rows, lambda row: row[:2])
+        )
         return kept(histories, span.start)

@@ -1,4 +1,5 @@
 """What the robots did in a period, minute by minute: spans without gaps, and how long each activity took."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -14,6 +15,7 @@ from app.domain.activity import ActivitySpan, without_gaps
 @dataclass(frozen=True)
 class RobotTimeline:
     """``spans`` follow each other from the beginning of the period to its end."""
+
     robot_id: int
     robot: str
     spans: Sequence[ActivitySpan]
@@ -39,6 +41,9 @@ class RobotStates:
         """Of the configured robots, or of those of them that are wanted, in order of name."""
         c = self._db.read()
         robots = [robot for robot in self._robots.all(c) if robot_ids is None or robot.id in robot_ids]
-        return [RobotTimeline(robot.id, robot.name, without_gaps(
-            self._activities.between(c, robot.id, start, end), start, end))
-            for robot in sorted(robots, key=lambda robot: (robot.name.casefold(), robot.id))]
+        return [
+            RobotTimeline(
+                robot.id, robot.name, without_gaps(self._activities.between(c, robot.id, start, end), start, end)
+            )
+            for robot in sorted(robots, key=lambda robot: (robot.name.casefold(), robot.id))
+        ]

@@ -1,4 +1,5 @@
 """The history: the ledger's rows, page by page."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -13,12 +14,13 @@ from app.database.schedules import ScheduleRepository
 from app.domain.models import DurationEstimate, Execution
 from app.services.planning.durations import expected
 
-DOUBTED_FOR = timedelta(days=7)          # that a start is looked back for in whose place another one was started
+DOUBTED_FOR = timedelta(days=7)  # that a start is looked back for in whose place another one was started
 
 
 @dataclass(frozen=True)
 class Page:
     """Some rows, newest first, and where the next page begins (None: that was the last)."""
+
     rows: Sequence[Execution]
     next: PageKey | None
 
@@ -66,4 +68,6 @@ class History:
     def expected(self, robot_id: int, mission_guid: str) -> DurationEstimate | None:
         """How long a run there will take: as the last ones did, else as a person typed it for the mission; None: not known."""
         c = self._db.read()
-        return expected(self._durations.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id))
+        return expected(
+            self._durations.usual(c, robot_id, mission_guid), self._missions.with_guid(c, mission_guid, robot_id)
+        )

@@ -1,4 +1,5 @@
 """The figures of a shift, for its handover; app.screens.logs.report_page makes a page of them."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -18,26 +19,30 @@ from app.services.history.pareto import Cause
 from app.services.history.robot_states import RobotStates, RobotTimeline
 
 SHIFT = timedelta(hours=8)
-LINES, LEAST = 18, 6                 # of robots (two each), runs and alarms that fit on a page; of runs and alarms there are some always
-PAST_ALARMS = 1000                   # as many as are kept
+LINES, LEAST = (
+    18,
+    6,
+)  # of robots (two each), runs and alarms that fit on a page; of runs and alarms there are some always
+PAST_ALARMS = 1000  # as many as are kept
 
 
 class ReportPeriod(StrEnum):
-    SHIFT = "shift"                  # the last 8 hours
+    SHIFT = "shift"  # the last 8 hours
     TODAY = "today"
     YESTERDAY = "yesterday"
-    WEEK = "week"                    # today and the 6 days before
+    WEEK = "week"  # today and the 6 days before
 
 
 @dataclass(frozen=True)
 class ShiftReport:
     """Executions count that ended in [start, end). ``runs`` are the newest that did not complete, ``alarms`` the newest that were
     active."""
+
     start: datetime
     end: datetime
     made_at: datetime
     settings: Settings
-    robot: str                       # the only one; empty: all
+    robot: str  # the only one; empty: all
     thesis: ThesisKpis
     adherence: Adherence
     delays: Delays
@@ -49,12 +54,18 @@ class ShiftReport:
     alarms: Sequence[Alarm]
     more_alarms: int
     groups: Sequence[GroupKpis] = ()
-    group: str = ""                  # whose runs these are, whichever robot did them; empty: as ``robot`` says
+    group: str = ""  # whose runs these are, whichever robot did them; empty: as ``robot`` says
 
     @property
     def more_runs(self) -> int:
         """That did not complete and are not among ``runs``."""
-        return self.thesis.failed + self.thesis.cancelled + self.skipped + self.missed - sum(run.starts for run in self.runs)
+        return (
+            self.thesis.failed
+            + self.thesis.cancelled
+            + self.skipped
+            + self.missed
+            - sum(run.starts for run in self.runs)
+        )
 
 
 def bounds(period: ReportPeriod, now: datetime, zone: ZoneInfo) -> tuple[datetime, datetime]:
@@ -73,7 +84,9 @@ def shared(runs: int, alarms: int, room: int) -> tuple[int, int]:
     return min(runs, max(room // 2, room - alarms)), min(alarms, max(room - room // 2, room - runs))
 
 
-def filter_of(start: datetime, end: datetime, now: datetime, robot_ids: Sequence[int] | None, group: str | None) -> KpiFilter:
+def filter_of(
+    start: datetime, end: datetime, now: datetime, robot_ids: Sequence[int] | None, group: str | None
+) -> KpiFilter:
     """A period up to now is one that has no end yet."""
     return KpiFilter(start, None if end >= now else end, robot_ids, group)
 
@@ -82,8 +95,14 @@ class ShiftReports:
     def __init__(self, db: Database, clock: Clock) -> None:
         self._db, self._clock, self._kpis = db, clock, Kpis(db, clock)
 
-    def make(self, period: ReportPeriod, robot_id: int | None = None, *, group: str | None = None,
-             members: Sequence[int] = ()) -> ShiftReport:
+    def make(
+        self,
+        period: ReportPeriod,
+        robot_id: int | None = None,
+        *,
+        group: str | None = None,
+        members: Sequence[int] = (),
+    ) -> ShiftReport:
         """Of one robot, or of all; or of what any robot of a group could take, with its ``members``."""
         robot_ids = tuple(members) if group is not None else None if robot_id is None else (robot_id,)
         c, now = self._db.read(), self._clock.now()
@@ -98,15 +117,33 @@ class ShiftReports:
         runs = self._kpis.not_completed(wanted, room)
         most_runs, most_alarms = shared(len(runs), len(alarms), room)
         return ShiftReport(
-            start, end, now, settings, next((one.robot for one in thesis.robots if one.robot_id == robot_id), ""), thesis,
-            adherence, self._kpis.delays(wanted), sum(day.skipped for day in days), sum(day.missed for day in days), causes, timelines,
-            runs[:most_runs], alarms[:most_alarms], len(alarms) - most_alarms,
-            GroupFigures(self._db, self._clock).of(wanted, thesis.robots), group or "")
+            start,
+            end,
+            now,
+            settings,
+            next((one.robot for one in thesis.robots if one.robot_id == robot_id), ""),
+            thesis,
+            adherence,
+            self._kpis.delays(wanted),
+            sum(day.skipped for day in days),
+            sum(day.missed for day in days),
+            causes,
+            timelines,
+            runs[:most_runs],
+            alarms[:most_alarms],
+            len(alarms) - most_alarms,
+            GroupFigures(self._db, self._clock).of(wanted, thesis.robots),
+            group or "",
+        )
 
     def _alarms(self, start: datetime, end: datetime, robot_ids: Sequence[int] | None) -> list[Alarm]:
         """That were raised in the period, or whose cause lasted into it; newest first. Those of other robots are left out."""
         c, repository, keys = self._db.read(), AlarmRepository(), {f"robot:{robot_id}" for robot_id in robot_ids or ()}
-        found = [alarm for alarm in [*repository.open(c), *repository.past(c, PAST_ALARMS)]
-                 if alarm.raised_at < end and (alarm.cleared_at is None or alarm.cleared_at >= start or (alarm.last_at or start) > start)
-                 and (robot_ids is None or not alarm.key.startswith("robot:") or alarm.key in keys)]
+        found = [
+            alarm
+            for alarm in [*repository.open(c), *repository.past(c, PAST_ALARMS)]
+            if alarm.raised_at < end
+            and (alarm.cleared_at is None or alarm.cleared_at >= start or (alarm.last_at or start) > start)
+            and (robot_ids is None or not alarm.key.startswith("robot:") or alarm.key in keys)
+        ]
         return sorted(found, key=lambda alarm: alarm.last_at or alarm.raised_at, reverse=True)

@@ -2,6 +2,7 @@
 
 It guards against accidental changes of the configuration, not against somebody who can read the database's file.
 """
+
 from __future__ import annotations
 
 import hashlib
@@ -23,25 +24,35 @@ from app.services.live.changes import Changes, Topic
 
 log = logging.getLogger(__name__)
 
-SHORTEST, ADVISED, LONGEST = 4, 6, 8      # digits
-TRIES = 5                                # wrong tries in a row, after which every try is refused for WAIT_S; for twice as long after
-WAIT_S, LONGEST_WAIT_S = 30.0, 3600.0    # each further one. Of the monotonic clock: setting the tablet's clock shortens nothing
-ALARM_AFTER = 10                         # wrong tries in a row
-PIN = "settings_pin"                    # of the row in the table of settings; no field of ``Settings``, so no way into a file
+SHORTEST, ADVISED, LONGEST = 4, 6, 8  # digits
+TRIES = 5  # wrong tries in a row, after which every try is refused for WAIT_S; for twice as long after
+WAIT_S, LONGEST_WAIT_S = (
+    30.0,
+    3600.0,
+)  # each further one. Of the monotonic clock: setting the tablet's clock shortens nothing
+ALARM_AFTER = 10  # wrong tries in a row
+PIN = "settings_pin"  # of the row in the table of settings; no field of ``Settings``, so no way into a file
 _ALARM = ("pin_guessed", "settings")
-_DIGITS = (("salt", 32), ("hash", 64))   # hexadecimal
-_COST = {"n": 2**14, "r": 8, "p": 1}     # scrypt as RFC 7914 recommends for logging in: 16 MiB and some 50 ms
+_DIGITS = (("salt", 32), ("hash", 64))  # hexadecimal
+_COST = {"n": 2**14, "r": 8, "p": 1}  # scrypt as RFC 7914 recommends for logging in: 16 MiB and some 50 ms
 
 
 def is_hash(stored: Any) -> bool:
     """Whether it is what ``set_pin`` stores: a backup may hold one whose comparison takes hours."""
-    return isinstance(stored, dict) and {name: stored.get(name) for name in _COST} == _COST and all(
-        isinstance(stored.get(name), str) and re.fullmatch(f"[0-9a-f]{{{digits}}}", stored[name]) for name, digits in _DIGITS)
+    return (
+        isinstance(stored, dict)
+        and {name: stored.get(name) for name in _COST} == _COST
+        and all(
+            isinstance(stored.get(name), str) and re.fullmatch(f"[0-9a-f]{{{digits}}}", stored[name])
+            for name, digits in _DIGITS
+        )
+    )
 
 
 @dataclass(frozen=True)
 class Verdict:
     """Result of one try: whether it was right; else how many tries are left, or for how many seconds every try is refused."""
+
     is_right: bool
     tries_left: int = TRIES
     wait_s: float = 0.0
@@ -56,15 +67,17 @@ def is_easy_to_guess(pin: str) -> bool:
 class Access:
     """Asks for a PIN where one is set. A restart shortens no waiting time, it begins anew."""
 
-    def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, changes: Changes, alarms: Alarms) -> None:
+    def __init__(
+        self, db: Database, settings: SettingsRepository, clock: Clock, changes: Changes, alarms: Alarms
+    ) -> None:
         self._db, self._settings, self._clock, self._changes, self._alarms = db, settings, clock, changes, alarms
         self._wrong: int = settings.get(db.read(), WRONG_PINS, 0)
         self._closed_until = clock.monotonic() + _wait_after(self._wrong)
         self._known: dict[str, Any] | None = None
-        self._is_known = False               # whether ``_known`` is what is stored
+        self._is_known = False  # whether ``_known`` is what is stored
         self._trying = threading.Lock()
         changes.subscribe(self._forget)
-        self._warn()                         # a restored backup knows nothing of it
+        self._warn()  # a restored backup knows nothing of it
 
     def is_set(self) -> bool:
         return self._stored() is not None
@@ -94,7 +107,9 @@ class Access:
         if (wait_s := self.wait_s()) > 0:
             return Verdict(False, 0, wait_s)
         stored = self._stored()
-        if stored is None or hmac.compare_digest(_hash(pin, bytes.fromhex(stored["salt"]), stored).hex(), stored["hash"]):
+        if stored is None or hmac.compare_digest(
+            _hash(pin, bytes.fromhex(stored["salt"]), stored).hex(), stored["hash"]
+        ):
             self._forgive()
             return Verdict(True)
         self._wrong += 1

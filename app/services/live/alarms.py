@@ -1,4 +1,5 @@
 """The persistent list of alarms, after ISA-18.2: active or cleared, acknowledged or not."""
+
 from __future__ import annotations
 
 import logging
@@ -23,63 +24,141 @@ from app.services.live.changes import Changes, Topic
 log = logging.getLogger(__name__)
 
 # code -> (priority, English sentence). Those marked EVENT are cleared from the start: they stay open until acknowledged.
-SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType({
-    "robot_error": (Priority.HIGH, "{robot}: {problem}"),
-    "emergency_stop": (Priority.HIGH, "{robot}: the emergency stop is pressed"),
-    "question": (Priority.HIGH, "{robot} asks: {question}"),
-    "unreachable": (Priority.MEDIUM, "{robot} does not answer: {problem}"),
-    "unauthorized": (Priority.MEDIUM, "{robot} refuses user name or password"),
-    "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
-    "wrong_robot": (Priority.HIGH, "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
-                                   "nothing is sent"),
-    "same_machine": (Priority.HIGH, "{robots} have the same serial number, {number}: they are one machine, and starts for both end up in "
-                                    "its one queue"),
-    "serial_hidden": (Priority.HIGH, "{robot} no longer shows its serial number {expected}; nothing is sent"),
-    "certificate_changed": (Priority.HIGH, "{robot} shows another certificate than the one that is trusted; nothing is sent"),
-    "certificate_untrusted": (Priority.HIGH, "{robot} shows a certificate that is not trusted; nothing is sent"),
-    "needs_password": (Priority.HIGH, "{robot} is switched off until its password is entered; nothing is sent"),
-    "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
-    "start_refused": (Priority.MEDIUM, "{robot} did not take {mission}, which is left to others of {group}: {reason}"),
-    "robot_fails": (Priority.MEDIUM, "{robot} has failed {count} starts in a row, the last one of {mission}"),
-    "execution_skipped": (Priority.LOW, "{mission} on {robot} was not run: {reason}"),
-    "executions_missed": (Priority.MEDIUM, "{count} planned missions were missed while the app was off or asleep, its clock was wrong, "
-                                             "or nothing could be written"),
-    "app_was_off": (Priority.LOW, "The app was off or asleep from {start} to {end}"),
-    "backup_restored": (Priority.LOW, "A backup was restored: what the app did from {start} to {end} is not in it"),
-    "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
-    "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
-    "duplicate_healed": (Priority.MEDIUM, "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran"),
-    "duplicate_running": (Priority.HIGH, "A second copy of {mission} has started on {robot} (queue item {queue_id})"),
-    "started_twice": (Priority.HIGH, "{mission} came to {robot} after all, and had been started on {other} as well"),
-    "unmarked_copy": (Priority.HIGH, "Queue item {queue_id} of {robot} may be a second copy of {mission}: this robot does not return what "
-                                     "marks an item as ours"),
-    "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
-    "late_cancelled": (Priority.MEDIUM, "{mission} reached {robot} too late (queue item {queue_id}) and was cancelled"),
-    "adopted_unproven": (Priority.MEDIUM, "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not "
-                                          "known yet whether this robot returns what marks an item as ours"),
-    "check_up_outdated": (Priority.LOW, "{robot} has to be checked up again: {change}"),
-    "check_up_left": (Priority.HIGH, "{robot} is not as it was before its check-up: {problem}"),
-    "item_unreadable": (Priority.MEDIUM, "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}"),
-    "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
-    "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),
-    "two_tablets": (Priority.HIGH, "Another tablet starts missions of this plan on {robot} too; nothing is sent from here"),
-    "lock_lost": (Priority.HIGH, "{path} was deleted or replaced: another app could start missions of the same data"),
-    "too_few_files": (Priority.HIGH, "{robots} robots need about {needed} open files and connections, and the system allows {allowed}: "
-                                     "starts may not be sent"),
-    "pin_guessed": (Priority.HIGH, "Somebody is guessing the PIN of Settings: {tries} wrong ones in a row, or more"),
-    "zone_guessed": (Priority.MEDIUM, "It is not certain which time zone this tablet has: times are those of {zone} until one is chosen"),
-    "zone_unknown": (Priority.MEDIUM, "{schedule} was switched off: its time zone {zone} is not known here"),
-    "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
-})
-KEPT = 1000                  # past alarms
-SHELF_HOURS = (1, 4, 8, 24)  # shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
-LONGEST_NOTE = 200           # characters
-LONGEST_DETAIL = 300         # characters, with nothing around it
-LONGEST_SHOWN = 1000         # characters of a detail in a sentence: it may be one itself, and come from a backup
-EVENTS = frozenset({"execution_failed", "start_refused", "execution_skipped", "executions_missed", "app_was_off", "backup_restored",
-                    "clock_stepped", "duplicate_healed", "duplicate_running", "started_twice", "unmarked_copy", "unknown_outcome",
-                    "late_cancelled", "adopted_unproven", "item_unreadable", "zone_unknown"})
-ZONE_GUESSED = ("zone_guessed", "tablet")        # code and key; as long as it is active, the time zone was not chosen by a person
+SENTENCES: Mapping[str, tuple[Priority, str]] = MappingProxyType(
+    {
+        "robot_error": (Priority.HIGH, "{robot}: {problem}"),
+        "emergency_stop": (Priority.HIGH, "{robot}: the emergency stop is pressed"),
+        "question": (Priority.HIGH, "{robot} asks: {question}"),
+        "unreachable": (Priority.MEDIUM, "{robot} does not answer: {problem}"),
+        "unauthorized": (Priority.MEDIUM, "{robot} refuses user name or password"),
+        "not_a_robot": (Priority.MEDIUM, "What answers at the address of {robot} is not a MiR robot: {problem}"),
+        "wrong_robot": (
+            Priority.HIGH,
+            "Another robot answers at the address of {robot}: serial number {found} instead of {expected}; "
+            "nothing is sent",
+        ),
+        "same_machine": (
+            Priority.HIGH,
+            "{robots} have the same serial number, {number}: they are one machine, and starts for both end up in "
+            "its one queue",
+        ),
+        "serial_hidden": (Priority.HIGH, "{robot} no longer shows its serial number {expected}; nothing is sent"),
+        "certificate_changed": (
+            Priority.HIGH,
+            "{robot} shows another certificate than the one that is trusted; nothing is sent",
+        ),
+        "certificate_untrusted": (Priority.HIGH, "{robot} shows a certificate that is not trusted; nothing is sent"),
+        "needs_password": (Priority.HIGH, "{robot} is switched off until its password is entered; nothing is sent"),
+        "execution_failed": (Priority.MEDIUM, "{mission} on {robot} failed: {reason}"),
+        "start_refused": (
+            Priority.MEDIUM,
+            "{robot} did not take {mission}, which is left to others of {group}: {reason}",
+        ),
+        "robot_fails": (Priority.MEDIUM, "{robot} has failed {count} starts in a row, the last one of {mission}"),
+        "execution_skipped": (Priority.LOW, "{mission} on {robot} was not run: {reason}"),
+        "executions_missed": (
+            Priority.MEDIUM,
+            "{count} planned missions were missed while the app was off or asleep, its clock was wrong, "
+            "or nothing could be written",
+        ),
+        "app_was_off": (Priority.LOW, "The app was off or asleep from {start} to {end}"),
+        "backup_restored": (Priority.LOW, "A backup was restored: what the app did from {start} to {end} is not in it"),
+        "clock_stepped": (Priority.LOW, "The tablet's clock was moved by {seconds} s"),
+        "clock_implausible": (Priority.HIGH, "The tablet's clock can't be right: {problem}; nothing is sent"),
+        "duplicate_healed": (
+            Priority.MEDIUM,
+            "A second copy of {mission} on {robot} (queue item {queue_id}) was cancelled before it ran",
+        ),
+        "duplicate_running": (
+            Priority.HIGH,
+            "A second copy of {mission} has started on {robot} (queue item {queue_id})",
+        ),
+        "started_twice": (
+            Priority.HIGH,
+            "{mission} came to {robot} after all, and had been started on {other} as well",
+        ),
+        "unmarked_copy": (
+            Priority.HIGH,
+            "Queue item {queue_id} of {robot} may be a second copy of {mission}: this robot does not return what "
+            "marks an item as ours",
+        ),
+        "unknown_outcome": (Priority.HIGH, "It is not known whether {mission} reached {robot}: {problem}"),
+        "late_cancelled": (
+            Priority.MEDIUM,
+            "{mission} reached {robot} too late (queue item {queue_id}) and was cancelled",
+        ),
+        "adopted_unproven": (
+            Priority.MEDIUM,
+            "Queue item {queue_id} of {robot} was taken for {mission}, whose answer was lost: it is not "
+            "known yet whether this robot returns what marks an item as ours",
+        ),
+        "check_up_outdated": (Priority.LOW, "{robot} has to be checked up again: {change}"),
+        "check_up_left": (Priority.HIGH, "{robot} is not as it was before its check-up: {problem}"),
+        "item_unreadable": (
+            Priority.MEDIUM,
+            "{robot} gives no readable answer about {mission} (queue item {queue_id}): {problem}",
+        ),
+        "database": (Priority.HIGH, "The database can't be written: {problem}; nothing is sent"),
+        "chore_failed": (Priority.MEDIUM, "A part of the app does not work and is tried again: {problem}"),
+        "two_tablets": (
+            Priority.HIGH,
+            "Another tablet starts missions of this plan on {robot} too; nothing is sent from here",
+        ),
+        "lock_lost": (
+            Priority.HIGH,
+            "{path} was deleted or replaced: another app could start missions of the same data",
+        ),
+        "too_few_files": (
+            Priority.HIGH,
+            "{robots} robots need about {needed} open files and connections, and the system allows {allowed}: "
+            "starts may not be sent",
+        ),
+        "pin_guessed": (
+            Priority.HIGH,
+            "Somebody is guessing the PIN of Settings: {tries} wrong ones in a row, or more",
+        ),
+        "zone_guessed": (
+            Priority.MEDIUM,
+            "It is not certain which time zone this tablet has: times are those of {zone} until one is chosen",
+        ),
+        "zone_unknown": (Priority.MEDIUM, "{schedule} was switched off: its time zone {zone} is not known here"),
+        "backup_failed": (Priority.LOW, "Today's backup could not be made: {problem}"),
+    }
+)
+KEPT = 1000  # past alarms
+SHELF_HOURS = (
+    1,
+    4,
+    8,
+    24,
+)  # shelving always ends by itself (ISA-18.2): an alarm shelved for ever would never be seen again
+LONGEST_NOTE = 200  # characters
+LONGEST_DETAIL = 300  # characters, with nothing around it
+LONGEST_SHOWN = 1000  # characters of a detail in a sentence: it may be one itself, and come from a backup
+EVENTS = frozenset(
+    {
+        "execution_failed",
+        "start_refused",
+        "execution_skipped",
+        "executions_missed",
+        "app_was_off",
+        "backup_restored",
+        "clock_stepped",
+        "duplicate_healed",
+        "duplicate_running",
+        "started_twice",
+        "unmarked_copy",
+        "unknown_outcome",
+        "late_cancelled",
+        "adopted_unproven",
+        "item_unreadable",
+        "zone_unknown",
+    }
+)
+ZONE_GUESSED = (
+    "zone_guessed",
+    "tablet",
+)  # code and key; as long as it is active, the time zone was not chosen by a person
 
 
 class _Known(dict[str, Any]):
@@ -89,14 +168,16 @@ class _Known(dict[str, Any]):
 
 def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> str:
     """One sentence for people, with a dash for each detail that is not known."""
-    if alarm.code not in SENTENCES:          # of another version, or a hostile backup
+    if alarm.code not in SENTENCES:  # of another version, or a hostile backup
         return clipped(alarm.code, LONGEST_DETAIL)
     text = SENTENCES[alarm.code][1]
     zone = str(alarm.details.get("timezone", "UTC"))
     details = {**alarm.details, **instants_in_words(alarm.details, zone, translate)}
     if isinstance(count := details.get("count"), int):
         details["count"] = writing.count(count, translate)
-    return translate(text).format_map(_Known({name: _rendered(value, zone, translate) for name, value in details.items()}))
+    return translate(text).format_map(
+        _Known({name: _rendered(value, zone, translate) for name, value in details.items()})
+    )
 
 
 def _rendered(value: Any, zone: str, translate: Translate) -> Any:
@@ -125,7 +206,7 @@ def alarm_of(code: str, key: str, now: datetime, details: Mapping[str, Any]) -> 
 class Alarms:
     def __init__(self, db: Database, repository: AlarmRepository, clock: Clock, changes: Changes) -> None:
         self._db, self._repository, self._clock, self._changes = db, repository, clock, changes
-        self._database: Alarm | None = None       # the one alarm that can't be stored
+        self._database: Alarm | None = None  # the one alarm that can't be stored
 
     def raise_(self, code: str, key: str, **details: Any) -> None:
         """Open an alarm, or count up the open one of the same code and key."""
@@ -162,7 +243,9 @@ class Alarms:
         """Nothing can be written, so nothing is sent, and this alarm is kept in memory until ``database_works``."""
         if self._database is None:
             now = self._clock.now()
-            self._database = Alarm("database", "database", SENTENCES["database"][0], now, {"problem": problem}, last_at=now)
+            self._database = Alarm(
+                "database", "database", SENTENCES["database"][0], now, {"problem": problem}, last_at=now
+            )
             log.error("alarm: %s", alarm_sentence(self._database))
             self._changes.publish(Topic.ALARMS)
 
@@ -228,6 +311,12 @@ class Alarms:
                 raise
             stored = []
         unwritable = [self._database] if self._database else []
-        return sorted([*unwritable, *stored],
-                      key=lambda a: (bool(a.shelved_until and a.shelved_until > now), order.index(a.priority),
-                                     a.cleared_at is not None, -(a.last_at or a.raised_at).timestamp()))
+        return sorted(
+            [*unwritable, *stored],
+            key=lambda a: (
+                bool(a.shelved_until and a.shelved_until > now),
+                order.index(a.priority),
+                a.cleared_at is not None,
+                -(a.last_at or a.raised_at).timestamp(),
+            ),
+        )

@@ -1,4 +1,5 @@
 """Notifications of changes: services publish a topic; screens and robot workers subscribe."""
+
 from __future__ import annotations
 
 import logging
@@ -10,18 +11,18 @@ log = logging.getLogger(__name__)
 
 
 class Topic(StrEnum):
-    SNAPSHOT = "snapshot"        # of the robot whose id is given
+    SNAPSHOT = "snapshot"  # of the robot whose id is given
     EXECUTIONS = "executions"
     SCHEDULES = "schedules"
     ROBOTS = "robots"
     MISSIONS = "missions"
     SETTINGS = "settings"
-    CALENDAR = "calendar"        # exceptions to the working days
+    CALENDAR = "calendar"  # exceptions to the working days
     ALARMS = "alarms"
     HOLDS = "holds"
 
 
-NO_ROBOT = 0                 # about executions for which no robot has been chosen yet
+NO_ROBOT = 0  # about executions for which no robot has been chosen yet
 
 Listener = Callable[[Topic, int | None], None]
 
@@ -53,4 +54,4 @@ class Changes:
             try:
                 listener(topic, about)
             except Exception:
-                log.exception("A listener to %s failed", topic)      # a listener that fails must not stop the publisher
+                log.exception("A listener to %s failed", topic)  # a listener that fails must not stop the publisher

@@ -1,4 +1,5 @@
 """Robots whose queue is being cleared. Kept in memory: it lasts as long as the request, and nothing on the disk tells of it."""
+
 from __future__ import annotations
 
 import threading
@@ -35,7 +36,7 @@ class Clearing:
         finally:
             with self._lock:
                 self._now = tuple(each for each in self._now if each is not cleared)
-            self._changes.publish(Topic.EXECUTIONS)          # what was kept back goes on
+            self._changes.publish(Topic.EXECUTIONS)  # what was kept back goes on
 
     def is_of(self, robot_id: int) -> bool:
         return any(each.robot_id == robot_id for each in self._now)

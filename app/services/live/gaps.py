@@ -1,4 +1,5 @@
 """Times in which nothing could be started: the app was off, the tablet slept, its clock could not be trusted, or its disk was full."""
+
 from __future__ import annotations
 
 import threading
@@ -7,17 +8,17 @@ from datetime import UTC, datetime, timedelta
 
 from app.domain.message import Message
 
-HEARTBEAT_EVERY = 15.0                        # s; a power cut is known to about this precision
-EVER = datetime(1, 1, 1, tzinfo=UTC)          # the start of a gap of which nothing tells when it began
-NOTEWORTHY = timedelta(seconds=60)            # a shorter gap is a restart or a slow moment, not an absence
+HEARTBEAT_EVERY = 15.0  # s; a power cut is known to about this precision
+EVER = datetime(1, 1, 1, tzinfo=UTC)  # the start of a gap of which nothing tells when it began
+NOTEWORTHY = timedelta(seconds=60)  # a shorter gap is a restart or a slow moment, not an absence
 
 
 @dataclass(frozen=True)
 class Gap:
     start: datetime
     end: datetime
-    clock: bool = False                       # the clock was not plausible, rather than the app off or asleep
-    problem: Message | None = None            # why nothing could be written, while the app was on
+    clock: bool = False  # the clock was not plausible, rather than the app off or asleep
+    problem: Message | None = None  # why nothing could be written, while the app was on
 
 
 class Downtime:
@@ -31,7 +32,7 @@ class Downtime:
 
     def add(self, gap: Gap) -> None:
         with self._lock:
-            self._gaps = [*self._gaps, gap][-self.KEPT:]
+            self._gaps = [*self._gaps, gap][-self.KEPT :]
 
     def forget_beyond(self, now: datetime) -> None:
         """The clock has been set back: what it showed since says nothing about times still to come."""
@@ -46,7 +47,11 @@ class Downtime:
     def edges(self) -> list[datetime]:
         """Between two of them, the later one included, ``at`` says the same of every instant."""
         with self._lock:
-            return [edge for gap in self._gaps for edge in (gap.start - timedelta(microseconds=1) if gap.start > EVER else EVER, gap.end)]
+            return [
+                edge
+                for gap in self._gaps
+                for edge in (gap.start - timedelta(microseconds=1) if gap.start > EVER else EVER, gap.end)
+            ]
 
     def overlaps(self, start: datetime, end: datetime) -> bool:
         """Whether the app was away for any of this time."""

@@ -1,4 +1,5 @@
 """Holds: nothing is sent to any robot, or to one. Set by the operator, or because the clock can't be trusted."""
+
 from __future__ import annotations
 
 import logging
@@ -17,7 +18,7 @@ from app.domain.message import Message, render
 from app.domain.models import InvalidInput
 from app.services.live.changes import Changes, Topic
 
-LONGEST_REASON = 200         # characters
+LONGEST_REASON = 200  # characters
 
 log = logging.getLogger(__name__)
 
@@ -25,11 +26,12 @@ log = logging.getLogger(__name__)
 @dataclass(frozen=True)
 class Hold:
     """``since`` is when a person set it; None for the clock's."""
+
     reason: str = ""
-    until: datetime | None = None             # None: until it is released
+    until: datetime | None = None  # None: until it is released
     since: datetime | None = None
     clock: bool = False
-    is_copy: bool = False                     # the data was copied from another tablet
+    is_copy: bool = False  # the data was copied from another tablet
     robot_id: int | None = None
     id: int = 0
 
@@ -49,7 +51,7 @@ class Holds:
         self._lock = threading.Lock()
         self._clock_problem: Message | None = None
         self._is_clock_confirmed = False
-        self.is_copy: Message | None = None       # why nothing may be sent from this tablet
+        self.is_copy: Message | None = None  # why nothing may be sent from this tablet
         self._judged_at: tuple[datetime, float] | None = None
         self._stored: list[StoredHold] = []
         self.reload()
@@ -75,8 +77,11 @@ class Holds:
                 return Hold(render(self.is_copy), is_copy=True)
             if self._clock_problem is not None:
                 return Hold(render(self._clock_problem), clock=True)
-            if self._judged_at is not None and abs((now - self._judged_at[0]).total_seconds() - (mono - self._judged_at[1])) > CLOCK_STEP_S:
-                return Hold(clock=True)                  # it has moved, or the tablet slept, and that has not been judged yet
+            if (
+                self._judged_at is not None
+                and abs((now - self._judged_at[0]).total_seconds() - (mono - self._judged_at[1])) > CLOCK_STEP_S
+            ):
+                return Hold(clock=True)  # it has moved, or the tablet slept, and that has not been judged yet
         return None
 
     def current(self) -> list[Hold]:
@@ -86,8 +91,14 @@ class Holds:
             stored = self._stored
         return [hold for hold in map(_hold, stored) if not hold.is_over(now)]
 
-    def hold(self, reason: str = "", until: datetime | None = None, robot_id: int | None = None, *,
-             also: Callable[[sqlite3.Connection, Hold], object] = lambda c, hold: None) -> Hold:
+    def hold(
+        self,
+        reason: str = "",
+        until: datetime | None = None,
+        robot_id: int | None = None,
+        *,
+        also: Callable[[sqlite3.Connection, Hold], object] = lambda c, hold: None,
+    ) -> Hold:
         """Replace the hold of all robots, or of one; ``also`` is done in the same transaction. Raises InvalidInput for an end that has
         passed, a reason too long and a robot that is gone."""
         now = self._clock.now()
@@ -95,8 +106,12 @@ class Holds:
             raise InvalidInput("until", "choose a time in the future")
         reason = " ".join(reason.split())
         if len(reason) > LONGEST_REASON:
-            raise InvalidInput("reason", "a reason has at most {most} characters, this one has {length}", most=LONGEST_REASON,
-                               length=len(reason))
+            raise InvalidInput(
+                "reason",
+                "a reason has at most {most} characters, this one has {length}",
+                most=LONGEST_REASON,
+                length=len(reason),
+            )
 
         def put(c: sqlite3.Connection, before: Sequence[StoredHold]) -> Sequence[StoredHold]:
             if robot_id is not None and RobotRepository().get(c, robot_id) is None:
@@ -105,28 +120,41 @@ class Holds:
             stored = self._repository.add(c, StoredHold(reason=reason, until=until, robot_id=robot_id, started_at=now))
             also(c, _hold(stored))
             return [stored]
+
         [stored] = self._change(robot_id, put)
         return _hold(stored)
 
-    def release(self, robot_id: int | None = None, only: int | None = None, *,
-                also: Callable[[sqlite3.Connection], object] = lambda c: None) -> None:
+    def release(
+        self,
+        robot_id: int | None = None,
+        only: int | None = None,
+        *,
+        also: Callable[[sqlite3.Connection], object] = lambda c: None,
+    ) -> None:
         """Of all robots, or of one; ``only`` a hold with this id, where another one has taken its place since. ``also`` is done in any
         case, in the same transaction."""
+
         def remove(c: sqlite3.Connection, before: Sequence[StoredHold]) -> Sequence[StoredHold]:
             also(c)
             if only is not None and only not in [hold.id for hold in before]:
                 return before
             self._repository.remove(c, robot_id)
             return []
+
         self._change(robot_id, remove)
 
-    def _change(self, robot_id: int | None, change: Callable[[sqlite3.Connection, Sequence[StoredHold]], Sequence[StoredHold]],
-                ) -> Sequence[StoredHold]:
+    def _change(
+        self,
+        robot_id: int | None,
+        change: Callable[[sqlite3.Connection, Sequence[StoredHold]], Sequence[StoredHold]],
+    ) -> Sequence[StoredHold]:
         """``change`` the hold of all robots, or of one: from what is stored to what is returned."""
+
         def work(c: sqlite3.Connection) -> tuple[str, str, Sequence[StoredHold]]:
             robot = None if robot_id is None else RobotRepository().get(c, robot_id)
             before = [hold for hold in self._repository.all(c) if hold.robot_id == robot_id]
             return f"robot {robot.name!r}" if robot else "all robots", _told(before), change(c, before)
+
         held, before, stored = self._db.write(work)
         if before != (now := _told(stored)):
             log.info("hold of %s: %s → %s", held, before, now)
@@ -172,8 +200,14 @@ class Holds:
 
 
 def _told(holds: Sequence[StoredHold]) -> str:
-    return "".join(f"until {hold.until.isoformat(timespec='minutes') if hold.until else 'it is released'}"
-                   f"{f', {hold.reason!r}' if hold.reason else ''}" for hold in holds) or "none"
+    return (
+        "".join(
+            f"until {hold.until.isoformat(timespec='minutes') if hold.until else 'it is released'}"
+            f"{f', {hold.reason!r}' if hold.reason else ''}"
+            for hold in holds
+        )
+        or "none"
+    )
 
 
 def _hold(stored: StoredHold) -> Hold:

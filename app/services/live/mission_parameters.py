@@ -3,6 +3,7 @@
 It is kept in the database, as a robot may be silent when it is needed. Somebody may edit a mission on the robot afterwards: so a robot is
 asked again before anything is refused, where it can be, and no start is refused by what is only remembered.
 """
+
 from __future__ import annotations
 
 import logging
@@ -28,25 +29,34 @@ from app.services.live.snapshots import Snapshots
 
 log = logging.getLogger(__name__)
 
-HOLDS_FOR = 300.0            # s for which a screen does not ask again; an integrator may edit the mission
-HOLDS_FOR_STARTS = 10.0      # s for which the name of a position still means the same one; asked within these before an instant
-ANSWERED_WITHIN = 10.0       # s for all robots that are asked before something is saved
-ASKED_TOGETHER = 16          # robots
+HOLDS_FOR = 300.0  # s for which a screen does not ask again; an integrator may edit the mission
+HOLDS_FOR_STARTS = (
+    10.0  # s for which the name of a position still means the same one; asked within these before an instant
+)
+ANSWERED_WITHIN = 10.0  # s for all robots that are asked before something is saved
+ASKED_TOGETHER = 16  # robots
 
-Said = dict[tuple[int, str], Sequence[MissionParameter]]             # by robot and guid
+Said = dict[tuple[int, str], Sequence[MissionParameter]]  # by robot and guid
 
 
 class _Kept(NamedTuple):
     """What a robot said (``parameters`` None: it does not say) at a time of the monotonic clock, when it was on that map. What is only read
     from the database was said before all times."""
+
     parameters: Sequence[MissionParameter] | None
     at: float = -math.inf
     map_id: str | None = None
 
 
 class MissionParameters:
-    def __init__(self, db: Database, clock: Clock, make_client: Callable[[Robot], RobotClient], snapshots: Snapshots,
-                 changes: Changes) -> None:
+    def __init__(
+        self,
+        db: Database,
+        clock: Clock,
+        make_client: Callable[[Robot], RobotClient],
+        snapshots: Snapshots,
+        changes: Changes,
+    ) -> None:
         self._db, self._clock, self._make_client, self._snapshots = db, clock, make_client, snapshots
         self._stored = MissionParameterRepository()
         self._lock = threading.Lock()
@@ -70,7 +80,9 @@ class MissionParameters:
     def known_of_any(self, guid: str) -> Sequence[MissionParameter] | None:
         """As any robot has said, but for the positions, which each robot has its own of."""
         found = self._stored.of_any(self._db.read(), guid)
-        return found and tuple(replace(each, choices=(), on_other_maps=()) if each.is_position else each for each in found)
+        return found and tuple(
+            replace(each, choices=(), on_other_maps=()) if each.is_position else each for each in found
+        )
 
     def lately(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
         """As the robot has said within the last minutes."""
@@ -106,7 +118,9 @@ class MissionParameters:
     # ------------------------------------------------------------------ asking
     def learn(self, robot_id: int, guid: str, client: RobotClient) -> Sequence[MissionParameter] | None:
         """Ask the robot. None: it does not say. Raises RobotError, Rejected with status 404 where it has no such mission."""
-        map_id = self._map_of(robot_id)          # as it is known before: should it have changed since, names are asked for again
+        map_id = self._map_of(
+            robot_id
+        )  # as it is known before: should it have changed since, names are asked for again
         found = _asked(client, guid)
         self._keep({(robot_id, guid): found}, map_id)
         return found
@@ -143,7 +157,7 @@ class MissionParameters:
         if new:
             try:
                 self._db.write(lambda c: self._stored.put(c, new), patient=True)
-            except DatabaseError as problem:                 # it is asked again when it is needed
+            except DatabaseError as problem:  # it is asked again when it is needed
                 log.info("What a mission asks for could not be stored: %s", problem)
 
     def ask(self, wanted: Sequence[tuple[Robot, Sequence[str]]], within: float = ANSWERED_WITHIN) -> Said:
@@ -154,10 +168,13 @@ class MissionParameters:
 
         def work() -> None:
             while left:
-                with suppress(IndexError):                   # another one was quicker
+                with suppress(IndexError):  # another one was quicker
                     self._ask_robot(*left.pop(0), said, end)
 
-        threads = [threading.Thread(target=work, name="mission parameters", daemon=True) for _ in range(min(ASKED_TOGETHER, len(left)))]
+        threads = [
+            threading.Thread(target=work, name="mission parameters", daemon=True)
+            for _ in range(min(ASKED_TOGETHER, len(left)))
+        ]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -187,7 +204,9 @@ class MissionParameters:
 def _does_not_say(error: RobotError) -> bool:
     """Whether the robot itself has answered, only not with what a mission asks for: it lacks the mission or the question, or this user may
     not read it. One that is busy may say it soon."""
-    return isinstance(error, Refusal | NotAMir | Unreadable) and not isinstance(error, Busy | AnotherRobot | SerialNumberHidden)
+    return isinstance(error, Refusal | NotAMir | Unreadable) and not isinstance(
+        error, Busy | AnotherRobot | SerialNumberHidden
+    )
 
 
 def _asked(client: RobotClient, guid: str) -> Sequence[MissionParameter] | None:
@@ -205,13 +224,18 @@ def _asked(client: RobotClient, guid: str) -> Sequence[MissionParameter] | None:
 
 def _named(positions: Iterable[MapPosition]) -> tuple[tuple[str, str], ...]:
     """Guid and name of where the robot can be sent, by name."""
-    named = {position.guid: position.name for position in positions if position.name and position.type_id not in ENTRIES}
+    named = {
+        position.guid: position.name for position in positions if position.name and position.type_id not in ENTRIES
+    }
     return tuple(sorted(named.items(), key=lambda entry: entry[1].casefold()))
 
 
-def _with_positions(parameter: MissionParameter, here: tuple[tuple[str, str], ...], everywhere: tuple[tuple[str, str], ...]
-                    ) -> MissionParameter:
+def _with_positions(
+    parameter: MissionParameter, here: tuple[tuple[str, str], ...], everywhere: tuple[tuple[str, str], ...]
+) -> MissionParameter:
     if not parameter.is_position:
         return parameter
     choices = parameter.choices or here
-    return replace(parameter, choices=choices, on_other_maps=tuple(entry for entry in everywhere if entry not in choices))
+    return replace(
+        parameter, choices=choices, on_other_maps=tuple(entry for entry in everywhere if entry not in choices)
+    )

@@ -1,4 +1,5 @@
 """Questions of robots that wait for a person: an alarm each, until it is answered or gone."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -17,9 +18,13 @@ CODE = "question"
 class Questions:
     """Works on the thread of the robot's worker, which publishes its snapshots and raises its other alarms."""
 
-    def __init__(self, snapshots: Snapshots, alarms: Alarms, changes: Changes, robot: Callable[[int], Robot | None]) -> None:
+    def __init__(
+        self, snapshots: Snapshots, alarms: Alarms, changes: Changes, robot: Callable[[int], Robot | None]
+    ) -> None:
         self._snapshots, self._alarms, self._robot = snapshots, alarms, robot
-        self._asked: dict[int, UserPrompt | None] = {}       # of robots that have been read since the start; None: no question
+        self._asked: dict[
+            int, UserPrompt | None
+        ] = {}  # of robots that have been read since the start; None: no question
         changes.subscribe(self._look)
 
     def answered(self, robot_id: int, guid: str, answer: str) -> None:
@@ -29,12 +34,12 @@ class Questions:
 
     def _look(self, topic: Topic, about: int | None) -> None:
         if topic is Topic.SNAPSHOT and about is not None:
-            with suppress(DatabaseError):                    # has its own alarm; the next snapshot is looked at again
+            with suppress(DatabaseError):  # has its own alarm; the next snapshot is looked at again
                 self._check(about)
 
     def _check(self, robot_id: int) -> None:
         status = self._snapshots.get(robot_id).status
-        if status is None:                                   # removed or switched off, with its alarms; or not read yet
+        if status is None:  # removed or switched off, with its alarms; or not read yet
             self._asked.pop(robot_id, None)
             return
         prompt = status.user_prompt
@@ -44,5 +49,7 @@ class Questions:
         if prompt is None or (before is not None and before.guid != prompt.guid):
             self._alarms.clear(CODE, f"robot:{robot_id}")
         if prompt is not None and (robot := self._robot(robot_id)) is not None:
-            self._alarms.raise_about_robot(CODE, robot, question=prompt.question, answers=list(prompt.options), guid=prompt.guid)
+            self._alarms.raise_about_robot(
+                CODE, robot, question=prompt.question, answers=list(prompt.options), guid=prompt.guid
+            )
         self._asked[robot_id] = prompt

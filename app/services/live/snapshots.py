@@ -1,4 +1,5 @@
 """The last known state of every robot, shared between robot workers (which write) and everybody else (who reads)."""
+
 from __future__ import annotations
 
 import threading

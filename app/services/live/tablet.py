@@ -1,4 +1,5 @@
 """Which machine a data directory lives on. On another one it is a copy, which sends nothing until a person has decided what it is for."""
+
 from __future__ import annotations
 
 import logging
@@ -18,7 +19,7 @@ from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
-MACHINE, MOVED, LOOKED_AT = "machine", "moved", "looked_at_on"      # names in the settings
+MACHINE, MOVED, LOOKED_AT = "machine", "moved", "looked_at_on"  # names in the settings
 IS_COPY = message("this data was copied from another tablet; say whether it moves here or is only looked at")
 IS_LOOKED_AT = message("this data is only looked at here; another tablet starts its missions")
 
@@ -26,6 +27,7 @@ IS_LOOKED_AT = message("this data is only looked at here; another tablet starts 
 @dataclass(frozen=True)
 class Move:
     """The plan moved here from another tablet, whose tokens were made with ``old_install_id``."""
+
     at: datetime
     old_install_id: str
 
@@ -35,15 +37,19 @@ def machine_id() -> str | None:
     for path in ("/etc/machine-id", "/var/lib/dbus/machine-id"):
         try:
             if found := Path(path).read_text(encoding="ascii").strip():
-                return str(uuid.uuid5(uuid.NAMESPACE_OID, f"amr-scheduler/{found}"))     # the id itself is not to be shown (machine-id(5))
+                return str(
+                    uuid.uuid5(uuid.NAMESPACE_OID, f"amr-scheduler/{found}")
+                )  # the id itself is not to be shown (machine-id(5))
         except (OSError, ValueError):
             continue
     node = uuid.getnode()
-    return None if node & 1 << 40 else f"{node:012x}"          # a random number has that bit (uuid.getnode)
+    return None if node & 1 << 40 else f"{node:012x}"  # a random number has that bit (uuid.getnode)
 
 
 class Tablet:
-    def __init__(self, db: Database, settings: SettingsRepository, clock: Clock, holds: Holds, machine: str | None) -> None:
+    def __init__(
+        self, db: Database, settings: SettingsRepository, clock: Clock, holds: Holds, machine: str | None
+    ) -> None:
         self._db, self._settings, self._clock, self._holds, self._machine = db, settings, clock, holds, machine
         self.move: Move | None = None
 
@@ -77,6 +83,7 @@ class Tablet:
             self._settings.put(c, MOVED, {"at": now.isoformat(), "old_install_id": old})
             self._settings.put(c, "install_id", str(uuid.uuid4()))
             self._settings.put(c, MACHINE, self._machine)
+
         self._db.write(work)
         self.move = stored_move(self._settings, self._db.read())
         self._holds.is_copy = None
@@ -89,6 +96,7 @@ class Tablet:
             self._db.write(lambda c: self._settings.put(c, LOOKED_AT, self._machine))
             self._holds.is_copy = IS_LOOKED_AT
             self._holds.announce()
+
 
 def stored_move(settings: SettingsRepository, c: sqlite3.Connection) -> Move | None:
     """Raises ValueError, LookupError or TypeError when it can't be read."""

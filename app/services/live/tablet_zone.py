@@ -3,6 +3,7 @@
 The clock follows TZ, where that is set, and else /etc/localtime, a link to a zone or a copy of one; a copy and a rule have no name, so they
 are compared with the known zones. /etc/timezone is a note beside it, which many systems no longer keep up. Windows says it in its registry.
 """
+
 from __future__ import annotations
 
 import io
@@ -24,16 +25,17 @@ from app.domain.clock import EARLIEST, zone_names
 LOCALTIME, NOTE = "/etc/localtime", "/etc/timezone"
 DIRECTORY = "/usr/share/zoneinfo"
 MOST_LINKS = 40
-LARGEST_FILE = 100_000                   # bytes; the longest histories have 4,000
-STEP = timedelta(days=4, hours=7)        # between the moments at which zones are compared
-SETTLED = timedelta(days=730)            # zone data of different ages agree on what is longer ago
-AGREE = 0.9                              # of the moments a file shows the time of the zone whose name it has, or that name is wrong
+LARGEST_FILE = 100_000  # bytes; the longest histories have 4,000
+STEP = timedelta(days=4, hours=7)  # between the moments at which zones are compared
+SETTLED = timedelta(days=730)  # zone data of different ages agree on what is longer ago
+AGREE = 0.9  # of the moments a file shows the time of the zone whose name it has, or that name is wrong
 
 
 @dataclass(frozen=True)
 class TabletZone:
     """``name`` is an IANA name. ``source`` says where it is from: TZ, /etc/localtime, /etc/timezone, Windows; "" where nothing says it.
     Where it is not certain, a person has to be asked."""
+
     name: str
     source: str
     is_certain: bool
@@ -46,6 +48,7 @@ NOT_KNOWN = TabletZone("UTC", "", False)
 class WindowsZone:
     """``key`` is Windows' own name, such as FLE Standard Time; ``country`` the ISO 3166 code of the region that the user chose, or "".
     ``keeps_standard_time``: its clock is not set ahead in summer, whatever the zone does."""
+
     key: str
     country: str = ""
     keeps_standard_time: bool = False
@@ -60,24 +63,40 @@ def read_registry() -> WindowsZone | None:
     def value(root: int, path: str, name: str) -> str:
         try:
             with winreg.OpenKey(root, path) as key:
-                return str(winreg.QueryValueEx(key, name)[0]).partition("\0")[0].strip()      # some systems leave garbage behind it
+                return (
+                    str(winreg.QueryValueEx(key, name)[0]).partition("\0")[0].strip()
+                )  # some systems leave garbage behind it
         except OSError:
             return ""
+
     zones = r"SYSTEM\CurrentControlSet\Control\TimeZoneInformation"
-    return WindowsZone(value(winreg.HKEY_LOCAL_MACHINE, zones, "TimeZoneKeyName"),
-                       value(winreg.HKEY_CURRENT_USER, r"Control Panel\International\Geo", "Name"),
-                       value(winreg.HKEY_LOCAL_MACHINE, zones, "DynamicDaylightTimeDisabled") == "1")
+    return WindowsZone(
+        value(winreg.HKEY_LOCAL_MACHINE, zones, "TimeZoneKeyName"),
+        value(winreg.HKEY_CURRENT_USER, r"Control Panel\International\Geo", "Name"),
+        value(winreg.HKEY_LOCAL_MACHINE, zones, "DynamicDaylightTimeDisabled") == "1",
+    )
 
 
-def tablet_zone(root: Path = Path("/"), environ: Mapping[str, str] = os.environ,
-                registry: Callable[[], WindowsZone | None] = read_registry, now: datetime | None = None) -> TabletZone:
+def tablet_zone(
+    root: Path = Path("/"),
+    environ: Mapping[str, str] = os.environ,
+    registry: Callable[[], WindowsZone | None] = read_registry,
+    now: datetime | None = None,
+) -> TabletZone:
     """The zone of the machine whose files are below ``root``. Raises nothing."""
     finder = _Finder(root, _country(environ), max(EARLIEST, now or datetime.now(UTC)))
     variable, windows = environ.get("TZ", "").strip().removeprefix(":"), registry()
     if variable and (found := finder.of_variable(variable)):
         return found
-    found = (windows and of_windows(windows, finder)) or finder.of_file(LOCALTIME, LOCALTIME) or finder.of_note() or NOT_KNOWN
-    if variable or found.name not in _places():          # a TZ that can't be read shows UTC, and so does a system that was never set up
+    found = (
+        (windows and of_windows(windows, finder))
+        or finder.of_file(LOCALTIME, LOCALTIME)
+        or finder.of_note()
+        or NOT_KNOWN
+    )
+    if (
+        variable or found.name not in _places()
+    ):  # a TZ that can't be read shows UTC, and so does a system that was never set up
         return replace(found, is_certain=False)
     return found
 
@@ -91,6 +110,7 @@ def _country(environ: Mapping[str, str]) -> str:
 def of_windows(windows: WindowsZone, finder: _Finder) -> TabletZone:
     """Windows has one zone for several countries; the region tells them apart."""
     from icalendar.timezone.windows_to_olson import WINDOWS_TO_OLSON  # takes a while, and only Windows needs it
+
     name = WINDOWS_TO_OLSON.get(windows.key)
     if name not in zone_names():
         return NOT_KNOWN
@@ -140,7 +160,7 @@ class _Finder:
             yield path
             try:
                 path = posixpath.normpath(posixpath.join(posixpath.dirname(path), os.readlink(self._below_root(path))))
-            except OSError:                                       # no link
+            except OSError:  # no link
                 return
 
     def _content(self, path: str) -> bytes | None:
@@ -159,7 +179,9 @@ class _Finder:
         if not (found := self.matching(zone, moments, with_words=True)):
             lately = self.matching(zone, self._moments(self._now - timedelta(days=365), self._now))
             return TabletZone(self._best(lately), source, False) if lately else None
-        found = {name for name in found if self._agree(zone, name, self._moments(self._now - SETTLED, self._now))} or found
+        found = {
+            name for name in found if self._agree(zone, name, self._moments(self._now - SETTLED, self._now))
+        } or found
         if (note := self._note()) in found:
             return TabletZone(note, source, True)
         return TabletZone(self._best(found), source, len(found & _places().keys()) <= 1)
@@ -178,9 +200,14 @@ class _Finder:
         wanted = [_seen(moment, zone, with_words) for moment in moments]
 
         def all_agree(other: ZoneInfo | None) -> bool:
-            return other is not None and all(_seen(moment, other, with_words) == seen for moment, seen in zip(moments, wanted, strict=True))
+            return other is not None and all(
+                _seen(moment, other, with_words) == seen for moment, seen in zip(moments, wanted, strict=True)
+            )
+
         found = {name for name in zone_names() if all_agree(_zone_of(self._content(f"{DIRECTORY}/{name}")))}
-        found = {name for name in found if _mostly_agree(zone, ZoneInfo(name), moments)}        # no other file lies in its place
+        found = {
+            name for name in found if _mostly_agree(zone, ZoneInfo(name), moments)
+        }  # no other file lies in its place
         return found or {name for name in zone_names() if all_agree(ZoneInfo(name))}
 
     def _agree(self, zone: ZoneInfo, name: str, moments: list[datetime]) -> bool:
@@ -205,8 +232,11 @@ def _seen(moment: datetime, zone: ZoneInfo, with_words: bool = False) -> tuple[t
 
 def _with_changes(moments: list[datetime], zone: ZoneInfo) -> list[datetime]:
     """Those around a change of the clock every hour: some zones differ by the hour of their changes only."""
-    around = [[low + number * timedelta(hours=1) for number in range(STEP // timedelta(hours=1))]
-              for low, high in pairwise(moments) if _seen(low, zone) != _seen(high, zone)]
+    around = [
+        [low + number * timedelta(hours=1) for number in range(STEP // timedelta(hours=1))]
+        for low, high in pairwise(moments)
+        if _seen(low, zone) != _seen(high, zone)
+    ]
     return [*moments, *chain.from_iterable(around)]
 
 
@@ -230,22 +260,37 @@ def _file_of_rule(rule: str) -> bytes | None:
         return None
 
     def block(version: bytes) -> bytes:
-        return b"TZif" + version + bytes(15) + struct.pack(">6l", 0, 0, 0, 0, 1, 4) + struct.pack(">lBB", 0, 0, 0) + b"UTC\0"
+        return (
+            b"TZif"
+            + version
+            + bytes(15)
+            + struct.pack(">6l", 0, 0, 0, 0, 1, 4)
+            + struct.pack(">lBB", 0, 0, 0)
+            + b"UTC\0"
+        )
+
     return block(b"2") + block(b"2") + b"\n" + rule.encode("ascii") + b"\n"
 
 
 @dataclass(frozen=True)
 class _Place:
     """A zone that belongs to a country."""
+
     name: str
     country: str
-    rank: int                            # the canonical zones first
+    rank: int  # the canonical zones first
 
 
 @lru_cache(maxsize=1)
 def _places() -> Mapping[str, _Place]:
     """By name; zones of UTC and of abbreviations belong to none."""
-    canonical, all_of_them = ([line.split("\t") for line in files("tzdata").joinpath("zoneinfo", table).read_text("utf-8").splitlines()
-                               if line and not line.startswith("#")] for table in ("zone1970.tab", "zone.tab"))
+    canonical, all_of_them = (
+        [
+            line.split("\t")
+            for line in files("tzdata").joinpath("zoneinfo", table).read_text("utf-8").splitlines()
+            if line and not line.startswith("#")
+        ]
+        for table in ("zone1970.tab", "zone.tab")
+    )
     ranks = {row[2]: rank for rank, row in enumerate(canonical)}
     return {row[2]: _Place(row[2], row[0], ranks.get(row[2], len(ranks))) for row in all_of_them}

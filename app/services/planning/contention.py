@@ -1,4 +1,5 @@
 """What a schedule that is not saved yet would have to share, and whether there is room: the robots of a group, and places."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -20,13 +21,16 @@ from app.services.planning.recurrence import Occurrence
 from app.services.planning.working_days import WorkingCalendar
 
 NINE_OF_TEN = 0.9
-_Wanting = Callable[[int, Span | None, bool], list[Span]]        # number of a start, the draft's own run, whether runs are slow
+_Wanting = Callable[
+    [int, Span | None, bool], list[Span]
+]  # number of a start, the draft's own run, whether runs are slow
 
 
 @dataclass(frozen=True)
 class _Room:
     """Robots of a group or a place, with room for so many. ``spans``: when others, and the draft where it is given, want it near a start,
     by its number. ``slowly``: when others do near each, if each run takes what nine of ten stay under."""
+
     code: ConflictCode
     most: int
     details: Mapping[str, Any]
@@ -35,8 +39,17 @@ class _Room:
 
 
 class Contention:
-    def __init__(self, c: sqlite3.Connection, known: Known, draft: Schedule, mission: Mission | None, usual: DurationEstimate | None,
-                 starts: Sequence[Occurrence], calendar: WorkingCalendar, skips: Collection[Skip]) -> None:
+    def __init__(
+        self,
+        c: sqlite3.Connection,
+        known: Known,
+        draft: Schedule,
+        mission: Mission | None,
+        usual: DurationEstimate | None,
+        starts: Sequence[Occurrence],
+        calendar: WorkingCalendar,
+        skips: Collection[Skip],
+    ) -> None:
         self._c, self._known, self._draft, self._mission, self._usual = c, known, draft, mission, usual
         self._starts, self._calendar, self._skips = starts, calendar, skips
         self._schedules = ScheduleRepository()
@@ -55,7 +68,10 @@ class Contention:
         near = self._near_robot(robot.id)
         if self._draft.group_id is None:
             return near
-        return [(*of_robot, *of_group) for of_robot, of_group in zip(near, self._near_group(self._draft.group_id), strict=True)]
+        return [
+            (*of_robot, *of_group)
+            for of_robot, of_group in zip(near, self._near_group(self._draft.group_id), strict=True)
+        ]
 
     def _near_robot(self, robot_id: int) -> list[Near]:
         """It may be in many groups."""
@@ -93,9 +109,20 @@ class Contention:
         for schedule in schedules:
             mission = self._known.missions[schedule.mission_id]
             target = self._robots.get(schedule.robot_id or 0) or self._groups.get(schedule.group_id or 0)
-            if schedule.enabled and schedule.next_at is not None and schedule.id != self._draft.id and target is not None:
-                found.append(Other(schedule, mission.name, self._known.of(target, mission),
-                                   {at for skipped, at in self._skips if skipped == schedule.id}))
+            if (
+                schedule.enabled
+                and schedule.next_at is not None
+                and schedule.id != self._draft.id
+                and target is not None
+            ):
+                found.append(
+                    Other(
+                        schedule,
+                        mission.name,
+                        self._known.of(target, mission),
+                        {at for skipped, at in self._skips if skipped == schedule.id},
+                    )
+                )
         return found
 
     def behind(self, near: Sequence[Near]) -> Iterator[Conflict]:
@@ -111,9 +138,17 @@ class Contention:
                 is_behind = (at < begins and mine < theirs) or (begins < at and theirs < mine)
                 if is_behind and first is not None and first.share_over(gap.total_seconds()) >= NINE_OF_TEN:
                     names = (self._mission.name, other.mission) if at < begins else (other.mission, self._mission.name)
-                    yield Conflict(ConflictCode.CRITICAL_BEHIND, min(at, begins), {
-                        "mission": names[0], "behind": names[1], "robot": robot.name, "start": max(at, begins),
-                        "schedule_id": other.schedule.id})
+                    yield Conflict(
+                        ConflictCode.CRITICAL_BEHIND,
+                        min(at, begins),
+                        {
+                            "mission": names[0],
+                            "behind": names[1],
+                            "robot": robot.name,
+                            "start": max(at, begins),
+                            "schedule_id": other.schedule.id,
+                        },
+                    )
                     break
 
     # ------------------------------------------------------------------ robots of a group
@@ -130,10 +165,18 @@ class Contention:
 
         def spans(number: int, own: Span | None, slow: bool) -> list[Span]:
             found = [span for robot_id in usable for span in self._spans_of_robot(robot_id, number, slow, own)]
-            return [*found, *_spans(of_group[number], slow), *([] if own is None or self._draft.robot_id is not None else [own])]
+            return [
+                *found,
+                *_spans(of_group[number], slow),
+                *([] if own is None or self._draft.robot_id is not None else [own]),
+            ]
 
-        return self._room(ConflictCode.TOO_FEW_ROBOTS, len(usable),
-                          {"group": group.name, "group_id": group.id, "robots": len(usable)}, spans)
+        return self._room(
+            ConflictCode.TOO_FEW_ROBOTS,
+            len(usable),
+            {"group": group.name, "group_id": group.id, "robots": len(usable)},
+            spans,
+        )
 
     # ------------------------------------------------------------------ places
     def places(self) -> Iterator[Conflict]:
@@ -141,27 +184,42 @@ class Contention:
         for place in PlaceRepository().all(self._c):
             names = {self._known.missions[mission_id].name for mission_id in place.missions}
             if self._mission is not None and self._mission.name in names:
-                same = [schedule for mission in self._known.missions.values() if mission.name in names
-                        for schedule in self._schedules.for_mission(self._c, mission.id)]
+                same = [
+                    schedule
+                    for mission in self._known.missions.values()
+                    if mission.name in names
+                    for schedule in self._schedules.for_mission(self._c, mission.id)
+                ]
                 yield from self._of_place(place, self._near(same))
 
     def _of_place(self, place: Place, near: Sequence[Near]) -> Iterator[Conflict]:
         def spans(number: int, own: Span | None, slow: bool) -> list[Span]:
             return [*_spans(near[number], slow), *([] if own is None else [own])]
 
-        yield from self._crowded(self._room(ConflictCode.PLACE_FULL, place.most,
-                                            {"place": place.name, "place_id": place.id, "most": place.most}, spans))
+        yield from self._crowded(
+            self._room(
+                ConflictCode.PLACE_FULL,
+                place.most,
+                {"place": place.name, "place_id": place.id, "most": place.most},
+                spans,
+            )
+        )
         for number, start in enumerate(self._starts):
             hour = start.instant.replace(minute=0, second=0, microsecond=0)
             share = load(spans(number, self._own(start), False), place.most, hour)
             if share > CROWDED:
-                yield Conflict(ConflictCode.PLACE_CROWDED, hour, {"place": place.name, "place_id": place.id, "until": hour + HOUR,
-                                                                  "percent": round(100 * share)})
-                return                               # other days are alike
+                yield Conflict(
+                    ConflictCode.PLACE_CROWDED,
+                    hour,
+                    {"place": place.name, "place_id": place.id, "until": hour + HOUR, "percent": round(100 * share)},
+                )
+                return  # other days are alike
 
     # ------------------------------------------------------------------ either
     def _room(self, code: ConflictCode, most: int, details: Mapping[str, Any], spans: _Wanting) -> _Room:
-        room = _Room(code, most, details, spans, [Demand(spans(number, None, True)) for number in range(len(self._starts))])
+        room = _Room(
+            code, most, details, spans, [Demand(spans(number, None, True)) for number in range(len(self._starts))]
+        )
         self._rooms.append(room)
         return room
 

@@ -2,6 +2,7 @@
 
 A run wants it from its instant on for as long as it usually takes. Times are whatever can be ordered, all of one kind.
 """
+
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
@@ -12,7 +13,7 @@ from itertools import accumulate
 from typing import NamedTuple
 
 HOUR = timedelta(hours=1)
-CROWDED = 0.7                # of any hour: above that what waits for a place waits long
+CROWDED = 0.7  # of any hour: above that what waits for a place waits long
 
 
 class Span(NamedTuple):
@@ -22,6 +23,7 @@ class Span(NamedTuple):
 
 class Crowd(NamedTuple):
     """From ``at`` on there are too many; ``number`` want it then. ``until``: when about there is room for all of them again."""
+
     at: datetime
     number: int
     until: datetime

@@ -1,4 +1,5 @@
 """How long a mission takes: an estimate for the next run, and a comparison by day with what it took before the period. Pure functions."""
+
 from __future__ import annotations
 
 import math
@@ -10,15 +11,16 @@ from itertools import pairwise
 
 from app.domain.models import DurationEstimate, Mission
 
-MOST_MISSIONS = 5            # that are looked at
-DURATIONS_OF = 5_000         # newest completed runs of a mission in the period
-BASELINE_OF = 200            # newest completed runs before it, from which the usual range is computed
-LEAST_BASELINE = 10          # fewer do not
+MOST_MISSIONS = 5  # that are looked at
+DURATIONS_OF = 5_000  # newest completed runs of a mission in the period
+BASELINE_OF = 200  # newest completed runs before it, from which the usual range is computed
+LEAST_BASELINE = 10  # fewer do not
 
 
 @dataclass(frozen=True)
 class Band:
     """The usual range: of ``count`` runs, four fifths took between ``p10_s`` and ``p90_s``."""
+
     count: int
     p10_s: float
     p50_s: float
@@ -36,6 +38,7 @@ class DayMedian:
 class Trend:
     """Of one mission. ``count`` completed runs in the period; ``median_s`` over the newest 5,000 of them; ``days`` those with any, oldest
     first; ``usual`` None without enough runs before the period."""
+
     guid: str
     mission: str
     count: int
@@ -86,12 +89,24 @@ def band(seconds: Sequence[float]) -> Band | None:
     return Band(len(ordered), p10, p50, p90)
 
 
-def trend(guid: str, mission: str, count: int, runs: Sequence[tuple[str, float]], before: Sequence[float],
-          days: Sequence[tuple[date, str]]) -> Trend:
+def trend(
+    guid: str,
+    mission: str,
+    count: int,
+    runs: Sequence[tuple[str, float]],
+    before: Sequence[float],
+    days: Sequence[tuple[date, str]],
+) -> Trend:
     """``runs`` (ended, seconds), at least one; ``before`` seconds; ``days`` (date, its first instant) in order. Instants are text."""
     ordered: list[tuple[str, float]] = sorted((ended_at, seconds) for ended_at, seconds in runs)
     ended = [ended_at for ended_at, _ in ordered]
     edges = [*(bisect_left(ended, start) for _, start in days), len(ordered)]
     parts = [sorted(seconds for _, seconds in ordered[first:last]) for first, last in pairwise(edges)]
-    medians = [DayMedian(day, len(part), percentile(part, 50) or 0.0) for (day, _), part in zip(days, parts, strict=True) if part]
-    return Trend(guid, mission, count, percentile(sorted(seconds for _, seconds in ordered), 50) or 0.0, band(before), medians)
+    medians = [
+        DayMedian(day, len(part), percentile(part, 50) or 0.0)
+        for (day, _), part in zip(days, parts, strict=True)
+        if part
+    ]
+    return Trend(
+        guid, mission, count, percentile(sorted(seconds for _, seconds in ordered), 50) or 0.0, band(before), medians
+    )

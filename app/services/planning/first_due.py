@@ -1,4 +1,5 @@
 """When a schedule runs next after it was made, changed or switched on: the one rule that screens, import and settings share."""
+
 from __future__ import annotations
 
 from collections.abc import Collection
@@ -13,8 +14,9 @@ from app.services.planning.working_days import WorkingCalendar
 _MOMENT = timedelta(microseconds=1)
 
 
-def first_due(schedule: Schedule, settings: Settings, now: datetime, calendar: WorkingCalendar,
-              skipped: Collection[datetime] = ()) -> datetime | None:
+def first_due(
+    schedule: Schedule, settings: Settings, now: datetime, calendar: WorkingCalendar, skipped: Collection[datetime] = ()
+) -> datetime | None:
     """The first instant from ``now`` on (UTC), ``now`` itself included, that was not planned before and that no person has ``skipped``;
     None when it is switched off or none is left.
 

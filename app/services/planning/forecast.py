@@ -3,6 +3,7 @@
 A robot is believed free when what is planned on it has usually ended. What nobody can know beforehand plays no part: where it stands, its
 battery, silence, runs that a person starts. Times are seconds from an origin that all of them share.
 """
+
 from __future__ import annotations
 
 from bisect import insort
@@ -17,18 +18,21 @@ from app.services.allocation.decide import AHEAD, LAST_CALL, decide
 from app.services.allocation.estimates import UNKNOWN_S
 
 HOUR = 3600.0
-MOST_LAID = 20_000           # starts laid on robots for groups that share robots: what takes about a second. Later ones have no robot
+MOST_LAID = (
+    20_000  # starts laid on robots for groups that share robots: what takes about a second. Later ones have no robot
+)
 
 
 class Wanted(NamedTuple):
     """A start to come. ``fixed``: on its only member, at its instant, as schedules of one robot are. ``places``: those that it uses."""
+
     at: float
     mission: str
     members: tuple[int, ...]
     fixed: bool = False
     priority: int = 0
     closes: float = inf
-    finish: float | None = None          # by when it has to be done
+    finish: float | None = None  # by when it has to be done
     keep_free: int = 0
     at_once: bool = False
     places: tuple[str, ...] = ()
@@ -36,6 +40,7 @@ class Wanted(NamedTuple):
 
 class Found(NamedTuple):
     """A robot for a start. ``in_time``: it is free within the start's window, and not only asked at the last call."""
+
     robot_id: int
     begins: float
     ends: float
@@ -47,6 +52,7 @@ class Site:
     """Robots by id: their names, when each is free, hours run on the day on which the forecast begins, and from when to when it is held.
     ``days``: where the next days begin, in order. ``room``: how many may be at each place; ``at_places``: until when those are that have
     it now."""
+
     names: Mapping[int, str]
     takes: Takes
     free: Mapping[int, float] = field(default_factory=dict)
@@ -97,12 +103,12 @@ class _Course:
         self._free = {robot_id: site.free.get(robot_id, -inf) for robot_id in robots}
         self._hours = {robot_id: site.hours.get(robot_id, 0.0) for robot_id in robots}
         self._days = list(site.days)
-        self._next = 0                               # of the places
+        self._next = 0  # of the places
         self._waiting: list[int] = []
         self._found: dict[int, Found] = {}
         self._coming: dict[tuple[str, tuple[int, ...]], float] = {}
         self._laid = 0
-        self._leave = defaultdict[str, list[float]](list)                # until when who is at a place is there
+        self._leave = defaultdict[str, list[float]](list)  # until when who is at a place is there
         for name, ends in site.at_places.items():
             self._leave[name] += ends
 
@@ -110,7 +116,7 @@ class _Course:
         now = -inf
         while (self._next < len(self._places) or self._waiting) and self._laid < MOST_LAID:
             now = self._next_instant(now)
-            if now == inf:                           # what waits is never called
+            if now == inf:  # what waits is never called
                 break
             self._pass_midnights(now)
             while self._next < len(self._places) and self._wanted[self._places[self._next]].at <= now:
@@ -155,17 +161,25 @@ class _Course:
     # ------------------------------------------------------------------ decisions
     def _decide(self, now: float) -> None:
         last_calls = {place for place in self._waiting if self._wanted[place].closes - LAST_CALL <= now}
-        if not last_calls and not any(self._free[robot_id] <= now or self._wanted[place].at_once
-                                      for place in self._waiting for robot_id in self._wanted[place].members):
-            return                                   # as no robot of it is free
+        if not last_calls and not any(
+            self._free[robot_id] <= now or self._wanted[place].at_once
+            for place in self._waiting
+            for robot_id in self._wanted[place].members
+        ):
+            return  # as no robot of it is free
         self._laid += len(self._waiting)
         gone = set(last_calls)
         for decision in decide(self._situation(now, last_calls)):
             if decision.robot_id is not None:
                 gone.add(decision.start.id)
                 lasts = next(option.lasts_s for option in decision.options if option.robot_id == decision.robot_id)
-                self._put(decision.start.id, decision.robot_id, now, lasts,
-                          in_time=not decision.is_last_call or self._free[decision.robot_id] <= now)
+                self._put(
+                    decision.start.id,
+                    decision.robot_id,
+                    now,
+                    lasts,
+                    in_time=not decision.is_last_call or self._free[decision.robot_id] <= now,
+                )
             elif decision.too_late:
                 gone.add(decision.start.id)
         self._waiting = [place for place in self._waiting if place not in gone]
@@ -173,9 +187,17 @@ class _Course:
     def _situation(self, now: float, last_calls: Collection[int]) -> Situation:
         starts = [self._start(place, now, place in last_calls) for place in self._waiting]
         robots = {robot_id for start in starts for robot_id in start.members}
-        members = {robot_id: Member(robot_id, self._site.names[robot_id], self._free[robot_id] <= now,
-                                    max(0.0, self._free[robot_id] - now), hours=self._hours[robot_id], out=self._out(robot_id, now))
-                   for robot_id in robots}
+        members = {
+            robot_id: Member(
+                robot_id,
+                self._site.names[robot_id],
+                self._free[robot_id] <= now,
+                max(0.0, self._free[robot_id] - now),
+                hours=self._hours[robot_id],
+                out=self._out(robot_id, now),
+            )
+            for robot_id in robots
+        }
         coming = list(self._protected(now, robots, min(start.priority for start in starts)))
         room = self._room_left(now, {name for start in starts for name in start.places})
         return Situation(members, starts, self._site.takes, coming, room)
@@ -187,9 +209,18 @@ class _Course:
 
     def _start(self, place: int, now: float, is_last_call: bool) -> Start:
         each = self._wanted[place]
-        return Start(place, each.mission, each.members, each.priority, each.at - now, LAST_CALL if is_last_call else each.closes - now,
-                     None if each.finish is None else each.finish - now, keep_free=each.keep_free, at_once=each.at_once,
-                     places=each.places)
+        return Start(
+            place,
+            each.mission,
+            each.members,
+            each.priority,
+            each.at - now,
+            LAST_CALL if is_last_call else each.closes - now,
+            None if each.finish is None else each.finish - now,
+            keep_free=each.keep_free,
+            at_once=each.at_once,
+            places=each.places,
+        )
 
     def _out(self, robot_id: int, now: float) -> Out | None:
         return Out.HELD if any(since <= now < until for since, until in self._site.held.get(robot_id, ())) else None
@@ -206,6 +237,10 @@ class _Course:
     def _slow(self, each: Wanted) -> float:
         key = each.mission, each.members
         if key not in self._coming:
-            lasts = [seconds for robot_id in each.members if (seconds := self._site.takes(robot_id, each.mission, slow=True)) is not None]
+            lasts = [
+                seconds
+                for robot_id in each.members
+                if (seconds := self._site.takes(robot_id, each.mission, slow=True)) is not None
+            ]
             self._coming[key] = max(lasts, default=UNKNOWN_S)
         return self._coming[key]

@@ -1,4 +1,5 @@
 """Brings the forecast together with what the database knows: which robot each planned start of a group will probably get."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -33,18 +34,40 @@ class Foreseen:
     ``origin``: when the forecast begins, now or the midnight before what is looked at, so that a start gets the same
     robot however much is looked at."""
 
-    def __init__(self, c: sqlite3.Connection, known: Known, groups: Mapping[int, Group], robots: Mapping[int, Robot], settings: Settings,
-                 now: datetime, start: datetime, seen: Seen) -> None:
-        self._c, self._known, self._groups, self._robots, self._settings, self._now = c, known, groups, robots, settings, now
+    def __init__(
+        self,
+        c: sqlite3.Connection,
+        known: Known,
+        groups: Mapping[int, Group],
+        robots: Mapping[int, Robot],
+        settings: Settings,
+        now: datetime,
+        start: datetime,
+        seen: Seen,
+    ) -> None:
+        self._c, self._known, self._groups, self._robots, self._settings, self._now = (
+            c,
+            known,
+            groups,
+            robots,
+            settings,
+            now,
+        )
         self._zone, self._seen = ZoneInfo(settings.timezone), seen
         self.origin = max(now, midnight(start.astimezone(self._zone).date(), self._zone))
-        self.members = {group.id: tuple(robot_id for robot_id in group.members
-                                         if robot_id in robots and not robots[robot_id].needs_password) for group in groups.values()}
+        self.members = {
+            group.id: tuple(
+                robot_id for robot_id in group.members if robot_id in robots and not robots[robot_id].needs_password
+            )
+            for group in groups.values()
+        }
         self.shared = frozenset(robot_id for members in self.members.values() for robot_id in members)
         places = PlaceRepository().all(c)
         self._room = {place.name: place.most for place in places}
-        self._places = {name: tuple(place.name for place in places if name in {known.missions[one].name for one in place.missions})
-                        for name in {known.missions[one].name for place in places for one in place.missions}}
+        self._places = {
+            name: tuple(place.name for place in places if name in {known.missions[one].name for one in place.missions})
+            for name in {known.missions[one].name for place in places for one in place.missions}
+        }
 
     def is_lacking(self, group: Group, mission: str) -> bool:
         """Whether there are robots of it that may get something, and none has that mission, as far as is known."""
@@ -53,8 +76,11 @@ class Foreseen:
 
     def concerns(self, schedule: Schedule) -> bool:
         """Whether its starts use robots of a group, or a place."""
-        return schedule.group_id is not None or schedule.robot_id in self.shared or (
-            bool(self._places) and self._known.missions[schedule.mission_id].name in self._places)
+        return (
+            schedule.group_id is not None
+            or schedule.robot_id in self.shared
+            or (bool(self._places) and self._known.missions[schedule.mission_id].name in self._places)
+        )
 
     def of(self, runs: Sequence[PlannedRun], until: datetime) -> list[PlannedRun]:
         """The same runs, in order of time; those of groups before ``until`` with the robots that they will probably get."""
@@ -76,12 +102,32 @@ class Foreseen:
         if (same := durations.get(key)) is None:
             mission = self._known.mission(run.mission.name, found.robot_id) or run.mission
             usual = self._known.usual(found.robot_id, mission)
-            same = replace(run, robot=self._robots[found.robot_id]) if usual is None else replace(
-                run, robot=self._robots[found.robot_id], usual_s=usual.median_s, slow_s=usual.slow_s, typed=usual.typed,
-                quick_s=quick(usual))
+            same = (
+                replace(run, robot=self._robots[found.robot_id])
+                if usual is None
+                else replace(
+                    run,
+                    robot=self._robots[found.robot_id],
+                    usual_s=usual.median_s,
+                    slow_s=usual.slow_s,
+                    typed=usual.typed,
+                    quick_s=quick(usual),
+                )
+            )
             durations[key] = same
-        return PlannedRun(run.at, run.schedule, same.robot, run.mission, same.usual_s, same.slow_s, same.typed, run.group, begins,
-                          same.quick_s, kept_back=run.kept_back)
+        return PlannedRun(
+            run.at,
+            run.schedule,
+            same.robot,
+            run.mission,
+            same.usual_s,
+            same.slow_s,
+            same.typed,
+            run.group,
+            begins,
+            same.quick_s,
+            kept_back=run.kept_back,
+        )
 
     # ------------------------------------------------------------------ what the forecast rests on
     def _seconds(self, instant: datetime) -> float:
@@ -90,19 +136,49 @@ class Foreseen:
     def _wanted(self, run: PlannedRun) -> Wanted:
         schedule, at = run.schedule, self._seconds(run.at)
         if run.group is None:
-            return Wanted(at, run.mission.name, (run.robot.id,), True, schedule.priority, places=self._places.get(run.mission.name, ()))
+            return Wanted(
+                at,
+                run.mission.name,
+                (run.robot.id,),
+                True,
+                schedule.priority,
+                places=self._places.get(run.mission.name, ()),
+            )
         closes = self._seconds(rules.closes_at(run.at, schedule.start_window_minutes, self._settings))
         finish = None if schedule.finish_by_minutes is None else at + schedule.finish_by_minutes * 60
-        return Wanted(at, run.mission.name, self.members[run.group.id], False, schedule.priority, closes, finish, run.group.keep_free,
-                      run.group.hand_over is HandOver.AT_ONCE, self._places.get(run.mission.name, ()))
+        return Wanted(
+            at,
+            run.mission.name,
+            self.members[run.group.id],
+            False,
+            schedule.priority,
+            closes,
+            finish,
+            run.group.keep_free,
+            run.group.hand_over is HandOver.AT_ONCE,
+            self._places.get(run.mission.name, ()),
+        )
 
     def _waiting(self) -> Iterator[Wanted]:
         """What waits for a robot already."""
         for row in GroupStartRepository().unbound(self._c):
-            if (group := self._groups.get(row.group_id or 0)) is not None and not row.held and row.closes_at > self._now:
-                yield Wanted(self._seconds(row.planned_at), row.mission, self.members[group.id], False, row.priority,
-                             self._seconds(row.closes_at), None if row.finish_by is None else self._seconds(row.finish_by), group.keep_free,
-                             group.hand_over is HandOver.AT_ONCE, self._places.get(row.mission, ()))
+            if (
+                (group := self._groups.get(row.group_id or 0)) is not None
+                and not row.held
+                and row.closes_at > self._now
+            ):
+                yield Wanted(
+                    self._seconds(row.planned_at),
+                    row.mission,
+                    self.members[group.id],
+                    False,
+                    row.priority,
+                    self._seconds(row.closes_at),
+                    None if row.finish_by is None else self._seconds(row.finish_by),
+                    group.keep_free,
+                    group.hand_over is HandOver.AT_ONCE,
+                    self._places.get(row.mission, ()),
+                )
 
     def _site(self, last: datetime) -> Site:
         day, days = self.origin.astimezone(self._zone).date() + DAY, list[float]()
@@ -111,8 +187,16 @@ class Foreseen:
             day += DAY
         is_now = self.origin == self._now
         busy, at_places = self._busy() if is_now else ({}, {})
-        return Site({robot_id: self._robots[robot_id].name for robot_id in self.shared}, self._known.takes, busy,
-                    self._hours() if is_now else {}, self._held(), days, self._room, at_places)
+        return Site(
+            {robot_id: self._robots[robot_id].name for robot_id in self.shared},
+            self._known.takes,
+            busy,
+            self._hours() if is_now else {},
+            self._held(),
+            days,
+            self._room,
+            at_places,
+        )
 
     def _busy(self) -> tuple[Mapping[int, float], Mapping[str, Sequence[float]]]:
         """Until when each robot has to do with what it has of ours, and until when that needs the places that it uses."""

@@ -1,4 +1,5 @@
 """What a mission's name means on each robot, and how long it takes there: read once, for as long as a question takes to be answered."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -18,7 +19,7 @@ class Known:
         self._c, self._seen, self._durations = c, seen, DurationRepository()
         self.missions = {mission.id: mission for mission in MissionRepository().all(c)}
         self._meant = {(mission.name, mission.robot_id): mission for mission in self.missions.values()}
-        self._peers: dict[int, tuple[int, ...]] = {}         # robots of a robot's groups
+        self._peers: dict[int, tuple[int, ...]] = {}  # robots of a robot's groups
         for group in groups:
             for robot_id in group.members:
                 self._peers[robot_id] = tuple(sorted({*self._peers.get(robot_id, ()), *group.members}))
@@ -57,8 +58,13 @@ class Known:
         key = robot_id, mission, slow
         if key not in self._takes:
             meant = self.mission(mission, robot_id)
-            self._takes[key] = None if meant is None or not self.has(robot_id, mission) else estimates.takes(
-                self.usual(robot_id, meant), self.of_any(meant, self._peers.get(robot_id, (robot_id,))), slow=slow)
+            self._takes[key] = (
+                None
+                if meant is None or not self.has(robot_id, mission)
+                else estimates.takes(
+                    self.usual(robot_id, meant), self.of_any(meant, self._peers.get(robot_id, (robot_id,))), slow=slow
+                )
+            )
         return self._takes[key]
 
     def _learned(self, robot_id: int, guid: str) -> DurationEstimate | None:

@@ -2,6 +2,7 @@
 
 A run is assumed to last as long as the 90th percentile of the latest runs or, without any, as a person typed it; else five minutes.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
@@ -12,19 +13,20 @@ from app.domain.models import DurationEstimate, Schedule
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
 
-ASSUMED_S = 300.0            # length of a run whose duration is not known
+ASSUMED_S = 300.0  # length of a run whose duration is not known
 STEP = timedelta(minutes=5)  # between the times that are tried when a free one is searched for
 FURTHEST = timedelta(hours=4)
-NEAR = 16                    # runs of a schedule that are stepped through one by one before the search is restarted at the wanted time
+NEAR = 16  # runs of a schedule that are stepped through one by one before the search is restarted at the wanted time
 
 
 @dataclass(frozen=True)
 class Other:
     """Another schedule of the robot, and how long its runs take."""
+
     schedule: Schedule
     mission: str
     usual: DurationEstimate | None
-    skipped: Collection[datetime] = ()       # its starts that are left out
+    skipped: Collection[datetime] = ()  # its starts that are left out
 
     @property
     def lasts(self) -> timedelta:
@@ -34,7 +36,8 @@ class Other:
 @dataclass(frozen=True)
 class RunConflict:
     """Two runs at one time. ``likely`` is the share of runs that took long enough for it, None where that is not known."""
-    at: datetime             # UTC, of the draft's start
+
+    at: datetime  # UTC, of the draft's start
     other: Other
     begins: datetime
     likely: float | None
@@ -51,16 +54,24 @@ def lasts(usual: DurationEstimate | None) -> timedelta:
     return timedelta(seconds=usual.slow_s if usual else ASSUMED_S)
 
 
-Near = Sequence[tuple[Other, datetime]]      # runs of others, by when they begin
+Near = Sequence[tuple[Other, datetime]]  # runs of others, by when they begin
 
 
-def nearby(starts: Sequence[Occurrence], usual: DurationEstimate | None, others: Sequence[Other], calendar: WorkingCalendar) -> list[Near]:
+def nearby(
+    starts: Sequence[Occurrence], usual: DurationEstimate | None, others: Sequence[Other], calendar: WorkingCalendar
+) -> list[Near]:
     """For each start, earliest first: the runs of others as far around it as it may be shifted."""
     beyond = FURTHEST + lasts(usual)
     walks = [(other, FURTHEST + other.lasts, _Walk(other.schedule, calendar)) for other in others]
-    return [[(other, begins) for other, before, walk in walks for begins in walk.between(start.instant - before, start.instant + beyond)
-             if begins not in other.skipped]
-            for start in starts]
+    return [
+        [
+            (other, begins)
+            for other, before, walk in walks
+            for begins in walk.between(start.instant - before, start.instant + beyond)
+            if begins not in other.skipped
+        ]
+        for start in starts
+    ]
 
 
 class _Walk:
@@ -88,7 +99,9 @@ class _Walk:
         return (found.instant for found in occurrences(self._schedule, instant, self._calendar))
 
 
-def conflicts(starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near]) -> Iterator[RunConflict]:
+def conflicts(
+    starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near]
+) -> Iterator[RunConflict]:
     """Earliest first, at most one for each start: with the run that is in progress then, else with the first that begins before it ends."""
     mine = lasts(usual)
     for start, others in zip(starts, near, strict=True):
@@ -99,30 +112,44 @@ def conflicts(starts: Sequence[Occurrence], usual: DurationEstimate | None, near
             yield RunConflict(at, other, begins, _likely(at, usual, other.usual, begins))
 
 
-def _likely(at: datetime, usual: DurationEstimate | None, others: DurationEstimate | None, begins: datetime) -> float | None:
+def _likely(
+    at: datetime, usual: DurationEstimate | None, others: DurationEstimate | None, begins: datetime
+) -> float | None:
     if begins == at:
         return 1.0
     earlier = others if begins < at else usual
     return earlier.share_over(abs((at - begins).total_seconds())) if earlier and not earlier.typed else None
 
 
-HasRoom = Callable[[int, datetime, datetime], bool]      # for a start, by its number, from when to when
+HasRoom = Callable[[int, datetime, datetime], bool]  # for a start, by its number, from when to when
 
 
-def free_shift(starts: Sequence[Occurrence], usual: DurationEstimate | None, near: Sequence[Near], now: datetime,
-               has_room: HasRoom | None = None) -> timedelta | None:
+def free_shift(
+    starts: Sequence[Occurrence],
+    usual: DurationEstimate | None,
+    near: Sequence[Near],
+    now: datetime,
+    has_room: HasRoom | None = None,
+) -> timedelta | None:
     """The smallest shift of all these starts, on their own days and to come, at which no other run is in the way and whatever else they
     want has room; None: none is found."""
     mine = lasts(usual)
-    busy = [(start, [(begins - mine, begins + other.lasts) for other, begins in others])
-            for start, others in zip(starts, near, strict=True)]
+    busy = [
+        (start, [(begins - mine, begins + other.lasts) for other, begins in others])
+        for start, others in zip(starts, near, strict=True)
+    ]
     for n in range(1, int(FURTHEST / STEP) + 1):
         for shift in (n * STEP, -n * STEP):
-            if any((start.nominal + shift).date() != start.nominal.date() or start.instant + shift <= now for start in starts):
+            if any(
+                (start.nominal + shift).date() != start.nominal.date() or start.instant + shift <= now
+                for start in starts
+            ):
                 continue
             if any(after < start.instant + shift < until for start, taken in busy for after, until in taken):
                 continue
-            if has_room is None or all(has_room(number, start.instant + shift, start.instant + shift + mine)
-                                       for number, start in enumerate(starts)):
+            if has_room is None or all(
+                has_room(number, start.instant + shift, start.instant + shift + mine)
+                for number, start in enumerate(starts)
+            ):
                 return shift
     return None

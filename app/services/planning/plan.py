@@ -1,4 +1,5 @@
 """What will run: the occurrences of all schedules in a period, the next few, and those of a schedule that is not saved yet."""
+
 from __future__ import annotations
 
 import heapq
@@ -27,15 +28,24 @@ from app.services.planning.working_days import WorkingCalendar, working_calendar
 __all__ = ["LONGEST_RUN", "MOMENT", "MOST", "Conflict", "Plan", "Planned", "PlannedRun"]
 
 MOMENT = timedelta(microseconds=1)
-MOST = 100_000                  # occurrences in one span: what takes half a second and 30 MB
+MOST = 100_000  # occurrences in one span: what takes half a second and 30 MB
 WEEK = timedelta(days=7)
-LONGEST_RUN = timedelta(hours=12)        # of a run that is still under way when a span begins
+LONGEST_RUN = timedelta(hours=12)  # of a run that is still under way when a span begins
 
 
 class Plan:
-    def __init__(self, db: Database, *, schedules: ScheduleRepository, robots: RobotRepository, missions: MissionRepository,
-                 executions: ExecutionRepository, settings: SettingsRepository, clock: Clock,
-                 seen: Seen = NOTHING_SEEN) -> None:
+    def __init__(
+        self,
+        db: Database,
+        *,
+        schedules: ScheduleRepository,
+        robots: RobotRepository,
+        missions: MissionRepository,
+        executions: ExecutionRepository,
+        settings: SettingsRepository,
+        clock: Clock,
+        seen: Seen = NOTHING_SEEN,
+    ) -> None:
         self._db, self._schedules, self._robots, self._missions = db, schedules, robots, missions
         self._executions, self._settings, self._clock, self._seen = executions, settings, clock, seen
 
@@ -47,7 +57,10 @@ class Plan:
         start = max(start, now)
         reading = _Reading(self, start, now, end)
         foreseen, last = reading.foreseen, reading.before or end
-        streams = [takewhile(lambda run: run.at < last, (run for run in stream if run.at >= now)) for stream in reading.streams(start, now)]
+        streams = [
+            takewhile(lambda run: run.at < last, (run for run in stream if run.at >= now))
+            for stream in reading.streams(start, now)
+        ]
         runs, more = list[PlannedRun](), dict[int, datetime]()
         while streams and (share := (most - len(runs)) // len(streams)):
             taken = [(stream, list(islice(stream, share))) for stream in streams]
@@ -59,9 +72,16 @@ class Plan:
         known_until = min(more.values(), default=last)
         conflicts = reading.conflicts(runs, start, known_until)
         if foreseen is not None:
-            runs = [run for run in foreseen.of(runs, known_until) if run.at < end and (run.at >= start or _reaches(run, start))]
-        return Planned(tuple(runs), {key: at for key, at in more.items() if at < end},
-                       tuple(conflict for conflict in conflicts if conflict.at < end))
+            runs = [
+                run
+                for run in foreseen.of(runs, known_until)
+                if run.at < end and (run.at >= start or _reaches(run, start))
+            ]
+        return Planned(
+            tuple(runs),
+            {key: at for key, at in more.items() if at < end},
+            tuple(conflict for conflict in conflicts if conflict.at < end),
+        )
 
     def until(self, end: datetime) -> Iterator[PlannedRun]:
         """Every occurrence from now on and before ``end``, in order, however many; those of groups without a robot."""
@@ -113,8 +133,11 @@ class _Reading:
         self._groups = {group.id: group for group in GroupRepository().all(c) if group.id in used} if used else {}
         self._known = Known(c, self._groups.values(), plan._seen)
         self._skips, self._kept_back = plan._schedules.skips_from(c, now), plan._schedules.skips_from(c, now, held=True)
-        self.foreseen = Foreseen(c, self._known, self._groups, self._robots, settings, now, start,
-                                 plan._seen) if self._groups else None
+        self.foreseen = (
+            Foreseen(c, self._known, self._groups, self._robots, settings, now, start, plan._seen)
+            if self._groups
+            else None
+        )
 
     def streams(self, start: datetime | None = None, earliest: datetime | None = None) -> list[Iterator[PlannedRun]]:
         """Of each enabled schedule, in order of time: from ``start`` on (where robots of groups are concerned, from where the forecast
@@ -129,18 +152,26 @@ class _Reading:
                 begin = min(start, self.foreseen.origin)
             if begin is not None and usual is not None:
                 begin = max(begin - min(timedelta(seconds=usual.slow_s), LONGEST_RUN), earliest or begin)
-            is_lacking = isinstance(target, Group) and self.foreseen is not None and self.foreseen.is_lacking(target, mission.name)
+            is_lacking = (
+                isinstance(target, Group)
+                and self.foreseen is not None
+                and self.foreseen.is_lacking(target, mission.name)
+            )
             runs = _runs(schedule, target, mission, usual, self._calendar, begin, is_lacking)
             streams.append(run for run in marked(runs, self._kept_back) if (run.schedule.id, run.at) not in self._skips)
         return streams
 
     def conflicts(self, runs: Sequence[PlannedRun], start: datetime, last: datetime) -> list[Conflict]:
         """Of these runs, in order of time, that are planned from ``start`` (with groups from where the forecast begins) to ``last``."""
-        places = {place.id: (place.name, place.most, frozenset(self._known.missions[one].name for one in place.missions))
-                  for place in PlaceRepository().all(self._c)}
+        places = {
+            place.id: (place.name, place.most, frozenset(self._known.missions[one].name for one in place.missions))
+            for place in PlaceRepository().all(self._c)
+        }
         members = self.foreseen.members if self.foreseen else {}
         since = min(start, self.foreseen.origin) if self.foreseen else start
-        return plan_conflicts(runs, Shared({key: (group, members[key]) for key, group in self._groups.items()}, places), since, last)
+        return plan_conflicts(
+            runs, Shared({key: (group, members[key]) for key, group in self._groups.items()}, places), since, last
+        )
 
     def _target(self, schedule: Schedule) -> Robot | Group | None:
         """None where nobody of it is switched on."""
@@ -159,8 +190,15 @@ def _reaches(run: PlannedRun, start: datetime) -> bool:
     return run.slow_s is not None and run.begins + min(timedelta(seconds=run.slow_s), LONGEST_RUN) >= start
 
 
-def _runs(schedule: Schedule, target: Robot | Group, mission: Mission, usual: DurationEstimate | None, calendar: WorkingCalendar,
-          start: datetime | None, is_lacking: bool) -> Iterator[PlannedRun]:
+def _runs(
+    schedule: Schedule,
+    target: Robot | Group,
+    mission: Mission,
+    usual: DurationEstimate | None,
+    calendar: WorkingCalendar,
+    start: datetime | None,
+    is_lacking: bool,
+) -> Iterator[PlannedRun]:
     first = schedule.next_at
     if first is None:
         return

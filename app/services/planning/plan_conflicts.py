@@ -2,6 +2,7 @@
 
 It rests on planned instants and usual durations alone, so that whatever is said is true however much of the plan is looked at.
 """
+
 from __future__ import annotations
 
 from collections import defaultdict
@@ -20,6 +21,7 @@ from app.services.planning.planned import Conflict, PlannedRun
 @dataclass(frozen=True)
 class Shared:
     """What runs share, by id. ``groups``: each with its robots that are switched on; ``places``: name, room and names of its missions."""
+
     groups: Mapping[int, tuple[Group, Sequence[int]]]
     places: Mapping[int, tuple[str, int, frozenset[str]]]
 
@@ -56,19 +58,29 @@ def _too_few(runs: Sequence[PlannedRun], shared: Shared, since: datetime, last: 
             continue
         spans += [span for robot_id in robots for span in joined(of_robot.get(robot_id, ()))]
         for at, details in _crowds(spans, len(robots), last):
-            yield Conflict(ConflictCode.TOO_FEW_ROBOTS, at, {"group": group.name, "group_id": group.id, "robots": len(robots), **details})
+            yield Conflict(
+                ConflictCode.TOO_FEW_ROBOTS,
+                at,
+                {"group": group.name, "group_id": group.id, "robots": len(robots), **details},
+            )
 
 
 def _places(runs: Sequence[PlannedRun], shared: Shared, since: datetime, last: datetime) -> Iterator[Conflict]:
     for place_id, (name, room, missions) in shared.places.items():
         spans = [_span(run) for run in runs if run.mission.name in missions]
         for at, details in _crowds(spans, room, last):
-            yield Conflict(ConflictCode.PLACE_FULL, at, {"place": name, "place_id": place_id, "most": room, "missions": missions,
-                                                           **details})
+            yield Conflict(
+                ConflictCode.PLACE_FULL,
+                at,
+                {"place": name, "place_id": place_id, "most": room, "missions": missions, **details},
+            )
         for hour, percent in _crowded_hours(spans, room):
             if hour >= since and hour + HOUR <= last:
-                yield Conflict(ConflictCode.PLACE_CROWDED, hour, {"place": name, "place_id": place_id, "percent": percent,
-                                                                  "until": hour + HOUR})
+                yield Conflict(
+                    ConflictCode.PLACE_CROWDED,
+                    hour,
+                    {"place": name, "place_id": place_id, "percent": percent, "until": hour + HOUR},
+                )
 
 
 def _crowded_hours(spans: Iterable[Span], room: int) -> Iterator[tuple[datetime, int]]:
@@ -98,12 +110,22 @@ def _behind(runs: Sequence[PlannedRun], shared: Shared) -> Iterator[Conflict]:
     for run in runs:
         if (robot_id := _only_robot(run, shared)) is None:
             continue
-        those = going_on[robot_id] = [one for one in going_on[robot_id] if one.at + timedelta(seconds=one.quick_s or 0.0) > run.at]
+        those = going_on[robot_id] = [
+            one for one in going_on[robot_id] if one.at + timedelta(seconds=one.quick_s or 0.0) > run.at
+        ]
         for one in those:
             if one.at < run.at and one.schedule.priority < run.schedule.priority:
-                yield Conflict(ConflictCode.CRITICAL_BEHIND, one.at, {
-                    "mission": one.mission.name, "behind": run.mission.name, "robot": run.robot.name, "start": run.at,
-                    "schedule_id": one.schedule.id})
+                yield Conflict(
+                    ConflictCode.CRITICAL_BEHIND,
+                    one.at,
+                    {
+                        "mission": one.mission.name,
+                        "behind": run.mission.name,
+                        "robot": run.robot.name,
+                        "start": run.at,
+                        "schedule_id": one.schedule.id,
+                    },
+                )
         those.append(run)
 
 
@@ -122,5 +144,13 @@ def _finish_by(runs: Sequence[PlannedRun]) -> Iterator[Conflict]:
         if minutes is None or run.usual_s is None or run.usual_s <= minutes * 60 or run.schedule.id in told:
             continue
         told.add(run.schedule.id)
-        yield Conflict(ConflictCode.FINISH_BY_SHORT, run.at, {"mission": run.mission.name, "minutes": minutes,
-                                                              "usual_minutes": ceil(run.usual_s / 60), "schedule_id": run.schedule.id})
+        yield Conflict(
+            ConflictCode.FINISH_BY_SHORT,
+            run.at,
+            {
+                "mission": run.mission.name,
+                "minutes": minutes,
+                "usual_minutes": ceil(run.usual_s / 60),
+                "schedule_id": run.schedule.id,
+            },
+        )

@@ -1,4 +1,5 @@
 """Starts to come, as they are planned."""
+
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
@@ -10,25 +11,26 @@ from app.domain.conflicts import ConflictCode
 from app.domain.models import Group, Mission, Robot, Schedule
 from app.services.planning.overlaps import ASSUMED_S
 
-Lane = int | tuple[str, int]             # of a timeline: a robot's id, or ("group", its id)
+Lane = int | tuple[str, int]  # of a timeline: a robot's id, or ("group", its id)
 
 
 @dataclass(frozen=True)
 class PlannedRun:
     """One occurrence to come. Of a group ``robot`` is the one that the forecast chooses or, where it finds none, nobody: without an id,
     under the group's name."""
-    at: datetime                # UTC
+
+    at: datetime  # UTC
     schedule: Schedule
     robot: Robot
     mission: Mission
-    usual_s: float | None       # median of the last completed runs on this robot, or what was typed; None: not known yet
-    slow_s: float | None = None # what nine of ten of them stayed under
-    typed: bool = False         # no run has been measured yet
+    usual_s: float | None  # median of the last completed runs on this robot, or what was typed; None: not known yet
+    slow_s: float | None = None  # what nine of ten of them stayed under
+    typed: bool = False  # no run has been measured yet
     group: Group | None = None
-    begins_at: datetime | None = None    # of a group's: when the forecast has a robot for it; None: it has none
-    quick_s: float | None = None         # what nine of ten of the last runs took at least; None: not known
-    lacking: bool = False                # no robot of the group has the mission, as far as is known
-    kept_back: bool = False              # a person keeps it back when its time has come
+    begins_at: datetime | None = None  # of a group's: when the forecast has a robot for it; None: it has none
+    quick_s: float | None = None  # what nine of ten of the last runs took at least; None: not known
+    lacking: bool = False  # no robot of the group has the mission, as far as is known
+    kept_back: bool = False  # a person keeps it back when its time has come
 
     @property
     def is_approximate(self) -> bool:
@@ -78,6 +80,7 @@ def nobody(group: Group) -> Robot:
 @dataclass(frozen=True)
 class Conflict:
     """``at``: of which moment it is true. ``details``: the numbers of its sentence (``app.domain.conflicts``), and ids."""
+
     code: ConflictCode
     at: datetime
     details: Mapping[str, Any] = field(default_factory=dict)
@@ -87,6 +90,7 @@ class Conflict:
 class Planned:
     """Occurrences in order of time. ``more``: from when on a schedule has further ones in that span, by its id: too many to be computed.
     ``conflicts``: of groups, places and what matters more, in order of time."""
+
     runs: tuple[PlannedRun, ...] = ()
     more: Mapping[int, datetime] = field(default_factory=dict)
     conflicts: tuple[Conflict, ...] = ()

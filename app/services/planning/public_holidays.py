@@ -2,6 +2,7 @@
 
 It is imported when the first date is asked for, never at start: most plants choose no country, and reading it takes a third of a second.
 """
+
 from __future__ import annotations
 
 import logging
@@ -15,7 +16,7 @@ from app.domain.models import InvalidInput
 log = logging.getLogger(__name__)
 
 NONE: Mapping[date, str] = MappingProxyType({})
-YEARS = range(1950, 2100)                # for others the library is not reliable
+YEARS = range(1950, 2100)  # for others the library is not reliable
 
 
 @lru_cache(maxsize=1)
@@ -24,8 +25,10 @@ def countries() -> Mapping[str, str]:
     from holidays.registry import COUNTRIES
 
     small = {"and", "of", "the"}
-    names = {entry[1]: " ".join(word if word in small else word.capitalize() for word in module.split("_"))
-             for module, entry in COUNTRIES.items()}
+    names = {
+        entry[1]: " ".join(word if word in small else word.capitalize() for word in module.split("_"))
+        for module, entry in COUNTRIES.items()
+    }
     return MappingProxyType(dict(sorted(names.items(), key=lambda item: item[1])))
 
 
@@ -49,7 +52,9 @@ def check(country: str, subdivision: str) -> None:
     if country and country not in countries():
         raise InvalidInput("holiday_country", "the public holidays of {country} are not known here", country=country)
     if subdivision and subdivision not in subdivisions(country):
-        raise InvalidInput("holiday_subdivision", "{country} has no region {region}", country=country or "–", region=subdivision)
+        raise InvalidInput(
+            "holiday_subdivision", "{country} has no region {region}", country=country or "–", region=subdivision
+        )
 
 
 @lru_cache(maxsize=512)
@@ -64,7 +69,7 @@ def of_year(country: str, subdivision: str, year: int, language: str) -> Mapping
         spoken = _language(known.supported_languages, language) or known.default_language
         found = holidays.country_holidays(country, subdiv=subdivision or None, years=year, language=spoken)
         return MappingProxyType({day: name for day, name in sorted(found.items()) if day.year == year})
-    except Exception:        # another version of the library may know less; a schedule must still find its next start
+    except Exception:  # another version of the library may know less; a schedule must still find its next start
         log.exception("No public holidays of %s %s in %s", country, subdivision, year)
         return NONE
 

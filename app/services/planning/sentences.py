@@ -1,4 +1,5 @@
 """What a schedule does, in one sentence: "Every Mon, Wed, Fri at 06:30". English msgids with named placeholders."""
+
 from __future__ import annotations
 
 from calendar import monthrange
@@ -14,16 +15,33 @@ from app.services.planning.recurrence import Frequency, Recurrence, months_of
 LEAP_YEAR, LEAP_DAY = 2028, 29
 
 _WEEKDAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
-_MONTHS = ("January", "February", "March", "April", "May", "June", "July", "August", "September", "October", "November", "December")
-_ORDINALS = MappingProxyType({1: "first", 2: "second", 3: "third", 4: "fourth", 5: "fifth", -1: "last", -2: "last but one"})
-_EVERY = MappingProxyType({
-    Frequency.MINUTELY: ("Every minute", "Every {number} minutes"),
-    Frequency.HOURLY: ("Every hour", "Every {number} hours"),
-    Frequency.DAILY: ("Every day", "Every {number} days"),
-    Frequency.WEEKLY: ("Every {days}", "Every {number} weeks on {days}"),
-    Frequency.MONTHLY: ("Every month on {days}", "Every {number} months on {days}"),
-    Frequency.YEARLY: ("Every year on {days}", "Every {number} years on {days}"),
-})
+_MONTHS = (
+    "January",
+    "February",
+    "March",
+    "April",
+    "May",
+    "June",
+    "July",
+    "August",
+    "September",
+    "October",
+    "November",
+    "December",
+)
+_ORDINALS = MappingProxyType(
+    {1: "first", 2: "second", 3: "third", 4: "fourth", 5: "fifth", -1: "last", -2: "last but one"}
+)
+_EVERY = MappingProxyType(
+    {
+        Frequency.MINUTELY: ("Every minute", "Every {number} minutes"),
+        Frequency.HOURLY: ("Every hour", "Every {number} hours"),
+        Frequency.DAILY: ("Every day", "Every {number} days"),
+        Frequency.WEEKLY: ("Every {days}", "Every {number} weeks on {days}"),
+        Frequency.MONTHLY: ("Every month on {days}", "Every {number} months on {days}"),
+        Frequency.YEARLY: ("Every year on {days}", "Every {number} years on {days}"),
+    }
+)
 
 
 def sentence(schedule: Schedule, translate: Translate = lambda text: text) -> str:
@@ -57,12 +75,19 @@ class _Words:
     def sentence(self) -> str:
         start, rule = self._schedule.start, self._rule
         if rule.frequency is Frequency.ONCE:
-            return self._say("Once on {day} at {time}", day=writing.day_in_words(start, self._translate), time=self._time(start))
+            return self._say(
+                "Once on {day} at {time}", day=writing.day_in_words(start, self._translate), time=self._time(start)
+            )
         head = self._every()
         if not rule.frequency.is_sub_daily:
             head = self._say("{every} at {times}", every=head, times=self._times())
         elif between := self._schedule.between:
-            head = self._say("{every} from {start} to {end}", every=head, start=self._time(between.start), end=self._time(between.end))
+            head = self._say(
+                "{every} from {start} to {end}",
+                every=head,
+                start=self._time(between.start),
+                end=self._time(between.end),
+            )
         working_days = [self._say("on working days only")] if self._schedule.respect_working_days else []
         return ", ".join([head, *self._limits(), *self.left_out(), *self._end(), *working_days])
 
@@ -86,21 +111,36 @@ class _Words:
         days = [self._translate(_WEEKDAYS[day]) for n, day in weekdays if n == 0]
         if [day for n, day in weekdays if n == 0] == [0, 1, 2, 3, 4]:
             days = [f"{days[0]}–{days[-1]}"]
-        return self._list(days + [self._say("the {which} {weekday}", which=self._ordinal(n), weekday=self._translate(_WEEKDAYS[day]))
-                                  for n, day in weekdays if n])
+        return self._list(
+            days
+            + [
+                self._say("the {which} {weekday}", which=self._ordinal(n), weekday=self._translate(_WEEKDAYS[day]))
+                for n, day in weekdays
+                if n
+            ]
+        )
 
     def _ordinal(self, number: int) -> str:
-        return self._translate(_ORDINALS[number]) if number in _ORDINALS else self._say("number {number}", number=number)
+        return (
+            self._translate(_ORDINALS[number]) if number in _ORDINALS else self._say("number {number}", number=number)
+        )
 
     def _month_day(self, day: int) -> str:
         if day == -1:
             return self._say("the last day")
-        return self._say("day {day}", day=day) if day > 0 else self._say("{number} days before the last", number=-day - 1)
+        return (
+            self._say("day {day}", day=day) if day > 0 else self._say("{number} days before the last", number=-day - 1)
+        )
 
     def _times(self) -> str:
         rule, start = self._rule, self._schedule.start
-        return self._list([self._time(time(hour, minute))
-                           for hour in rule.hours or (start.hour,) for minute in rule.minutes or (start.minute,)])
+        return self._list(
+            [
+                self._time(time(hour, minute))
+                for hour in rule.hours or (start.hour,)
+                for minute in rule.minutes or (start.minute,)
+            ]
+        )
 
     def _time(self, at: datetime | time) -> str:
         return writing.time_of_day(at, self._translate)
@@ -113,12 +153,20 @@ class _Words:
         if rule.month_days and rule.frequency in (Frequency.MINUTELY, Frequency.HOURLY, Frequency.DAILY):
             said.append(self._say("on {days}", days=self._list([self._month_day(day) for day in rule.month_days])))
         if rule.months:
-            said.append(self._say("in {months}", months=self._list([self._translate(_MONTHS[month - 1]) for month in rule.months])))
+            said.append(
+                self._say(
+                    "in {months}", months=self._list([self._translate(_MONTHS[month - 1]) for month in rule.months])
+                )
+            )
         if rule.frequency.is_sub_daily:
             if rule.hours:
                 said.append(self._say("in the hours {hours}", hours=self._list([f"{hour:02}" for hour in rule.hours])))
             if rule.minutes:
-                said.append(self._say("at the minutes {minutes}", minutes=self._list([f"{minute:02}" for minute in rule.minutes])))
+                said.append(
+                    self._say(
+                        "at the minutes {minutes}", minutes=self._list([f"{minute:02}" for minute in rule.minutes])
+                    )
+                )
         return said
 
     def left_out(self) -> list[str]:
@@ -131,7 +179,11 @@ class _Words:
         never = [month for month in months if monthrange(LEAP_YEAR, month)[1] < earliest]
         if earliest == LEAP_DAY and 2 in months:
             return [self._say("in leap years only") if months == [2] else self._say("in February in leap years only")]
-        return [self._say("not in {months}", months=self._list([self._translate(_MONTHS[month - 1]) for month in never]))] if never else []
+        return (
+            [self._say("not in {months}", months=self._list([self._translate(_MONTHS[month - 1]) for month in never]))]
+            if never
+            else []
+        )
 
     def _end(self) -> list[str]:
         rule = self._rule

@@ -1,4 +1,5 @@
 """What the plan wants by now of a start that no robot has: edits come while it waits, is on its way or in doubt, or after it has ended."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -15,12 +16,28 @@ from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Rob
 from app.services.planning.first_due import first_due
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
-_FOLLOWS = ("schedule", "mission", "mission_guid", "parameters", "priority", "minimum_battery_percent", "closes_at", "finish_by")
+_FOLLOWS = (
+    "schedule",
+    "mission",
+    "mission_guid",
+    "parameters",
+    "priority",
+    "minimum_battery_percent",
+    "closes_at",
+    "finish_by",
+)
 _MISSIONS = MissionRepository()
 
 
-def as_defined(c: sqlite3.Connection, row: Execution, schedule: Schedule, target: Robot | Group, mission: Mission, settings: Settings,
-               install_id: str) -> dict[str, Any]:
+def as_defined(
+    c: sqlite3.Connection,
+    row: Execution,
+    schedule: Schedule,
+    target: Robot | Group,
+    mission: Mission,
+    settings: Settings,
+    install_id: str,
+) -> dict[str, Any]:
     """The columns that make it run as its schedule is defined now. Of a group: a robot that it was given to has its own mission of that
     name, for another mission all robots may be asked anew, and where a person has put it before others it stays there."""
     made = rules.scheduled(schedule, target, mission, settings, install_id, row.planned_at, row.created_at)
@@ -45,7 +62,7 @@ def changed_since(c: sqlite3.Connection, row: Execution) -> dict[str, Any] | Non
     if schedule is None or not _is_for(row, schedule):
         return None
     target, mission = target_of(c, schedule), _MISSIONS.get(c, schedule.mission_id)
-    if target is None or mission is None:         # foreign keys prevent that
+    if target is None or mission is None:  # foreign keys prevent that
         return None
     settings = SettingsRepository()
     columns = as_defined(c, row, schedule, target, mission, settings.load(c), settings.install_id(c))
@@ -67,7 +84,11 @@ def why_unwanted(c: sqlite3.Connection, row: Execution) -> Reason | None:
     if schedule.paused_until is not None and schedule.is_paused(row.planned_at):
         return Reason(ReasonCode.HOLD, {"paused_until": schedule.paused_until.isoformat()})
     settings = SettingsRepository().load(c)
-    return None if is_planned(row, schedule, settings, working_calendar(c, settings)) else Reason(ReasonCode.SCHEDULE_CHANGED)
+    return (
+        None
+        if is_planned(row, schedule, settings, working_calendar(c, settings))
+        else Reason(ReasonCode.SCHEDULE_CHANGED)
+    )
 
 
 def _schedule_of(c: sqlite3.Connection, row: Execution) -> Schedule | None:

@@ -3,6 +3,7 @@
 Exceptions beat the weekly rule: own days, and below them the public holidays of the chosen country. Of two own exceptions on one day the
 shorter one holds, then the newer one, so that a working Saturday can be inside closed summer weeks.
 """
+
 from __future__ import annotations
 
 import sqlite3
@@ -20,6 +21,7 @@ DAY = timedelta(days=1)
 
 class Ground(StrEnum):
     """What decides whether a day is a working day."""
+
     WEEK = "week"
     HOLIDAY = "holiday"
     OWN = "own"
@@ -28,6 +30,7 @@ class Ground(StrEnum):
 @dataclass(frozen=True)
 class DayStatus:
     """One day. ``name`` is that of the exception; empty where the weekly rule holds."""
+
     is_working: bool
     name: str = ""
     ground: Ground = Ground.WEEK
@@ -66,8 +69,10 @@ class WorkingCalendar:
     def _of_year(self, year: int) -> dict[date, DayStatus]:
         days = self._years.get(year)
         if days is None:
-            days = {day: DayStatus(False, name, Ground.HOLIDAY)
-                    for day, name in public_holidays.of_year(*self._national, year, self._language).items()}
+            days = {
+                day: DayStatus(False, name, Ground.HOLIDAY)
+                for day, name in public_holidays.of_year(*self._national, year, self._language).items()
+            }
             for exception in self.exceptions:
                 status = DayStatus(exception.is_working, exception.name, Ground.OWN, exception.id)
                 days.update((day, status) for day in days_of(exception, year))

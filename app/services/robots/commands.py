@@ -3,6 +3,7 @@
 Called on background threads, never on the UI's; every call talks to the robot on a connection of its own, so it doesn't wait behind a poll.
 Problems with the robot are raised as RobotError with one sentence.
 """
+
 from __future__ import annotations
 
 import logging
@@ -19,7 +20,19 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Execution, Group, HandOver, InvalidInput, Mission, Reason, ReasonCode, Robot, Settings, State, Trigger
+from app.domain.models import (
+    Execution,
+    Group,
+    HandOver,
+    InvalidInput,
+    Mission,
+    Reason,
+    ReasonCode,
+    Robot,
+    Settings,
+    State,
+    Trigger,
+)
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState
 from app.mir.address import Address
 from app.mir.client import RobotClient
@@ -38,46 +51,88 @@ from app.services.live.mission_parameters import MissionParameters
 
 log = logging.getLogger(__name__)
 
-MOST_TOLD = 20               # starts in one line of the log
+MOST_TOLD = 20  # starts in one line of the log
 
 ClientFactory = Callable[[Robot], RobotClient]
 
 
 class Operator:
-    def __init__(self, db: Database, *, robots: RobotRepository, missions: MissionRepository, ledger: Ledger, clock: Clock, engine: Engine,
-                 holds: Holds, clearing: Clearing, settings: Callable[[], Settings], make_client: ClientFactory,
-                 parameters: MissionParameters, leave_paused: Callable[[int], None], answered: Callable[[int, str, str], None]) -> None:
+    def __init__(
+        self,
+        db: Database,
+        *,
+        robots: RobotRepository,
+        missions: MissionRepository,
+        ledger: Ledger,
+        clock: Clock,
+        engine: Engine,
+        holds: Holds,
+        clearing: Clearing,
+        settings: Callable[[], Settings],
+        make_client: ClientFactory,
+        parameters: MissionParameters,
+        leave_paused: Callable[[int], None],
+        answered: Callable[[int, str, str], None],
+    ) -> None:
         """``answered`` is called with robot, question (its guid) and answer that the robot has taken."""
         self._db, self._robots, self._missions = db, robots, missions
-        self._ledger, self._clock, self._engine, self._settings, self._make_client = ledger, clock, engine, settings, make_client
+        self._ledger, self._clock, self._engine, self._settings, self._make_client = (
+            ledger,
+            clock,
+            engine,
+            settings,
+            make_client,
+        )
         self._holds, self._clearing, self._parameters, self._leave_paused = holds, clearing, parameters, leave_paused
         self._answered = answered
 
     # ------------------------------------------------------------------ missions
-    def run_now(self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None) -> Execution:
+    def run_now(
+        self, robot_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None
+    ) -> Execution:
         """Submit a mission at once, whatever its constraints are. ``token`` is made per press, so a press that arrives twice runs once.
         Raises InvalidInput, also where the data was copied from another tablet: it must not wait here until the plan moves."""
         robot, mission = self._usable(robot_id), self._mission(mission_id)
         self._check_parameters(mission, parameters or {}, [(robot, mission.guid)])
-        return self._start(robot, mission, parameters or {}, token, HIGH if robot.hand_over is HandOver.WHEN_FREE else 0)
+        return self._start(
+            robot, mission, parameters or {}, token, HIGH if robot.hand_over is HandOver.WHEN_FREE else 0
+        )
 
-    def run_on_any(self, group_id: int, mission_id: int, parameters: Mapping[str, Any] | None = None, token: str | None = None, *,
-                   priority: int = HIGH) -> Execution:
+    def run_on_any(
+        self,
+        group_id: int,
+        mission_id: int,
+        parameters: Mapping[str, Any] | None = None,
+        token: str | None = None,
+        *,
+        priority: int = HIGH,
+    ) -> Execution:
         """The same on whichever robot of a group will be done first; before what is planned with a lower priority. It waits as long as none
         is free. Raises InvalidInput."""
         group = self._group(group_id)
         mission = self._missions.by_name(self._db.read(), self._mission(mission_id).name)
         if mission is None:
-            raise InvalidInput("mission", "the mission {name} is for one robot only; a group needs one for all robots",
-                               name=self._mission(mission_id).name)
+            raise InvalidInput(
+                "mission",
+                "the mission {name} is for one robot only; a group needs one for all robots",
+                name=self._mission(mission_id).name,
+            )
         self._check_is_no_copy()
-        members = [(robot, self._missions.for_robot(self._db.read(), mission.name, robot.id)) for robot in map(self._robot, group.members)]
-        self._check_parameters(mission, parameters or {}, [(robot, own.guid) for robot, own in members if robot.enabled and own])
+        members = [
+            (robot, self._missions.for_robot(self._db.read(), mission.name, robot.id))
+            for robot in map(self._robot, group.members)
+        ]
+        self._check_parameters(
+            mission, parameters or {}, [(robot, own.guid) for robot, own in members if robot.enabled and own]
+        )
         return self._start(group, mission, parameters or {}, token, priority)
 
-    def _check_parameters(self, mission: Mission, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]]) -> None:
+    def _check_parameters(
+        self, mission: Mission, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]]
+    ) -> None:
         """By what these robots have said of the mission; they are asked where they have not, or would not take it. What can't be found out
         now is found out when it is sent. Raises InvalidInput."""
+
         def checked() -> Checked:
             return check(mission.name, given, robots, lambda robot, guid: self._parameters.known(robot.id, guid))
 
@@ -98,7 +153,9 @@ class Operator:
         else:
             mission = self._missions.by_name(c, row.mission)
         if mission is None:
-            raise InvalidInput("mission", "{robot} has no mission {mission}", robot=row.robot_group or row.robot, mission=row.mission)
+            raise InvalidInput(
+                "mission", "{robot} has no mission {mission}", robot=row.robot_group or row.robot, mission=row.mission
+            )
         if row.group_id is not None:
             return self.run_on_any(row.group_id, mission.id, row.parameters, token)
         return self.run_now(row.robot_id or 0, mission.id, row.parameters, token)
@@ -106,8 +163,14 @@ class Operator:
     def give_to(self, execution_id: int, robot_id: int) -> Execution:
         """A start that waits for a robot of its group goes to this one, into its queue where that is busy. Raises InvalidInput."""
         row, robot, c = self._ledger.get(execution_id), self._usable(robot_id), self._db.read()
-        if row is None or row.group_id is None or row.state is not State.WAITING or row.robot_id is not None or row.held or (
-                self._clearing.keeps_back(row)):
+        if (
+            row is None
+            or row.group_id is None
+            or row.state is not State.WAITING
+            or row.robot_id is not None
+            or row.held
+            or (self._clearing.keeps_back(row))
+        ):
             raise InvalidInput("robot", "it does not wait for a robot any more")
         if robot_id not in self._group(row.group_id).members:
             raise InvalidInput("robot", "{robot} is no robot of {group}", robot=robot.name, group=row.robot_group)
@@ -119,15 +182,21 @@ class Operator:
         if mission is None:
             raise InvalidInput("mission", "{robot} has no mission {mission}", robot=robot.name, mission=row.mission)
         choice = {"by": "person", "robots": [{"robot": robot.name}]}
-        if given := self._ledger.bind([self._ledger.moves.bound(row, robot, mission.guid, choice)], into_queue=[row.id]):
+        if given := self._ledger.bind(
+            [self._ledger.moves.bound(row, robot, mission.guid, choice)], into_queue=[row.id]
+        ):
             return given[0]
         raise InvalidInput("robot", "it has just been given to a robot, or changed")
 
     def prioritise(self, execution_id: int, priority: int) -> Execution:
         """A start that waits for a robot of its group gets another priority. Raises InvalidInput."""
         row = self._ledger.get(execution_id)
-        if row is not None and row.group_id is not None and row.robot_id is None and (
-                changed := self._ledger.make([Move(row, (State.WAITING,), {"priority": priority})])):
+        if (
+            row is not None
+            and row.group_id is not None
+            and row.robot_id is None
+            and (changed := self._ledger.make([Move(row, (State.WAITING,), {"priority": priority})]))
+        ):
             return changed[0]
         raise InvalidInput("priority", "it does not wait for a robot any more")
 
@@ -150,11 +219,27 @@ class Operator:
         barred = {str(row.robot_id): rules.left_out(row.robot, self._clock.now())} if robot_id is None else {}
         return self._start(target, mission, row.parameters, token, max(HIGH, row.priority), barred, instead_of=row)
 
-    def _start(self, target: Robot | Group, mission: Mission, parameters: Mapping[str, Any], token: str | None,
-               priority: int = 0, tried: Mapping[str, Any] = MappingProxyType({}), instead_of: Execution | None = None) -> Execution:
+    def _start(
+        self,
+        target: Robot | Group,
+        mission: Mission,
+        parameters: Mapping[str, Any],
+        token: str | None,
+        priority: int = 0,
+        tried: Mapping[str, Any] = MappingProxyType({}),
+        instead_of: Execution | None = None,
+    ) -> Execution:
         token = token or str(uuid.uuid4())
-        row = rules.one_off(Trigger.MANUAL, target, mission, self._settings(), self._clock.now(), token,
-                            parameters=validation.parameters(parameters), priority=priority)
+        row = rules.one_off(
+            Trigger.MANUAL,
+            target,
+            mission,
+            self._settings(),
+            self._clock.now(),
+            token,
+            parameters=validation.parameters(parameters),
+            priority=priority,
+        )
         execution = self._ledger.add(replace(row, tried=dict(tried)), instead_of) or self._ledger.by_token(token)
         assert execution is not None, "it was added, or is there"
         return execution
@@ -165,7 +250,9 @@ class Operator:
         execution = self._ledger.get(execution_id)
         if execution is None or not execution.state.is_open:
             return execution
-        if execution.state is State.WAITING and (ended := self._ledger.end(execution, Reason(ReasonCode.USER_CANCELLED))):
+        if execution.state is State.WAITING and (
+            ended := self._ledger.end(execution, Reason(ReasonCode.USER_CANCELLED))
+        ):
             return ended
         if execution.queue_id is None or execution.robot_id is None:
             self._ledger.ask_cancel([execution])
@@ -185,8 +272,14 @@ class Operator:
         count = self._ledger.hold(execution_ids, held)
         if count and any(row.held != held for row in waiting):
             names = ", ".join(f"#{row.id} {row.mission!r} on {row.robot!r}" for row in waiting[:MOST_TOLD])
-            log.info("%d of %d starts %s: %s%s", count, len(waiting), "kept back" if held else "let go", names,
-                     f" and {len(waiting) - MOST_TOLD} more" if len(waiting) > MOST_TOLD else "")
+            log.info(
+                "%d of %d starts %s: %s%s",
+                count,
+                len(waiting),
+                "kept back" if held else "let go",
+                names,
+                f" and {len(waiting) - MOST_TOLD} more" if len(waiting) > MOST_TOLD else "",
+            )
         return count
 
     def cancel_item(self, robot_id: int, queue_id: int) -> None:
@@ -218,7 +311,7 @@ class Operator:
 
     # ------------------------------------------------------------------ the robot
     def pause(self, robot_id: int) -> None:
-        self._leave_paused(robot_id)             # a check-up would release it
+        self._leave_paused(robot_id)  # a check-up would release it
         self._set_state(robot_id, RobotState.PAUSE)
 
     def resume(self, robot_id: int) -> None:
@@ -249,11 +342,17 @@ class Operator:
         """
         stored = self._robots.get(self._db.read(), robot.id) if robot.id else None
         pin = robot.certificate_sha256
-        robot = replace(robot, address=Address.parse(robot.address).url, certificate_sha256=normalise_fingerprint(pin) if pin else None,
-                        serial_number=robot.serial_number or (stored.serial_number if stored else None))
+        robot = replace(
+            robot,
+            address=Address.parse(robot.address).url,
+            certificate_sha256=normalise_fingerprint(pin) if pin else None,
+            serial_number=robot.serial_number or (stored.serial_number if stored else None),
+        )
         token = token_for(robot, password, stored)
         if token is None:
-            raise InvalidInput("password", "enter the password: the stored one belongs to another user, address, certificate or robot")
+            raise InvalidInput(
+                "password", "enter the password: the stored one belongs to another user, address, certificate or robot"
+            )
         known_by = (stored.identified_by if stored else None) or IdentifiedBy.SERIAL_NUMBER
         identified_by = IdentifiedBy.ADDRESS if by_address else known_by
         with closing(self._make_client(replace(robot, token=token, identified_by=identified_by))) as client:
@@ -287,7 +386,9 @@ class Operator:
         """One that something may be sent to. Raises InvalidInput."""
         robot = self._robot(robot_id)
         if robot.needs_password:
-            raise InvalidInput("robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name)
+            raise InvalidInput(
+                "robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name
+            )
         if not robot.enabled:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
         self._check_is_no_copy()
@@ -295,7 +396,9 @@ class Operator:
 
     def _check_is_no_copy(self) -> None:
         if self._holds.is_copy is not None:
-            raise InvalidInput("robot", "this data was copied from another tablet: nothing is sent from here before it moves here")
+            raise InvalidInput(
+                "robot", "this data was copied from another tablet: nothing is sent from here before it moves here"
+            )
 
     def _group(self, group_id: int) -> Group:
         if group := GroupRepository().get(self._db.read(), group_id):

@@ -3,6 +3,7 @@
 Robots draw their maps for their own screen and their own planner: large, mostly of ground they never saw, in the greys of an occupancy map
 (wall black, floor white, unknown between). Here it becomes one byte per pixel, how much wall there is, so that a theme can colour it.
 """
+
 from __future__ import annotations
 
 import base64
@@ -18,14 +19,17 @@ from app.domain.message import message
 from app.domain.robot import ENTRIES, MapPosition, Pose, RobotMap
 from app.mir.errors import Unreadable
 
-LARGEST_DECODED = 48 * 1024 * 1024   # bytes of a picture in memory; about twice that is needed to reduce it
-LONGEST_DECODED = 16_384             # px of a side of it: each row costs memory and time of its own, however few pixels are in it
-LONGEST_SIDE = 768                   # px of what is kept: about twice what a card shows, so that thin walls survive being drawn smaller
-WALL_BELOW, FLOOR_ABOVE = 100, 230   # greys of an occupancy map: 0, 254 and 205 for the unknown (ROS map_server; G for robots' pictures)
+LARGEST_DECODED = 48 * 1024 * 1024  # bytes of a picture in memory; about twice that is needed to reduce it
+LONGEST_DECODED = 16_384  # px of a side of it: each row costs memory and time of its own, however few pixels are in it
+LONGEST_SIDE = 768  # px of what is kept: about twice what a card shows, so that thin walls survive being drawn smaller
+WALL_BELOW, FLOOR_ABOVE = (
+    100,
+    230,
+)  # greys of an occupancy map: 0, 254 and 205 for the unknown (ROS map_server; G for robots' pictures)
 UNSEEN_GREY = 205
-UNSEEN = 64                          # how much of a wall's darkness unknown ground gets, of 255
-MARGIN = 1.0                         # m kept around what is known
-FINEST = 0.001                       # m per pixel; robots' maps have 0.05
+UNSEEN = 64  # how much of a wall's darkness unknown ground gets, of 255
+MARGIN = 1.0  # m kept around what is known
+FINEST = 0.001  # m per pixel; robots' maps have 0.05
 MOST_PLACES = 200
 LONGEST_NAME = 255
 _FORMAT = 1
@@ -34,6 +38,7 @@ _FORMAT = 1
 @dataclass(frozen=True)
 class Place:
     """A named place, in fractions of the picture from its lower left corner."""
+
     name: str
     x: float
     y: float
@@ -43,6 +48,7 @@ class Place:
 class MapPicture:
     """``shade``: one byte per pixel in rows from the bottom up, 0 floor … 255 wall. ``origin``: pose of the lower left corner on the map,
     its orientation in degrees (G: ROS keeps it in radians, robots give degrees everywhere else). ``extent``: width and height in m."""
+
     name: str
     shade: bytes = field(repr=False)
     size: tuple[int, int]
@@ -74,8 +80,11 @@ def picture_of(floor: RobotMap, positions: Iterable[MapPosition] = ()) -> MapPic
         raise Unreadable(problem=message("the map's resolution is impossible"))
     left, bottom, width, height, size, shade = _reduced(floor.png, floor.resolution)
     turn, m = math.radians(floor.origin.orientation), floor.resolution
-    origin = Pose(floor.origin.x + (left * math.cos(turn) - bottom * math.sin(turn)) * m,
-                  floor.origin.y + (left * math.sin(turn) + bottom * math.cos(turn)) * m, floor.origin.orientation)
+    origin = Pose(
+        floor.origin.x + (left * math.cos(turn) - bottom * math.sin(turn)) * m,
+        floor.origin.y + (left * math.sin(turn) + bottom * math.cos(turn)) * m,
+        floor.origin.orientation,
+    )
     bare = MapPicture(floor.name, shade, size, origin, (width * m, height * m))
     return MapPicture(bare.name, shade, size, origin, bare.extent, tuple(_places(bare, positions)))
 
@@ -108,10 +117,13 @@ def _reduced(png: bytes, resolution: float) -> tuple[int, int, int, int, tuple[i
             grey = _grey(image)
     except Unreadable:
         raise
-    except Exception as error:               # whatever a hostile picture makes the decoder raise
+    except Exception as error:  # whatever a hostile picture makes the decoder raise
         raise Unreadable(problem=message("the map's picture is broken")) from error
     del image
-    box, whole_height = grey.point([255 if v < WALL_BELOW or v > FLOOR_ABOVE else 0 for v in range(256)]).getbbox(), grey.height
+    box, whole_height = (
+        grey.point([255 if v < WALL_BELOW or v > FLOOR_ABOVE else 0 for v in range(256)]).getbbox(),
+        grey.height,
+    )
     if box is None:
         raise Unreadable(problem=message("the map's picture is empty"))
     spare = math.ceil(MARGIN / resolution)
@@ -121,8 +133,10 @@ def _reduced(png: bytes, resolution: float) -> tuple[int, int, int, int, tuple[i
     step = max(1.0, max(grey.size) / LONGEST_SIDE)
     size = max(1, round(grey.width / step)), max(1, round(grey.height / step))
     walls = grey.point([255 if v < WALL_BELOW else 0 for v in range(256)]).resize(size, Image.Resampling.BOX)
-    unseen = grey.point([UNSEEN if WALL_BELOW <= v <= FLOOR_ABOVE else 0 for v in range(256)]).resize(size, Image.Resampling.BOX)
-    walls = walls.point([min(255, round(v * step)) for v in range(256)])         # a wall of one pixel stays one
+    unseen = grey.point([UNSEEN if WALL_BELOW <= v <= FLOOR_ABOVE else 0 for v in range(256)]).resize(
+        size, Image.Resampling.BOX
+    )
+    walls = walls.point([min(255, round(v * step)) for v in range(256)])  # a wall of one pixel stays one
     shade = ImageChops.lighter(walls, unseen).transpose(Image.Transpose.FLIP_TOP_BOTTOM).tobytes()
     return left, whole_height - bottom, right - left, bottom - top, size, shade
 
@@ -143,12 +157,17 @@ def _grey(image: Any) -> Any:
 # ---------------------------------------------------------------------- as a file
 def to_bytes(picture: MapPicture) -> bytes:
     """For ``from_bytes``."""
-    return json.dumps({
-        "format": _FORMAT, "name": picture.name, "size": picture.size, "extent": picture.extent,
-        "origin": [picture.origin.x, picture.origin.y, picture.origin.orientation],
-        "places": [[place.name, place.x, place.y] for place in picture.places],
-        "shade": base64.b64encode(zlib.compress(picture.shade)).decode(),
-    }).encode()
+    return json.dumps(
+        {
+            "format": _FORMAT,
+            "name": picture.name,
+            "size": picture.size,
+            "extent": picture.extent,
+            "origin": [picture.origin.x, picture.origin.y, picture.origin.orientation],
+            "places": [[place.name, place.x, place.y] for place in picture.places],
+            "shade": base64.b64encode(zlib.compress(picture.shade)).decode(),
+        }
+    ).encode()
 
 
 def from_bytes(data: bytes) -> MapPicture:
@@ -164,9 +183,17 @@ def from_bytes(data: bytes) -> MapPicture:
         extent = _numbers(found["extent"], 2)
         if len(shade) != width * height or min(extent) <= 0:
             raise ValueError("an incomplete picture")
-        places = tuple(Place(str(name)[:LONGEST_NAME], *_numbers((x, y), 2)) for name, x, y in found["places"][:MOST_PLACES])
-        return MapPicture(str(found["name"])[:LONGEST_NAME], shade, (width, height), Pose(*_numbers(found["origin"], 3)),
-                          (extent[0], extent[1]), places)
+        places = tuple(
+            Place(str(name)[:LONGEST_NAME], *_numbers((x, y), 2)) for name, x, y in found["places"][:MOST_PLACES]
+        )
+        return MapPicture(
+            str(found["name"])[:LONGEST_NAME],
+            shade,
+            (width, height),
+            Pose(*_numbers(found["origin"], 3)),
+            (extent[0], extent[1]),
+            places,
+        )
     except (KeyError, TypeError, AttributeError, IndexError, RecursionError, zlib.error) as error:
         raise ValueError("no kept map") from error
 

@@ -4,6 +4,7 @@
 robot worker waits for a picture. Whoever shows maps calls ``learn`` whenever one ``is_due``, which of one robot is once a minute at most,
 however many maps it names.
 """
+
 from __future__ import annotations
 
 import contextlib
@@ -25,27 +26,32 @@ from app.services.robots.map_picture import MapPicture, from_bytes, picture_of, 
 
 log = logging.getLogger(__name__)
 
-REFRESH_AFTER = 3600.0          # s after which a map is read again: it may have been edited under the same guid
-ASK_EVERY = 60.0               # s between two questions to one robot, whatever it answers and whichever map it is on
+REFRESH_AFTER = 3600.0  # s after which a map is read again: it may have been edited under the same guid
+ASK_EVERY = 60.0  # s between two questions to one robot, whatever it answers and whichever map it is on
 MOST_IN_MEMORY = 8
 MOST_FILES = MOST_POSTPONED = 64
-LARGEST_FILE = 4 * 1024 * 1024       # bytes
+LARGEST_FILE = 4 * 1024 * 1024  # bytes
 DIRECTORY_MODE = 0o700
 
-Key = tuple[int, str]        # robot, guid of its map
+Key = tuple[int, str]  # robot, guid of its map
 
 
 class RobotMaps:
     """``directory`` is made when the first map is kept; ``robot`` finds a configured robot by id, ``make_client`` connects to it."""
 
-    def __init__(self, directory: Path, robot: Callable[[int], Robot | None], make_client: Callable[[Robot], RobotClient],
-                 clock: Clock) -> None:
+    def __init__(
+        self,
+        directory: Path,
+        robot: Callable[[int], Robot | None],
+        make_client: Callable[[Robot], RobotClient],
+        clock: Clock,
+    ) -> None:
         self._directory, self._robot, self._make_client, self._clock = directory, robot, make_client, clock
         self._lock = threading.Lock()
         self._pictures: OrderedDict[Key, MapPicture] = OrderedDict()
-        self._due_at: dict[Key, float] = {}          # of maps, and of robots, the earliest time
+        self._due_at: dict[Key, float] = {}  # of maps, and of robots, the earliest time
         self._ask_at: dict[int, float] = {}
-        self._complained: set[int] = set()           # robots
+        self._complained: set[int] = set()  # robots
 
     def known(self, robot_id: int, map_id: str) -> MapPicture | None:
         with self._lock:
@@ -64,7 +70,9 @@ class RobotMaps:
         """What was kept, if it is not in memory yet; else the robot's answer. None when there is neither."""
         key, robot = (robot_id, map_id), self._robot(robot_id)
         with self._lock:
-            self._ask_at[robot_id] = self._clock.monotonic() + ASK_EVERY         # first, so that no other thread asks meanwhile
+            self._ask_at[robot_id] = (
+                self._clock.monotonic() + ASK_EVERY
+            )  # first, so that no other thread asks meanwhile
         if robot is None or not map_id:
             return None
         if self.known(robot_id, map_id) is None and (kept := self._kept(robot, map_id)) is not None:
@@ -91,7 +99,7 @@ class RobotMaps:
         try:
             floor = client.map(map_id)
             positions: list[MapPosition] = []
-            with contextlib.suppress(RobotError):            # a map without names is a map
+            with contextlib.suppress(RobotError):  # a map without names is a map
                 positions = client.positions(map_id)
         finally:
             client.close()

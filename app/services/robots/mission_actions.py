@@ -1,5 +1,6 @@
 """What the actions of missions tell: which bring a robot to its charger (they are for a low battery, so the minimum battery does not hold
 them up), and which positions they drive to."""
+
 from __future__ import annotations
 
 import logging
@@ -25,13 +26,14 @@ from app.services.live.snapshots import Snapshots
 
 log = logging.getLogger(__name__)
 
-LOOK_EVERY = 60.0            # s
-ASK_AGAIN_AFTER = 600.0      # s, a robot that told nothing
-HOLDS_FOR = 12 * 3600.0      # s for which what was told holds: an integrator may edit a mission, or move a position
+LOOK_EVERY = 60.0  # s
+ASK_AGAIN_AFTER = 600.0  # s, a robot that told nothing
+HOLDS_FOR = 12 * 3600.0  # s for which what was told holds: an integrator may edit a mission, or move a position
 
 
 class _Told(NamedTuple):
     """``at`` on the monotonic clock."""
+
     at: float
     charges: bool
     stops: tuple[Stop, ...]
@@ -41,13 +43,25 @@ class MissionActionsReader:
     """Asks a robot for the actions of each mission that it may be given, until one has told them. ``tick`` is called every now and then
     (a chore of the poll loop) and returns at once; robots are asked on a thread of its own."""
 
-    def __init__(self, db: Database, catalogue: Catalogue, snapshots: Snapshots, make_client: Callable[[Robot], RobotClient],
-                 clock: Clock) -> None:
-        self._db, self._catalogue, self._snapshots, self._make_client, self._clock = db, catalogue, snapshots, make_client, clock
+    def __init__(
+        self,
+        db: Database,
+        catalogue: Catalogue,
+        snapshots: Snapshots,
+        make_client: Callable[[Robot], RobotClient],
+        clock: Clock,
+    ) -> None:
+        self._db, self._catalogue, self._snapshots, self._make_client, self._clock = (
+            db,
+            catalogue,
+            snapshots,
+            make_client,
+            clock,
+        )
         self._robots, self._missions, self._stops = RobotRepository(), MissionRepository(), StopRepository()
-        self._told = dict[str, _Told]()          # by guid
-        self._ask_at = dict[tuple[int, str], float]()        # monotonic, where a robot told nothing about a guid
-        self._look_at = -math.inf                # monotonic
+        self._told = dict[str, _Told]()  # by guid
+        self._ask_at = dict[tuple[int, str], float]()  # monotonic, where a robot told nothing about a guid
+        self._look_at = -math.inf  # monotonic
         self._thread: threading.Thread | None = None
 
     def tick(self) -> None:
@@ -67,7 +81,7 @@ class MissionActionsReader:
                 self._ask(robot, guids)
                 self._store()
             self._store()
-        except DatabaseError as problem:         # stored the next time
+        except DatabaseError as problem:  # stored the next time
             log.info("What missions do could not be stored: %s", problem)
 
     def _ask(self, robot: Robot, guids: Sequence[str]) -> None:
@@ -76,14 +90,14 @@ class MissionActionsReader:
                 positions = dict[str, Stop]()
                 for guid in guids:
                     if self._catalogue.robot(robot.id) is None:
-                        return                   # removed meanwhile
+                        return  # removed meanwhile
                     if self._knows(guid):
-                        continue                 # told by another robot since
+                        continue  # told by another robot since
                     try:
                         found = client.actions(guid)
                         stops = tuple(_stops(client, found.drives_to, positions))
                         self._told[guid] = _Told(self._clock.monotonic(), found.charges, stops)
-                    except (Rejected, Unreadable):       # it lacks the mission, or does not tell its actions
+                    except (Rejected, Unreadable):  # it lacks the mission, or does not tell its actions
                         self._ask_at[robot.id, guid] = self._clock.monotonic() + ASK_AGAIN_AFTER
         except (RobotError, InvalidInput) as error:
             log.info("What its missions do was not told by %r: %s", robot.name, error)
@@ -91,11 +105,23 @@ class MissionActionsReader:
     def not_told(self) -> list[tuple[Robot, list[str]]]:
         """Guids of what robots that answer may be given."""
         c, now = self._db.read(), self._clock.monotonic()
-        answering = [robot for robot in self._robots.all(c)
-                     if robot.enabled and self._snapshots.get(robot.id).connection in (Connection.CONNECTED, Connection.SLOW)]
+        answering = [
+            robot
+            for robot in self._robots.all(c)
+            if robot.enabled and self._snapshots.get(robot.id).connection in (Connection.CONNECTED, Connection.SLOW)
+        ]
         planned = self._missions.planned(c) if answering else {}
-        wanted = ((robot, [guid for guid in planned.get(robot.id, ())
-                           if not self._knows(guid) and self._ask_at.get((robot.id, guid), now) <= now]) for robot in answering)
+        wanted = (
+            (
+                robot,
+                [
+                    guid
+                    for guid in planned.get(robot.id, ())
+                    if not self._knows(guid) and self._ask_at.get((robot.id, guid), now) <= now
+                ],
+            )
+            for robot in answering
+        )
         return [(robot, guids) for robot, guids in wanted if guids]
 
     def _knows(self, guid: str) -> bool:
@@ -103,7 +129,10 @@ class MissionActionsReader:
 
     def _is_behind(self) -> bool:
         told = self._charging()
-        return any(mission.charges != told.get(mission.guid, mission.charges) for mission in self._missions.all(self._db.read()))
+        return any(
+            mission.charges != told.get(mission.guid, mission.charges)
+            for mission in self._missions.all(self._db.read())
+        )
 
     def _charging(self) -> dict[str, bool]:
         return {guid: told.charges for guid, told in self._told.items()}
@@ -112,7 +141,9 @@ class MissionActionsReader:
         """Of configured missions, where they are not what is known."""
         c = self._db.read()
         kept, guids = self._stops.all(c), {mission.guid for mission in self._missions.all(c)}
-        return {guid: told.stops for guid, told in self._told.items() if guid in guids and told.stops != kept.get(guid, ())}
+        return {
+            guid: told.stops for guid, told in self._told.items() if guid in guids and told.stops != kept.get(guid, ())
+        }
 
     def _store(self) -> None:
         if self._is_behind():
@@ -128,7 +159,7 @@ def _stops(client: RobotClient, drives_to: Sequence[str], known: dict[str, Stop]
             try:
                 position = client.position(guid)
                 known[guid] = Stop(guid, "" if position.type_id in ENTRIES else position.name, position.spot)
-            except (Rejected, Unreadable):       # it lacks the position, or does not tell it
+            except (Rejected, Unreadable):  # it lacks the position, or does not tell it
                 known[guid] = Stop(guid)
         yield known[guid] if guid else Stop()
 

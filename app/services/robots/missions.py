@@ -2,6 +2,7 @@
 
 Everything but ``names`` talks to the robot and belongs on a background thread. What was read is kept until it is read again.
 """
+
 from __future__ import annotations
 
 import math
@@ -16,15 +17,22 @@ from app.mir.client import RobotClient
 from app.mir.errors import RobotError
 from app.services.live.mission_parameters import MissionParameters
 
-ASK_AGAIN_AFTER = 60.0       # s between two questions for names that the robot may not have either
-NAMES_HOLD = 3600.0          # s for which a robot that lacks a mission by its list is not asked to start it where another one may
+ASK_AGAIN_AFTER = 60.0  # s between two questions for names that the robot may not have either
+NAMES_HOLD = (
+    3600.0  # s for which a robot that lacks a mission by its list is not asked to start it where another one may
+)
 
 
 class RobotMissions:
     """``robot`` finds a configured robot by id; ``make_client`` connects to it."""
 
-    def __init__(self, robot: Callable[[int], Robot | None], make_client: Callable[[Robot], RobotClient], clock: Clock,
-                 parameters: MissionParameters) -> None:
+    def __init__(
+        self,
+        robot: Callable[[int], Robot | None],
+        make_client: Callable[[Robot], RobotClient],
+        clock: Clock,
+        parameters: MissionParameters,
+    ) -> None:
         self._robot, self._make_client, self._clock, self._parameters = robot, make_client, clock, parameters
         self._lock = threading.Lock()
         self._names: dict[int, dict[str, str]] = {}
@@ -34,7 +42,7 @@ class RobotMissions:
     def names(self, robot_id: int) -> Mapping[str, str]:
         """Guid -> name, as far as known."""
         with self._lock:
-            return self._names.get(robot_id, {})           # replaced as a whole, never changed
+            return self._names.get(robot_id, {})  # replaced as a whole, never changed
 
     def lacks(self, robot_id: int, guid: str) -> bool:
         """Whether the robot's list, read within the hour, does not have it."""

@@ -1,4 +1,5 @@
 """Positions where robots may queue: several missions drive there, on several robots. They are proposed as places, and no more than that."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -12,12 +13,13 @@ from app.database.settings import DECLINED_PLACES, SettingsRepository
 from app.database.stops import StopRepository
 from app.domain.models import Mission
 
-FEWEST = 2                               # missions, and robots
+FEWEST = 2  # missions, and robots
 
 
 @dataclass(frozen=True)
 class ProposedPlace:
     """``position``: its guid; ``missions``: ids of those that drive there."""
+
     position: str
     name: str
     missions: tuple[int, ...]
@@ -35,7 +37,9 @@ class ProposedPlaces:
         names, used = {place.name.casefold() for place in places}, [set(place.missions) for place in places]
         found = []
         for (position, name), missions in _driven_to(c).items():
-            there = set[int]().union(*(robots if mission.robot_id is None else {mission.robot_id} for mission in missions.values()))
+            there = set[int]().union(
+                *(robots if mission.robot_id is None else {mission.robot_id} for mission in missions.values())
+            )
             is_known = name.casefold() in names or any(missions.keys() <= those for those in used)
             if min(len(missions), len(there)) >= FEWEST and not is_known and position not in declined:
                 found.append(ProposedPlace(position, name, tuple(missions)))
@@ -43,8 +47,10 @@ class ProposedPlaces:
 
     def decline(self, position: str) -> None:
         """It is not proposed again."""
+
         def work(c: sqlite3.Connection) -> None:
             self._settings.put(c, DECLINED_PLACES, sorted({*self._settings.get(c, DECLINED_PLACES, ()), position}))
+
         self._db.write(work)
 
 

@@ -1,4 +1,5 @@
 """The ledger's rows and the robots' observed activities as the past that is replayed. Pure."""
+
 from __future__ import annotations
 
 from collections import defaultdict
@@ -9,11 +10,23 @@ from app.database.suggestions import PastActivity, PastRun
 from app.domain.models import ReasonCode, Trigger
 from app.services.suggestions.replay import Busy, Past, Start
 
-SHORTEST_S = 60.0            # seen, and no run of ours: below that it is the edge of one, as robots are looked at from time to time
+SHORTEST_S = (
+    60.0  # seen, and no run of ours: below that it is the edge of one, as robots are looked at from time to time
+)
 # Why a start that never ran counts as late: for the others a person, the tablet or the robot's settings are the reason.
-LOST = frozenset({ReasonCode.BATTERY_LOW, ReasonCode.OVERLAP, ReasonCode.FINISH_BY, ReasonCode.PLACE_BUSY, ReasonCode.WINDOW_CLOSED,
-                  ReasonCode.NO_ROBOT})
-_WHY: Mapping[str, str] = MappingProxyType({"executing": "other", "paused": "stopped", "error": "stopped", "offline": "silent"})
+LOST = frozenset(
+    {
+        ReasonCode.BATTERY_LOW,
+        ReasonCode.OVERLAP,
+        ReasonCode.FINISH_BY,
+        ReasonCode.PLACE_BUSY,
+        ReasonCode.WINDOW_CLOSED,
+        ReasonCode.NO_ROBOT,
+    }
+)
+_WHY: Mapping[str, str] = MappingProxyType(
+    {"executing": "other", "paused": "stopped", "error": "stopped", "offline": "silent"}
+)
 
 
 def past_of(runs: Sequence[PastRun], activities: Iterable[PastActivity], since: Mapping[int, float]) -> Past:
@@ -42,8 +55,15 @@ def is_late(run: PastRun) -> bool:
 
 
 def _start(run: PastRun) -> Start:
-    return Start(run.id, run.schedule, run.robot, run.planned, run.started, run.ended,
-                 run.started is None and run.reason == ReasonCode.BATTERY_LOW)
+    return Start(
+        run.id,
+        run.schedule,
+        run.robot,
+        run.planned,
+        run.started,
+        run.ended,
+        run.started is None and run.reason == ReasonCode.BATTERY_LOW,
+    )
 
 
 def _not_ours(seen: Sequence[PastActivity], ours: Sequence[Busy]) -> Iterator[Busy]:

@@ -3,6 +3,7 @@
 Each of its starts is taken out of what its robot did and put in elsewhere: it waits until that robot was through with what it had then.
 That what came behind it would have been earlier is not counted, nor that robots differ in speed.
 """
+
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
@@ -12,8 +13,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
 
-LATE_S = 300.0               # after its planned instant
-NEXT_S = 10.0                # between two runs of a queue, at most
+LATE_S = 300.0  # after its planned instant
+NEXT_S = 10.0  # between two runs of a queue, at most
 HOUR = 3600.0
 DAY = 24 * HOUR
 
@@ -21,6 +22,7 @@ DAY = 24 * HOUR
 class Start(NamedTuple):
     """A planned start of the past. ``robot``: where it ran, or was to run; 0: nobody had been chosen. ``low_battery``: it was given up for
     that; without ``started`` it never ran."""
+
     id: int
     schedule: int
     robot: int
@@ -41,6 +43,7 @@ class Start(NamedTuple):
 class Busy(NamedTuple):
     """A robot was not free. ``start``: of which planned start; 0: of none. ``planned``: when it fell due, which is its place in the queue.
     ``why``: what it did (see ``Cause``), ``mission`` where it is known."""
+
     begins: float
     ends: float
     start: int = 0
@@ -52,6 +55,7 @@ class Busy(NamedTuple):
 @dataclass(frozen=True)
 class Replay:
     """Of ``starts``, in each half of the days: how many there were and how many came late. ``harm``: starts of others newly late."""
+
     starts: tuple[int, int]
     late: tuple[int, int]
     harm: int
@@ -65,10 +69,14 @@ class Past:
     def __init__(self, starts: Sequence[Start], busy: Mapping[int, Iterable[Busy]]) -> None:
         self.of_schedule: dict[int, list[Start]] = defaultdict(list)
         self._busy = {robot: sorted(spans) for robot, spans in busy.items()}
-        self._queues = {robot: [(span.begins, span.ends, span.start, -inf if span.planned is None else span.planned) for span in spans]
-                        for robot, spans in self._busy.items()}
+        self._queues = {
+            robot: [
+                (span.begins, span.ends, span.start, -inf if span.planned is None else span.planned) for span in spans
+            ]
+            for robot, spans in self._busy.items()
+        }
         self._begins = {robot: [span.begins for span in spans] for robot, spans in self._busy.items()}
-        self._in_time: dict[int, list[float]] = defaultdict(list)        # planned, by robot
+        self._in_time: dict[int, list[float]] = defaultdict(list)  # planned, by robot
         self._low: dict[int, list[float]] = defaultdict(list)
         for start in sorted(starts, key=lambda one: one.planned):
             self.of_schedule[start.schedule].append(start)
@@ -110,8 +118,9 @@ class Past:
         is_own = own.robot == robot and not own.is_late and begins <= own.planned < ends - LATE_S
         return number - is_own
 
-    def replay(self, schedule: int, shift: float, robots: Sequence[int], lasts: float,
-               most: tuple[float, float] = (inf, inf)) -> Replay | None:
+    def replay(
+        self, schedule: int, shift: float, robots: Sequence[int], lasts: float, most: tuple[float, float] = (inf, inf)
+    ) -> Replay | None:
         """``lasts``: of a start that never ran. None as soon as more than ``most`` in either half of the days would have come late."""
         late, starts, harm = [0, 0], [0, 0], 0
         for start, half in self._in_halves(schedule):

@@ -2,6 +2,7 @@
 
 ``compute`` takes seconds on a site of many hundred schedules: it is called in the background, at night and when the card is opened.
 """
+
 from __future__ import annotations
 
 import sqlite3
@@ -24,11 +25,11 @@ from app.services.suggestions.find import MOST, Finding, Kind, Option, Rule, fin
 from app.services.suggestions.history import counts, is_late, past_of
 from app.services.suggestions.words import Change, Result, Suggestion
 
-UNDONE = "undone"            # an answer: the schedule is again as it was before its suggestion was accepted
+UNDONE = "undone"  # an answer: the schedule is again as it was before its suggestion was accepted
 LOOKS_BACK = timedelta(days=28)
 SILENT_FOR = timedelta(days=60)
 TELLS_AFTER = timedelta(days=14)
-DOUBLES = 2                  # times as large a share of late starts ends the silence
+DOUBLES = 2  # times as large a share of late starts ends the silence
 
 HasMission = Callable[[int, str], bool]
 
@@ -36,6 +37,7 @@ HasMission = Callable[[int, str], bool]
 @dataclass(frozen=True)
 class Advice:
     """At most three suggestions, the worst first; and what came of those that were accepted, the newest first."""
+
     suggestions: tuple[Suggestion, ...] = ()
     results: tuple[Result, ...] = ()
 
@@ -46,7 +48,7 @@ class Suggestions:
     def __init__(self, db: Database, clock: Clock, has_mission: HasMission = lambda _robot_id, _guid: True) -> None:
         self._db, self._clock, self._has_mission = db, clock, has_mission
         self._repository = SuggestionRepository()
-        self.latest: Advice | None = None        # as it was computed last; None: not yet, or not since an answer
+        self.latest: Advice | None = None  # as it was computed last; None: not yet, or not since an answer
 
     def compute(self) -> Advice:
         """From the last four weeks. Reads the database, and works for up to some seconds: never on the window's thread."""
@@ -58,9 +60,15 @@ class Suggestions:
 
         def changed(schedule: Schedule) -> datetime | None:
             return schedule.changed_at and undone.get((schedule.id, schedule.changed_at), schedule.changed_at)
-        since = {schedule.id: max(filter(None, (changed(schedule), accepted.get(schedule.id), now - LOOKS_BACK))).timestamp()
-                 for schedule in site.schedules.values() if schedule.enabled and schedule.next_at is not None}
-        past = past_of(self._repository.runs(c, now - LOOKS_BACK), self._repository.activities(c, now - LOOKS_BACK), since)
+
+        since = {
+            schedule.id: max(filter(None, (changed(schedule), accepted.get(schedule.id), now - LOOKS_BACK))).timestamp()
+            for schedule in site.schedules.values()
+            if schedule.enabled and schedule.next_at is not None
+        }
+        past = past_of(
+            self._repository.runs(c, now - LOOKS_BACK), self._repository.activities(c, now - LOOKS_BACK), since
+        )
         found = findings(past, [site.rule(site.schedules[key]) for key in since], _let_others_go_on)
         told = [one for one in found if not _is_silent(one, answers, now)][:MOST]
         advice = Advice(tuple(site.suggestion(one) for one in told), tuple(self._results(c, site, answers, now)))
@@ -68,7 +76,7 @@ class Suggestions:
         return advice
 
     def dismiss(self, suggestion: Suggestion) -> Answer:
-        """"Not now": nothing about that schedule for 60 days, unless its share of late starts doubles."""
+        """ "Not now": nothing about that schedule for 60 days, unless its share of late starts doubles."""
         return self._answer(suggestion, DISMISSED, None)
 
     def accept(self, suggestion: Suggestion, option: Option) -> Answer:
@@ -96,7 +104,9 @@ class Suggestions:
         self.latest = None
         return kept
 
-    def _results(self, c: sqlite3.Connection, site: _Site, answers: Sequence[Answer], now: datetime) -> Iterator[Result]:
+    def _results(
+        self, c: sqlite3.Connection, site: _Site, answers: Sequence[Answer], now: datetime
+    ) -> Iterator[Result]:
         newest = {answer.schedule_id: answer for answer in answers if answer.answer == ACCEPTED}
         for answer in sorted(newest.values(), key=lambda one: one.at, reverse=True):
             schedule = site.schedules.get(answer.schedule_id)
@@ -105,7 +115,15 @@ class Suggestions:
             runs = [run for run in self._repository.runs_of(c, answer.schedule_id, answer.at) if counts(run)]
             if runs:
                 replayed = answer.option.get("late", 0)
-                yield Result(schedule, sum(is_late(run) for run in runs), len(runs), answer.late, answer.starts, replayed, answer.id)
+                yield Result(
+                    schedule,
+                    sum(is_late(run) for run in runs),
+                    len(runs),
+                    answer.late,
+                    answer.starts,
+                    replayed,
+                    answer.id,
+                )
 
 
 def _let_others_go_on() -> None:
@@ -123,8 +141,13 @@ def _before(answer: Answer) -> datetime:
 
 
 def _is_silent(finding: Finding, answers: Sequence[Answer], now: datetime) -> bool:
-    return any(answer.answer == DISMISSED and answer.schedule_id == finding.schedule and now - answer.at < SILENT_FOR
-               and finding.share < DOUBLES * answer.late / answer.starts for answer in answers)
+    return any(
+        answer.answer == DISMISSED
+        and answer.schedule_id == finding.schedule
+        and now - answer.at < SILENT_FOR
+        and finding.share < DOUBLES * answer.late / answer.starts
+        for answer in answers
+    )
 
 
 class _Site:
@@ -140,16 +163,26 @@ class _Site:
 
     def rule(self, schedule: Schedule) -> Rule:
         mission = self._missions[schedule.mission_id]
-        able = [robot.id for robot in sorted(self._robots.values(), key=lambda one: one.name)
-                if robot.enabled and not robot.needs_password and self._mission(mission.name, robot) is not None]
+        able = [
+            robot.id
+            for robot in sorted(self._robots.values(), key=lambda one: one.name)
+            if robot.enabled and not robot.needs_password and self._mission(mission.name, robot) is not None
+        ]
         times = [shift for shift in shifts() if _keeps_days(schedule, shift)]
         if schedule.robot_id is None:
             group = self._groups.get(schedule.group_id or 0)
             return Rule(schedule.id, tuple(robot_id for robot_id in able if group and robot_id in group.members), times)
         others = tuple(robot_id for robot_id in able if robot_id != schedule.robot_id)
-        groups = tuple((group.id, members) for group in self._groups.values() if schedule.robot_id in group.members
-                       and (members := tuple(robot_id for robot_id in able if robot_id in group.members)) and len(members) > 1)
-        return Rule(schedule.id, (schedule.robot_id,), times, others, groups if (mission.name, None) in self._meant else ())
+        groups = tuple(
+            (group.id, members)
+            for group in self._groups.values()
+            if schedule.robot_id in group.members
+            and (members := tuple(robot_id for robot_id in able if robot_id in group.members))
+            and len(members) > 1
+        )
+        return Rule(
+            schedule.id, (schedule.robot_id,), times, others, groups if (mission.name, None) in self._meant else ()
+        )
 
     def _mission(self, name: str, robot: Robot) -> Mission | None:
         """What has that name on a robot."""

@@ -1,4 +1,5 @@
 """Suggestions in words: what was, never what will be. Codes and numbers come from ``Suggestion``, rendered in any language."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -11,20 +12,40 @@ from app.domain.models import Schedule
 from app.domain.writing import Translate
 from app.services.suggestions.find import Cause, Finding, Kind, Option
 
-_CAUSES: Mapping[Cause, str] = MappingProxyType({
-    Cause.BUSY: "{robot} was busy with {mission}", Cause.OTHER: "{robot} was busy with something that was not planned here",
-    Cause.STOPPED: "{robot} stood still", Cause.SILENT: "{robot} did not answer", Cause.BATTERY: "the battery of {robot} was too low"})
+_CAUSES: Mapping[Cause, str] = MappingProxyType(
+    {
+        Cause.BUSY: "{robot} was busy with {mission}",
+        Cause.OTHER: "{robot} was busy with something that was not planned here",
+        Cause.STOPPED: "{robot} stood still",
+        Cause.SILENT: "{robot} did not answer",
+        Cause.BATTERY: "the battery of {robot} was too low",
+    }
+)
 _FOUND = "{schedule} came late in {late} of its last {starts} starts"
 _TYPICALLY = "{found}, typically {minutes} min"
 _BECAUSE = "{found}: {cause}"
-_PLACES: Mapping[str, str] = MappingProxyType({
-    "at": "At {time}", "later": "{minutes} min later", "earlier": "{minutes} min earlier", "robot": "On {robot}",
-    "group": "On any robot of {group}"})
-_TIMES: Mapping[int, str] = MappingProxyType({0: "{where} it would never have been late", 1: "{where} it would have been late once"})
+_PLACES: Mapping[str, str] = MappingProxyType(
+    {
+        "at": "At {time}",
+        "later": "{minutes} min later",
+        "earlier": "{minutes} min earlier",
+        "robot": "On {robot}",
+        "group": "On any robot of {group}",
+    }
+)
+_TIMES: Mapping[int, str] = MappingProxyType(
+    {0: "{where} it would never have been late", 1: "{where} it would have been late once"}
+)
 _OFTEN = "{where} it would have been late {late} times"
-_DONE: Mapping[str, str] = MappingProxyType({
-    "at": "Move to {time}", "later": "Move {minutes} min later", "earlier": "Move {minutes} min earlier", "robot": "Use {robot}",
-    "group": "Any of {group}"})
+_DONE: Mapping[str, str] = MappingProxyType(
+    {
+        "at": "Move to {time}",
+        "later": "Move {minutes} min later",
+        "earlier": "Move {minutes} min earlier",
+        "robot": "Use {robot}",
+        "group": "Any of {group}",
+    }
+)
 _SINCE = "{schedule}: since then late {late} of {starts} (before {late_before} of {starts_before}, replayed {replayed} of {starts_before})"
 
 
@@ -32,6 +53,7 @@ _SINCE = "{schedule}: since then late {late} of {starts} (before {late_before} o
 class Change:
     """An option with the names of its sentence. ``draft``: the schedule as it would be, to be shown in the form; ``at``: its new time of
     day, None where it comes several times a day."""
+
     option: Option
     draft: Schedule
     robot: str = ""
@@ -42,6 +64,7 @@ class Change:
 @dataclass(frozen=True)
 class Suggestion:
     """``whose``: its robot, or its group."""
+
     finding: Finding
     schedule: Schedule
     whose: str
@@ -52,6 +75,7 @@ class Suggestion:
 class Result:
     """What came of a suggestion that was accepted at least two weeks ago: ``late`` of ``starts`` since then. ``replayed``: how many of
     those before would have been late by the replay, which is what was promised."""
+
     schedule: Schedule
     late: int
     starts: int
@@ -86,8 +110,14 @@ def action(change: Change, translate: Translate = lambda text: text) -> str:
 
 
 def since_then(result: Result, translate: Translate = lambda text: text, called: str = "") -> str:
-    return translate(_SINCE).format(schedule=called or result.schedule.name, late=result.late, starts=result.starts,
-                                    late_before=result.late_before, starts_before=result.starts_before, replayed=result.replayed)
+    return translate(_SINCE).format(
+        schedule=called or result.schedule.name,
+        late=result.late,
+        starts=result.starts,
+        late_before=result.late_before,
+        starts_before=result.starts_before,
+        replayed=result.replayed,
+    )
 
 
 def _named(texts: Mapping[str, str], change: Change, translate: Translate) -> str:
@@ -95,4 +125,6 @@ def _named(texts: Mapping[str, str], change: Change, translate: Translate) -> st
     if option.kind is Kind.TIME:
         key = "at" if change.at is not None else "later" if option.value > 0 else "earlier"
     at = "" if change.at is None else writing.time_of_day(change.at, translate)
-    return translate(texts[key]).format(time=at, minutes=round(abs(option.value) / 60), robot=change.robot, group=change.group)
+    return translate(texts[key]).format(
+        time=at, minutes=round(abs(option.value) / 60), robot=change.robot, group=change.group
+    )

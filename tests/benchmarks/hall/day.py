@@ -1,4 +1,5 @@
 """A day at a site, event by event. Robots run what stands in their queues, in order; the app sees them with a delay, and a policy sends."""
+
 from __future__ import annotations
 
 import heapq
@@ -12,27 +13,28 @@ from app.services.allocation.belief import CRITICAL, NORMAL, weight
 from app.services.allocation.estimates import remaining
 from tests.benchmarks.hall.site import HOUR, MINUTE, Learned, Machine, Mission, Place, Run, Site, run_time, way
 
-POLL_S = 2.0                 # between looks at a robot that matters
-POST_S = 0.1                 # from the decision to the robot
-QUIET_S = 90.0               # in which a request may still be under way
-AGAIN_S = 5.0                # between decisions while something waits and nothing happens
-MINIMUM = 20.0               # % of battery under which nothing is sent
-DRIVING, STANDING, CHARGING = -8.0, -2.0, 80.0          # % an hour
-TRIES = 10                   # of a policy that does not turn to another robot
+POLL_S = 2.0  # between looks at a robot that matters
+POST_S = 0.1  # from the decision to the robot
+QUIET_S = 90.0  # in which a request may still be under way
+AGAIN_S = 5.0  # between decisions while something waits and nothing happens
+MINIMUM = 20.0  # % of battery under which nothing is sent
+DRIVING, STANDING, CHARGING = -8.0, -2.0, 80.0  # % an hour
+TRIES = 10  # of a policy that does not turn to another robot
 
 
 @dataclass(frozen=True)
 class Trouble:
     """Means and shares; ``chance`` False: every run takes what it takes, and nobody falls silent."""
+
     silent_every: float = 12 * HOUR
     silent_most: float = 8 * MINUTE
-    abort: float = .01                   # of the runs; the robot then stands in Error until a person comes
+    abort: float = 0.01  # of the runs; the robot then stands in Error until a person comes
     error_most: float = 15 * MINUTE
-    unknown: float = .15                 # of the requests to a robot that has just fallen silent: sent, and never answered
+    unknown: float = 0.15  # of the requests to a robot that has just fallen silent: sent, and never answered
     chance: bool = True
 
 
-ROUGH = Trouble(silent_every=1.5 * HOUR, silent_most=20 * MINUTE, abort=.02)
+ROUGH = Trouble(silent_every=1.5 * HOUR, silent_most=20 * MINUTE, abort=0.02)
 CALM = Trouble(chance=False)
 
 
@@ -41,17 +43,17 @@ class Robot:
     machine: Machine
     place: Place
     battery: float
-    queue: list[tuple[Mission, Run | None]] = field(default_factory=list)       # None: put there by somebody else
+    queue: list[tuple[Mission, Run | None]] = field(default_factory=list)  # None: put there by somebody else
     running: tuple[Mission, Run | None] | None = None
     began: float = 0.0
     drives_to_charger: bool = False
-    charges: bool = False                # until something else comes
+    charges: bool = False  # until something else comes
     battery_at: float = 0.0
     idle_since: float = 0.0
     busy: float = 0.0
     error: bool = False
     silent: bool = False
-    known_error: bool = False            # as the app has it
+    known_error: bool = False  # as the app has it
     known_silent: bool = False
     seen_idle: bool = True
 
@@ -69,14 +71,21 @@ class Robot:
 
 
 class Policy(Protocol):
-    turns_to_others: bool                # when a robot can't be connected to
+    turns_to_others: bool  # when a robot can't be connected to
 
     def decide(self, day: Day) -> None: ...
 
 
 class Day:
-    def __init__(self, site: Site, learned: Learned, policy: Policy, seed: int, trouble: Trouble | None = None,
-                 runs: list[Run] | None = None) -> None:
+    def __init__(
+        self,
+        site: Site,
+        learned: Learned,
+        policy: Policy,
+        seed: int,
+        trouble: Trouble | None = None,
+        runs: list[Run] | None = None,
+    ) -> None:
         self.site, self.learned, self.policy, self.trouble = site, learned, policy, trouble or Trouble()
         self._rng = random.Random(f"day/{seed}")
         self.now = 0.0
@@ -84,7 +93,7 @@ class Day:
         self.runs = site.runs() if runs is None else runs
         self.waiting: list[Run] = []
         self._planned = [run for run in self.runs if not run.is_urgent]
-        self._fallen = 0                         # of them are due
+        self._fallen = 0  # of them are due
         self._events: list[tuple[float, int, Callable[..., None], tuple[Any, ...]]] = []
         self._order = itertools.count()
         self._looks_again = False
@@ -143,12 +152,12 @@ class Day:
             return True
         if self._rng.random() < self.trouble.unknown:
             run.state = "submitting"
-            if self._rng.random() < .5:
+            if self._rng.random() < 0.5:
                 self._take(run, robot)
-                self.would_double += 1           # had it been given to another robot at once
+                self.would_double += 1  # had it been given to another robot at once
             return True
-        robot.known_silent, run.robot = True, None           # never connected: nothing was sent
-        pause = min(2.0 ** run.tries, 30.0)
+        robot.known_silent, run.robot = True, None  # never connected: nothing was sent
+        pause = min(2.0**run.tries, 30.0)
         run.barred[robot.number] = self.now + pause
         turns = self.policy.turns_to_others and not run.is_fixed
         run.not_before = self.now + (1.0 if turns else pause)
@@ -185,7 +194,9 @@ class Day:
         return robot.is_free and robot.seen_idle and not robot.is_known_down
 
     def can_take(self, run: Run, robot: Robot) -> bool:
-        return not robot.is_known_down and run.barred.get(robot.number, 0.0) <= self.now and self.level(robot) >= MINIMUM
+        return (
+            not robot.is_known_down and run.barred.get(robot.number, 0.0) <= self.now and self.level(robot) >= MINIMUM
+        )
 
     # ------------------------------------------------------------------ the robots
     def level(self, robot: Robot) -> float:
@@ -225,7 +236,7 @@ class Day:
             run.ended, run.state = self.now, "completed"
         if self.trouble.chance and self._rng.random() < self.trouble.abort:
             robot.error = True
-            self.at(self.now + self._rng.uniform(.2, 1) * self.trouble.error_most, self._mended, robot)
+            self.at(self.now + self._rng.uniform(0.2, 1) * self.trouble.error_most, self._mended, robot)
             self.at(self.now + self._rng.uniform(0, POLL_S), self._hear_of_error, robot, True)
             return
         self._go_on(robot)
@@ -235,7 +246,7 @@ class Day:
         if robot.running is None:
             robot.idle_since = self.now
             self.at(self.now + 5 * MINUTE, self._idle_for_long, robot, self.now)
-            self.at(self.now + self._rng.uniform(0, POLL_S) + .05, self._see, robot)
+            self.at(self.now + self._rng.uniform(0, POLL_S) + 0.05, self._see, robot)
 
     def _see(self, robot: Robot) -> None:
         if robot.is_free and not robot.silent:
@@ -262,12 +273,12 @@ class Day:
         robot.drives_to_charger, robot.charges, robot.place = False, True, self.site.charger
         self._next(robot)
         if robot.running is None:
-            self.at(self.now + self._rng.uniform(0, POLL_S) + .05, self._see, robot)
+            self.at(self.now + self._rng.uniform(0, POLL_S) + 0.05, self._see, robot)
 
     def _fall_silent(self, robot: Robot) -> None:
         robot.silent = True
         self.at(self.now + self._rng.uniform(2, 6), self._notice, robot)
-        self.at(self.now + self._rng.uniform(.1, 1) * self.trouble.silent_most, self._speak, robot)
+        self.at(self.now + self._rng.uniform(0.1, 1) * self.trouble.silent_most, self._speak, robot)
 
     def _notice(self, robot: Robot) -> None:
         if robot.silent:
@@ -312,10 +323,14 @@ def figures(day: Day) -> dict[str, float]:
         return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
 
     return {
-        "use": 100 * sum(busy) / len(busy), "p50": at(late, .5), "p95": at(late, .95),
-        "normal p95": at(sorted(run.late_s for run in runs if run.priority == NORMAL), .95),
+        "use": 100 * sum(busy) / len(busy),
+        "p50": at(late, 0.5),
+        "p95": at(late, 0.95),
+        "normal p95": at(sorted(run.late_s for run in runs if run.priority == NORMAL), 0.95),
         "missed": 100 * sum(run.started is None or run.started > run.closes for run in runs) / len(runs),
         "critical": 100 * sum(run.late_s > MINUTE for run in planned) / max(1, len(planned)),
         "urgent": sum(run.late_s for run in urgent) / max(1, len(urgent)),
-        "spread": 100 * (max(busy) - min(busy)), "empty": day.empty_m / max(1, day.trips),
-        "weighted": sum(weight(run.priority) * run.late_s for run in runs) / len(runs)}
+        "spread": 100 * (max(busy) - min(busy)),
+        "empty": day.empty_m / max(1, day.trips),
+        "weighted": sum(weight(run.priority) * run.late_s for run in runs) / len(runs),
+    }

@@ -1,4 +1,5 @@
 """Who gets what: the app's own decision, and the rules beside which it is measured. Fixed starts go into their robot's queue under each."""
+
 from __future__ import annotations
 
 import random
@@ -16,6 +17,7 @@ def in_order(runs: list[Run]) -> list[Run]:
 
 class Rule:
     """Base of the rules that look at one start after the other."""
+
     turns_to_others = True
 
     def decide(self, day: Day) -> None:
@@ -31,6 +33,7 @@ class Rule:
 
 class FixedRobot(Rule):
     """As without groups: the schedule names the robot. An urgent one goes where the operator sees least to do."""
+
     turns_to_others = False
 
     def give(self, day: Day, run: Run) -> None:
@@ -75,6 +78,7 @@ class EarliestCompletion(WhenDue):
         def done(robot: Robot) -> float:
             seconds, place = day.free_in(robot)
             return seconds + day.learned.takes(robot.number, run.mission, place)
+
         return min(robots, key=lambda robot: (done(robot), robot.number))
 
 
@@ -109,7 +113,7 @@ class ThisApp(Rule):
         self._ahead, self._keep_free = ahead, keep_free
 
     def decide(self, day: Day) -> None:
-        super().decide(day)                      # the fixed ones
+        super().decide(day)  # the fixed ones
         runs = {run.id: run for run in day.waiting if not run.is_fixed and run.not_before <= day.now}
         if not runs:
             return
@@ -128,21 +132,60 @@ class ThisApp(Rule):
         def takes(robot_id: int, mission: str, *, slow: bool = False) -> float:
             return day.learned.takes(robot_id, missions[mission], believed[robot_id][1], slow=slow)
 
-        robots = {robot.number: Member(
-            robot.number, f"{robot.number:02d}", day.is_idle(robot), believed[robot.number][0], day.level(robot), 8.0, robot.busy / HOUR,
-            Out.SILENT if robot.known_silent else Out.STOPPED if robot.known_error else None) for robot in day.robots}
-        starts = [Start(run.id, str(run.mission.number), everybody, run.priority, run.planned - day.now, run.closes - day.now,
-                        minimum_battery=MINIMUM, keep_free=self._keep_free,
-                        tried={number: Out.TRIED for number, until in run.barred.items() if until > day.now})
-                  for run in runs]
-        coming = [Coming(str(run.mission.number), (run.home,) if run.is_fixed and run.home is not None else everybody,
-                         run.planned - day.now, day.site.mean_s, run.priority, run.is_fixed and run.home is not None)
-                  for run in day.coming(self._ahead)] if self._ahead else []
+        robots = {
+            robot.number: Member(
+                robot.number,
+                f"{robot.number:02d}",
+                day.is_idle(robot),
+                believed[robot.number][0],
+                day.level(robot),
+                8.0,
+                robot.busy / HOUR,
+                Out.SILENT if robot.known_silent else Out.STOPPED if robot.known_error else None,
+            )
+            for robot in day.robots
+        }
+        starts = [
+            Start(
+                run.id,
+                str(run.mission.number),
+                everybody,
+                run.priority,
+                run.planned - day.now,
+                run.closes - day.now,
+                minimum_battery=MINIMUM,
+                keep_free=self._keep_free,
+                tried={number: Out.TRIED for number, until in run.barred.items() if until > day.now},
+            )
+            for run in runs
+        ]
+        coming = (
+            [
+                Coming(
+                    str(run.mission.number),
+                    (run.home,) if run.is_fixed and run.home is not None else everybody,
+                    run.planned - day.now,
+                    day.site.mean_s,
+                    run.priority,
+                    run.is_fixed and run.home is not None,
+                )
+                for run in day.coming(self._ahead)
+            ]
+            if self._ahead
+            else []
+        )
         return Situation(robots, starts, takes, coming)
 
 
 NO_METRES = "this app without positions"
 POLICIES: Mapping[str, Callable[[], Rule]] = {
-    "fixed robot": FixedRobot, "random": AtRandom, "round robin": RoundRobin, "earliest completion, when due": EarliestCompletion,
-    "first idle": FirstIdle, "nearest idle": NearestIdle, "this app without look-ahead": lambda: ThisApp(0.0), NO_METRES: ThisApp,
-    "this app": ThisApp}
+    "fixed robot": FixedRobot,
+    "random": AtRandom,
+    "round robin": RoundRobin,
+    "earliest completion, when due": EarliestCompletion,
+    "first idle": FirstIdle,
+    "nearest idle": NearestIdle,
+    "this app without look-ahead": lambda: ThisApp(0.0),
+    NO_METRES: ThisApp,
+    "this app": ThisApp,
+}

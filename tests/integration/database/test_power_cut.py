@@ -3,6 +3,7 @@
 With ``synchronous=FULL`` a commit returns after its frames are on the disk, so a cut leaves the log at least as long as it was at the last
 commit; everything behind may be missing or be noise. While the log is written back, any of the file's pages may be old, new or torn.
 """
+
 from __future__ import annotations
 
 import random
@@ -75,13 +76,13 @@ def test_a_cut_while_the_log_is_written_back_loses_nothing(written, tmp_path):
     path, lengths = written
     chance = random.Random(8)
     whole = _copy(path, tmp_path / "whole", lengths[-1])
-    _intents(whole)                                          # closing wrote the log back: the file as it is to become
+    _intents(whole)  # closing wrote the log back: the file as it is to become
     old, new, page = path.read_bytes(), whole.read_bytes(), 4096
     for number in range(60):
         copy = _copy(path, tmp_path / str(number), lengths[-1])
         mixed = bytearray(old.ljust(len(new), b"\0"))
         for at in range(0, len(new), page):
-            ends = at + chance.choice((0, page, chance.randrange(page)))        # old, new, torn
+            ends = at + chance.choice((0, page, chance.randrange(page)))  # old, new, torn
             mixed[at:ends] = new[at:ends]
         copy.write_bytes(mixed)
         assert _intents(copy) == list(range(COMMITS))

@@ -1,4 +1,5 @@
 """Servers and clients that end with their test."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -31,6 +32,7 @@ def serve(closing: ExitStack) -> Serve:
         server = Server(behave)
         closing.callback(server.close)
         return server
+
     return start
 
 
@@ -41,4 +43,5 @@ def connect(closing: ExitStack) -> Connect:
         client = RobotClient(Address.parse(f"{host}:{port}"), TOKEN, timeouts=timeouts)
         closing.callback(client.close)
         return client
+
     return make

@@ -1,4 +1,5 @@
 """Real sockets on loopback that behave as badly as a test asks for."""
+
 from __future__ import annotations
 
 import contextlib
@@ -23,7 +24,9 @@ class Conversation:
             if not self._more():
                 return None
         head, _, rest = self._buffer.partition(b"\r\n\r\n")
-        lengths = [int(line.partition(b":")[2]) for line in head.split(b"\r\n") if line.lower().startswith(b"content-length:")]
+        lengths = [
+            int(line.partition(b":")[2]) for line in head.split(b"\r\n") if line.lower().startswith(b"content-length:")
+        ]
         length = lengths[0] if lengths else 0
         while len(rest) < length:
             before = len(self._buffer)

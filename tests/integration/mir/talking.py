@@ -1,4 +1,5 @@
 """What tests of the client on real sockets have in common: how a server behaves, and a request that fails."""
+
 from __future__ import annotations
 
 import json
@@ -14,7 +15,7 @@ from tests.integration.mir.servers import Conversation, Server
 from tests.unit.mir.answers import MISSION, STATUS
 
 QUICK = Timeouts(connect=5.0, read=0.2, total=0.4)
-PATIENT = Timeouts(connect=5.0, read=20.0, total=60.0)       # where a test is about something else than time
+PATIENT = Timeouts(connect=5.0, read=20.0, total=60.0)  # where a test is about something else than time
 TOKEN = Token.derive("distributor", "distributor")
 ACCEPTED = b'{"id": 7, "state": "Pending"}'
 READY = json.dumps(STATUS).encode()
@@ -26,13 +27,17 @@ Connect = Callable[..., RobotClient]
 
 def every_request(conversation: Conversation) -> None:
     while request := conversation.request():
-        conversation.answer(ACCEPTED if request.startswith(b"POST") else READY, "201 Created" if request.startswith(b"POST") else "200 OK")
+        conversation.answer(
+            ACCEPTED if request.startswith(b"POST") else READY,
+            "201 Created" if request.startswith(b"POST") else "200 OK",
+        )
 
 
 def after_request(then: Callable[[Conversation], None]) -> Behaviour:
     def behave(conversation: Conversation) -> None:
         conversation.request()
         then(conversation)
+
     return behave
 
 

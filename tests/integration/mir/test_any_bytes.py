@@ -1,4 +1,5 @@
 """Whatever bytes come out of a socket, a call raises nothing but RobotError, and a mission is asked for once."""
+
 from __future__ import annotations
 
 import contextlib
@@ -16,13 +17,30 @@ from tests.support.examples import examples
 
 TOKEN = Token.derive("distributor", "distributor")
 
-RAW = (st.binary(max_size=200)
-       | st.builds(lambda status, headers, body: b"HTTP/1.1 %d X\r\n" % status + headers + b"\r\n" + body, st.integers(0, 999),
-                   st.lists(st.sampled_from([b"Content-Length: 3\r\n", b"Content-Length: x\r\n", b"Transfer-Encoding: chunked\r\n",
-                                             b"Content-Encoding: gzip\r\n", b"Content-Encoding: br, zstd\r\n", b"Location: http://[\r\n",
-                                             b"Location: \xff\r\n", b"Set-Cookie: \x00=;\r\n", b"Connection: close\r\n", b": \r\n",
-                                             b"Date: \x80\r\n", b"Robot-Version: \xff\xfe\r\n"]), max_size=5).map(b"".join),
-                   st.binary(max_size=60) | st.sampled_from([b'{"id": 7}', b"3\r\n{}\n\r\n0\r\n\r\n", b"ffffffff\r\n{"])))
+RAW = st.binary(max_size=200) | st.builds(
+    lambda status, headers, body: b"HTTP/1.1 %d X\r\n" % status + headers + b"\r\n" + body,
+    st.integers(0, 999),
+    st.lists(
+        st.sampled_from(
+            [
+                b"Content-Length: 3\r\n",
+                b"Content-Length: x\r\n",
+                b"Transfer-Encoding: chunked\r\n",
+                b"Content-Encoding: gzip\r\n",
+                b"Content-Encoding: br, zstd\r\n",
+                b"Location: http://[\r\n",
+                b"Location: \xff\r\n",
+                b"Set-Cookie: \x00=;\r\n",
+                b"Connection: close\r\n",
+                b": \r\n",
+                b"Date: \x80\r\n",
+                b"Robot-Version: \xff\xfe\r\n",
+            ]
+        ),
+        max_size=5,
+    ).map(b"".join),
+    st.binary(max_size=60) | st.sampled_from([b'{"id": 7}', b"3\r\n{}\n\r\n0\r\n\r\n", b"ffffffff\r\n{"]),
+)
 
 
 def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> None:
@@ -43,7 +61,10 @@ def test_whatever_comes_out_of_a_socket_raises_nothing_but_robot_errors() -> Non
         nonlocal raw
         raw = answer
         robot = RobotClient(address, TOKEN, timeouts=patient)
-        for call, most in ((lambda: robot.enqueue("g"), 1), (robot.status, 2)):       # the status once more, with credentials, after a 401
+        for call, most in (
+            (lambda: robot.enqueue("g"), 1),
+            (robot.status, 2),
+        ):  # the status once more, with credentials, after a 401
             before = len(server.requests)
             with contextlib.suppress(RobotError):
                 call()

@@ -1,4 +1,5 @@
 """Connections that are kept open between requests, and have died or go on talking meanwhile."""
+
 from __future__ import annotations
 
 import pytest
@@ -64,7 +65,7 @@ def test_a_belated_second_answer_is_not_that_of_the_next_request(serve: Serve, c
     def answers_twice(conversation: Conversation) -> None:
         conversation.request()
         conversation.send(first)
-        conversation.request()                      # the second answer arrives when the next request has left, if that comes here
+        conversation.request()  # the second answer arrives when the next request has left, if that comes here
         conversation.answer(READY)
 
     server = serve(answers_twice)

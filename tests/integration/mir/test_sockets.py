@@ -2,6 +2,7 @@
 
 No test measures time. Where a server would go on for ever, that the test ends at all is the proof.
 """
+
 from __future__ import annotations
 
 import gzip
@@ -53,7 +54,7 @@ def test_reads_share_a_connection_and_writes_get_their_own(serve: Serve, connect
     assert lines[2] == b"POST /api/v2.0.0/mission_queue HTTP/1.1"
     assert b"\r\nConnection: close\r\n" in server.requests[2]
     sent = [b"\r\nAuthorization: " + TOKEN.header.encode() + b"\r\n" in request for request in server.requests]
-    assert sent == [False, False, True, True, False, False]          # the status is asked for without
+    assert sent == [False, False, True, True, False, False]  # the status is asked for without
 
 
 def test_a_mission_leaves_in_one_piece(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,48 +66,68 @@ def test_a_mission_leaves_in_one_piece(serve: Serve, connect: Connect, monkeypat
     assert [piece for piece in pieces if not piece.startswith(b"HTTP/")] == server.requests
 
 
-def test_every_request_says_who_asks_and_what_it_wants(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch,
-                                                       tmp_path: Path) -> None:
-    (tmp_path / "netrc").write_text("machine 127.0.0.1 login other password other")      # neither this nor a proxy is used
+def test_every_request_says_who_asks_and_what_it_wants(
+    serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "netrc").write_text("machine 127.0.0.1 login other password other")  # neither this nor a proxy is used
     monkeypatch.setenv("NETRC", str(tmp_path / "netrc"))
     monkeypatch.setenv("HTTP_PROXY", f"http://127.0.0.1:{closed_port()}")
-    server = serve(after_request(lambda robot: robot.answer(READY, "200 OK", "Set-Cookie: session=1", "Connection: close")))
+    server = serve(
+        after_request(lambda robot: robot.answer(READY, "200 OK", "Set-Cookie: session=1", "Connection: close"))
+    )
     robot = connect(server)
     robot.status()
     for _ in range(2):
         with pytest.raises(Unreadable):
             robot.missions()
-    for request, path, credentials in zip(server.requests, ("status", "missions", "missions"), (False, True, True), strict=True):
+    for request, path, credentials in zip(
+        server.requests, ("status", "missions", "missions"), (False, True, True), strict=True
+    ):
         head = request.decode().split("\r\n")
         assert head[0] == f"GET /api/v2.0.0/{path} HTTP/1.1"
-        assert head[1:head.index("")] == [
-            f"Host: 127.0.0.1:{server.port}", "Accept: application/json", "Accept-Encoding: identity", "Accept-Language: en_US",
-            "Content-Type: application/json", "User-Agent: AMR-Scheduler", *[f"Authorization: {TOKEN.header}"] * credentials,
-            "Connection: keep-alive"]
+        assert head[1 : head.index("")] == [
+            f"Host: 127.0.0.1:{server.port}",
+            "Accept: application/json",
+            "Accept-Encoding: identity",
+            "Accept-Language: en_US",
+            "Content-Type: application/json",
+            "User-Agent: AMR-Scheduler",
+            *[f"Authorization: {TOKEN.header}"] * credentials,
+            "Connection: keep-alive",
+        ]
 
 
 def test_a_search_is_sorted_as_clients_on_robots_ask_for_it(serve: Serve, connect: Connect) -> None:
     server = serve(after_request(lambda robot: robot.answer(b"[]")))
     connect(server).open_items()
-    assert b"sort_by=id,desc" in server.requests[0].split(b"\r\n")[0]          # the comma as it is
+    assert b"sort_by=id,desc" in server.requests[0].split(b"\r\n")[0]  # the comma as it is
 
 
 def test_what_is_packed_though_nobody_asked_for_it_is_refused(serve: Serve, connect: Connect) -> None:
     server = serve(after_request(lambda robot: robot.answer(gzip.compress(READY), "200 OK", "Content-Encoding: gzip")))
     error = status_fails(connect(server))
-    assert (type(error), error.text) == (Unreadable, f"127.0.0.1:{server.port} gave an answer that can't be read: it is compressed")
+    assert (type(error), error.text) == (
+        Unreadable,
+        f"127.0.0.1:{server.port} gave an answer that can't be read: it is compressed",
+    )
 
 
 @pytest.mark.parametrize("encoding", ["gzip", "deflate", "gzip, gzip"])
 def test_nothing_is_unpacked(serve: Serve, connect: Connect, encoding: str) -> None:
     """Millions of packed nothings take urllib3 minutes, as it copies what is left for each."""
     one = zlib.compress(b"") if encoding == "deflate" else gzip.compress(b"", mtime=0)
-    server = serve(after_request(lambda robot: robot.answer(one * (4_000_000 // len(one)), "200 OK", f"Content-Encoding: {encoding}")))
+    server = serve(
+        after_request(
+            lambda robot: robot.answer(one * (4_000_000 // len(one)), "200 OK", f"Content-Encoding: {encoding}")
+        )
+    )
     assert type(status_fails(connect(server))) is Unreadable
 
 
 def test_a_broken_header_breaks_nothing(serve: Serve, connect: Connect) -> None:
-    server = serve(after_request(lambda robot: robot.answer(READY, "200 OK", "no header", "Content-Type: multipart/mixed")))
+    server = serve(
+        after_request(lambda robot: robot.answer(READY, "200 OK", "no header", "Content-Type: multipart/mixed"))
+    )
     assert connect(server).status().robot_name == "R1"
 
 
@@ -134,8 +155,9 @@ def test_an_unknown_name_sent_nothing(connect: Connect, monkeypatch: pytest.Monk
     assert (error.code, error.delivery, error.params["host"]) == ("unknown_name", Delivery.NOT_SENT, "no-such-robot")
 
 
-def test_a_name_that_takes_for_ever_sent_nothing_and_leaves_one_thread(serve: Serve, connect: Connect,
-                                                                       monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_name_that_takes_for_ever_sent_nothing_and_leaves_one_thread(
+    serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch
+) -> None:
     server, answered, asked = serve(every_request), threading.Event(), []
 
     def slow(host: str, port: int, **options: Any) -> list[Any]:
@@ -151,20 +173,23 @@ def test_a_name_that_takes_for_ever_sent_nothing_and_leaves_one_thread(serve: Se
     assert asked == ["slow-robot"]
     answered.set()
     assert connect(server, host="slow-robot").status().robot_name == "R1"
-    assert len(asked) <= 2                # whether the first look-up was over when it was needed again, is open
+    assert len(asked) <= 2  # whether the first look-up was over when it was needed again, is open
 
 
 def test_every_address_of_a_name_is_tried(serve: Serve, connect: Connect, monkeypatch: pytest.MonkeyPatch) -> None:
     server, deaf = serve(every_request), closed_port()
-    monkeypatch.setattr(socket, "getaddrinfo", lambda host, port, **options: [
-        *LOOK_UP("127.0.0.1", deaf, **options), *LOOK_UP("127.0.0.1", port, **options)])
+    monkeypatch.setattr(
+        socket,
+        "getaddrinfo",
+        lambda host, port, **options: [*LOOK_UP("127.0.0.1", deaf, **options), *LOOK_UP("127.0.0.1", port, **options)],
+    )
     assert connect(server, host="robot").status().robot_name == "R1"
 
 
 def test_a_connection_that_nobody_takes_sent_nothing(connect: Connect, closing: ExitStack) -> None:
     listener = closing.enter_context(socket.create_server(("127.0.0.1", 0), backlog=0))
     port = listener.getsockname()[1]
-    for _ in range(8):                      # fill the queue of connections that the kernel accepts by itself
+    for _ in range(8):  # fill the queue of connections that the kernel accepts by itself
         filler = closing.enter_context(socket.socket())
         filler.setblocking(False)
         filler.connect_ex(("127.0.0.1", port))
@@ -227,7 +252,9 @@ BREAKS: dict[str, Callable[[Conversation], None]] = {
 
 
 @pytest.mark.parametrize("behaviour", BREAKS)
-def test_a_broken_connection_leaves_the_outcome_unknown_and_is_not_repeated(serve: Serve, connect: Connect, behaviour: str) -> None:
+def test_a_broken_connection_leaves_the_outcome_unknown_and_is_not_repeated(
+    serve: Serve, connect: Connect, behaviour: str
+) -> None:
     server = serve(after_request(BREAKS[behaviour]))
     robot = connect(server)
     error = enqueue_fails(robot)
@@ -235,7 +262,7 @@ def test_a_broken_connection_leaves_the_outcome_unknown_and_is_not_repeated(serv
     assert error.delivery is Delivery.UNKNOWN
     assert len(server.requests) == server.connections == 1
     status_fails(robot)
-    assert len(server.requests) == 2             # not on a kept-alive connection, so not repeated either
+    assert len(server.requests) == 2  # not on a kept-alive connection, so not repeated either
 
 
 def test_a_reset_before_the_request_is_read_is_not_repeated(serve: Serve, connect: Connect) -> None:
@@ -243,7 +270,7 @@ def test_a_reset_before_the_request_is_read_is_not_repeated(serve: Serve, connec
     for _ in range(20):
         before = server.connections
         error = enqueue_fails(connect(server))
-        assert type(error) in (ConnectionLost, Unreachable)          # the reset may be faster than the request
+        assert type(error) in (ConnectionLost, Unreachable)  # the reset may be faster than the request
         assert (type(error) is Unreachable) == (error.delivery is Delivery.NOT_SENT)
         assert server.connections == before + 1
 
@@ -259,10 +286,15 @@ NONSENSE: dict[str, bytes] = {
     "not gzip": HEAD + b"Content-Encoding: gzip\r\nContent-Length: 4\r\n\r\nnope",
     "switching protocols": b"HTTP/1.1 101 Switching Protocols\r\nUpgrade: x\r\n\r\n",
     "a web page": b"HTTP/1.1 200 OK\r\nContent-Length: 13\r\n\r\n<html></html>",
-    "half an answer": b"HTTP/1.1 201 Created\r\n\r\n{\"id\": 7",
-    "parameters that contradict each other": HEAD.replace(b"application/json", b"multipart/mixed; boundary*=a; boundary*0=b") + b"\r\n{}",
-    "a parameter that takes hours": HEAD.replace(b"application/json", b'multipart/mixed; a="' + b"\r\n ".join([b";" * 60_000] * 90))
-                                    + b"\r\n\r\n{}",
+    "half an answer": b'HTTP/1.1 201 Created\r\n\r\n{"id": 7',
+    "parameters that contradict each other": HEAD.replace(
+        b"application/json", b"multipart/mixed; boundary*=a; boundary*0=b"
+    )
+    + b"\r\n{}",
+    "a parameter that takes hours": HEAD.replace(
+        b"application/json", b'multipart/mixed; a="' + b"\r\n ".join([b";" * 60_000] * 90)
+    )
+    + b"\r\n\r\n{}",
     "a long head": HEAD + b"".join(b"X%d: %b\r\n" % (n, b"x" * 1000) for n in range(30)) + b"\r\n" + ACCEPTED,
 }
 
@@ -278,7 +310,9 @@ def test_nonsense_is_never_taken_for_an_answer(serve: Serve, connect: Connect, b
 
 # ---------------------------------------------------------------------- too much
 FLOODS: dict[str, Callable[[Conversation], None]] = {
-    "endless chunks": lambda robot: flood(robot, HEAD + b"Transfer-Encoding: chunked\r\n\r\n", b"10000\r\n" + b"a" * 65536 + b"\r\n"),
+    "endless chunks": lambda robot: flood(
+        robot, HEAD + b"Transfer-Encoding: chunked\r\n\r\n", b"10000\r\n" + b"a" * 65536 + b"\r\n"
+    ),
     "endless body": lambda robot: flood(robot, HEAD + b"\r\n", b"a" * 65536),
     "a great length": lambda robot: flood(robot, HEAD + b"Content-Length: 99999999999\r\n\r\n", b"a" * 65536),
 }
@@ -302,8 +336,15 @@ def test_a_flood_is_cut(serve: Serve, connect: Connect, behaviour: str) -> None:
 CHUNKED = HEAD + b"Transfer-Encoding: chunked\r\n\r\n"
 
 
-@pytest.mark.parametrize("head", [CHUNKED, CHUNKED.replace(b"chunked", b"chunked\r\nTransfer-Encoding: x"),
-                                  CHUNKED.replace(b"chunked", b"x, Chunked")], ids=["plain", "named twice", "in a list"])
+@pytest.mark.parametrize(
+    "head",
+    [
+        CHUNKED,
+        CHUNKED.replace(b"chunked", b"chunked\r\nTransfer-Encoding: x"),
+        CHUNKED.replace(b"chunked", b"x, Chunked"),
+    ],
+    ids=["plain", "named twice", "in a list"],
+)
 def test_a_million_tiny_chunks_are_not_read(serve: Serve, connect: Connect, head: bytes) -> None:
     error = enqueue_fails(connect(serve(after_request(lambda robot: flood(robot, head, b"1\r\n \r\n" * 10_000)))))
     assert (type(error), error.code, error.delivery) == (Unreadable, "too_long", Delivery.UNKNOWN)
@@ -326,7 +367,7 @@ def test_nor_are_millions_of_tiny_packets(serve: Serve, connect: Connect, monkey
 
 def test_chunks_of_a_usual_size_are_read(serve: Serve, connect: Connect) -> None:
     missions = json.dumps([{"guid": f"{number:036}", "name": "x" * 200} for number in range(1500)]).encode()
-    parts = [missions[at:at + 60] for at in range(0, len(missions), 60)]
+    parts = [missions[at : at + 60] for at in range(0, len(missions), 60)]
     body = b"".join(b"%x\r\n%b\r\n" % (len(part), part) for part in [*parts, b""])
     assert len(connect(serve(after_request(lambda robot: robot.send(CHUNKED + body)))).missions()) == 1500
 
@@ -349,7 +390,11 @@ def test_a_long_answer_within_the_limit_is_read(serve: Serve, connect: Connect) 
 @pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
 def test_redirects_are_not_followed(serve: Serve, connect: Connect, status: int) -> None:
     other = serve(every_request)
-    server = serve(after_request(lambda robot: robot.answer(b"", f"{status} Moved", f"Location: http://127.0.0.1:{other.port}/api/v2.0.0/x")))
+    server = serve(
+        after_request(
+            lambda robot: robot.answer(b"", f"{status} Moved", f"Location: http://127.0.0.1:{other.port}/api/v2.0.0/x")
+        )
+    )
     robot = connect(server)
     error = enqueue_fails(robot)
     assert (type(error), error.code, error.delivery) == (NotAMir, "redirected", Delivery.UNKNOWN)
@@ -359,10 +404,15 @@ def test_redirects_are_not_followed(serve: Serve, connect: Connect, status: int)
 
 
 @pytest.mark.parametrize("length", [30, 80, 99, 100, 101, 150, 500])
-def test_a_token_that_a_robot_sends_back_is_not_shown_in_part_either(serve: Serve, connect: Connect, length: int) -> None:
+def test_a_token_that_a_robot_sends_back_is_not_shown_in_part_either(
+    serve: Serve, connect: Connect, length: int
+) -> None:
     said = "x" * (length - 30) + "\u200b".join(TOKEN.header)
     body = json.dumps({"error_code": TOKEN.header, "error_human": said}).encode()
-    for answer in (lambda robot: robot.answer(b"", "302 Found", f"Location: {'x' * (length - 30)}{TOKEN.header}"),
-                   lambda robot: robot.answer(body, "400 Bad Request"), lambda robot: robot.answer(body, "503 Service Unavailable")):
+    for answer in (
+        lambda robot: robot.answer(b"", "302 Found", f"Location: {'x' * (length - 30)}{TOKEN.header}"),
+        lambda robot: robot.answer(body, "400 Bad Request"),
+        lambda robot: robot.answer(body, "503 Service Unavailable"),
+    ):
         error = enqueue_fails(connect(serve(after_request(answer))))
         assert TOKEN.header[6:20] not in f"{error!r}{error}{vars(error)}"

@@ -1,4 +1,5 @@
 """HTTPS with and without a pin: which certificates are taken, and that nothing is sent to any other."""
+
 from __future__ import annotations
 
 import hashlib
@@ -14,7 +15,15 @@ from app.domain.models import InvalidInput
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
-from app.mir.errors import CertificateMismatch, CertificateProblem, ConnectionLost, Delivery, RobotError, TimedOut, Unreachable
+from app.mir.errors import (
+    CertificateMismatch,
+    CertificateProblem,
+    ConnectionLost,
+    Delivery,
+    RobotError,
+    TimedOut,
+    Unreachable,
+)
 from app.mir.fingerprint import presented_fingerprint
 from app.mir.transport import Timeouts
 from tests.integration.mir.servers import HEAD, Conversation, Server, closed_port
@@ -32,7 +41,7 @@ Serve = Callable[..., Server]
 
 def fingerprint(certificate: Path) -> str:
     text = certificate.read_text()
-    return hashlib.sha256(ssl.PEM_cert_to_DER_cert(text[text.index("-----BEGIN CERT"):])).hexdigest()
+    return hashlib.sha256(ssl.PEM_cert_to_DER_cert(text[text.index("-----BEGIN CERT") :])).hexdigest()
 
 
 def robot_at(server: Server, pin: str | None, timeouts: Timeouts = PATIENT, host: str = "127.0.0.1") -> RobotClient:
@@ -41,13 +50,16 @@ def robot_at(server: Server, pin: str | None, timeouts: Timeouts = PATIENT, host
 
 def ready(conversation: Conversation) -> None:
     while request := conversation.request():
-        conversation.answer(b'{"id": 7}' if request.startswith(b"POST") else json.dumps(STATUS).encode(),
-                            "201 Created" if request.startswith(b"POST") else "200 OK")
+        conversation.answer(
+            b'{"id": 7}' if request.startswith(b"POST") else json.dumps(STATUS).encode(),
+            "201 Created" if request.startswith(b"POST") else "200 OK",
+        )
 
 
 @pytest.fixture
 def serve() -> Iterator[Serve]:
     with ExitStack() as stack:
+
         def start(behave: Behaviour = ready, certificate: Path | None = FIELD_ROBOT) -> Server:
             context = None
             if certificate is not None:
@@ -56,6 +68,7 @@ def serve() -> Iterator[Serve]:
             server = Server(behave, context)
             stack.callback(server.close)
             return server
+
         yield start
 
 
@@ -68,7 +81,7 @@ def enqueue_fails(client: RobotClient) -> RobotError:
 
 def test_the_pinned_certificate_is_taken_though_expired_nameless_and_self_signed(serve: Serve) -> None:
     server = serve()
-    robot = robot_at(server, ":".join(fingerprint(FIELD_ROBOT).upper()[n:n + 2] for n in range(0, 64, 2)))
+    robot = robot_at(server, ":".join(fingerprint(FIELD_ROBOT).upper()[n : n + 2] for n in range(0, 64, 2)))
     assert robot.status().robot_name == "R1"
     assert robot.status().robot_name == "R1"
     assert server.connections == 1
@@ -81,9 +94,14 @@ def test_a_second_answer_that_is_decrypted_already_is_not_that_of_the_next_reque
     def answers_twice(conversation: Conversation) -> None:
         conversation.request()
         body = json.dumps(STATUS).encode()
-        length = 8192 - len(HEAD) - len(b"Content-Length: 8000\r\n\r\n")          # what is read at a time
-        conversation.send(HEAD + b"Content-Length: %d\r\n\r\n%b" % (length, body.ljust(length))
-                          + HEAD + b"Content-Length: 15\r\n\r\n" + b'{"id": "wrong"}')
+        length = 8192 - len(HEAD) - len(b"Content-Length: 8000\r\n\r\n")  # what is read at a time
+        conversation.send(
+            HEAD
+            + b"Content-Length: %d\r\n\r\n%b" % (length, body.ljust(length))
+            + HEAD
+            + b"Content-Length: 15\r\n\r\n"
+            + b'{"id": "wrong"}'
+        )
         conversation.request()
         conversation.hang()
 
@@ -111,7 +129,9 @@ def test_a_self_signed_certificate_is_not_taken_without_a_pin(serve: Serve) -> N
     assert server.requests == []
 
 
-def test_a_certificate_of_an_authority_that_the_system_trusts_is_taken(serve: Serve, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_certificate_of_an_authority_that_the_system_trusts_is_taken(
+    serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("SSL_CERT_FILE", str(PLANT_ROBOT))
     server = serve(certificate=PLANT_ROBOT)
     for host in ("127.0.0.1", "localhost"):
@@ -137,7 +157,11 @@ def test_https_to_a_robot_that_speaks_http(serve: Serve) -> None:
 def test_http_to_a_robot_that_speaks_https(serve: Serve) -> None:
     server = serve()
     error = enqueue_fails(RobotClient(Address.parse(f"http://127.0.0.1:{server.port}"), TOKEN, timeouts=PATIENT))
-    assert (type(error), error.code, error.delivery) == (ConnectionLost, "lost_over_http", Delivery.UNKNOWN)    # it left in clear text
+    assert (type(error), error.code, error.delivery) == (
+        ConnectionLost,
+        "lost_over_http",
+        Delivery.UNKNOWN,
+    )  # it left in clear text
     assert error.text.endswith("perhaps it wants https")
     assert server.requests == []
 
@@ -150,9 +174,11 @@ def test_a_handshake_that_breaks_sent_nothing(serve: Serve, behave: Behaviour) -
 
 
 def test_a_handshake_that_hangs_sent_nothing(serve: Serve) -> None:
-    error = enqueue_fails(robot_at(serve(lambda robot: robot.hang(), certificate=None), fingerprint(FIELD_ROBOT), QUICK))
+    error = enqueue_fails(
+        robot_at(serve(lambda robot: robot.hang(), certificate=None), fingerprint(FIELD_ROBOT), QUICK)
+    )
     assert (type(error), error.code, error.delivery) == (CertificateProblem, "tls_silent", Delivery.NOT_SENT)
-    assert error.text.endswith("check the address (http or https) and the port")         # it is on, and on this network
+    assert error.text.endswith("check the address (http or https) and the port")  # it is on, and on this network
 
 
 def after_request(conversation: Conversation, then: Callable[[], None]) -> None:
@@ -160,14 +186,25 @@ def after_request(conversation: Conversation, then: Callable[[], None]) -> None:
     then()
 
 
-@pytest.mark.parametrize(("behave", "kind"), [
-    (lambda robot: after_request(robot, lambda: None), ConnectionLost),
-    (lambda robot: after_request(robot, robot.reset), ConnectionLost),
-    (lambda robot: after_request(robot, robot.hang), TimedOut),
-    (lambda robot: after_request(robot, lambda: robot.drip(HEAD + b"X: " + b"x" * 60_000)), TimedOut),
-    (lambda robot: after_request(robot, lambda: robot.drip(HEAD + b"Content-Length: 60000\r\n\r\n" + b"x" * 60_000)), TimedOut),
-], ids=["close", "reset", "hang", "drip headers", "drip body"])
-def test_what_breaks_after_the_handshake_leaves_the_outcome_unknown(serve: Serve, behave: Behaviour, kind: type[RobotError]) -> None:
+@pytest.mark.parametrize(
+    ("behave", "kind"),
+    [
+        (lambda robot: after_request(robot, lambda: None), ConnectionLost),
+        (lambda robot: after_request(robot, robot.reset), ConnectionLost),
+        (lambda robot: after_request(robot, robot.hang), TimedOut),
+        (lambda robot: after_request(robot, lambda: robot.drip(HEAD + b"X: " + b"x" * 60_000)), TimedOut),
+        (
+            lambda robot: after_request(
+                robot, lambda: robot.drip(HEAD + b"Content-Length: 60000\r\n\r\n" + b"x" * 60_000)
+            ),
+            TimedOut,
+        ),
+    ],
+    ids=["close", "reset", "hang", "drip headers", "drip body"],
+)
+def test_what_breaks_after_the_handshake_leaves_the_outcome_unknown(
+    serve: Serve, behave: Behaviour, kind: type[RobotError]
+) -> None:
     server = serve(behave)
     timeouts = Timeouts(connect=10.0, read=0.3, total=0.6) if kind is TimedOut else PATIENT
     error = enqueue_fails(robot_at(server, fingerprint(FIELD_ROBOT), timeouts))

@@ -1,4 +1,5 @@
 """``main.py --check-up`` as a real process, against a robot on a socket; its measurement is shortened from a minute to two questions."""
+
 from __future__ import annotations
 
 import json
@@ -37,8 +38,16 @@ WITHIN = 60.0
 
 
 def start(data: Path, *arguments: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
-    return subprocess.Popen([sys.executable, "-c", QUICK, "--data-dir", str(data), *arguments], stdin=stdin, stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, encoding="utf-8", env=environment(), cwd=ROOT)
+    return subprocess.Popen(
+        [sys.executable, "-c", QUICK, "--data-dir", str(data), *arguments],
+        stdin=stdin,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        env=environment(),
+        cwd=ROOT,
+    )
 
 
 def run(data: Path, *arguments: str) -> tuple[int, str, str]:
@@ -108,7 +117,9 @@ def test_it_prints_the_report_keeps_it_and_writes_what_was_found(data, robot, tm
     assert file.stat().st_mode & 0o777 == 0o600
     report = kept(data)
     assert report is not None
-    assert [finding.topic for finding in report.findings] == [finding["topic"] for finding in found["report"]["findings"]]
+    assert [finding.topic for finding in report.findings] == [
+        finding["topic"] for finding in found["report"]["findings"]
+    ]
 
 
 def test_to_stdout_the_file_comes_alone_so_that_a_program_can_read_it(data, robot):
@@ -142,7 +153,7 @@ def at_a_terminal(data, *arguments, answer: str) -> tuple[int, str]:
         os.close(terminal)
 
 
-@pytest.mark.parametrize("answer", ["\n", "n\n", "\x04"])         # the last one ends the input
+@pytest.mark.parametrize("answer", ["\n", "n\n", "\x04"])  # the last one ends the input
 def test_whoever_sits_at_a_terminal_is_asked_before_anything_moves(data, robot, answer):
     code, err = at_a_terminal(data, "--check-up", robot.name, "--with-mission", answer=answer)
     assert code == 2
@@ -202,13 +213,15 @@ def test_a_start_of_the_plan_goes_first(tmp_path, fleet, robot):
 
 
 def test_what_can_not_be_is_said_in_one_line(data, fleet, robot):
-    for arguments, words in ((("--check-up", "Nobody"), f"there is no robot 'Nobody'; known: {robot.name}"),
-                             (("--check-up", robot.name, "--with-mission", "Dance", "--yes"), "the robot has no mission Dance"),
-                             (("--check-up", robot.name, "--report", "/nowhere/found.json"), "/nowhere/found.json can't be written"),
-                             (("--check-up", ""), "--check-up needs the name of a robot"),
-                             (("--with-mission",), "--with-mission and --report belong to --check-up ROBOT"),
-                             (("--check-up", robot.name, "--yes"), "--yes belongs to"),
-                             (("--check-up", robot.name, "--headless"), "can't be combined")):
+    for arguments, words in (
+        (("--check-up", "Nobody"), f"there is no robot 'Nobody'; known: {robot.name}"),
+        (("--check-up", robot.name, "--with-mission", "Dance", "--yes"), "the robot has no mission Dance"),
+        (("--check-up", robot.name, "--report", "/nowhere/found.json"), "/nowhere/found.json can't be written"),
+        (("--check-up", ""), "--check-up needs the name of a robot"),
+        (("--with-mission",), "--with-mission and --report belong to --check-up ROBOT"),
+        (("--check-up", robot.name, "--yes"), "--yes belongs to"),
+        (("--check-up", robot.name, "--headless"), "can't be combined"),
+    ):
         code, out, err = run(data, *arguments)
         assert (code, out) == (2, ""), arguments
         assert is_one_line(err)
@@ -260,9 +273,17 @@ def test_when_the_app_is_killed_it_gives_up_so_that_the_app_can_start_again(data
         wait_for(lambda: missions(robot) == before and robot.state()["state_id"] == 3, within=WITHIN)
 
 
-@pytest.mark.parametrize(("number", "is_beside_an_app"), [
-    (signal.SIGINT, False), (signal.SIGINT, True), (signal.SIGTERM, False), (signal.SIGTERM, True), (signal.SIGHUP, False),
-    (signal.SIGHUP, True)])
+@pytest.mark.parametrize(
+    ("number", "is_beside_an_app"),
+    [
+        (signal.SIGINT, False),
+        (signal.SIGINT, True),
+        (signal.SIGTERM, False),
+        (signal.SIGTERM, True),
+        (signal.SIGHUP, False),
+        (signal.SIGHUP, True),
+    ],
+)
 def test_who_interrupts_it_or_closes_its_terminal_leaves_nothing(data, robot, number, is_beside_an_app):
     before = missions(robot)
     with headless(data) if is_beside_an_app else nullcontext():

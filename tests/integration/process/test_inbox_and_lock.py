@@ -17,10 +17,17 @@ from app.process.lock import AlreadyRunning, InstanceLock
 
 
 def test_only_one_process_holds_a_directory_and_a_killed_one_loses_it(tmp_path):
-    code = ("import sys, pathlib; from app.process.lock import InstanceLock; lock = InstanceLock(pathlib.Path(sys.argv[1]));"
-            "lock.acquire(); print('held', flush=True); sys.stdin.read()")
-    with subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                          cwd=Path(__file__).parents[3]) as other:
+    code = (
+        "import sys, pathlib; from app.process.lock import InstanceLock; lock = InstanceLock(pathlib.Path(sys.argv[1]));"
+        "lock.acquire(); print('held', flush=True); sys.stdin.read()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code, str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).parents[3],
+    ) as other:
         assert other.stdout.readline() == "held\n"
         with pytest.raises(AlreadyRunning, match=f"process {other.pid}"):
             InstanceLock(tmp_path).acquire()
@@ -39,6 +46,7 @@ def served(tmp_path, handlers, **request):
     def serve():
         while not done.wait(0.005):
             inbox.tick()
+
     thread = threading.Thread(target=serve)
     thread.start()
     try:
@@ -49,7 +57,9 @@ def served(tmp_path, handlers, **request):
 
 
 def test_a_request_is_answered_and_leaves_nothing_behind(tmp_path):
-    assert served(tmp_path, {"greet": lambda request: {"text": f"hello {request['name']}"}}, name="Äijä") == {"text": "hello Äijä"}
+    assert served(tmp_path, {"greet": lambda request: {"text": f"hello {request['name']}"}}, name="Äijä") == {
+        "text": "hello Äijä"
+    }
     assert list((tmp_path / "inbox").iterdir()) == []
 
 
@@ -73,6 +83,7 @@ def test_nobody_answers_when_the_app_is_gone(tmp_path):
 def test_a_full_disk_is_said_and_leaves_no_draft(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
     monkeypatch.setattr(os, "replace", full)
     with pytest.raises(BadInput, match=r"can't be written: No space left on device; nothing was changed"):
         ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: False)
@@ -154,7 +165,7 @@ def test_what_a_command_of_an_earlier_life_asked_for_is_not_done(tmp_path):
     assert asked == []
     assert not left.exists()
     left.write_text('{"kind": "run_now", "id": "new"}')
-    os.utime(left, (1500.0, 1500.0))                               # the clock was set back meanwhile
+    os.utime(left, (1500.0, 1500.0))  # the clock was set back meanwhile
     inbox.tick()
     assert [request["id"] for request in asked] == ["new"]
 
@@ -185,7 +196,7 @@ def test_and_by_an_app_that_runs_when_it_has_lain_there_for_a_while(tmp_path, mo
     inbox = Inbox(tmp_path, {})
     left = tmp_path / "inbox" / name
     left.write_text("a password")
-    os.utime(left, (1000.0, 1000.0))                     # however old it seems: clocks are set
+    os.utime(left, (1000.0, 1000.0))  # however old it seems: clocks are set
     inbox.tick()
     assert left.exists()
     monkeypatch.setattr(inboxes, "LEFT_FOR", -1.0)
@@ -205,7 +216,10 @@ def test_what_belongs_to_a_request_that_waits_stays(tmp_path, monkeypatch):
 
 def test_a_file_in_the_place_of_the_inbox_is_one_sentence(tmp_path):
     (tmp_path / "inbox").write_text("in the way")
-    for meets_it in (lambda: Inbox(tmp_path, {}), lambda: ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: False)):
+    for meets_it in (
+        lambda: Inbox(tmp_path, {}),
+        lambda: ask(tmp_path, "greet", timeout=10, holder_is_gone=lambda: False),
+    ):
         with pytest.raises(BadInput, match="inbox is not a directory: remove it"):
             meets_it()
 

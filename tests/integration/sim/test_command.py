@@ -1,4 +1,5 @@
 """The command ``python -m mir_sim``."""
+
 from __future__ import annotations
 
 import signal
@@ -16,12 +17,16 @@ BOUND = 20.0
 
 
 def start(*arguments: str) -> subprocess.Popen[str]:
-    return subprocess.Popen([sys.executable, "-m", "mir_sim", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        [sys.executable, "-m", "mir_sim", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
 def test_it_says_when_each_robot_is_ready_and_stops_cleanly(ending: signal.Signals) -> None:
-    process = start("--port", "0", "--robots", "2", "--time-scale", "50", "--seed", "7", "--software", "2.14.7", "--history", "5")
+    process = start(
+        "--port", "0", "--robots", "2", "--time-scale", "50", "--seed", "7", "--software", "2.14.7", "--history", "5"
+    )
     try:
         assert process.stdout is not None
         lines = [process.stdout.readline().split() for _ in range(2)]
@@ -70,19 +75,35 @@ def test_ports_follow_each_other() -> None:
         lines = [process.stdout.readline().split() for _ in range(3)]
         process.terminate()
         process.communicate(timeout=BOUND)
-        if lines[0]:                  # else somebody else has one of these ports
+        if lines[0]:  # else somebody else has one of these ports
             break
     assert [line[2] for line in lines] == [f"http://127.0.0.1:{first + number}" for number in range(3)]
 
 
-@pytest.mark.parametrize(("arguments", "says"), [
-    (["--time-scale", "0"], "--time-scale"), (["--time-scale", "1001"], "--time-scale"), (["--time-scale", "nan"], "--time-scale"),
-    (["--robots", "0"], "--robots"), (["--robots", "many"], "--robots"), (["--port", "65536"], "--port"),
-    (["--port", "65535", "--robots", "3"], "65535"), (["--software", "9.9"], "--software"), (["--chaos", "2"], "--chaos"),
-    (["--timezone", "Mars/Crater"], "Mars/Crater"), (["--speed", "1"], "--speed"), (["--history", "-1"], "--history"),
-    (["--seed", "x"], "--seed"), (["--deviant", "odd"], "no-search"), (["--profile", "no-such-file"], "no-such-file"),
-    (["--deviant", "fleet", "--profile", "x"], "--profile")])
-def test_wrong_options_are_one_line_and_exit_2(arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--time-scale", "0"], "--time-scale"),
+        (["--time-scale", "1001"], "--time-scale"),
+        (["--time-scale", "nan"], "--time-scale"),
+        (["--robots", "0"], "--robots"),
+        (["--robots", "many"], "--robots"),
+        (["--port", "65536"], "--port"),
+        (["--port", "65535", "--robots", "3"], "65535"),
+        (["--software", "9.9"], "--software"),
+        (["--chaos", "2"], "--chaos"),
+        (["--timezone", "Mars/Crater"], "Mars/Crater"),
+        (["--speed", "1"], "--speed"),
+        (["--history", "-1"], "--history"),
+        (["--seed", "x"], "--seed"),
+        (["--deviant", "odd"], "no-search"),
+        (["--profile", "no-such-file"], "no-such-file"),
+        (["--deviant", "fleet", "--profile", "x"], "--profile"),
+    ],
+)
+def test_wrong_options_are_one_line_and_exit_2(
+    arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     said = capsys.readouterr()
@@ -91,9 +112,13 @@ def test_wrong_options_are_one_line_and_exit_2(arguments: list[str], says: str, 
     assert says in said.err
 
 
-@pytest.mark.parametrize(("arguments", "says"), [(["--speed", "1"], "--speed"), (["--host", "no-such-host.invalid"], "no-such-host")])
+@pytest.mark.parametrize(
+    ("arguments", "says"), [(["--speed", "1"], "--speed"), (["--host", "no-such-host.invalid"], "no-such-host")]
+)
 def test_a_process_that_cannot_start_says_so_in_one_line_and_ends(arguments: list[str], says: str) -> None:
-    done = subprocess.run([sys.executable, "-m", "mir_sim", *arguments], capture_output=True, text=True, timeout=BOUND, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "mir_sim", *arguments], capture_output=True, text=True, timeout=BOUND, check=False
+    )
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
     assert says in done.stderr
@@ -101,8 +126,16 @@ def test_a_process_that_cannot_start_says_so_in_one_line_and_ends(arguments: lis
 
 @pytest.mark.parametrize("how", ["--deviant", "--profile"])
 def test_robots_differ_as_a_profile_says_and_the_options_win(how: str) -> None:
-    process = start("--port", "0", "--robots", "1", "--software", "3.8.1",
-                    how, "other-zone" if how == "--deviant" else str(DEVIANTS["other-zone"]))
+    process = start(
+        "--port",
+        "0",
+        "--robots",
+        "1",
+        "--software",
+        "3.8.1",
+        how,
+        "other-zone" if how == "--deviant" else str(DEVIANTS["other-zone"]),
+    )
     try:
         assert process.stdout is not None
         url = process.stdout.readline().split()[2]
@@ -114,7 +147,20 @@ def test_robots_differ_as_a_profile_says_and_the_options_win(how: str) -> None:
 
 
 def test_help_names_every_option() -> None:
-    text = subprocess.run([sys.executable, "-m", "mir_sim", "--help"], capture_output=True, text=True, timeout=BOUND, check=True).stdout
-    for option in ("--host", "--port", "--robots", "--time-scale", "--seed", "--software", "--chaos", "--history", "--clock-offset",
-                   "--profile", "--deviant"):
+    text = subprocess.run(
+        [sys.executable, "-m", "mir_sim", "--help"], capture_output=True, text=True, timeout=BOUND, check=True
+    ).stdout
+    for option in (
+        "--host",
+        "--port",
+        "--robots",
+        "--time-scale",
+        "--seed",
+        "--software",
+        "--chaos",
+        "--history",
+        "--clock-offset",
+        "--profile",
+        "--deviant",
+    ):
         assert option in text

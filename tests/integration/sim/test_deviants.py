@@ -1,4 +1,5 @@
 """Each built-in deviant over HTTP beside a faithful robot: asked the same, it differs in what its sentence says and in nothing else."""
+
 from __future__ import annotations
 
 import time
@@ -14,10 +15,10 @@ from mir_sim import DEVIANTS, Fleet, Profile, SimulatedRobot, deviant, serve
 from mir_sim.definition import load
 from tests.unit.sim.asking import GUIDS, HEADERS
 
-BOUND = 20.0       # s; only to end a test that would wait for ever
-STEP = 0.5         # simulated s between two requests: 20 in 10 s
-OLD = 120          # items that the queue begins with
-ANY = object()     # a difference whose value is not written down here
+BOUND = 20.0  # s; only to end a test that would wait for ever
+STEP = 0.5  # simulated s between two requests: 20 in 10 s
+OLD = 120  # items that the queue begins with
+ANY = object()  # a difference whose value is not written down here
 
 
 class Client:
@@ -25,17 +26,23 @@ class Client:
 
     def __init__(self, profile: Profile) -> None:
         self.now, self._session = 0.0, requests.Session()
-        self.robot = SimulatedRobot("Aino", seed=1, battery=80.0, history=OLD, time_scale=1000, clock=lambda: self.now, profile=profile)
+        self.robot = SimulatedRobot(
+            "Aino", seed=1, battery=80.0, history=OLD, time_scale=1000, clock=lambda: self.now, profile=profile
+        )
         self.url = ""
 
     def ask(self, method: str, path: str, body: Any = None, step: float = STEP) -> Any:
         """Status code and body of an answer; "refused" where there is none."""
         self.now += step
         try:
-            answer = self._session.request(method, f"{self.url}/api/v2.0.0{path}", json=body, headers=HEADERS, timeout=BOUND)
+            answer = self._session.request(
+                method, f"{self.url}/api/v2.0.0{path}", json=body, headers=HEADERS, timeout=BOUND
+            )
         except requests.ConnectionError:
             return "refused"
-        return answer.status_code, answer.json() if answer.headers.get("Content-Type") == "application/json" else answer.text
+        return answer.status_code, answer.json() if answer.headers.get(
+            "Content-Type"
+        ) == "application/json" else answer.text
 
     def get(self, path: str) -> Any:
         return self.ask("GET", path)[1]
@@ -71,7 +78,11 @@ def answer_to_an_order(client: Client) -> Any:
 
 def item(client: Client) -> Any:
     shown = client.get(f"/mission_queue/{OLD + 1}")
-    return {name: shown[name] for name in sorted(shown) if name not in ("state", "message", "description", "ordered", "order_description")}
+    return {
+        name: shown[name]
+        for name in sorted(shown)
+        if name not in ("state", "message", "description", "ordered", "order_description")
+    }
 
 
 def description(client: Client) -> Any:
@@ -99,7 +110,9 @@ def search(client: Client, name: str, operator: str, value: Any) -> Any:
 
 
 def positions_found(client: Client) -> Any:
-    code, found = client.ask("POST", "/positions/search", {"filters": [{"fieldname": "name", "operator": "=", "value": "Press"}]})
+    code, found = client.ask(
+        "POST", "/positions/search", {"filters": [{"fieldname": "name", "operator": "=", "value": "Press"}]}
+    )
     return [one["name"] for one in found] if code == 201 else code
 
 
@@ -183,11 +196,34 @@ def afterwards(client: Client) -> Any:
 
 
 PROBES: tuple[Callable[[Client], Any], ...] = (
-    refused, ready, answer_to_an_order, item, description, descriptions_in_lists, found_by_description, found_by_state, positions_found,
-    executing, executing_item, cancelled_item, failed_item, error, cleared, times, every_item, long_page, short_page, newest, old_states)
+    refused,
+    ready,
+    answer_to_an_order,
+    item,
+    description,
+    descriptions_in_lists,
+    found_by_description,
+    found_by_state,
+    positions_found,
+    executing,
+    executing_item,
+    cancelled_item,
+    failed_item,
+    error,
+    cleared,
+    times,
+    every_item,
+    long_page,
+    short_page,
+    newest,
+    old_states,
+)
 LAST: tuple[Callable[[Client], Any], ...] = (an_hour_later, many_at_once, afterwards)
-OTHERS = [path for path, verbs in load("3.5.4").document["paths"].items()
-          if "get" in verbs and "{" not in path and path not in ("/status", "/mission_queue", "/swagger")]
+OTHERS = [
+    path
+    for path, verbs in load("3.5.4").document["paths"].items()
+    if "get" in verbs and "{" not in path and path not in ("/status", "/mission_queue", "/swagger")
+]
 
 
 def answers(client: Client) -> dict[str, Any]:
@@ -204,23 +240,42 @@ def faithful() -> dict[str, Any]:
 
 # ---------------------------------------------------------------------- in what they differ
 DIFFERENCES: dict[str, dict[str, Any]] = {
-    "forgets-descriptions": {"description": {"description": ""}, "descriptions_in_lists": [{"description": ""}],
-                             "found_by_description": []},
-    "renames-descriptions": {"description": {"description": "Deliver"}, "descriptions_in_lists": [{"description": "Deliver"}],
-                             "found_by_description": []},
-    "moves-descriptions": {"description": {"order_description": "order 17"}, "descriptions_in_lists": [{}], "found_by_description": []},
+    "forgets-descriptions": {
+        "description": {"description": ""},
+        "descriptions_in_lists": [{"description": ""}],
+        "found_by_description": [],
+    },
+    "renames-descriptions": {
+        "description": {"description": "Deliver"},
+        "descriptions_in_lists": [{"description": "Deliver"}],
+        "found_by_description": [],
+    },
+    "moves-descriptions": {
+        "description": {"order_description": "order 17"},
+        "descriptions_in_lists": [{}],
+        "found_by_description": [],
+    },
     "no-search": {"found_by_description": 404, "found_by_state": 404, "positions_found": 404},
     "pages-of-50": {"every_item": list(range(1, 51)), "long_page": list(range(31, 81)), "/registers": ANY},
     "ignores-sort": {"newest": [1, 2]},
-    "german-texts": {"refused": (404, {"error_code": "not_found", "error_human": "Nicht gefunden"}), "ready": ANY,
-                     "executing": (5, "In Ausführung", ANY), "cancelled_item": ("Aborted", "Abgebrochen - Benutzeranforderung"),
-                     "failed_item": ("Aborted", "Zielposition nicht erreicht: 'Line 1'"),
-                     "error": ("Fehler", ["Zielposition nicht erreicht: 'Line 1'"])},
-    "german-states": {"answer_to_an_order": ANY, "found_by_state": [], "executing_item": "Aktiv",
-                      "cancelled_item": ("Abgebrochen", "Aborted - User Request"),
-                      "failed_item": ("Abgebrochen", "Failed to reach goal position 'Line 1'"), "old_states": ["Fertig"] * 3},
+    "german-texts": {
+        "refused": (404, {"error_code": "not_found", "error_human": "Nicht gefunden"}),
+        "ready": ANY,
+        "executing": (5, "In Ausführung", ANY),
+        "cancelled_item": ("Aborted", "Abgebrochen - Benutzeranforderung"),
+        "failed_item": ("Aborted", "Zielposition nicht erreicht: 'Line 1'"),
+        "error": ("Fehler", ["Zielposition nicht erreicht: 'Line 1'"]),
+    },
+    "german-states": {
+        "answer_to_an_order": ANY,
+        "found_by_state": [],
+        "executing_item": "Aktiv",
+        "cancelled_item": ("Abgebrochen", "Aborted - User Request"),
+        "failed_item": ("Abgebrochen", "Failed to reach goal position 'Line 1'"),
+        "old_states": ["Fertig"] * 3,
+    },
     "cancelled": {"cancelled_item": ("Cancelled", "Aborted - User Request")},
-    "slow-disk": {},                 # only later, see below
+    "slow-disk": {},  # only later, see below
     "other-zone": {"times": ANY, "/platform/timezone": (200, {"value": "Asia/Tokyo"}), "/statistics/distance": ANY},
     "no-id": {"answer_to_an_order": (201, {"state": "Pending"})},
     "reboots-under-load": {"many_at_once": ({200}, "refused")},
@@ -254,7 +309,11 @@ def test_the_faithful_robot_answers_all_of_it(faithful: dict[str, Any]) -> None:
     assert faithful["found_by_description"] == faithful["found_by_state"] == [OLD + 1]
     assert faithful["cancelled_item"] == ("Aborted", "Aborted - User Request")
     assert faithful["newest"] == [OLD + 2, OLD + 1]
-    assert (faithful["an_hour_later"], faithful["many_at_once"], faithful["afterwards"]) == (404, ({200}, "answered"), 3)
+    assert (faithful["an_hour_later"], faithful["many_at_once"], faithful["afterwards"]) == (
+        404,
+        ({200}, "answered"),
+        3,
+    )
 
 
 # ---------------------------------------------------------------------- when they answer, and where the clock stands
@@ -282,9 +341,15 @@ def test_what_a_fleet_queues_is_its_own_and_never_piles_up() -> None:
     with client_of(deviant("fleet")) as client:
         client.ask("PUT", "/status", {"state_id": 4})
         client.now = 1500.0
-        pending, = [one for one in client.get(f"/mission_queue?whitelist=all&offset={OLD}") if one["state"] == "Pending"]
-        assert (pending["mission_id"], len(pending["fleet_schedule_guid"]), pending["description"]) == (GUIDS["Home"], 36, "")
+        (pending,) = [
+            one for one in client.get(f"/mission_queue?whitelist=all&offset={OLD}") if one["state"] == "Pending"
+        ]
+        assert (pending["mission_id"], len(pending["fleet_schedule_guid"]), pending["description"]) == (
+            GUIDS["Home"],
+            36,
+            "",
+        )
         client.ask("PUT", "/status", {"state_id": 3})
         client.now = 2990.0
         done = [one["state"] for one in client.get(f"/mission_queue?offset={OLD}")]
-        assert done == ["Done"] * 5      # of 300, 1800, 2100, 2400 and 2700 s
+        assert done == ["Done"] * 5  # of 300, 1800, 2100, 2400 and 2700 s

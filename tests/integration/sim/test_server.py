@@ -1,4 +1,5 @@
 """The HTTP server: real sockets, real faults, many threads."""
+
 from __future__ import annotations
 
 import http.client
@@ -17,7 +18,7 @@ import mir_sim
 from mir_sim import Fleet, FleetRobot
 from tests.unit.sim.asking import GUIDS, HEADERS
 
-BOUND = 20.0      # s; only to end a test that would wait for ever
+BOUND = 20.0  # s; only to end a test that would wait for ever
 
 
 @pytest.fixture
@@ -65,8 +66,12 @@ def test_a_mission_runs_over_http(aino: FleetRobot) -> None:
 
 def test_a_connection_is_kept_and_every_body_is_drained(aino: FleetRobot) -> None:
     connection = http.client.HTTPConnection("127.0.0.1", aino.port, timeout=5)
-    for method, path, body in (("POST", "/missions", b"x" * 100_000), ("PUT", "/status", b"state_id=3"),
-                               ("DELETE", "/mission_queue", b"{}"), ("GET", "/status", None)):
+    for method, path, body in (
+        ("POST", "/missions", b"x" * 100_000),
+        ("PUT", "/status", b"state_id=3"),
+        ("DELETE", "/mission_queue", b"{}"),
+        ("GET", "/status", None),
+    ):
         connection.request(method, f"/api/v2.0.0{path}", body, {"Authorization": HEADERS["Authorization"]})
         response = connection.getresponse()
         content = response.read()
@@ -85,20 +90,36 @@ def test_a_head_request_is_answered_without_a_body(aino: FleetRobot) -> None:
 
 
 def test_chunked_bodies_and_expectations(aino: FleetRobot) -> None:
-    head = ("POST /api/v2.0.0/mission_queue HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
-            f"Authorization: {HEADERS['Authorization']}\r\n")
+    head = (
+        "POST /api/v2.0.0/mission_queue HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
+        f"Authorization: {HEADERS['Authorization']}\r\n"
+    )
     body = json.dumps({"mission_id": GUIDS["Home"]}).encode()
-    chunked = (head + "Connection: close\r\nTransfer-Encoding: chunked\r\n\r\n").encode() + b"%x\r\n%b\r\n0\r\n\r\n" % (len(body), body)
+    chunked = (head + "Connection: close\r\nTransfer-Encoding: chunked\r\n\r\n").encode() + b"%x\r\n%b\r\n0\r\n\r\n" % (
+        len(body),
+        body,
+    )
     assert raw(aino, chunked).startswith(b"HTTP/1.1 201 Created")
-    expecting = (head + f"Connection: close\r\nExpect: 100-continue\r\nContent-Length: {len(body)}\r\n\r\n").encode() + body
+    expecting = (
+        head + f"Connection: close\r\nExpect: 100-continue\r\nContent-Length: {len(body)}\r\n\r\n"
+    ).encode() + body
     assert raw(aino, expecting).startswith(b"HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 201 Created")
 
 
-@pytest.mark.parametrize("data", [
-    b"hello\r\n\r\n", b"GET /\r\n\r\n", b"GET / HTTP/1.1\r\nno colon\r\n\r\n",
-    b"GET http://[ HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 20_000 + b"\r\n",
-    b"POST / HTTP/1.1\r\nContent-Length: much\r\n\r\n", b"POST / HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
-    b"POST / HTTP/1.1\r\nContent-Length: 99999999999\r\n\r\n", b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n"])
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"hello\r\n\r\n",
+        b"GET /\r\n\r\n",
+        b"GET / HTTP/1.1\r\nno colon\r\n\r\n",
+        b"GET http://[ HTTP/1.1\r\n\r\n",
+        b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 20_000 + b"\r\n",
+        b"POST / HTTP/1.1\r\nContent-Length: much\r\n\r\n",
+        b"POST / HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
+        b"POST / HTTP/1.1\r\nContent-Length: 99999999999\r\n\r\n",
+        b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
+    ],
+)
 def test_what_is_no_request_is_answered_and_closed(aino: FleetRobot, data: bytes) -> None:
     assert raw(aino, data).startswith(b"HTTP/1.1 400 ")
     assert ask(aino, "GET", "/status").status_code == 200
@@ -164,6 +185,7 @@ def test_a_rebooting_robot_refuses_connections_and_comes_back_on_its_port(aino: 
         except requests.ConnectionError:
             return True
         return False
+
     wait_until(refused)
     wait_until(lambda: not refused())
     assert aino.port == port
@@ -173,7 +195,13 @@ def test_a_rebooting_robot_refuses_connections_and_comes_back_on_its_port(aino: 
 # ---------------------------------------------------------------------- control
 def test_control_needs_no_credentials_and_shows_the_truth(aino: FleetRobot) -> None:
     state = requests.post(f"{aino.url}/sim", json={"battery": 12.5, "emergency_stop": True}, timeout=5).json()
-    assert (state["name"], state["battery"], state["state_id"], state["queue"], state["faults"]) == ("Aino", 12.5, 10, [], [])
+    assert (state["name"], state["battery"], state["state_id"], state["queue"], state["faults"]) == (
+        "Aino",
+        12.5,
+        10,
+        [],
+        [],
+    )
     assert ask(aino, "GET", "/status").json()["battery_percentage"] == -1.0
     assert requests.get(f"{aino.url}/sim/", timeout=5).json()["state_id"] == 10
     refused = requests.post(f"{aino.url}/sim", json={"battery": "x"}, timeout=5)
@@ -203,6 +231,7 @@ def test_orders_from_many_threads_are_all_there_once(aino: FleetRobot) -> None:
             body = {"mission_id": GUIDS["Home"], "description": f"{worker}-{turn}"}
             numbers.append(ask(aino, "POST", "/mission_queue", body).json()["id"])
             aino.state()
+
     threads = [threading.Thread(target=work, args=(worker,)) for worker in range(6)]
     for thread in threads:
         thread.start()

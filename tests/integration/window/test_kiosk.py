@@ -1,4 +1,5 @@
 """A window is made in the size of the display, or no larger than it, in a process of its own: kivy reads its settings once."""
+
 from __future__ import annotations
 
 import os
@@ -11,7 +12,7 @@ import pytest
 from app.window.window import size_within
 
 ROOT = Path(__file__).parents[3]
-SDL_DUMMY_DISPLAY = "1024 768"           # what SDL's driver without a display pretends to have
+SDL_DUMMY_DISPLAY = "1024 768"  # what SDL's driver without a display pretends to have
 PROGRAM = """
 from app.window.window import configure
 configure({kiosk})
@@ -22,8 +23,14 @@ print(*(Config.get("graphics", name) for name in ("width", "height", "fullscreen
 
 def configured(tmp_path: Path, kiosk: bool) -> str:
     environment = {**os.environ, "SDL_VIDEODRIVER": "dummy", "XDG_CACHE_HOME": str(tmp_path)}
-    done = subprocess.run([sys.executable, "-c", PROGRAM.format(kiosk=kiosk)], cwd=ROOT, env=environment, capture_output=True, text=True,
-                          check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(kiosk=kiosk)],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return done.stdout.strip()
 
 
@@ -35,18 +42,28 @@ def test_a_window_is_no_larger_than_the_display(tmp_path):
     assert configured(tmp_path, False) == f"{SDL_DUMMY_DISPLAY} 0 1 maximized"
 
 
-@pytest.mark.parametrize(("usable", "expected"), [
-    (None, ("1280", "800", "visible")), ((1920, 1040), ("1280", "800", "visible")), ((1366, 728), ("1280", "728", "maximized")),
-    ((1024, 573), ("1024", "573", "maximized"))])
+@pytest.mark.parametrize(
+    ("usable", "expected"),
+    [
+        (None, ("1280", "800", "visible")),
+        ((1920, 1040), ("1280", "800", "visible")),
+        ((1366, 728), ("1280", "728", "maximized")),
+        ((1024, 573), ("1024", "573", "maximized")),
+    ],
+)
 def test_a_window_has_its_own_size_where_there_is_room(usable, expected):
     assert tuple(size_within(usable).values()) == expected
 
 
 def test_parts_of_kivy_that_this_system_lacks_are_not_logged_as_errors(tmp_path):
     """Neither kinds of touch screens nor, where PATH has no programs for it, a clipboard of its own."""
-    program = ("import logging, sys; logging.basicConfig(stream=sys.stdout, format='%(levelname)s %(message)s', level='INFO')\n"
-               "from app.window.window import configure; configure(False)\nimport kivy.core.window, kivy.core.clipboard, kivy.input")
+    program = (
+        "import logging, sys; logging.basicConfig(stream=sys.stdout, format='%(levelname)s %(message)s', level='INFO')\n"
+        "from app.window.window import configure; configure(False)\nimport kivy.core.window, kivy.core.clipboard, kivy.input"
+    )
     environment = {**os.environ, "SDL_VIDEODRIVER": "offscreen", "XDG_CACHE_HOME": str(tmp_path), "PATH": str(tmp_path)}
-    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+    )
     assert "INFO Clipboard: Provider: " in done.stdout
     assert [line for line in done.stdout.splitlines() if not line.startswith("INFO ")] == []

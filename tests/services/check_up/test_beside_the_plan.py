@@ -1,4 +1,5 @@
 """A trial beside a running app: refused where the plan or a person has the robot, and of no effect on the plan and the idle rule."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -31,10 +32,18 @@ class RunningClock:
 
 @pytest.fixture
 def check_ups(site) -> CheckUps:
-    site.run(10)                         # robot and clock have been looked at
+    site.run(10)  # robot and clock have been looked at
     c = site.container
-    return CheckUps(c.db, clock=RunningClock(site), ledger=c.ledger, holds=c.holds, alarms=c.alarms, changes=c.changes,
-                    settings=c.settings, make_client=c.make_client)
+    return CheckUps(
+        c.db,
+        clock=RunningClock(site),
+        ledger=c.ledger,
+        holds=c.holds,
+        alarms=c.alarms,
+        changes=c.changes,
+        settings=c.settings,
+        make_client=c.make_client,
+    )
 
 
 @pytest.fixture
@@ -82,11 +91,18 @@ def test_the_reason_of_a_hold_is_said_in_the_language_of_the_screen(site, check_
             check_ups.run(robot.id, Trial())
         [hold] = site.container.holds.current()
         skipped = Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": "2026-11-23T12:00+00:00"})
-        return (render(refused.value.message, _), sentence(skipped, "UTC", _),
-                held_sentence(hold, "UTC", site.clock.now()).rpartition(" · ")[2])
+        return (
+            render(refused.value.message, _),
+            sentence(skipped, "UTC", _),
+            held_sentence(hold, "UTC", site.clock.now()).rpartition(" · ")[2],
+        )
 
     site.container.holds.hold(HOLD, robot_id=robot.id)
-    assert said() == ("R1 is held back (Check-up): check up when it is released", "Held back until 23 Nov 2026 12:00: Check-up", "Check-up")
+    assert said() == (
+        "R1 is held back (Check-up): check up when it is released",
+        "Held back until 23 Nov 2026 12:00: Check-up",
+        "Check-up",
+    )
     translator.use("fi")
     try:
         assert all("tarkastus" in text.casefold() and "Check-up" not in text for text in said())
@@ -102,8 +118,10 @@ def test_a_robot_that_is_held_switched_off_or_busy_is_left_alone(site, check_ups
     assert refused(check_ups, robot) == "R1 does not stand ready with an empty queue: check up when it does"
     site.machines["R1"].resume()
     assert refused(check_ups, robot, Trial("Dance")) == "the robot has no mission Dance"
-    assert refused(check_ups, robot, Trial("Go to position")) == \
-        "Go to position asks for values when it is started: choose another mission"
+    assert (
+        refused(check_ups, robot, Trial("Go to position"))
+        == "Go to position asks for values when it is started: choose another mission"
+    )
     site.container.catalogue.save_robot(replace(site.container.catalogue.robot(robot.id), enabled=False))
     assert refused(check_ups, robot) == "R1 is switched off in Settings"
     assert not site.network.submissions
@@ -223,7 +241,10 @@ def test_a_persons_pause_ends_it_and_stays(site, robot, says, is_again):
     assert not report.is_complete
     assert not [item for item in site.machines["R1"].queue if str(item.state) in ("Pending", "Executing")]
     [left] = [finding for finding in report.findings if finding.topic is Topic.LEFT]
-    assert (left.level, render(left.says)) == (Level.GREEN, "Nothing of the trial is left on it; it stands in Pause, as somebody wanted")
+    assert (left.level, render(left.says)) == (
+        Level.GREEN,
+        "Nothing of the trial is left on it; it stands in Pause, as somebody wanted",
+    )
     assert not check_ups.left_behind()
     assert not c.holds.current()
 

@@ -1,4 +1,5 @@
 """Where the report of a check-up is written: the name of a robot is in the name of the file, and is no path."""
+
 from __future__ import annotations
 
 import pytest
@@ -10,9 +11,16 @@ from app.services.live.changes import Changes
 from tests.support.clock import VirtualClock
 
 
-@pytest.mark.parametrize(("robot", "stem"), [
-    ("Aino", "check-up-aino"), ("Hall 2 / R#1", "check-up-hall-2-r-1"), ("../../etc", "check-up-etc"), ("..", "check-up"),
-    ("Täti", "check-up-täti")])
+@pytest.mark.parametrize(
+    ("robot", "stem"),
+    [
+        ("Aino", "check-up-aino"),
+        ("Hall 2 / R#1", "check-up-hall-2-r-1"),
+        ("../../etc", "check-up-etc"),
+        ("..", "check-up"),
+        ("Täti", "check-up-täti"),
+    ],
+)
 def test_both_files_lie_where_people_look_and_are_named_after_the_robot(tmp_path, robot, stem):
     clock, documents = VirtualClock(), tmp_path / "Documents"
     documents.mkdir()

@@ -1,4 +1,5 @@
 """A trial that is cut off at any moment leaves nothing on the robot once the app runs again."""
+
 from __future__ import annotations
 
 import pytest
@@ -49,9 +50,21 @@ def requests_of(directory, profile, trial) -> tuple[int, int]:
     return first, len(robot.asked.requests)
 
 
-@pytest.mark.parametrize(("name", "mission", "is_handled"), [
-    (None, None, True), *(pytest.param(*way, marks=pytest.mark.long) for way in (
-        (None, None, False), (None, "Home", True), ("forgets-descriptions", "Home", True), ("german-states", None, True)))])
+@pytest.mark.parametrize(
+    ("name", "mission", "is_handled"),
+    [
+        (None, None, True),
+        *(
+            pytest.param(*way, marks=pytest.mark.long)
+            for way in (
+                (None, None, False),
+                (None, "Home", True),
+                ("forgets-descriptions", "Home", True),
+                ("german-states", None, True),
+            )
+        ),
+    ],
+)
 def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, is_handled):
     profile = deviant(name) if name else None
     (tmp_path / "whole").mkdir()
@@ -71,8 +84,13 @@ def test_whenever_it_is_killed_the_robot_is_as_it_was(tmp_path, name, mission, i
         robot.container.db.close()
 
 
-@pytest.mark.parametrize("error", [ConnectionLost(address="10.0.0.1"),
-                                   pytest.param(Unreachable(code="refused", address="10.0.0.1"), marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "error",
+    [
+        ConnectionLost(address="10.0.0.1"),
+        pytest.param(Unreachable(code="refused", address="10.0.0.1"), marks=pytest.mark.long),
+    ],
+)
 def test_a_robot_that_goes_away_for_a_request_is_as_it_was_at_the_end(tmp_path, error):
     (tmp_path / "whole").mkdir()
     first, of = requests_of(tmp_path / "whole", None, Trial())
@@ -90,7 +108,9 @@ def test_a_robot_that_goes_away_for_a_request_is_as_it_was_at_the_end(tmp_path, 
 
         robot.asked.meddle = fail_once
         report = robot.check_ups.run(robot.id, Trial())
-        assert report.is_complete or any(finding.topic.is_tried and finding.level is not Level.GREEN for finding in report.findings), number
+        assert report.is_complete or any(
+            finding.topic.is_tried and finding.level is not Level.GREEN for finding in report.findings
+        ), number
         assert robot.as_it_is() == before, number
         assert not robot.check_ups.left_behind()
         robot.container.db.close()

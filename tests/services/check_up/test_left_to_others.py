@@ -1,4 +1,5 @@
 """A trial and what follows it leave alone what is somebody else's: holds, missions, robots, the data of another tablet."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -49,11 +50,14 @@ def once(says: str, work):
         if render(progress.says) == says and not done:
             done.append(True)
             work()
+
     return told
 
 
 def test_a_persons_hold_set_while_it_waits_stays(robot):
-    report = robot.check_ups.run(robot.id, Trial(), once(WAITING, lambda: robot.container.holds.hold("Cleaning", robot_id=robot.id)))
+    report = robot.check_ups.run(
+        robot.id, Trial(), once(WAITING, lambda: robot.container.holds.hold("Cleaning", robot_id=robot.id))
+    )
     assert [hold.reason for hold in robot.container.holds.current()] == ["Cleaning"]
     assert not report.is_complete
     assert robot.asked.writes == []
@@ -78,7 +82,7 @@ def test_a_start_that_is_on_its_way_is_not_taken_for_the_trials(robot):
     note(robot, LeftBehind(robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, queued=HOME))
     row = run_now(robot)
     robot.container.db.write(lambda c: c.execute("UPDATE executions SET state = 'submitting' WHERE id = ?", (row.id,)))
-    number = queue_by_hand(robot)                # its order has arrived, and the answer not yet
+    number = queue_by_hand(robot)  # its order has arrived, and the answer not yet
     assert robot.container.ledger.get(row.id).state is State.SUBMITTING
     assert robot.check_ups.tidy(robot.id) is None
     assert f"DELETE {QUEUE}/{number}" not in robot.asked.writes
@@ -86,8 +90,12 @@ def test_a_start_that_is_on_its_way_is_not_taken_for_the_trials(robot):
 
 def test_a_mission_queued_by_hand_meanwhile_is_not_cancelled(robot):
     made = []
-    report = robot.check_ups.run(robot.id, Trial("Home"), once("Queueing missions", lambda: made.append(queue_by_hand(robot))),
-                                 lambda: len(robot.asked.writes) < 4)
+    report = robot.check_ups.run(
+        robot.id,
+        Trial("Home"),
+        once("Queueing missions", lambda: made.append(queue_by_hand(robot))),
+        lambda: len(robot.asked.writes) < 4,
+    )
     robot.machine.catch_up()
     [item] = [item for item in robot.machine.queue if item.id == made[0]]
     assert str(item.state) in ("Pending", "Executing", "Done")
@@ -98,7 +106,12 @@ def test_a_mission_queued_by_hand_meanwhile_is_not_cancelled(robot):
 
 def test_what_a_check_up_left_is_put_back_by_the_next_with_a_mission(robot):
     hold = robot.container.holds.hold("Check-up", robot.asked.clock.now().replace(year=2027), robot.id)
-    note(robot, LeftBehind(robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, is_paused=True, queued=HOME, hold=hold.id))
+    note(
+        robot,
+        LeftBehind(
+            robot.machine.serial_number, None, ("a", "a", "b", "c"), 400, is_paused=True, queued=HOME, hold=hold.id
+        ),
+    )
     robot.machine.pause()
     report = robot.check_ups.run(robot.id, Trial())
     assert report.is_complete
@@ -127,19 +140,22 @@ def test_another_machine_at_the_address_is_left_alone(robot):
 
 
 def test_a_robot_that_does_not_let_the_mission_be_removed_is_released(robot):
-    robot.asked.meddle = lambda method, path, answer: \
+    robot.asked.meddle = lambda method, path, answer: (
         Response(403, b'{"error_human": "no"}', {}) if method == "DELETE" and path.startswith("/missions/") else answer
+    )
     report = robot.check_ups.run(robot.id, Trial(), is_wanted=lambda: f"POST {QUEUE}" not in robot.asked.writes)
     [left] = [finding for finding in report.findings if finding.topic is Topic.LEFT]
     assert left.level is Level.RED
     assert not robot.machine.paused
-    robot.machine.pause()                        # by a person
+    robot.machine.pause()  # by a person
     robot.asked.meddle = lambda method, path, answer: answer
     assert robot.check_ups.tidy(robot.id) is None
     assert robot.machine.paused
 
 
-@pytest.mark.parametrize("date", ["Fri, 31 Dec 9999 23:59:59 GMT", "Mon, 01 Jan 0001 00:00:00 GMT", "Fri, 31 Dec 9999 23:59:59 -2359"])
+@pytest.mark.parametrize(
+    "date", ["Fri, 31 Dec 9999 23:59:59 GMT", "Mon, 01 Jan 0001 00:00:00 GMT", "Fri, 31 Dec 9999 23:59:59 -2359"]
+)
 def test_a_clock_beyond_all_years_is_a_finding(robot, date):
     robot.asked.meddle = lambda method, path, answer: replace(answer, headers={**answer.headers, "Date": date})
     report = robot.check_ups.run(robot.id)

@@ -1,4 +1,5 @@
 """How many questions a robot bears: only what was seen twice, or a boot, sets the pace at which it is asked from then on."""
+
 from __future__ import annotations
 
 import json
@@ -27,6 +28,7 @@ def lose(robot: AskedRobot, *numbers: int) -> None:
         if count in numbers:
             raise ConnectionLost(address="10.0.0.1")
         return answer
+
     robot.meddle = meddle
 
 
@@ -40,6 +42,7 @@ def bears(robot: AskedRobot, requests: int, seconds: float) -> None:
         if sum(now - at < seconds for at in times) > requests:
             raise ConnectionLost(address="10.0.0.1")
         return answer
+
     robot.meddle = meddle
 
 
@@ -82,7 +85,10 @@ def test_a_robot_that_stays_away_gets_no_pace():
     lose(robot, *range(30, 5000))
     load(look, 0.0, 60.0)
     assert "rest" not in look.seen
-    assert says(look) == (Level.RED, "It stopped answering when it was asked 29 times within 10 s, and was not back within 5 min")
+    assert says(look) == (
+        Level.RED,
+        "It stopped answering when it was asked 29 times within 10 s, and was not back within 5 min",
+    )
 
 
 def test_one_that_does_not_say_how_long_it_is_on_is_not_taken_for_booted():
@@ -95,6 +101,7 @@ def test_one_that_does_not_say_how_long_it_is_on_is_not_taken_for_booted():
         status = json.loads(lost(method, path, answer).body)
         del status["uptime"]
         return Response(answer.status, json.dumps(status).encode(), answer.headers)
+
     robot.meddle = meddle
     load(look, 0.0, 60.0)
     assert "rest" not in look.seen

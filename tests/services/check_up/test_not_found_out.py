@@ -1,4 +1,5 @@
 """A finding needs evidence: what a robot gives none of is said to be not found out, and each is said as it is."""
+
 from __future__ import annotations
 
 import json
@@ -37,12 +38,16 @@ def says(found: Look | Report, topic: Topic) -> tuple[Level, str]:
     return finding.level, render(finding.says)
 
 
-def of_queue(change: Callable[[list[dict[str, Any]]], list[dict[str, Any]]]) -> Callable[[str, str, Response], Response]:
+def of_queue(
+    change: Callable[[list[dict[str, Any]]], list[dict[str, Any]]],
+) -> Callable[[str, str, Response], Response]:
     """Changes every answer with a list of queue items."""
+
     def meddle(method, path, answer):
         if path not in (QUEUE, f"{QUEUE}/search") or not answer.body.startswith(b"["):
             return answer
         return Response(answer.status, json.dumps(change(json.loads(answer.body))).encode(), answer.headers)
+
     return meddle
 
 
@@ -52,6 +57,7 @@ def of_status(change: Callable[[dict[str, Any]], object]) -> Callable[[str, str,
             return answer
         change(status := json.loads(answer.body))
         return Response(answer.status, json.dumps(status).encode(), answer.headers)
+
     return meddle
 
 
@@ -79,7 +85,9 @@ def test_three_missions_show_what_is_ignored(ignored):
     assert look.seen["ignores"] == {ignored}
 
 
-@pytest.mark.parametrize(("ids", "ignored"), [((401, 405, 409), "offset"), ((7, 9, 90), "offset"), ((7, 9, 90), "sort_by")])
+@pytest.mark.parametrize(
+    ("ids", "ignored"), [((401, 405, 409), "offset"), ((7, 9, 90), "offset"), ((7, 9, 90), "sort_by")]
+)
 def test_numbers_with_gaps_are_no_limit_of_pages(ids, ignored):
     robot = AskedRobot(history=0, ignores=frozenset({ignored}))
     for number in ids:
@@ -101,8 +109,12 @@ def test_lists_that_are_always_the_newest_first_are_not_sorted_as_asked():
         if path == QUEUE and method == "GET" and answer.body.startswith(b"[") and json.loads(answer.body)[0]["id"] == 1:
             return Response(200, json.dumps([{"id": 400, "state": "Done"}]).encode(), answer.headers)
         return answer
+
     robot.meddle = meddle
-    assert says(read(robot), Topic.SORTING) == (AMBER, "It ignores the order that is asked for: the newest entries come first")
+    assert says(read(robot), Topic.SORTING) == (
+        AMBER,
+        "It ignores the order that is asked for: the newest entries come first",
+    )
 
 
 def test_a_search_that_finds_nothing_is_none():
@@ -122,7 +134,9 @@ def with_items(*changes: dict[str, Any]) -> AskedRobot:
         if len(rows) < 50:
             return rows
         return [{**row, **change} for row, change in zip(rows, changes, strict=False)] + [
-            {**row, "created_by_name": "Distributor", "fleet_schedule_guid": ""} for row in rows[len(changes):]]
+            {**row, "created_by_name": "Distributor", "fleet_schedule_guid": ""} for row in rows[len(changes) :]
+        ]
+
     robot.meddle = of_queue(change)
     return robot
 
@@ -130,7 +144,9 @@ def with_items(*changes: dict[str, Any]) -> AskedRobot:
 def test_missions_of_others_without_dates_are_told():
     robot = with_items(*[{"created_by_name": "Fleet", "ordered": None}] * 5)
     assert says(read(robot), Topic.OTHERS) == (
-        AMBER, "5 of the newest 200 missions in its queue were queued by others; it does not tell when they were queued")
+        AMBER,
+        "5 of the newest 200 missions in its queue were queued by others; it does not tell when they were queued",
+    )
 
 
 def test_one_mission_of_another_of_late_is_told():
@@ -141,8 +157,15 @@ def test_one_mission_of_another_of_late_is_told():
 @pytest.mark.parametrize("missing", ["created_by_name", "ordered"])
 def test_without_names_or_dates_it_is_not_found_out(missing):
     robot = AskedRobot()
-    robot.meddle = of_queue(lambda rows: [{**{name: value for name, value in row.items() if name != missing}, **(
-        {"created_by_name": None} if missing == "ordered" else {})} for row in rows])
+    robot.meddle = of_queue(
+        lambda rows: [
+            {
+                **{name: value for name, value in row.items() if name != missing},
+                **({"created_by_name": None} if missing == "ordered" else {}),
+            }
+            for row in rows
+        ]
+    )
     assert says(read(robot), Topic.OTHERS) == (AMBER, "Not found out: who queued the newest missions can't be told")
 
 
@@ -164,16 +187,23 @@ def test_a_status_without_battery_is_told():
 def test_in_emergency_stop_it_is_not_found_out_whether_it_tells_its_battery():
     robot = AskedRobot()
     robot.machine.press_emergency_stop(True)
-    assert says(read(robot), Topic.BATTERY)[1] == "Not found out whether it reports its battery level, as it stands in emergency stop"
+    assert (
+        says(read(robot), Topic.BATTERY)[1]
+        == "Not found out whether it reports its battery level, as it stands in emergency stop"
+    )
 
 
-@pytest.mark.parametrize(("user", "password", "level"), [("distributor", "distributor", AMBER), ("Admin", "admin", AMBER),
-                                                         ("distributor", "Tr0ub4dor", GREEN)])
+@pytest.mark.parametrize(
+    ("user", "password", "level"),
+    [("distributor", "distributor", AMBER), ("Admin", "admin", AMBER), ("distributor", "Tr0ub4dor", GREEN)],
+)
 def test_the_published_default_password_is_told(user, password, level):
     robot = AskedRobot()
     look = robot.look()
     client = look.probe.client
-    look.probe.client = RobotClient(client.address, Token.derive(user, password), transport=client._transport, clock=robot.clock.monotonic)
+    look.probe.client = RobotClient(
+        client.address, Token.derive(user, password), transport=client._transport, clock=robot.clock.monotonic
+    )
     read_robot(look)
     assert says(look, Topic.PASSWORD)[0] is level
 
@@ -184,6 +214,7 @@ def test_a_robot_that_does_not_tell_its_software_is_said_to_be_so():
     def meddle(method, path, answer):
         headers = {name: value for name, value in answer.headers.items() if name.casefold() != "robot-version"}
         return Response(answer.status, b"[{}]" if path == "/software/system_status" else answer.body, headers)
+
     robot.meddle = meddle
     assert says(read(robot), Topic.SOFTWARE) == (AMBER, "It does not tell its software; MiR's definition of 3.5.4 fits")
 
@@ -191,7 +222,9 @@ def test_a_robot_that_does_not_tell_its_software_is_said_to_be_so():
 @pytest.mark.parametrize("status", [403, 500])
 def test_what_the_user_may_not_ask_says_nothing_of_its_software(status):
     robot = AskedRobot()
-    robot.meddle = lambda method, path, answer: Response(status, b"{}", {}) if path == "/guided_move/waypoints" else answer
+    robot.meddle = lambda method, path, answer: (
+        Response(status, b"{}", {}) if path == "/guided_move/waypoints" else answer
+    )
     assert says(read(robot), Topic.SOFTWARE)[1].startswith("Its software is 3.5.4; not found out")
 
 
@@ -204,7 +237,10 @@ def test_what_failed_for_another_reason_says_nothing_of_rights():
 def test_missions_that_can_not_be_read_say_nothing_of_values():
     robot = AskedRobot()
     robot.meddle = lambda method, path, answer: GONE if path.startswith("/missions/") else answer
-    assert says(read(robot), Topic.MISSIONS) == (AMBER, "It has 19 missions; not found out which ask for values when they are started")
+    assert says(read(robot), Topic.MISSIONS) == (
+        AMBER,
+        "It has 19 missions; not found out which ask for values when they are started",
+    )
 
 
 def test_a_status_without_map_or_words_says_nothing_of_them():
@@ -218,13 +254,19 @@ def test_a_status_without_map_or_words_says_nothing_of_them():
 # ---------------------------------------------------------------------- a robot that removes what has ended
 def removes(robot: CheckedRobot, *states: str) -> None:
     """Items in these states are gone from its queue, whichever way it is read."""
+
     def meddle(method, path, answer):
         if not path.startswith(QUEUE) or answer.status >= 300 or not answer.body:
             return answer
         found = json.loads(answer.body)
         if isinstance(found, list):
-            return Response(answer.status, json.dumps([row for row in found if row.get("state") not in states]).encode(), answer.headers)
+            return Response(
+                answer.status,
+                json.dumps([row for row in found if row.get("state") not in states]).encode(),
+                answer.headers,
+            )
         return GONE if method == "GET" and found.get("state") in states else answer
+
     robot.asked.meddle = meddle
 
 

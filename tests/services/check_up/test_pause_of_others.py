@@ -1,4 +1,5 @@
 """A trial ends no pause but its own: whoever pauses the robot meanwhile, at the robot or in the app, finds it paused."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -173,15 +174,25 @@ def test_pause_pressed_in_the_app_while_it_is_put_back_stays(robot):
     pressed = []
 
     def press(method, path):
-        if method == "DELETE" and path.startswith("/missions/") is False and len(robot.asked.writes) > 5 and not pressed:
+        if (
+            method == "DELETE"
+            and path.startswith("/missions/") is False
+            and len(robot.asked.writes) > 5
+            and not pressed
+        ):
             pressed.append(path)
             robot.container.operator.pause(robot.id)
 
     robot.asked.before = press
-    report = robot.check_ups.run(robot.id, Trial(), is_wanted=lambda: robot.asked.writes.count("POST /mission_queue") < 2)
+    report = robot.check_ups.run(
+        robot.id, Trial(), is_wanted=lambda: robot.asked.writes.count("POST /mission_queue") < 2
+    )
     assert pressed
     assert robot.machine.paused
-    assert says(report, Topic.LEFT) == (Level.GREEN, "Nothing of the trial is left on it; it stands in Pause, as somebody wanted")
+    assert says(report, Topic.LEFT) == (
+        Level.GREEN,
+        "Nothing of the trial is left on it; it stands in Pause, as somebody wanted",
+    )
 
 
 # ---------------------------------------------------------------------- after the app was killed
@@ -209,7 +220,7 @@ def check_is_said_until_it_is_released(robot: CheckedRobot) -> None:
     assert all(str(item.state) in ENDED for item in robot.machine.queue)
     assert [alarm.code for alarm in robot.container.alarms.open()] == ["check_up_left"]
     assert robot.container.holds.current()
-    robot.machine.resume()                       # by a person
+    robot.machine.resume()  # by a person
     assert robot.check_ups.tidy(robot.id) is None
     assert not robot.container.holds.current()
     assert not robot.check_ups.left_behind()

@@ -1,4 +1,5 @@
 """The power is cut in the middle of a trial, and comes back when starts are due: the robot is put back before anything is sent to it."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -34,8 +35,16 @@ def machine(site):
 def check_ups(site: Site) -> CheckUps:
     """Of the app as it runs now."""
     c = site.container
-    return CheckUps(c.db, clock=RunningClock(site), ledger=c.ledger, holds=c.holds, alarms=c.alarms, changes=c.changes,
-                    settings=c.settings, make_client=c.make_client)
+    return CheckUps(
+        c.db,
+        clock=RunningClock(site),
+        ledger=c.ledger,
+        holds=c.holds,
+        alarms=c.alarms,
+        changes=c.changes,
+        settings=c.settings,
+        make_client=c.make_client,
+    )
 
 
 def alarms(site: Site) -> list[str]:
@@ -44,6 +53,7 @@ def alarms(site: Site) -> list[str]:
 
 def cut_in_pause(site: Site, robot, off_for: float) -> None:
     """The robot stands in Pause, with two missions of the trial in its queue."""
+
     def cut(where: str) -> None:
         if len(site.network.submissions) == 2:
             raise Killed
@@ -138,7 +148,7 @@ def test_a_pause_of_minutes_is_the_trials_and_a_longer_one_may_be_a_persons(site
     assert (LEFT in alarms(site)) is not is_released
     assert bool(site.container.holds.current()) is not is_released
     if not is_released:
-        machine.resume()                         # by a person
+        machine.resume()  # by a person
         assert check_ups(site).tidy(robot.id) is None
         assert not site.container.holds.current()
         assert LEFT not in alarms(site)
@@ -253,8 +263,9 @@ def test_a_robot_removed_in_the_middle_and_put_back_is_released_in_the_end(site,
 
 def test_a_mission_that_may_not_be_removed_does_not_keep_the_plan_back(tmp_path):
     robot = CheckedRobot(tmp_path)
-    robot.asked.meddle = lambda method, path, answer: \
+    robot.asked.meddle = lambda method, path, answer: (
         Response(403, b'{"error_human": "no"}', {}) if method == "DELETE" and path.startswith("/missions/") else answer
+    )
     robot.check_ups.run(robot.id, Trial())
     assert list(robot.check_ups.left_behind()) == [robot.id]
     assert not robot.container.holds.current()

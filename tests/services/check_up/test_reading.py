@@ -1,4 +1,5 @@
 """What a check-up reads: each deviant is named by the topics that it differs in and by no other, and nothing is written to a robot."""
+
 from __future__ import annotations
 
 import re
@@ -20,11 +21,14 @@ from tests.support.asked_robot import AskedRobot
 from tests.support.checked_robot import CheckedRobot
 
 READ = [topic for topic in Topic if not topic.is_tried]
-SIMULATED = {Topic.CERTIFICATE: Level.AMBER, Topic.PASSWORD: Level.AMBER}          # it speaks http and has the default password
-EMPTY = dict.fromkeys((Topic.SORTING, Topic.PAGING, Topic.SEARCH), Level.AMBER)         # what an empty queue does not show
+SIMULATED = {Topic.CERTIFICATE: Level.AMBER, Topic.PASSWORD: Level.AMBER}  # it speaks http and has the default password
+EMPTY = dict.fromkeys((Topic.SORTING, Topic.PAGING, Topic.SEARCH), Level.AMBER)  # what an empty queue does not show
 # The topics that are not green, besides these.
 NAMED: Mapping[str, dict[Topic, Level]] = {
-    "forgets-descriptions": {}, "renames-descriptions": {}, "moves-descriptions": {}, "no-id": {},          # shown by a trial only
+    "forgets-descriptions": {},
+    "renames-descriptions": {},
+    "moves-descriptions": {},
+    "no-id": {},  # shown by a trial only
     "no-search": {Topic.SEARCH: Level.AMBER},
     "pages-of-50": {Topic.PAGING: Level.AMBER},
     "ignores-sort": {Topic.SORTING: Level.AMBER},
@@ -49,7 +53,10 @@ def told(look) -> dict[Topic, Level]:
 
 
 def in_words(look) -> str:
-    return "\n".join(f"{finding.level} {finding.topic}: {render(finding.says)} - {render(finding.means)}" for finding in look.findings)
+    return "\n".join(
+        f"{finding.level} {finding.topic}: {render(finding.says)} - {render(finding.means)}"
+        for finding in look.findings
+    )
 
 
 @pytest.mark.parametrize("software", ["2.14.7", "3.5.4", "3.8.1"])
@@ -104,19 +111,25 @@ def test_another_robot_of_the_list_with_its_serial_number_has_to_be_put_right(tm
     serial = robot.machine.serial_number
     robots = robot.container.repositories.robots
     for name, number in (("Veikko", serial), ("Sisu", serial), ("Lempi", "of another"), ("Onni", "")):
-        other = robot.container.catalogue.save_robot(Robot(name, f"http://{name}", "distributor"), password="distributor")
-        if number:                               # as its worker stores it once it has asked
-            robot.container.db.write(lambda c, other=other, number=number: robots.note_identity(c, other, serial_number=number))
+        other = robot.container.catalogue.save_robot(
+            Robot(name, f"http://{name}", "distributor"), password="distributor"
+        )
+        if number:  # as its worker stores it once it has asked
+            robot.container.db.write(
+                lambda c, other=other, number=number: robots.note_identity(c, other, serial_number=number)
+            )
     report = robot.check_ups.run(robot.id)
     assert told(report)[Topic.IDENTITY] is Level.RED
-    assert f"red identity: Its serial number {serial} is also that of Sisu, Veikko - They are one machine" in in_words(report)
+    assert f"red identity: Its serial number {serial} is also that of Sisu, Veikko - They are one machine" in in_words(
+        report
+    )
     assert robot.check_ups.report(robot.id) == report
 
 
 def test_no_answer_takes_no_time(monkeypatch):
     robot = AskedRobot()
     look = robot.look()
-    monkeypatch.setattr(look.probe, "status", lambda: None)            # at once
+    monkeypatch.setattr(look.probe, "status", lambda: None)  # at once
     measure(look, 3, 0.0, 3.0)
     assert "3 of 3 questions were answered, half of these within 0.01 s, the slowest in 0.01 s" in in_words(look)
 
@@ -128,7 +141,9 @@ ODD = {
     "a number": Response(200, b"17", {}),
     "null": Response(200, b"null", {}),
     "an object": Response(200, b"{}", {}),
-    "a list of odd things": Response(200, b'[null, 3, "x", [], {}, {"id": "7", "guid": 5, "ordered": 9, "state": {}}]', {}),
+    "a list of odd things": Response(
+        200, b'[null, 3, "x", [], {}, {"id": "7", "guid": 5, "ordered": 9, "state": {}}]', {}
+    ),
     "ids of all kinds": Response(200, b'[{"id": true, "state": "Done"}, {"id": -4, "state": ""}, {"id": 9e99}]', {}),
     "nothing": Response(204, b"", {}),
     "refused": Response(401, b"", {}),
@@ -161,6 +176,7 @@ def test_a_robot_that_is_off_is_one_red_finding():
 def raises(error):
     def meddle(method, path, answer):
         raise error
+
     return meddle
 
 

@@ -1,4 +1,5 @@
 """The service of check-ups: what it offers, keeps and puts back."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -21,14 +22,18 @@ def robot(tmp_path) -> CheckedRobot:
 
 
 def test_it_says_what_will_happen(robot):
-    assert render(robot.check_ups.moves(robot.id, Trial())).startswith("Aino gets a mission that waits a second, four times;")
+    assert render(robot.check_ups.moves(robot.id, Trial())).startswith(
+        "Aino gets a mission that waits a second, four times;"
+    )
     assert render(robot.check_ups.moves(robot.id, Trial())).endswith("Nothing drives.")
     assert render(robot.check_ups.moves(robot.id, Trial("Home"))).startswith("Home is queued four times on Aino;")
     assert 60 < robot.check_ups.length_s() < robot.check_ups.length_s(Trial()) < robot.check_ups.length_s(Trial("Home"))
 
 
 def test_it_offers_the_missions_that_people_made(robot):
-    assert list(robot.check_ups.harmless_missions(robot.id)) == sorted((mission.name for mission in MISSIONS), key=str.casefold)
+    assert list(robot.check_ups.harmless_missions(robot.id)) == sorted(
+        (mission.name for mission in MISSIONS), key=str.casefold
+    )
 
 
 def test_reading_changes_nothing_and_is_kept_and_told(robot):
@@ -58,6 +63,7 @@ def test_a_robot_that_is_off_is_a_finding_and_the_report_before_stays(robot):
 
     def refuse(method, path):
         raise Unreachable(code="refused", address="10.0.0.1")
+
     robot.asked.before = refuse
     for trial in (None, Trial()):
         report = robot.check_ups.run(robot.id, trial)
@@ -69,7 +75,9 @@ def test_a_robot_that_is_off_is_a_finding_and_the_report_before_stays(robot):
 def test_robots_that_can_not_be_asked_are_refused(robot):
     with pytest.raises(InvalidInput, match="this robot has been removed"):
         robot.check_ups.run(robot.id + 1)
-    robot.container.catalogue.save_robot(replace(robot.container.catalogue.robot(robot.id), address="http://10.0.0.2", enabled=False))
+    robot.container.catalogue.save_robot(
+        replace(robot.container.catalogue.robot(robot.id), address="http://10.0.0.2", enabled=False)
+    )
     with pytest.raises(InvalidInput, match="until its password is entered"):
         robot.check_ups.run(robot.id)
     assert robot.asked.requests == []

@@ -1,4 +1,5 @@
 """What a check-up tries: each deviant is named by the topics that it differs in and by no other, and the robot is as it was."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -30,11 +31,19 @@ KNOWN: Mapping[str, dict[str, object]] = {
     "moves-descriptions": {"token_field": "order_description"},
     "no-id": {"gives_id": False},
     "german-texts": {"cancelled_message": "Abgebrochen - Benutzeranforderung"},
-    "german-states": {"item_states": {"Ausstehend": "Pending", "Aktiv": "Executing", "Fertig": "Done", "Abgebrochen": "Aborted"}},
+    "german-states": {
+        "item_states": {"Ausstehend": "Pending", "Aktiv": "Executing", "Fertig": "Done", "Abgebrochen": "Aborted"}
+    },
     "cancelled": {"item_states": {"Cancelled": "Cancelled"}, "cancelled_message": None},
 }
-FAITHFUL = {"token_field": "description", "item_states": {}, "cancelled_message": "Aborted - User Request", "gives_id": True,
-            "order_status": 201, "priority_counts": False}
+FAITHFUL = {
+    "token_field": "description",
+    "item_states": {},
+    "cancelled_message": "Aborted - User Request",
+    "gives_id": True,
+    "order_status": 201,
+    "priority_counts": False,
+}
 
 
 def told(report: Report) -> dict[Topic, Level]:
@@ -42,7 +51,10 @@ def told(report: Report) -> dict[Topic, Level]:
 
 
 def in_words(report: Report) -> str:
-    return "\n".join(f"{finding.level} {finding.topic}: {render(finding.says)} - {render(finding.means)}" for finding in report.findings)
+    return "\n".join(
+        f"{finding.level} {finding.topic}: {render(finding.says)} - {render(finding.means)}"
+        for finding in report.findings
+    )
 
 
 def tried(profile: RobotProfile) -> dict[str, object]:
@@ -57,7 +69,9 @@ def test_a_faithful_robot_is_green(tmp_path, software, history, mission):
     before = robot.as_it_is()
     report = robot.check_ups.run(robot.id, Trial(mission))
     assert told(report) == SIMULATED | ({} if history else EMPTY), in_words(report)
-    assert [finding.topic for finding in report.findings] == sorted(Topic, key=[each.topic for each in report.findings].index)
+    assert [finding.topic for finding in report.findings] == sorted(
+        Topic, key=[each.topic for each in report.findings].index
+    )
     assert tried(report.profile) == FAITHFUL
     assert report.is_complete
     assert robot.as_it_is() == before

@@ -1,4 +1,5 @@
 """Trials on robots that answer nonsense, refuse or lose things: a report in any case, and nothing left."""
+
 from __future__ import annotations
 
 import json
@@ -28,12 +29,14 @@ def first_write(robot: CheckedRobot) -> bool:
 
 def answers(robot: CheckedRobot, answer: Response | Exception, is_meant: Callable[[str, str], bool]) -> None:
     """What the robot gives instead of its own answer, from the first change on."""
+
     def meddle(method, path, own):
         if not (first_write(robot) and is_meant(method, path)):
             return own
         if isinstance(answer, Exception):
             raise answer
         return answer
+
     robot.asked.meddle = meddle
 
 
@@ -55,7 +58,7 @@ MEANT: dict[str, Callable[[str, str], bool]] = {
 
 
 @pytest.mark.parametrize("meant", MEANT)
-@pytest.mark.parametrize("odd", [odd for odd in ODD if odd != "gone"])           # which is said of what is not there
+@pytest.mark.parametrize("odd", [odd for odd in ODD if odd != "gone"])  # which is said of what is not there
 def test_odd_answers_make_a_report_and_leave_nothing(tmp_path, odd, meant):
     robot = CheckedRobot(tmp_path)
     before = robot.as_it_is()
@@ -76,8 +79,10 @@ def test_a_user_who_may_not_start_missions_is_a_red_finding(tmp_path):
     robot = CheckedRobot(tmp_path)
     robot.asked.meddle = lambda method, path, answer: FORBIDDEN if (method, path) == ("POST", QUEUE) else answer
     report = robot.check_ups.run(robot.id, Trial("Home"))
-    assert (finding(report, Topic.ORDER).level, render(finding(report, Topic.ORDER).says)) == \
-        (Level.RED, "User Distributor may not start missions")
+    assert (finding(report, Topic.ORDER).level, render(finding(report, Topic.ORDER).says)) == (
+        Level.RED,
+        "User Distributor may not start missions",
+    )
 
 
 def test_a_user_who_may_not_make_missions_is_told_to_choose_one(tmp_path):
@@ -114,6 +119,7 @@ def test_a_robot_that_does_not_pause_is_a_red_finding(tmp_path):
         paused, robot.machine.paused = robot.machine.paused, False
         robot.machine._settle_paused()
         robot.machine.paused = paused
+
     robot.machine._settle = settle
     report = robot.check_ups.run(robot.id, Trial())
     assert finding(report, Topic.PAUSE).level is Level.RED, in_words(report)
@@ -127,15 +133,21 @@ def test_a_robot_on_which_priority_counts_is_known_to(tmp_path):
     report = robot.check_ups.run(robot.id, Trial())
     assert report.profile.priority_counts is True
     assert told(report) == SIMULATED, in_words(report)
-    assert render(finding(report, Topic.PAUSE).says) == "While it is paused missions wait, and what ran goes on afterwards"
+    assert (
+        render(finding(report, Topic.PAUSE).says) == "While it is paused missions wait, and what ran goes on afterwards"
+    )
 
 
 @pytest.mark.parametrize("profile", [None, deviant("german-states")])
 def test_a_mission_that_fails_is_a_red_finding(tmp_path, profile):
     robot = CheckedRobot(tmp_path, profile, history=0)
-    robot.asked.before = lambda method, path: setattr(robot.machine, "failure_rate", 1.0) if path == "/mission_groups" else None
+    robot.asked.before = lambda method, path: (
+        setattr(robot.machine, "failure_rate", 1.0) if path == "/mission_groups" else None
+    )
     report = robot.check_ups.run(robot.id, Trial())
-    assert {topic for topic, level in told(report).items() if level is Level.RED} == {Topic.WORDS, Topic.LEFT}, in_words(report)
+    assert {topic for topic, level in told(report).items() if level is Level.RED} == {Topic.WORDS, Topic.LEFT}, (
+        in_words(report)
+    )
     assert "Done" not in report.profile.item_states.values()
     assert render(finding(report, Topic.LEFT).says) == "Nothing of the trial is left on it, but it stands with an error"
     assert robot.as_it_is()["open"] == []
@@ -223,6 +235,7 @@ def test_what_a_robot_calls_things_has_bounds(tmp_path):
             item["state"], item["message"] = item["state"] + "Z" * 20_000, "m" * 20_000
             del item["description"]
         return Response(answer.status, json.dumps(found).encode(), answer.headers)
+
     robot.asked.meddle = rename
     report = robot.check_ups.run(robot.id, Trial())
     assert report.is_complete
@@ -258,7 +271,7 @@ def test_a_robot_that_bears_little_is_asked_less(tmp_path):
     robot = CheckedRobot(tmp_path, deviant("reboots-under-load"))
     robot.check_ups.run(robot.id, Trial())
     reboots = robot.machine.reboots
-    assert reboots == 1                                  # by the questions that are to show it
+    assert reboots == 1  # by the questions that are to show it
     [rest] = [robot.container.catalogue.robot(robot.id).known.rest]
     probe = Probe(robot.asked.client(), robot.asked.clock.monotonic, robot.asked.clock.advance)
     probe.spare(rest.requests, rest.seconds)
@@ -274,6 +287,7 @@ def test_on_a_slow_robot_the_plan_is_held_back_to_the_end(tmp_path):
     def look(method, path):
         if robot.asked.writes and not robot.container.holds.active(robot.id):
             unheld.append(path)
+
     robot.asked.before = look
     assert robot.check_ups.run(robot.id, Trial()).is_complete
     assert unheld == []

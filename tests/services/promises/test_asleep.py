@@ -1,4 +1,5 @@
 """A tablet that sleeps just before a start sends nothing by what it knew of the robot before."""
+
 from __future__ import annotations
 
 from functools import partial
@@ -9,7 +10,7 @@ from app.domain.models import State, Wait
 from tests.support.clock import VirtualClock
 from tests.support.network import Fate
 
-BEFORE = [1.0, 0.5, 0.3, 0.2, 0.05]              # s, of the instant
+BEFORE = [1.0, 0.5, 0.3, 0.2, 0.05]  # s, of the instant
 
 
 def drained(site, seconds):

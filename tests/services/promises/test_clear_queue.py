@@ -1,4 +1,5 @@
 """The queue of a robot is cleared: what was to go goes, nothing else does, and nothing is sent before the robot has answered."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -23,10 +24,12 @@ def stored(site, schedule: Schedule) -> Schedule:
 
 def clear_in_vain(site, meanwhile=lambda: None, robot_id=None):
     """Clear queue finds no connection; ``meanwhile`` happens while it is tried."""
+
     def met(_robot, planned) -> None:
         if planned.method == "DELETE":
             site.network.met = lambda robot, planned: None
             meanwhile()
+
     site.network.next(*CLEAR, Fate.REFUSED)
     site.network.met = met
     with pytest.raises(RobotError):
@@ -37,7 +40,7 @@ def waiting_for_battery(site, plan):
     schedule = plan(AT, minimum_battery_percent=30, **LONG)
     site.machines["R1"].set_battery(12.0)
     site.run(360)
-    row, = site.executions()
+    (row,) = site.executions()
     assert row.state is State.WAITING
     return schedule, row
 
@@ -46,7 +49,7 @@ def in_doubt(site, plan):
     plan(AT, **LONG)
     site.network.next("POST", "/mission_queue", Fate.LOST)
     site.run(310)
-    row, = site.executions()
+    (row,) = site.executions()
     assert row.state is State.SUBMITTING
     return row
 
@@ -97,7 +100,7 @@ def test_a_clear_in_vain_does_not_undo_a_cancel_of_what_is_in_doubt(site, plan, 
     if cancelled_by == "cancel":
         site.container.operator.cancel_execution(row.id)
     else:
-        site.container.operator.clear_queue(robot_of(site).id)       # the robot has done it
+        site.container.operator.clear_queue(robot_of(site).id)  # the robot has done it
     clear_in_vain(site)
     site.run(600)
     assert items(site) == [], outcomes(site)
@@ -108,7 +111,7 @@ def test_a_clear_in_vain_does_not_undo_a_cancel_of_what_the_robot_has_not_heard_
     plan(AT, **LONG)
     site.container.operator.pause(robot_of(site).id)
     site.run(303)
-    row, = site.executions()
+    (row,) = site.executions()
     assert row.state is State.QUEUED
     site.network.down.add("R1")
     site.container.operator.cancel_execution(row.id)
@@ -126,6 +129,7 @@ def test_a_clear_in_vain_does_not_let_go_what_a_person_holds_meanwhile(site, pla
     def hold() -> None:
         site.run(2)
         assert site.container.operator.hold_starts([row.id]) == 1
+
     clear_in_vain(site, hold)
     site.machines["R1"].set_battery(90.0)
     site.run(120)
@@ -143,7 +147,7 @@ def test_what_waits_is_not_sent_after_a_clear_whose_answer_was_lost(site, plan):
     with pytest.raises(RobotError):
         site.container.operator.clear_queue(robot_of(site).id)
     site.run(600)
-    assert len(items(site)) == 1, outcomes(site)      # here: cancelled as queue_cleared, and the other one completed
+    assert len(items(site)) == 1, outcomes(site)  # here: cancelled as queue_cleared, and the other one completed
 
 
 @pytest.mark.parametrize("what", ["its worker goes on", "taken from the group", "switched off"])
@@ -158,7 +162,7 @@ def test_a_groups_start_is_not_kept_back_by_nobody(hall, what):
         hall.only("R1")
         hall.run(299.6)
         worker = hall._workers[r1.id]
-        hall._blocked.add(worker)                     # its thread waits for an answer of R1
+        hall._blocked.add(worker)  # its thread waits for an answer of R1
         hall.run(0.3)
     else:
         hall.plan(minimum_battery_percent=30, **LONG)
@@ -167,7 +171,7 @@ def test_a_groups_start_is_not_kept_back_by_nobody(hall, what):
         hall.run(330)
         hall.container.operator.give_to(hall.executions()[0].id, r1.id)
         hall.run(10)
-    row, = hall.executions()
+    (row,) = hall.executions()
     assert (row.state, row.robot) == (State.WAITING, "R1")
 
     def meanwhile(_robot, met) -> None:
@@ -175,19 +179,22 @@ def test_a_groups_start_is_not_kept_back_by_nobody(hall, what):
             return
         hall.network.met = lambda robot, met: None
         if what == "its worker goes on":
-            hall._blocked.discard(worker)             # it has its answer
+            hall._blocked.discard(worker)  # it has its answer
         elif what == "switched off":
             hall.switch("R1", on=False)
         else:
-            hall.container.catalogue.edit(lambda edit: edit.save_group(replace(hall.group, members=hall.group.members[1:])))
+            hall.container.catalogue.edit(
+                lambda edit: edit.save_group(replace(hall.group, members=hall.group.members[1:]))
+            )
         hall.run(2)
+
     hall.network.next(*CLEAR, Fate.SLOW, 1.0)
     hall.network.met = meanwhile
     hall.container.operator.clear_queue(r1.id)
     for machine in hall.machines.values():
         machine.set_battery(90.0)
     hall.run(600)
-    row, = hall.executions()
+    (row,) = hall.executions()
     assert row.state in (State.CANCELLED, State.COMPLETED), (row.state, row.robot, row.wait, row.held)
 
 
@@ -200,6 +207,7 @@ def test_a_start_is_not_kept_back_for_ever_by_an_app_that_was_killed(site, plan)
     def kill(_robot, met) -> None:
         if met.method == "DELETE":
             raise Killed
+
     site.network.next(*CLEAR, Fate.REFUSED)
     site.network.met = kill
     with pytest.raises(Killed):
@@ -208,7 +216,7 @@ def test_a_start_is_not_kept_back_for_ever_by_an_app_that_was_killed(site, plan)
     site.power_cut(5)
     site.machines["R1"].set_battery(90.0)
     site.run(3900)
-    row, = site.executions()
+    (row,) = site.executions()
     assert row.state in (State.COMPLETED, State.CANCELLED), (outcomes(site), row.held, row.reason)
 
 
@@ -225,6 +233,7 @@ def test_what_is_undone_while_a_clear_is_tried_in_vain_is_there_again(site, plan
             removed.append(catalogue.remove_schedule(schedule.id))
         else:
             site.container.operator.cancel_execution(row.id)
+
     clear_in_vain(site, act)
     if what == "deleted and undone":
         catalogue.restore(removed[0])
@@ -240,12 +249,12 @@ def test_what_is_on_its_way_during_a_clear_in_vain_is_sent(site, plan, what):
     plan(AT, **LONG)
     if what == "in doubt":
         site.network.next("POST", "/mission_queue", Fate.LOST)
-        site.run(394)                                  # the quiet time is over in a moment
+        site.run(394)  # the quiet time is over in a moment
     else:
         site.run(299.9)
     assert [row.state for row in site.executions()] == [State.SUBMITTING]
     site.network.others_wait = False
-    clear_in_vain(site, lambda: site.run(4))           # as long as a connection is tried for
+    clear_in_vain(site, lambda: site.run(4))  # as long as a connection is tried for
     site.run(600)
     assert len(items(site)) == 1, outcomes(site)
 
@@ -254,7 +263,9 @@ def test_a_clear_in_vain_does_not_end_the_list_of_late_starts(tmp_path):
     site = Site(tmp_path, with_window=True)
     site.add_robots()
     deliver = site.add_mission()
-    site.container.catalogue.save_schedule(Schedule("A", robot_of(site).id, deliver.id, datetime.fromisoformat(AT), "UTC", **LONG))
+    site.container.catalogue.save_schedule(
+        Schedule("A", robot_of(site).id, deliver.id, datetime.fromisoformat(AT), "UTC", **LONG)
+    )
     site.run(200)
     site.power_cut(200)
     site.run(5)
@@ -277,7 +288,7 @@ def test_a_groups_start_goes_to_another_robot_while_the_queue_of_the_best_one_is
     hall.network.next(*CLEAR, Fate.SLOW, 9.0)
     hall.container.operator.clear_queue(hall.robot("R1").id)
     hall.run(30)
-    post, = hall.network.posts()
+    (post,) = hall.network.posts()
     assert post.at < 301
     assert post.robot != "R1"
 
@@ -291,7 +302,7 @@ def test_what_is_to_go_with_a_cleared_queue_is_given_to_no_other_robot(hall):
     hall.run(330)
     row, give_to = hall.run_of(), hall.container.operator.give_to
     with hall.container.clearing.of(hall.robot("R1").id) as cleared:
-        cleared.rows = frozenset([row.id])                     # it was R1's a moment ago
+        cleared.rows = frozenset([row.id])  # it was R1's a moment ago
         with pytest.raises(InvalidInput):
             give_to(row.id, hall.robot("R2").id)
     assert give_to(row.id, hall.robot("R2").id).robot == "R2"
@@ -312,10 +323,14 @@ def test_what_is_cleared_while_the_robot_is_read_ends_as_cleared(site, plan, has
         if met.method == "GET" and not begun:
             begun.append(True)
             site.at(1.0, lambda: site.container.operator.clear_queue(robot_of(site).id))
+
     site.network.next("GET", "/mission_queue/1", Fate.SLOW, 3.0)
     site.network.met = clear
     site.run(60)
-    assert {row.reason and row.reason.code for row in site.executions()} == {ReasonCode.QUEUE_CLEARED}, (outcomes(site), alarms(site))
+    assert {row.reason and row.reason.code for row in site.executions()} == {ReasonCode.QUEUE_CLEARED}, (
+        outcomes(site),
+        alarms(site),
+    )
 
 
 def test_a_clear_counts_though_the_robot_refuses_the_cancel_that_was_pressed_before(site, plan):
@@ -329,6 +344,7 @@ def test_a_clear_counts_though_the_robot_refuses_the_cancel_that_was_pressed_bef
         if met.method == "DELETE":
             site.network.met = lambda robot, met: None
             site.container.operator.clear_queue(row.robot_id)
+
     site.network.met = clear
     with pytest.raises(RobotError):
         site.container.operator.cancel_execution(row.id)

@@ -1,4 +1,5 @@
 """A clock that may be wrong sends nothing and writes nothing off, until robots or the operator say that it is right (D3, D4)."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -23,8 +24,9 @@ def fleet(request, tmp_path):
     site.container.catalogue.change_settings(poll_interval_seconds=60)
     for robot in site.add_robots():
         start = datetime.fromisoformat("2026-11-23T08:05")
-        site.container.catalogue.save_schedule(Schedule(f"S{robot.id}", robot.id, mission.id, start, "UTC", "FREQ=DAILY",
-                                                        respect_working_days=False))
+        site.container.catalogue.save_schedule(
+            Schedule(f"S{robot.id}", robot.id, mission.id, start, "UTC", "FREQ=DAILY", respect_working_days=False)
+        )
     yield site
     site.switch_off()
 
@@ -33,7 +35,9 @@ def run_days(site):
     """Daily at 06:05 on R1, every day of the week."""
     site.container.catalogue.change_settings(poll_interval_seconds=1800)
     start = datetime.fromisoformat("2026-11-23T06:05")
-    return site.container.catalogue.save_schedule(Schedule("S", 1, 1, start, "UTC", "FREQ=DAILY", respect_working_days=False))
+    return site.container.catalogue.save_schedule(
+        Schedule("S", 1, 1, start, "UTC", "FREQ=DAILY", respect_working_days=False)
+    )
 
 
 def glitch(site, seconds, lasts=60.0):
@@ -77,7 +81,9 @@ def test_while_no_robot_can_be_asked_nothing_is_written_off_for_half_a_minute(fl
     site.run(25)
     assert outcomes(site) == []
     site.run(125)
-    assert [(row.state, reason(row).code) for row in site.executions()] == [(State.MISSED, ReasonCode.APP_DOWN)] * len(site.machines)
+    assert [(row.state, reason(row).code) for row in site.executions()] == [(State.MISSED, ReasonCode.APP_DOWN)] * len(
+        site.machines
+    )
 
 
 def test_after_a_restart_just_before_a_start_it_leaves_in_its_moment(fleet):
@@ -156,7 +162,7 @@ def test_the_operator_can_say_that_the_clock_is_right(fleet):
     assert [row.state for row in site.executions()] == [State.COMPLETED] * len(site.machines)
     site.power_cut(5)
     site.run(120)
-    assert site.container.holds.active() is None                # it has been confirmed, and nothing has jumped since
+    assert site.container.holds.active() is None  # it has been confirmed, and nothing has jumped since
 
 
 # ---------------------------------------------------------------------- while it runs
@@ -210,7 +216,9 @@ def test_after_a_sleep_robots_agree_and_what_was_missed_is_written_so(site, plan
     site.suspend(7200.0)
     site.run(600)
     assert [(f"{row.planned_at:%H:%M}", row.state, row.starts) for row in site.executions()] == [
-        ("07:05", State.MISSED, 2), ("08:05", State.COMPLETED, 1)]
+        ("07:05", State.MISSED, 2),
+        ("08:05", State.COMPLETED, 1),
+    ]
 
 
 def test_a_clock_that_was_rightly_set_ahead_counts_once_a_person_says_so(site, plan):
@@ -253,7 +261,11 @@ def test_what_is_edited_while_the_clock_is_ahead_is_planned_from_the_true_time(s
     site.clock.step(-jump)
     site.run(2000)
     minutes = [1, 11, 21, 31] if edit == "move" else [2, 12, 22, 32]
-    wanted = [minute for minute in minutes if minute > 2 and (skipped is None or minute != skipped.minute or skipped.hour != 6)]
+    wanted = [
+        minute
+        for minute in minutes
+        if minute > 2 and (skipped is None or minute != skipped.minute or skipped.hour != 6)
+    ]
     assert [at for at in sent_at(site) if at > 180] == [60 * minute for minute in wanted]
 
 
@@ -314,7 +326,9 @@ def test_an_absence_by_a_wrong_clock_makes_nothing_late_once_it_is_set_right(tmp
     site.switch_on()
     site.run(60)
     site.clock.step(-2 * DAY)
-    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:10"), "UTC"))
+    site.container.catalogue.save_schedule(
+        Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:10"), "UTC")
+    )
     site.run(900)
     assert sent_at(site) == [600]
     site.switch_off()

@@ -1,4 +1,5 @@
 """A copied data directory: two tablets with one database start each mission once, and nothing is sent until a person has decided (D8)."""
+
 from __future__ import annotations
 
 import shutil
@@ -21,6 +22,7 @@ def copy_of(tmp_path):
         shutil.copytree(site.directory, directory)
         made.append(site.another_tablet(directory))
         return made[-1]
+
     yield make
     for site in made:
         site.switch_off()
@@ -99,7 +101,9 @@ def test_the_alarm_of_two_tablets_ends_with_the_hold_that_it_asks_to_release(sit
     other.container.holds.release()
     other.run(30)
     assert other.container.holds.active(robot_of(other).id) is None
-    assert [alarm.cleared_at is not None for alarm in other.container.alarms.open() if alarm.code == "two_tablets"] == [True]
+    assert [alarm.cleared_at is not None for alarm in other.container.alarms.open() if alarm.code == "two_tablets"] == [
+        True
+    ]
 
 
 def test_the_other_tablet_is_found_though_its_mission_was_over_before_the_robot_was_read(site, plan, copy_of):

@@ -1,4 +1,5 @@
 """Of several items with one token exactly one runs, and a row says what its item says, however late that is known (D8)."""
+
 from __future__ import annotations
 
 import pytest
@@ -43,7 +44,9 @@ def test_of_two_items_that_both_wait_the_earlier_one_stays(site, plan):
     assert [(row.state, row.queue_id) for row in site.executions()] == [(State.COMPLETED, 1)]
 
 
-def test_a_first_try_that_lands_behind_the_second_one_is_cancelled_before_it_runs_however_rarely_robots_are_polled(site, plan):
+def test_a_first_try_that_lands_behind_the_second_one_is_cancelled_before_it_runs_however_rarely_robots_are_polled(
+    site, plan
+):
     """A robot with a request that was given up is read again and again, and not only when all robots are polled."""
     site.container.catalogue.change_settings(poll_interval_seconds=600)
     plan("2026-11-23T06:05")
@@ -128,7 +131,9 @@ def test_a_late_request_that_could_not_be_cancelled_and_ran_is_not_said_to_have_
     assert "late_cancelled" not in alarms(site)
 
 
-def test_a_second_copy_that_could_not_be_cancelled_at_once_is_cancelled_soon_and_without_reading_the_history(site, plan, monkeypatch):
+def test_a_second_copy_that_could_not_be_cancelled_at_once_is_cancelled_soon_and_without_reading_the_history(
+    site, plan, monkeypatch
+):
     """The robot is on screen, so its queue is read between polls, and the network has doubled the request."""
     for _n in range(20):
         site.stranger_queues("Home")
@@ -140,11 +145,13 @@ def test_a_second_copy_that_could_not_be_cancelled_at_once_is_cancelled_soon_and
     site.run(296)
     [row] = site.executions()
     for _n in range(5):
-        site.stranger_queues("Home")                    # so that it waits
+        site.stranger_queues("Home")  # so that it waits
     copy = site.container.make_client(robot_of(site)).enqueue(row.mission_guid, description=row.token)
     site.network.next("DELETE", f"/mission_queue/{copy}", Fate.LOST)
     search, floors = RobotClient.items_after, []
-    monkeypatch.setattr(RobotClient, "items_after", lambda client, floor, *more: floors.append(floor) or search(client, floor, *more))
+    monkeypatch.setattr(
+        RobotClient, "items_after", lambda client, floor, *more: floors.append(floor) or search(client, floor, *more)
+    )
     site.run(30)
     assert next(str(item.state) for item in items(site) if item.id == copy) == "Aborted"
     assert "duplicate_healed" in alarms(site)
@@ -253,12 +260,12 @@ def test_what_was_given_up_later_is_found_once_the_search_for_the_older_one_has_
 def silent(site, plan, how):
     """The row ends in six minutes, while nobody knows that its item is or will be on the robot."""
     plan("2026-11-23T06:05", start_window_minutes=5)
-    if how is ReasonCode.UNKNOWN_OUTCOME:               # it has the item, and can't be asked
+    if how is ReasonCode.UNKNOWN_OUTCOME:  # it has the item, and can't be asked
         site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
         site.run(300.5)
         site.network.down.add("R1")
         site.run(400)
-    else:                                               # it gets the item a minute after the row was given up
+    else:  # it gets the item a minute after the row was given up
         site.container.catalogue.change_settings(unknown_outcome_quiet_seconds=400)
         site.network.next("POST", "/mission_queue", Fate.LATE, 460.0)
         site.run(745)
@@ -353,7 +360,7 @@ def test_what_arrives_late_is_found_though_the_robots_numbers_began_anew_meanwhi
     site.machines["R1"].catch_up()
     site.machines["R1"].queue = MissionQueue()
     site.run(175)
-    site.network.down.add("R1")                # it comes, runs and ends while nobody sees it
+    site.network.down.add("R1")  # it comes, runs and ends while nobody sees it
     site.run(180)
     assert states(site) == ["Done"]
     site.network.down.clear()

@@ -1,4 +1,5 @@
 """The clock is corrected, by little or much, once or in steps: nothing is doubled or lost, and what is kept back can be let go."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -8,7 +9,13 @@ import pytest
 
 from app.domain.models import IdleRule, InvalidInput, Schedule, State
 from tests.services.promises.test_pressed_twice import in_doubt_at_a_silent_robot, it_is_at_a_robot_that_fell_silent
-from tests.services.promises.test_set_back import begin_ahead, off_and_on, pause_and_resume, robot_off_and_on, there_and_back
+from tests.services.promises.test_set_back import (
+    begin_ahead,
+    off_and_on,
+    pause_and_resume,
+    robot_off_and_on,
+    there_and_back,
+)
 from tests.support.groups import Hall
 from tests.support.network import Fate
 from tests.support.seen import outcomes, sent_at
@@ -28,11 +35,13 @@ def test_what_is_kept_back_can_be_let_go_after_a_small_correction_of_the_clock(t
     """The tablet is some minutes ahead; a person keeps the 06:10 back; the network corrects the clock; the person lets it go."""
     hall = Hall(tmp_path, robots=1)
     there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
-    hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=DAILY", start_window_minutes=60, respect_working_days=False, **there)
+    hall.plan(
+        "A", "2026-11-23T06:10", recurrence="FREQ=DAILY", start_window_minutes=60, respect_working_days=False, **there
+    )
     hall.run(10)
     hall.container.holds.hold("cleaning", None, 1)
     hall.run(600)
-    row, = hall.executions(State.WAITING)
+    (row,) = hall.executions(State.WAITING)
     assert hall.container.operator.hold_starts([row.id]) == 1
     hall.container.holds.release(1)
     hall.clock.step(-back)
@@ -79,13 +88,21 @@ def test_a_run_now_of_a_clock_ahead_starts_when_released(hall, where, ahead):
 
 
 CHANGES = {
-    "nothing": lambda site, schedule: None, "off and on": off_and_on, "robot off and on": robot_off_and_on,
+    "nothing": lambda site, schedule: None,
+    "off and on": off_and_on,
+    "robot off and on": robot_off_and_on,
     "pause and resume": pause_and_resume,
     "moved and back": lambda site, schedule: there_and_back(site, schedule, start=datetime(2026, 11, 23, 6, 11)),
-    "deleted and undone": lambda site, schedule: site.container.catalogue.restore(site.container.catalogue.remove_schedule(schedule.id)),
+    "deleted and undone": lambda site, schedule: site.container.catalogue.restore(
+        site.container.catalogue.remove_schedule(schedule.id)
+    ),
     "app killed": lambda site, schedule: (site.switch_off(), site.switch_on()),
-    "clock ahead and back": lambda site, schedule: [(site.clock.step(s), site.kick(), site.run(5)) for s in (900, -900)],
-    "clock back and ahead": lambda site, schedule: [(site.clock.step(s), site.kick(), site.run(5)) for s in (-900, 900)],
+    "clock ahead and back": lambda site, schedule: [
+        (site.clock.step(s), site.kick(), site.run(5)) for s in (900, -900)
+    ],
+    "clock back and ahead": lambda site, schedule: [
+        (site.clock.step(s), site.kick(), site.run(5)) for s in (-900, 900)
+    ],
 }
 
 
@@ -96,8 +113,14 @@ def test_a_skip_is_undone_in_ordinary_life(tmp_path, where, change, limit):
     hall = Hall(tmp_path, robots=1)
     there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
     hall.container.catalogue.change_settings(history_limit=limit)
-    schedule = hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=MINUTELY;INTERVAL=30", start_window_minutes=20,
-                         respect_working_days=False, **there)
+    schedule = hall.plan(
+        "A",
+        "2026-11-23T06:10",
+        recurrence="FREQ=MINUTELY;INTERVAL=30",
+        start_window_minutes=20,
+        respect_working_days=False,
+        **there,
+    )
     hall.run(10)
     at = hall.container.pausing.skip_next(schedule.id)
     hall.run(30)
@@ -115,8 +138,14 @@ def test_a_skip_stays(tmp_path, where, change, limit):
     hall = Hall(tmp_path, robots=1)
     there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
     hall.container.catalogue.change_settings(history_limit=limit)
-    schedule = hall.plan("A", "2026-11-23T06:05", recurrence="FREQ=MINUTELY;INTERVAL=5", start_window_minutes=20,
-                         respect_working_days=False, **there)
+    schedule = hall.plan(
+        "A",
+        "2026-11-23T06:05",
+        recurrence="FREQ=MINUTELY;INTERVAL=5",
+        start_window_minutes=20,
+        respect_working_days=False,
+        **there,
+    )
     hall.run(10)
     at = hall.container.pausing.skip(schedule.id, datetime(2026, 11, 23, 6, 5, tzinfo=UTC))
     hall.run(30)
@@ -128,12 +157,19 @@ def test_a_skip_stays(tmp_path, where, change, limit):
 
 def test_a_cancel_undone_survives_a_correction(tmp_path):
     hall = Hall(tmp_path, robots=1)
-    hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=DAILY", start_window_minutes=60, respect_working_days=False, robot_id=1,
-              group_id=None)
+    hall.plan(
+        "A",
+        "2026-11-23T06:10",
+        recurrence="FREQ=DAILY",
+        start_window_minutes=60,
+        respect_working_days=False,
+        robot_id=1,
+        group_id=None,
+    )
     hall.run(10)
     hall.container.holds.hold("cleaning", None, 1)
     hall.run(600)
-    row, = hall.executions(State.WAITING)
+    (row,) = hall.executions(State.WAITING)
     hall.container.operator.cancel_execution(row.id)
     hall.container.catalogue.wait_again(row.id)
     hall.container.holds.release(1)
@@ -153,8 +189,15 @@ def in_doubt(hall):
 def test_a_start_after_the_undo_of_a_cancel_is_not_passed_over(tmp_path, killed):
     """06:10 waits by a clock 5 min ahead, is cancelled; the clock is corrected; the undo is pressed while another one is due."""
     hall = Hall(tmp_path, robots=1)
-    hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=MINUTELY;INTERVAL=1", start_window_minutes=60, respect_working_days=False,
-              robot_id=1, group_id=None)
+    hall.plan(
+        "A",
+        "2026-11-23T06:10",
+        recurrence="FREQ=MINUTELY;INTERVAL=1",
+        start_window_minutes=60,
+        respect_working_days=False,
+        robot_id=1,
+        group_id=None,
+    )
     hall.run(10)
     hall.container.holds.hold("cleaning", None, 1)
     hall.run(610)
@@ -173,8 +216,10 @@ def test_a_start_after_the_undo_of_a_cancel_is_not_passed_over(tmp_path, killed)
     assert row.planned_at in [each.planned_at for each in hall.executions() if each.queue_id], outcomes(hall)
 
 
-@pytest.mark.parametrize("steps", [(-30, -30), (-300, 300), (300, -300, 300, -300), (1200, -1200, 1200, -1200), (-3, -3, -3),
-                                   (-400, 3000, -2600)])
+@pytest.mark.parametrize(
+    "steps",
+    [(-30, -30), (-300, 300), (300, -300, 300, -300), (1200, -1200, 1200, -1200), (-3, -3, -3), (-400, 3000, -2600)],
+)
 @pytest.mark.parametrize("where", ["robot", "group"])
 @pytest.mark.parametrize("limit", [None, 1])
 @pytest.mark.parametrize("kill", [False, True])
@@ -182,7 +227,14 @@ def test_steps_double_nothing_and_lose_nothing(tmp_path, steps, where, limit, ki
     hall = Hall(tmp_path, robots=1)
     there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
     hall.container.catalogue.change_settings(history_limit=limit)
-    hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=MINUTELY;INTERVAL=10", start_window_minutes=9, respect_working_days=False, **there)
+    hall.plan(
+        "A",
+        "2026-11-23T06:10",
+        recurrence="FREQ=MINUTELY;INTERVAL=10",
+        start_window_minutes=9,
+        respect_working_days=False,
+        **there,
+    )
     hall.run(1000)
     for step in steps:
         hall.clock.step(step)
@@ -203,16 +255,25 @@ def test_a_late_start_that_was_kept_back_can_be_let_go_after_the_network_has_set
     site = Site(tmp_path, with_window=True)
     site.add_robots()
     mission = site.add_mission("Deliver")
-    site.container.catalogue.save_schedule(Schedule(
-        "A", robot_id=1, mission_id=mission.id, start=datetime(2026, 11, 23, 6, 10), timezone="UTC", recurrence="FREQ=DAILY",
-        start_window_minutes=60, respect_working_days=False))
+    site.container.catalogue.save_schedule(
+        Schedule(
+            "A",
+            robot_id=1,
+            mission_id=mission.id,
+            start=datetime(2026, 11, 23, 6, 10),
+            timezone="UTC",
+            recurrence="FREQ=DAILY",
+            start_window_minutes=60,
+            respect_working_days=False,
+        )
+    )
     site.run(10)
     site.switch_off()
-    site.clock.sleep(530)                 # 06:09
-    site.clock.step(90)                   # 06:10:30
+    site.clock.sleep(530)  # 06:09
+    site.clock.step(90)  # 06:10:30
     site.switch_on()
     site.run(5)
-    row, = site.executions(State.WAITING)
+    (row,) = site.executions(State.WAITING)
     assert site.container.operator.hold_starts([row.id]) == 1
     site.clock.step(-90)
     site.kick()
@@ -277,10 +338,17 @@ def test_that_both_have_it_is_told_after_the_first_has_been_given_up(hall):
 def test_the_undo_of_a_cancel_passes_over_nothing_that_is_due_just_then(tmp_path):
     """As Pausing.take_again takes care of."""
     hall = Hall(tmp_path, robots=1)
-    hall.plan("A", "2026-11-23T06:05", recurrence="FREQ=MINUTELY;INTERVAL=5", start_window_minutes=60, respect_working_days=False,
-              robot_id=1, group_id=None)
+    hall.plan(
+        "A",
+        "2026-11-23T06:05",
+        recurrence="FREQ=MINUTELY;INTERVAL=5",
+        start_window_minutes=60,
+        respect_working_days=False,
+        robot_id=1,
+        group_id=None,
+    )
     hall.run(10)
-    hall.clock.step(890)                  # 06:15:00
+    hall.clock.step(890)  # 06:15:00
     hall.container.holds.hold("cleaning", None, 1)
     hall.kick()
     hall.run(20)
@@ -310,7 +378,9 @@ def test_a_run_now_is_not_sent_long_after_its_window(hall, kind, back, restart):
         hall.network.down |= set(hall.machines)
     else:
         hall.hold(None)
-        hall.container.operator.run_now(1, 1) if kind == "waits" else hall.container.operator.run_on_any(hall.group.id, 1)
+        hall.container.operator.run_now(1, 1) if kind == "waits" else hall.container.operator.run_on_any(
+            hall.group.id, 1
+        )
     hall.run(5)
     hall.clock.step(-back)
     hall.kick()
@@ -325,7 +395,9 @@ def test_a_run_now_is_not_sent_long_after_its_window(hall, kind, back, restart):
     assert hall.items() == [], (outcomes(hall), hall.alarms())
 
 
-@pytest.mark.parametrize("steps", [(-7200, 7200), (-7200, 3600, 3600), (-300, -300, 600), (-86400, 86400, -86400, 86400)])
+@pytest.mark.parametrize(
+    "steps", [(-7200, 7200), (-7200, 3600, 3600), (-300, -300, 600), (-86400, 86400, -86400, 86400)]
+)
 @pytest.mark.parametrize("restart", [False, True])
 @pytest.mark.parametrize("kind", ["waits", "group"])
 def test_a_run_now_outlives_steps(hall, kind, steps, restart):
@@ -364,7 +436,13 @@ def test_idle_missions_go_on_after_a_step_back(tmp_path):
 def test_a_group_start_kept_back_and_cancelled_never_runs(tmp_path, limit, killed):
     hall = Hall(tmp_path, robots=2)
     hall.container.catalogue.change_settings(history_limit=limit)
-    hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=MINUTELY;INTERVAL=10", start_window_minutes=30, respect_working_days=False)
+    hall.plan(
+        "A",
+        "2026-11-23T06:10",
+        recurrence="FREQ=MINUTELY;INTERVAL=10",
+        start_window_minutes=30,
+        respect_working_days=False,
+    )
     hall.run(10)
     hall.hold(None)
     hall.run(610)
@@ -392,7 +470,7 @@ def test_a_one_time_start_kept_back_can_be_let_go_after_a_correction(tmp_path):
     hall.run(10)
     hall.hold(None)
     hall.run(620)
-    row, = hall.executions(State.WAITING)
+    (row,) = hall.executions(State.WAITING)
     hall.container.operator.hold_starts([row.id])
     hall.container.holds.release(None)
     hall.clock.step(-60)
@@ -410,8 +488,14 @@ def test_a_skip_passed_over_by_a_clock_ahead_stays_whatever_is_edited(tmp_path, 
     hall = Hall(tmp_path, robots=1)
     there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
     hall.container.catalogue.change_settings(history_limit=limit)
-    schedule = hall.plan("A", "2026-11-23T06:05", recurrence="FREQ=MINUTELY;INTERVAL=5", start_window_minutes=20,
-                         respect_working_days=False, **there)
+    schedule = hall.plan(
+        "A",
+        "2026-11-23T06:05",
+        recurrence="FREQ=MINUTELY;INTERVAL=5",
+        start_window_minutes=20,
+        respect_working_days=False,
+        **there,
+    )
     hall.run(310)
     at = hall.container.pausing.skip(schedule.id, datetime(2026, 11, 23, 6, 10, tzinfo=UTC))
     hall.run(5)
@@ -431,10 +515,17 @@ def test_a_skip_passed_over_by_a_clock_ahead_stays_whatever_is_edited(tmp_path, 
 def test_a_start_cancelled_by_a_clock_ahead_is_planned_again_by_a_later_undo_though_the_next_is_begun(tmp_path):
     """A later start of the right clock has been sent: its undo is refused or it runs, but never says it will and does not."""
     hall = Hall(tmp_path, robots=1)
-    hall.plan("A", "2026-11-23T06:05", recurrence="FREQ=MINUTELY;INTERVAL=5", start_window_minutes=60, respect_working_days=False,
-              robot_id=1, group_id=None)
+    hall.plan(
+        "A",
+        "2026-11-23T06:05",
+        recurrence="FREQ=MINUTELY;INTERVAL=5",
+        start_window_minutes=60,
+        respect_working_days=False,
+        robot_id=1,
+        group_id=None,
+    )
     hall.run(10)
-    hall.clock.step(590)                  # 06:10
+    hall.clock.step(590)  # 06:10
     hall.container.holds.hold("cleaning", None, 1)
     hall.kick()
     hall.run(20)

@@ -1,4 +1,5 @@
 """What waits follows the edit of its schedule, and an undo brings it back (D6)."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -18,12 +19,14 @@ TEN_PAST = datetime.fromisoformat("2026-11-23T06:10")
 @pytest.fixture
 def waiting(site, plan):
     """Makes a schedule of 06:05 that waits since then for a battery of 30 %, which has 12 %."""
+
     def make(recurrence=None):
         site.machines["R1"].set_battery(12.0)
         schedule = plan("2026-11-23T06:05", recurrence, minimum_battery_percent=30)
         site.run(360)
         assert [row.state for row in site.executions()] == [State.WAITING]
         return schedule
+
     return make
 
 
@@ -107,6 +110,7 @@ def test_what_is_edited_a_moment_before_its_instant_leaves_as_it_is_defined_then
     def edit():
         written.extend(site.executions(State.SUBMITTING))
         keep_instant(site, schedule, mission_id=home.id)
+
     site.at(299.9, edit)
     site.run(400)
     assert len(written) == 1
@@ -148,8 +152,9 @@ def test_a_minimum_that_is_raised_while_the_robot_is_read_for_a_start_counts(sit
     site.run(310)
     site.network.down.clear()
     site.network.next("GET", "/status", Fate.SLOW, 8.0)
-    site.network.met = lambda _robot, met: met.fate is Fate.SLOW and site.at(
-        3.0, lambda: keep_instant(site, schedule, minimum_battery_percent=100))
+    site.network.met = lambda _robot, met: (
+        met.fate is Fate.SLOW and site.at(3.0, lambda: keep_instant(site, schedule, minimum_battery_percent=100))
+    )
     site.run(90)
     assert site.network.counts[Fate.SLOW] == 1
     assert sent_at(site) == []
@@ -214,7 +219,9 @@ def test_what_is_in_doubt_is_wanted_again_when_its_edit_is_taken_back(site, plan
     schedule = plan("2026-11-23T06:05", start_window_minutes=60)
     site.network.next("POST", "/mission_queue", Fate.LOST)
     site.run(306)
-    keep_instant(site, schedule, **({"enabled": False} if there_and_back == "switched off and on" else {"start": TEN_PAST}))
+    keep_instant(
+        site, schedule, **({"enabled": False} if there_and_back == "switched off and on" else {"start": TEN_PAST})
+    )
     site.run(3)
     keep_instant(site, schedule)
     site.run(600)

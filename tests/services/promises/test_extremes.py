@@ -1,4 +1,5 @@
 """Far ends: the last year of the calendar, a year of absence, a robot that moves or forgets (D15)."""
+
 from __future__ import annotations
 
 import json
@@ -14,12 +15,18 @@ from tests.support.network import Fate
 from tests.support.seen import alarms, items, outcomes, reason, robot_of, sent_at, states
 from tests.support.site import PASSWORD, Site
 
-LONGEST_TRANSACTION = 0.1    # s of processor time: 50 ms, on a machine half as fast
+LONGEST_TRANSACTION = 0.1  # s of processor time: 50 ms, on a machine half as fast
 
 
 # ---------------------------------------------------------------------- the last day
-@pytest.mark.parametrize("rule", [
-    "FREQ=DAILY;UNTIL=99991231", "FREQ=MINUTELY;INTERVAL=30;UNTIL=99991231T235959", "FREQ=WEEKLY;UNTIL=99991231T235959Z"])
+@pytest.mark.parametrize(
+    "rule",
+    [
+        "FREQ=DAILY;UNTIL=99991231",
+        "FREQ=MINUTELY;INTERVAL=30;UNTIL=99991231T235959",
+        "FREQ=WEEKLY;UNTIL=99991231T235959Z",
+    ],
+)
 def test_a_recurrence_until_the_end_of_the_calendar_runs(site, plan, rule):
     """UNTIL on the last day that there is means: for ever."""
     plan("2026-11-23T06:05", rule)
@@ -29,8 +36,14 @@ def test_a_recurrence_until_the_end_of_the_calendar_runs(site, plan, rule):
 
 def test_a_recurrence_until_the_end_of_the_calendar_can_be_imported(site, plan):
     """A file with it is read as any other."""
-    schedule = {"name": "For ever", "robot": "R1", "mission": "Deliver", "start": "2026-11-23T06:05", "timezone": "UTC",
-                "recurrence": "FREQ=DAILY;UNTIL=99991231"}
+    schedule = {
+        "name": "For ever",
+        "robot": "R1",
+        "mission": "Deliver",
+        "start": "2026-11-23T06:05",
+        "timezone": "UTC",
+        "recurrence": "FREQ=DAILY;UNTIL=99991231",
+    }
     content = json.dumps({"format": "amr-scheduler/1", "schedules": [schedule]}).encode()
     configuration.import_configuration(site.container.catalogue, content)
     assert [found.name for found in site.container.catalogue.schedules()] == ["For ever"]
@@ -74,7 +87,9 @@ def moving(tmp_path):
     site = Site(tmp_path, robots=2)
     robot, mission = site.add_robots()[0], site.add_mission("Deliver")
     site.container.catalogue.remove_robot(robot.id + 1)
-    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:05"), "UTC"))
+    site.container.catalogue.save_schedule(
+        Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:05"), "UTC")
+    )
     site.run(320)
     assert states(site) == ["Executing"]
     yield site
@@ -96,7 +111,9 @@ def test_an_address_that_is_given_another_machine_leaves_the_outcome_unknown_and
     """What the robot at the old address did can't be asked any more; it has not vanished."""
     site = moving
     if is_accepted:
-        site.container.catalogue.save_robot(replace(robot_of(site), serial_number=site.machines["R2"].serial_number), PASSWORD)
+        site.container.catalogue.save_robot(
+            replace(robot_of(site), serial_number=site.machines["R2"].serial_number), PASSWORD
+        )
     move(site, "http://r2")
     site.power_cut(5)
     site.run(300)
@@ -114,17 +131,21 @@ def test_what_may_be_on_one_machine_is_not_sent_to_the_one_that_takes_its_place(
     robot, mission = site.add_robots()[0], site.add_mission("Deliver")
     site.container.catalogue.remove_robot(robot.id + 1)
     other = site.machines["R2"]
-    for _ in range(3):                                        # its queue numbers go on above those of R1
+    for _ in range(3):  # its queue numbers go on above those of R1
         site.stranger_queues(robot="R2")
-    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:05"), "UTC"))
+    site.container.catalogue.save_schedule(
+        Schedule("S", robot.id, mission.id, datetime.fromisoformat("2026-11-23T06:05"), "UTC")
+    )
     site.network.next("POST", "/mission_queue", fate)
     site.run(300.6)
     if how == "address":
-        site.container.catalogue.save_robot(replace(robot_of(site), address="http://r2", serial_number=other.serial_number), PASSWORD)
+        site.container.catalogue.save_robot(
+            replace(robot_of(site), address="http://r2", serial_number=other.serial_number), PASSWORD
+        )
     else:
         site.machines["R1"] = other
         site.container.catalogue.save_robot(replace(robot_of(site), serial_number=other.serial_number), PASSWORD)
-        site.power_cut(5)                                     # connections are made anew
+        site.power_cut(5)  # connections are made anew
     site.run(300)
     [row] = site.executions()
     assert (row.state, reason(row).code, row.attempts) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)

@@ -1,4 +1,5 @@
 """Each row is followed by itself: one item that can't be read holds up no other, and every item that has ended ends its row (D7)."""
+
 from __future__ import annotations
 
 import pytest

@@ -1,4 +1,5 @@
 """No decision reads the history: what is sent does not depend on how much of it is kept (D5)."""
+
 from __future__ import annotations
 
 import tempfile
@@ -35,8 +36,16 @@ class Plant:
 
     def plan(self, name, at, recurrence=None, **values):
         values = {"robot_id": self.r1.id, "mission_id": self.deliver.id, **values}
-        return self.site.container.catalogue.save_schedule(Schedule(
-            name=name, start=start_at(at), timezone="UTC", recurrence=recurrence, respect_working_days=True, **values))
+        return self.site.container.catalogue.save_schedule(
+            Schedule(
+                name=name,
+                start=start_at(at),
+                timezone="UTC",
+                recurrence=recurrence,
+                respect_working_days=True,
+                **values,
+            )
+        )
 
     def posts(self):
         """What left for which robot, and when."""
@@ -85,7 +94,7 @@ def test_a_start_skipped_beyond_others_stays_skipped(plant):
     """As when a clock that was ahead is set back: starts come before the skipped one then."""
     site, often = plant.site, plant.plan("Often", "06:01", "FREQ=MINUTELY;INTERVAL=8", start_window_minutes=1)
     site.clock.step(200)
-    site.run(5)                                               # 06:01 counts as missed
+    site.run(5)  # 06:01 counts as missed
     assert site.container.pausing.skip_next(often.id) == datetime(2026, 11, 23, 6, 9, tzinfo=UTC)
     site.clock.step(-200)
     site.run(1100)
@@ -114,7 +123,18 @@ def test_a_robot_that_loses_tokens_is_known_however_old_its_last_item_is(plant):
 
 # ---------------------------------------------------------------------- the same for everything a person may do
 NUMBERS = st.integers(0, 1)
-ACTS = ("rename", "skip", "working days", "delete and undo", "off and on", "pause", "resume", "restart", "answer lost", "lost")
+ACTS = (
+    "rename",
+    "skip",
+    "working days",
+    "delete and undo",
+    "off and on",
+    "pause",
+    "resume",
+    "restart",
+    "answer lost",
+    "lost",
+)
 
 
 def carry_out(plant: Plant, act: str, number: int) -> None:
@@ -128,7 +148,11 @@ def carry_out(plant: Plant, act: str, number: int) -> None:
         case "skip" if schedule.next_at is not None:
             c.pausing.skip_next(schedule.id)
         case "working days":
-            changed = ("MO", "TU", "WE", "TH", "FR", "SA") if len(c.settings().working_days) == 5 else ("MO", "TU", "WE", "TH", "FR")
+            changed = (
+                ("MO", "TU", "WE", "TH", "FR", "SA")
+                if len(c.settings().working_days) == 5
+                else ("MO", "TU", "WE", "TH", "FR")
+            )
             c.catalogue.change_settings(working_days=changed)
         case "delete and undo":
             c.catalogue.restore(c.catalogue.remove_schedule(schedule.id))
@@ -142,7 +166,9 @@ def carry_out(plant: Plant, act: str, number: int) -> None:
         case "restart":
             site.power_cut(5)
         case "answer lost" | "lost":
-            site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST if act == "answer lost" else Fate.LOST, robot="R1")
+            site.network.next(
+                "POST", "/mission_queue", Fate.ANSWER_LOST if act == "answer lost" else Fate.LOST, robot="R1"
+            )
 
 
 def posts_of(story, limit, forgets):
@@ -164,15 +190,19 @@ def posts_of(story, limit, forgets):
 @settings(max_examples=4, phases=[Phase.explicit, Phase.generate])
 @example(story=[(12, "rename", 1)], forgets=False)
 @example(story=[(1, "skip", 0), (6, "working days", 0)], forgets=False)
-@given(story=st.lists(st.tuples(st.integers(1, 9), st.sampled_from(ACTS), NUMBERS), min_size=2, max_size=5), forgets=st.booleans())
+@given(
+    story=st.lists(st.tuples(st.integers(1, 9), st.sampled_from(ACTS), NUMBERS), min_size=2, max_size=5),
+    forgets=st.booleans(),
+)
 def test_with_a_history_of_one_row_and_of_all_the_same_is_sent(story, forgets):
     """Two sites that differ only in how much history they keep send the same missions to the same robots at the same moments."""
     assert posts_of(story, 1, forgets) == posts_of(story, None, forgets)
 
 
-
 # ---------------------------------------------------------------------- groups, which robot gets a start among it
-NEARLY_EMPTY = 8.5           # %: enough for the minutes that the missions take, and not for what is believed of one that never ran
+NEARLY_EMPTY = (
+    8.5  # %: enough for the minutes that the missions take, and not for what is believed of one that never ran
+)
 
 
 class Floor(Hall):
@@ -182,8 +212,14 @@ class Floor(Hall):
         super().__init__(directory, robots=3)
         self.container.catalogue.change_settings(history_limit=limit)
         self.empties, self.home = self.add_mission("Collect empties"), self.add_mission("Home")
-        self.plan("Home", "2026-11-23T06:01", recurrence="FREQ=MINUTELY;INTERVAL=3", mission_id=self.home.id,
-                  robot_id=self.robot("R3").id, group_id=None)
+        self.plan(
+            "Home",
+            "2026-11-23T06:01",
+            recurrence="FREQ=MINUTELY;INTERVAL=3",
+            mission_id=self.home.id,
+            robot_id=self.robot("R3").id,
+            group_id=None,
+        )
         self.run(5)
         self.learn_stops()
 
@@ -236,7 +272,13 @@ def posts_of_group(story, limit):
         floor = Floor(Path(directory), limit)
         floor.plan("Deliver", "2026-11-23T06:02", recurrence="FREQ=MINUTELY;INTERVAL=4")
         floor.plan("Urgent", "2026-11-23T06:11", recurrence="FREQ=MINUTELY;INTERVAL=5", finish_by_minutes=3)
-        floor.plan("Empties", "2026-11-23T06:05", recurrence="FREQ=MINUTELY;INTERVAL=7", mission_id=floor.empties.id, finish_by_minutes=6)
+        floor.plan(
+            "Empties",
+            "2026-11-23T06:05",
+            recurrence="FREQ=MINUTELY;INTERVAL=7",
+            mission_id=floor.empties.id,
+            finish_by_minutes=6,
+        )
         for minutes, act, number in story:
             floor.run(60.0 * minutes)
             floor.happen(act, number)
@@ -249,7 +291,9 @@ def posts_of_group(story, limit):
 @settings(max_examples=4, phases=[Phase.explicit, Phase.generate])
 @example(story=[(9, "off", 3), (9, "nearly empty", 1), (1, "nearly empty", 2)])
 @example(story=[(12, "removed and put back", 1), (3, "off", 2), (1, "restart", 1)])
-@given(story=st.lists(st.tuples(st.integers(1, 9), st.sampled_from(GROUP_ACTS), st.integers(1, 3)), min_size=2, max_size=6))
+@given(
+    story=st.lists(st.tuples(st.integers(1, 9), st.sampled_from(GROUP_ACTS), st.integers(1, 3)), min_size=2, max_size=6)
+)
 def test_with_a_history_of_one_row_and_of_all_robots_of_a_group_are_sent_the_same(story):
     """The same missions to the same robots, though which one depends on how long they take and on how much each has run."""
     short, long = posts_of_group(story, 1), posts_of_group(story, None)
@@ -306,7 +350,9 @@ def test_nor_where_any_robot_of_a_group_may_have_the_other(tmp_path):
     hall.plan("Waits", "2026-11-23T06:05", minimum_battery_percent=50, start_window_minutes=60)
     for minute in (12, 13, 14):
         for name in hall.machines:
-            hall.plan(f"Runs on {name} at {minute}", f"2026-11-23T06:{minute}", group_id=None, robot_id=hall.robot(name).id)
+            hall.plan(
+                f"Runs on {name} at {minute}", f"2026-11-23T06:{minute}", group_id=None, robot_id=hall.robot(name).id
+            )
     hall.run(299.5)
     hall.network.next("POST", "/mission_queue", Fate.REFUSED, count=2)
     hall.run(1)

@@ -1,4 +1,5 @@
 """Idle automation starts what its robot's idle period, as it was really seen, still allows at that moment (D14)."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -77,7 +78,9 @@ def test_a_robot_that_is_deleted_and_put_back_is_not_sent_home_again(resting):
     assert robots.last_accepted(site.container.db.read(), robot.id) == accepted is not None
 
 
-@pytest.mark.parametrize(("is_seen", "copy", "away"), [(True, "Aborted", 0), (False, "Done", 400), (False, "Done", 1500)])
+@pytest.mark.parametrize(
+    ("is_seen", "copy", "away"), [(True, "Aborted", 0), (False, "Done", 400), (False, "Done", 1500)]
+)
 def test_a_late_copy_of_the_idle_mission_ends_no_rest(resting, is_seen, copy, away):
     """Its request landed after the quiet time: cancelled or not, nobody has used the robot, also when nobody looks for it any more."""
     site = resting
@@ -136,7 +139,9 @@ def test_a_start_that_is_left_out_keeps_no_idle_mission_away(resting, how):
     site = resting
     catalogue, pausing = site.container.catalogue, site.container.pausing
     first = datetime(2026, 11, 23, 6, 4)
-    schedule = catalogue.save_schedule(Schedule("Often", robot_of(site).id, 1, first, "UTC", "FREQ=MINUTELY;INTERVAL=4"))
+    schedule = catalogue.save_schedule(
+        Schedule("Often", robot_of(site).id, 1, first, "UTC", "FREQ=MINUTELY;INTERVAL=4")
+    )
     if how == "paused":
         pausing.pause(schedule.id, datetime(2026, 11, 23, 8, tzinfo=UTC))
     else:
@@ -260,15 +265,19 @@ def _day_off(site):
 
 def _planned_soon(site):
     soon = (site.clock.now() + timedelta(minutes=3)).replace(tzinfo=None, second=0, microsecond=0)
-    site.container.catalogue.save_schedule(Schedule("soon", robot_of(site).id, robot_of(site).idle.mission_id, soon, "UTC"))
+    site.container.catalogue.save_schedule(
+        Schedule("soon", robot_of(site).id, robot_of(site).idle.mission_id, soon, "UTC")
+    )
 
 
 def _somebody_works(site):
     site.stranger_queues("Deliver")
 
 
-@pytest.mark.parametrize("take_back", [_removed, _switched_off, _rule_switched_off, _mission_removed, _held, _day_off, _planned_soon,
-                                       _somebody_works])
+@pytest.mark.parametrize(
+    "take_back",
+    [_removed, _switched_off, _rule_switched_off, _mission_removed, _held, _day_off, _planned_soon, _somebody_works],
+)
 def test_an_idle_mission_that_is_taken_back_while_the_robot_is_asked_once_more_is_not_sent(resting, take_back):
     """Its row is on the disk; the status is too old to send by."""
     site = resting
@@ -281,6 +290,7 @@ def test_an_idle_mission_that_is_taken_back_while_the_robot_is_asked_once_more_i
     def act():
         found.extend(site.executions())
         take_back(site)
+
     site.at(39, act)
     site.run(90)
     assert [row.trigger for row in found] == [Trigger.IDLE]

@@ -1,4 +1,5 @@
 """What a person keeps back or cancels by a clock that is ahead; a Run now by one that is set back; starts on a third robot."""
+
 from __future__ import annotations
 
 from contextlib import suppress
@@ -15,7 +16,7 @@ from tests.support.network import Fate
 from tests.support.seen import outcomes, sent_at
 from tests.support.site import Site
 
-HOURS = 7800.0           # a clock two hours and ten minutes ahead
+HOURS = 7800.0  # a clock two hours and ten minutes ahead
 
 
 def put_right(site, ahead=FAR):
@@ -32,8 +33,11 @@ def one(request, tmp_path):
     """R1 alone, of its own or as a group of one."""
     hall = Hall(tmp_path, robots=1)
     where = {"robot_id": 1, "group_id": None} if request.param == "robot" else {}
-    hall.plan_often = lambda **more: hall.plan("A", "2026-11-23T06:10", **{
-        "recurrence": RULE, "start_window_minutes": 20, "respect_working_days": False, **where, **more})
+    hall.plan_often = lambda **more: hall.plan(
+        "A",
+        "2026-11-23T06:10",
+        **{"recurrence": RULE, "start_window_minutes": 20, "respect_working_days": False, **where, **more},
+    )
     hall.container.catalogue.change_settings(poll_interval_seconds=600)
     yield hall
     hall.switch_off()
@@ -46,11 +50,13 @@ def test_what_was_cancelled_by_a_clock_ahead_runs_when_it_is_started_after_all(o
     one.container.catalogue.change_settings(history_limit=limit)
     schedule = one.plan_often()
     begin_ahead(one, HOURS)
-    row, = one.executions(State.WAITING)
+    (row,) = one.executions(State.WAITING)
     one.container.operator.cancel_execution(row.id)
     put_right(one, HOURS)
     one.run(100)
-    services = SchedulerServices(**{name: getattr(one.container, name) for name in SchedulerServices.__dataclass_fields__})
+    services = SchedulerServices(
+        **{name: getattr(one.container, name) for name in SchedulerServices.__dataclass_fields__}
+    )
     facts, now = read(services, Window()), one.clock.now()
     assert [facts.may_start_after_all(each, now) for each in facts.past if each.id == row.id] == [True]
     one.container.pausing.take_again(schedule.id, row.planned_at, must_run=True)
@@ -60,11 +66,18 @@ def test_what_was_cancelled_by_a_clock_ahead_runs_when_it_is_started_after_all(o
 def test_what_was_tried_and_then_kept_back_too_long_runs_when_it_is_started_after_all(tmp_path):
     one = Hall(tmp_path, robots=1)
     one.container.catalogue.change_settings(poll_interval_seconds=600)
-    schedule = one.plan("A", "2026-11-23T06:10", recurrence=RULE, start_window_minutes=6, respect_working_days=False, robot_id=1,
-                        group_id=None)
+    schedule = one.plan(
+        "A",
+        "2026-11-23T06:10",
+        recurrence=RULE,
+        start_window_minutes=6,
+        respect_working_days=False,
+        robot_id=1,
+        group_id=None,
+    )
     begin_ahead(one, HOURS)
     one.run(100)
-    row, = one.executions(State.WAITING)
+    (row,) = one.executions(State.WAITING)
     one.container.operator.hold_starts([row.id])
     one.run(300)
     put_right(one, HOURS)
@@ -78,7 +91,7 @@ def test_what_was_tried_and_then_kept_back_too_long_runs_when_it_is_started_afte
 def test_no_start_is_lost_because_a_later_one_is_kept_back(one, ahead):
     one.plan_often()
     begin_ahead(one, ahead)
-    row, = one.executions(State.WAITING)
+    (row,) = one.executions(State.WAITING)
     assert one.container.operator.hold_starts([row.id]) == 1
     put_right(one, ahead)
     one.run(200)
@@ -90,11 +103,20 @@ def test_no_start_is_lost_because_the_late_ones_of_a_wrong_clock_were_kept_back(
     site = Site(tmp_path, with_window=True)
     site.add_robots()
     mission = site.add_mission("Deliver")
-    site.container.catalogue.save_schedule(Schedule(
-        "A", robot_id=1, mission_id=mission.id, start=datetime(2026, 11, 23, 6, 10), timezone="UTC", recurrence=RULE,
-        start_window_minutes=20, respect_working_days=False))
+    site.container.catalogue.save_schedule(
+        Schedule(
+            "A",
+            robot_id=1,
+            mission_id=mission.id,
+            start=datetime(2026, 11, 23, 6, 10),
+            timezone="UTC",
+            recurrence=RULE,
+            start_window_minutes=20,
+            respect_working_days=False,
+        )
+    )
     begin_ahead(site, FAR)
-    row, = site.executions(State.WAITING)
+    (row,) = site.executions(State.WAITING)
     site.container.operator.hold_starts([row.id])
     put_right(site, FAR)
     site.container.operator.hold_starts([row.id], held=False)
@@ -106,7 +128,7 @@ def test_no_start_is_lost_by_an_edit_after_one_was_kept_back_and_let_go(one, ove
     """Without a row, without an alarm."""
     schedule = one.plan_often(overlap=overlap)
     begin_ahead(one, FAR)
-    row, = one.executions(State.WAITING)
+    (row,) = one.executions(State.WAITING)
     one.container.operator.hold_starts([row.id])
     put_right(one, FAR)
     one.container.operator.hold_starts([row.id], held=False)
@@ -139,7 +161,7 @@ def test_what_was_kept_back_does_not_stay_where_it_is_edited_before_the_clock_is
     hall.container.catalogue.change_settings(poll_interval_seconds=600)
     schedule = hall.plan("A", "2026-11-23T06:10", recurrence=RULE, start_window_minutes=20, respect_working_days=False)
     begin_ahead(hall, HOURS)
-    row, = hall.executions(State.WAITING)
+    (row,) = hall.executions(State.WAITING)
     hall.container.operator.hold_starts([row.id])
     if edit == "off and on":
         off_and_on(hall, schedule)
@@ -149,7 +171,7 @@ def test_what_was_kept_back_does_not_stay_where_it_is_edited_before_the_clock_is
         put_right(hall, HOURS)
         hall.container.catalogue.restore(removed)
     hall.run(300)
-    each_start_leaves(hall, 3 * 3600 if edit == "off and on" else 6000)      # then it is skipped, as a person kept it back
+    each_start_leaves(hall, 3 * 3600 if edit == "off and on" else 6000)  # then it is skipped, as a person kept it back
 
 
 # ---------------------------------------------------------------------- the undo of a cancel
@@ -160,7 +182,7 @@ def test_no_start_is_lost_by_the_undo_of_a_cancel(tmp_path, edited):
     hall.container.catalogue.change_settings(poll_interval_seconds=600)
     schedule = hall.plan("A", "2026-11-23T06:10", recurrence=RULE, start_window_minutes=20, respect_working_days=False)
     begin_ahead(hall)
-    row, = hall.executions(State.WAITING)
+    (row,) = hall.executions(State.WAITING)
     hall.container.operator.cancel_execution(row.id)
     put_right(hall)
     hall.container.catalogue.wait_again(row.id)
@@ -224,7 +246,7 @@ def test_of_two_other_robots_one_gets_it_though_a_cancel_is_undone(hall):
     hall.container.operator.cancel_execution(new.id)
     hall.container.operator.start_on_another(row.id, third.id)
     hall.run(2)
-    with suppress(InvalidInput):                 # would be right
+    with suppress(InvalidInput):  # would be right
         hall.container.catalogue.wait_again(new.id)
     hall.container.holds.release(second.id)
     hall.run(120)
@@ -298,7 +320,7 @@ def test_an_undone_cancel_of_it_is_told_where_the_first_robot_had_it_after_all(h
     hall.container.operator.cancel_execution(new.id)
     hall.network.down.clear()
     hall.run(5)
-    with suppress(InvalidInput):                 # would be right
+    with suppress(InvalidInput):  # would be right
         hall.container.catalogue.wait_again(new.id)
     hall.container.holds.release(second.id)
     hall.run(120)

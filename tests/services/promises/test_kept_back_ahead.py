@@ -1,5 +1,6 @@
 """What a person keeps back by a clock that is ahead is a start to come once that is corrected: it follows every edit as any other, and when
 its time has come it waits to be let go."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -19,18 +20,23 @@ def kept_back(tmp_path, back=300, rule="FREQ=DAILY", where="robot", robots=1, **
     """06:10 is kept back by a clock that is ahead; that is corrected, and 06:10 is the next start again."""
     hall = Hall(tmp_path, robots=robots)
     there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
-    schedule = hall.plan("A", "2026-11-23T06:10", recurrence=rule, start_window_minutes=60,
-                         **{"respect_working_days": False, **there, **more})
+    schedule = hall.plan(
+        "A",
+        "2026-11-23T06:10",
+        recurrence=rule,
+        start_window_minutes=60,
+        **{"respect_working_days": False, **there, **more},
+    )
     hall.run(10)
     hall.container.holds.hold("cleaning", None, 1)
     hall.run(600)
-    row, = hall.executions(State.WAITING)
+    (row,) = hall.executions(State.WAITING)
     assert hall.container.operator.hold_starts([row.id]) == 1
     hall.container.holds.release(1)
     hall.clock.step(-back)
     hall.kick()
     hall.run(5)
-    assert hall.executions(State.WAITING) == []              # nothing waits for an instant to come
+    assert hall.executions(State.WAITING) == []  # nothing waits for an instant to come
     return hall, schedule
 
 
@@ -62,7 +68,7 @@ def waits_on(hall) -> bool:
 @pytest.mark.parametrize("where", ["robot", "group"])
 def test_it_waits_to_be_let_go_when_its_time_has_come(tmp_path, where, rule, back):
     hall, schedule = kept_back(tmp_path, back, rule, where)
-    hall.clock.step(-10)                                     # once more
+    hall.clock.step(-10)  # once more
     hall.kick()
     hall.switch_off(cleanly=False)
     hall.switch_on()
@@ -75,6 +81,7 @@ def undone(remove):
         removed = remove(hall.container.catalogue, hall, schedule)
         hall.run(2)
         hall.container.catalogue.restore(removed)
+
     return edit
 
 
@@ -90,13 +97,17 @@ def pause_and_resume(hall, schedule):
 
 
 EDITS = {
-    "its schedule deleted and undone": undone(lambda catalogue, _hall, schedule: catalogue.remove_schedule(schedule.id)),
+    "its schedule deleted and undone": undone(
+        lambda catalogue, _hall, schedule: catalogue.remove_schedule(schedule.id)
+    ),
     "its mission deleted and undone": undone(lambda catalogue, _hall, _schedule: catalogue.remove_mission(1)),
     "its robot deleted and undone": undone(lambda catalogue, _hall, _schedule: catalogue.remove_robot(1)),
     "off and on": off_and_on,
     "its robot off and on": robot_off_and_on,
     "another robot and back": other_robot_and_back,
-    "paused till before it": lambda hall, schedule: hall.container.pausing.pause(schedule.id, hall.clock.now() + timedelta(seconds=60)),
+    "paused till before it": lambda hall, schedule: hall.container.pausing.pause(
+        schedule.id, hall.clock.now() + timedelta(seconds=60)
+    ),
     "paused and resumed": pause_and_resume,
 }
 
@@ -112,7 +123,9 @@ def test_it_does_whatever_is_done_before(tmp_path, edit, limit):
 
 def test_it_does_where_it_was_deleted_before_the_clock_was_corrected(tmp_path):
     hall = Hall(tmp_path, robots=1)
-    schedule = hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=DAILY", start_window_minutes=60, respect_working_days=False)
+    schedule = hall.plan(
+        "A", "2026-11-23T06:10", recurrence="FREQ=DAILY", start_window_minutes=60, respect_working_days=False
+    )
     hall.run(10)
     hall.container.holds.hold("cleaning", None, 1)
     hall.run(600)
@@ -133,7 +146,7 @@ def test_it_can_be_skipped_and_that_taken_back(tmp_path, where):
     hall.run(2)
     hall.container.pausing.take_again(schedule.id, AT, must_run=True)
     hall.run(600)
-    assert len(hall.items()) == 1, outcomes(hall)            # the last word on it
+    assert len(hall.items()) == 1, outcomes(hall)  # the last word on it
 
 
 @pytest.mark.parametrize("limit", [None, 1])
@@ -142,11 +155,13 @@ def test_what_was_kept_back_and_cancelled_is_kept_back_when_that_is_undone(tmp_p
     hall = Hall(tmp_path, robots=1)
     there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
     hall.container.catalogue.change_settings(history_limit=limit)
-    hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=DAILY", start_window_minutes=60, respect_working_days=False, **there)
+    hall.plan(
+        "A", "2026-11-23T06:10", recurrence="FREQ=DAILY", start_window_minutes=60, respect_working_days=False, **there
+    )
     hall.run(10)
     hall.container.holds.hold("cleaning", None, 1)
     hall.run(600)
-    row, = hall.executions(State.WAITING)
+    (row,) = hall.executions(State.WAITING)
     hall.container.operator.hold_starts([row.id])
     hall.container.operator.cancel_execution(row.id)
     hall.container.holds.release(1)
@@ -177,8 +192,9 @@ def test_what_is_moved_before_it_runs_then(tmp_path, where, rule):
 @pytest.mark.parametrize("where", ["robot", "group"])
 def test_another_rule_has_its_own_starts(tmp_path, where):
     hall, schedule = kept_back(tmp_path, where=where)
-    hall.container.catalogue.save_schedule(replace(stored(hall, schedule), start=datetime(2026, 11, 23, 6, 0),
-                                                   recurrence="FREQ=MINUTELY;INTERVAL=7"))
+    hall.container.catalogue.save_schedule(
+        replace(stored(hall, schedule), start=datetime(2026, 11, 23, 6, 0), recurrence="FREQ=MINUTELY;INTERVAL=7")
+    )
     hall.run(600)
     assert minutes_sent(hall) == [7, 14], (outcomes(hall), stored(hall, schedule))
 
@@ -187,8 +203,15 @@ def test_another_rule_has_its_own_starts(tmp_path, where):
 def test_hours_before_it_are_planned_as_ever(tmp_path, rule):
     """It is 06:00, and 08:05 by the tablet; 08:00 is kept back; the clock is set right; at 06:01 it is moved to 07:00."""
     hall = Hall(tmp_path, robots=1)
-    schedule = hall.plan("A", "2026-11-23T08:00", recurrence=rule, start_window_minutes=60, respect_working_days=False, robot_id=1,
-                         group_id=None)
+    schedule = hall.plan(
+        "A",
+        "2026-11-23T08:00",
+        recurrence=rule,
+        start_window_minutes=60,
+        respect_working_days=False,
+        robot_id=1,
+        group_id=None,
+    )
     begin_ahead(hall, 7500.0)
     hall.run(30)
     hall.container.operator.hold_starts([row.id for row in hall.executions(State.WAITING)])
@@ -211,8 +234,15 @@ def test_on_a_day_off_it_does_not_run(tmp_path):
 def test_of_several_one_is_cancelled_and_that_undone_and_two_are_kept_back(tmp_path, where, restart):
     hall = Hall(tmp_path, robots=1)
     there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
-    hall.plan("A", "2026-11-23T06:08", recurrence="FREQ=MINUTELY;INTERVAL=1", start_window_minutes=60, respect_working_days=False,
-              overlap=Overlap.QUEUE, **there)
+    hall.plan(
+        "A",
+        "2026-11-23T06:08",
+        recurrence="FREQ=MINUTELY;INTERVAL=1",
+        start_window_minutes=60,
+        respect_working_days=False,
+        overlap=Overlap.QUEUE,
+        **there,
+    )
     hall.run(10)
     hall.container.holds.hold("cleaning", None, 1)
     hall.run(595)
@@ -229,7 +259,9 @@ def test_of_several_one_is_cancelled_and_that_undone_and_two_are_kept_back(tmp_p
     hall.container.catalogue.wait_again(first.id)
     hall.container.holds.release(1)
     hall.run(440)
-    assert minutes_sent(hall) == ([8, 11, 12] if where == "robot" else [8]), outcomes(hall)          # those of a group go in turn
+    assert minutes_sent(hall) == ([8, 11, 12] if where == "robot" else [8]), outcomes(
+        hall
+    )  # those of a group go in turn
     assert [row.planned_at.minute for row in held(hall)] == [9, 10]
     let_go(hall, 400)
     planned = minutes_sent(hall)
@@ -244,12 +276,20 @@ def test_other_schedules_go_meanwhile(tmp_path, where, hand_over):
     hall.container.catalogue.save_robot(replace(hall.container.catalogue.robots()[0], hand_over=hand_over))
     hall.run(2)
     there = {"robot_id": 1, "group_id": None} if where == "robot" else {}
-    hall.plan("A", "2026-11-23T06:40", recurrence="FREQ=DAILY", start_window_minutes=120, respect_working_days=False, **there)
+    hall.plan(
+        "A", "2026-11-23T06:40", recurrence="FREQ=DAILY", start_window_minutes=120, respect_working_days=False, **there
+    )
     begin_ahead(hall, 2700.0)
     hall.container.operator.hold_starts([row.id for row in hall.executions(State.WAITING)])
     set_right(hall, 2700.0)
-    hall.plan("B", "2026-11-23T06:05", recurrence="FREQ=MINUTELY;INTERVAL=10", start_window_minutes=9, respect_working_days=False,
-              **there)
+    hall.plan(
+        "B",
+        "2026-11-23T06:05",
+        recurrence="FREQ=MINUTELY;INTERVAL=10",
+        start_window_minutes=9,
+        respect_working_days=False,
+        **there,
+    )
     hall.run(1400)
     assert sent_at(hall) == [300, 900], outcomes(hall)
     hall.run(1600)

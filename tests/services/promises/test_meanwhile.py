@@ -1,4 +1,5 @@
 """What happens between a decision and what carries it out: somebody acts while the robot is asked, or a start is given back."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -50,6 +51,7 @@ def test_a_robot_switched_on_while_its_answer_is_slow_gets_what_is_due_then(site
         site.container.catalogue.set_robot_enabled(robot.id, True)
         if how == "run now":
             site.container.operator.run_now(robot.id, site.container.catalogue.missions()[0].id)
+
     site.at(4.5, switch_on)
     site.run(600)
     assert len(items(site)) == 2, outcomes(site)
@@ -71,6 +73,7 @@ def test_what_is_beyond_its_window_by_now_is_not_sent(site, plan, where):
                 site.container.catalogue.change_settings(start_window_minutes=1)
             else:
                 site.container.catalogue.save_schedule(replace(schedule, start_window_minutes=1))
+
     site.network.next("POST", "/mission_queue", Fate.SLOW, 0.1)
     site.network.met = shorten
     site.machines["R1"].set_battery(90.0)
@@ -106,8 +109,11 @@ def test_a_start_that_nothing_was_sent_of_is_there_again(site, plan, why, how):
         site.run(299.9)
         site.network.down.add("R1")
     site.run(330 - site.seconds())
-    away, back = (({"start": datetime.fromisoformat("2026-11-23T06:50")}, {"start": datetime.fromisoformat(AT)}) if how == "moved"
-                  else ({"enabled": False}, {"enabled": True}))
+    away, back = (
+        ({"start": datetime.fromisoformat("2026-11-23T06:50")}, {"start": datetime.fromisoformat(AT)})
+        if how == "moved"
+        else ({"enabled": False}, {"enabled": True})
+    )
     site.container.catalogue.save_schedule(replace(stored(site, schedule), **away))
     site.run(3)
     site.container.catalogue.save_schedule(replace(stored(site, schedule), **back))
@@ -206,13 +212,15 @@ def test_hundreds_that_wait_for_a_dead_robot_keep_nobody_waiting(two):
     two.container.catalogue.save_schedule(Schedule("B", r2.id, deliver.id, at, "UTC"))
     two.network.down.add("R1")
     two.run(299.95)
-    assert [(row.schedule, row.state) for row in two.executions()] == [("B", State.SUBMITTING)], "its intent is there before its instant"
+    assert [(row.schedule, row.state) for row in two.executions()] == [("B", State.SUBMITTING)], (
+        "its intent is there before its instant"
+    )
 
 
 def test_what_runs_is_followed_where_the_queue_can_t_be_read(site, plan):
     """One of the robot's answers is no list of items; each item can be asked for."""
     plan(AT)
-    site.run(300.5)                                # before it is polled
+    site.run(300.5)  # before it is polled
     site.network.next("POST", "/mission_queue/search", Fate.PAGE, count=1000)
     site.run(120)
     assert site.container.snapshots.get(robot_of(site).id).connection is Connection.NOT_A_ROBOT
@@ -240,7 +248,9 @@ def test_a_start_whose_posts_found_no_connection_is_there_again(two, how, fails)
     deliver, save = two.add_mission(), two.container.catalogue.save_schedule
     schedule = save(Schedule("A", r1.id, deliver.id, datetime.fromisoformat(AT), "UTC", **LONG))
     two.network.next("POST", "/mission_queue", Fate.REFUSED, robot="R1", count=fails)
-    two.run_until(lambda: [(row.attempts, row.state) for row in two.executions()] == [(fails, State.WAITING)], within=900)
+    two.run_until(
+        lambda: [(row.attempts, row.state) for row in two.executions()] == [(fails, State.WAITING)], within=900
+    )
     if how == "off and on":
         save(replace(stored(two, schedule), enabled=False))
         save(replace(stored(two, schedule), enabled=True))
@@ -274,7 +284,7 @@ def test_what_happens_to_a_groups_start_while_an_import_is_rehearsed_stays(hall,
         hall.only("R1")
         hall.plan()
         hall.network.next("POST", "/mission_queue", Fate.LOST)
-        hall.run(391)                                  # in doubt, and not found soon
+        hall.run(391)  # in doubt, and not found soon
         assert hall.run_of().state is State.SUBMITTING
     close, acted = Rehearsal.close, []
 
@@ -286,6 +296,7 @@ def test_what_happens_to_a_groups_start_while_an_import_is_rehearsed_stays(hall,
                 hall.container.operator.prioritise(hall.run_of().id, 50)
             else:
                 hall.run_until(lambda: bool(hall.run_of().tried), within=100)
+
     monkeypatch.setattr(Rehearsal, "close", and_then)
     content = b'{"format": "amr-scheduler/1", "settings": {"start_window_minutes": 45}}'
     configuration.import_configuration(hall.container.catalogue, content)

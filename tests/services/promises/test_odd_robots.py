@@ -1,4 +1,5 @@
 """Robots that refuse, boot, are updated or know no search: what is then said, sent and not sent."""
+
 from __future__ import annotations
 
 import pytest
@@ -114,7 +115,10 @@ def test_on_such_a_robot_a_lost_request_is_sent_again_only_with_proof(simple, pl
     site.at(310.0, lambda: site.stranger_queues("Home"))
     site.run(1500)
     [(state, code, attempts)] = outcomes(site)
-    assert (state, attempts) == (State.COMPLETED, 2) or (code, "unknown_outcome" in alarms(site)) == (ReasonCode.UNKNOWN_OUTCOME, True)
+    assert (state, attempts) == (State.COMPLETED, 2) or (code, "unknown_outcome" in alarms(site)) == (
+        ReasonCode.UNKNOWN_OUTCOME,
+        True,
+    )
     assert [item.description for item in items(site)].count(site.executions()[0].token) == attempts - 1
 
 

@@ -1,4 +1,5 @@
 """What an absence costs a schedule is one row, whose count is exact; what may still go is not kept waiting by it."""
+
 from __future__ import annotations
 
 import csv
@@ -95,8 +96,19 @@ def every_minute(site: Site, schedules: int) -> None:
 
     def save(edit):
         for number in range(schedules):
-            edit.save_schedule(Schedule(f"S{number}", robot.id, mission.id, datetime(2026, 11, 23, 6, 5), "Europe/Helsinki",
-                                        "FREQ=MINUTELY", respect_working_days=False, overlap=Overlap.QUEUE))
+            edit.save_schedule(
+                Schedule(
+                    f"S{number}",
+                    robot.id,
+                    mission.id,
+                    datetime(2026, 11, 23, 6, 5),
+                    "Europe/Helsinki",
+                    "FREQ=MINUTELY",
+                    respect_working_days=False,
+                    overlap=Overlap.QUEUE,
+                )
+            )
+
     site.container.catalogue.edit(save)
 
 
@@ -137,7 +149,9 @@ def test_a_start_that_may_still_go_leaves_within_35_seconds_whatever_else_was_mi
     site.add_robots()
     site.add_mission("Deliver")
     every_minute(site, 100)
-    site.container.catalogue.save_schedule(Schedule("Once", 1, 1, datetime(2026, 11, 30, 5, 55), "UTC", start_window_minutes=60))
+    site.container.catalogue.save_schedule(
+        Schedule("Once", 1, 1, datetime(2026, 11, 30, 5, 55), "UTC", start_window_minutes=60)
+    )
     off_for(site, 7 * DAY)
     back = site.seconds()
     site.run_until(lambda: any(row.schedule == "Once" and row.submitted_at for row in site.executions()), within=60)
@@ -188,7 +202,9 @@ def test_what_could_not_be_written_says_why(site, plan):
     room()
     site.run(60)
     [row] = site.executions(State.MISSED)
-    assert sentence(reason(row), "UTC").startswith(f"Missed {row.starts} starts, 23 November, 06:05–07:45: nothing could be written (")
+    assert sentence(reason(row), "UTC").startswith(
+        f"Missed {row.starts} starts, 23 November, 06:05–07:45: nothing could be written ("
+    )
     assert is_whole(site, schedule, site.clock.now())
 
 
@@ -199,7 +215,9 @@ def test_starts_of_a_pause_are_one_row_and_those_after_it_another(site, plan):
     off_for(site, 4 * 3600)
     site.run(60)
     assert [(row.state, reason(row).code, row.starts) for row in site.executions() if row.reason] == [
-        (State.SKIPPED, ReasonCode.HOLD, 12), (State.MISSED, ReasonCode.APP_DOWN, 11)]
+        (State.SKIPPED, ReasonCode.HOLD, 12),
+        (State.MISSED, ReasonCode.APP_DOWN, 11),
+    ]
     assert is_whole(site, schedule, site.clock.now())
 
 
@@ -211,7 +229,10 @@ def test_a_start_that_a_person_skipped_keeps_its_row_and_is_not_among_the_missed
     off_for(site, 7200)
     site.run(60)
     assert [(row.state, row.starts) for row in site.executions() if row.reason] == [
-        (State.SKIPPED, 1), (State.SKIPPED, 1), (State.MISSED, 9)]
+        (State.SKIPPED, 1),
+        (State.SKIPPED, 1),
+        (State.MISSED, 9),
+    ]
 
 
 def test_a_start_that_was_cancelled_before_the_clock_was_set_back_is_not_among_the_missed(site, plan):
@@ -228,7 +249,10 @@ def test_a_start_that_was_cancelled_before_the_clock_was_set_back_is_not_among_t
     site.run(60)
     off_for(site, 7200)
     site.run(60)
-    assert [(row.state, row.starts) for row in site.executions() if row.reason] == [(State.SKIPPED, 1), (State.MISSED, 10)]
+    assert [(row.state, row.starts) for row in site.executions() if row.reason] == [
+        (State.SKIPPED, 1),
+        (State.MISSED, 10),
+    ]
 
 
 def test_the_row_of_a_group_has_no_robot_and_says_which_group(tmp_path):

@@ -1,4 +1,5 @@
 """A decision that was overtaken is not carried out: somebody changes the plan while a start waits, is given to a robot, or ends."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -57,6 +58,7 @@ def test_an_own_mission_entered_or_deleted_a_moment_before_the_instant_counts(si
             catalogue.save_mission(Mission("Deliver", GUIDS["Home"], robot_id=robot_of(site).id))
         else:
             catalogue.remove_mission(own.id)
+
     site.at(299.9, act)
     site.run(400)
     assert [item.mission_id for item in items(site)] == [wanted]
@@ -119,6 +121,7 @@ def test_a_mission_edited_between_intent_and_request_leaves_as_it_is_by_then(hal
         mission = hall.container.catalogue.missions()[0]
         hall.container.catalogue.save_mission(replace(mission, guid=GUIDS["Home"]))
         return rows
+
     monkeypatch.setattr(Ledger, "bind", and_then)
     hall.run(330)
     assert [item.mission_id for item in hall.items()] == [GUIDS["Home"]]
@@ -155,6 +158,7 @@ def late_edit(hall, monkeypatch, **changes):
             monkeypatch.setattr(allocator, "decide", decide)
             hall.container.catalogue.save_schedule(replace(schedule, **changes))
         return decisions
+
     monkeypatch.setattr(allocator, "decide", and_then)
 
 
@@ -200,6 +204,7 @@ def test_a_window_that_is_made_longer_while_it_is_looked_at_counts(hall, monkeyp
         monkeypatch.setattr(Ledger, "end", end)
         hall.container.catalogue.save_schedule(replace(schedule, start_window_minutes=60))
         return end(ledger, row, reason)
+
     monkeypatch.setattr(Ledger, "end", and_then)
     hall.at(1000, lambda: [hall.container.holds.release(robot_id) for robot_id in hall.group.members])
     hall.run(1500)
@@ -217,6 +222,7 @@ def test_what_a_person_ends_ends_though_it_was_edited_in_that_moment(site, plan)
     def edit(_robot, met):
         if met.method == "DELETE":
             edited.append(site.container.catalogue.save_schedule(replace(schedule, start_window_minutes=60)))
+
     site.network.met = edit
     site.container.operator.clear_queue(robot_of(site).id)
     assert edited
@@ -237,6 +243,7 @@ def test_a_robot_that_is_switched_on_while_its_answer_is_slow_gets_the_start_of_
         if planned.fate is Fate.SLOW and not slow:
             slow.append(hall.seconds())
             hall.at(1.0, lambda: hall.switch("R1", on=True))
+
     hall.network.met = met
     hall.at(4.0, lambda: hall.network.next("GET", "*", Fate.SLOW, 8.0, robot="R1"))
     hall.run(16)
@@ -249,7 +256,9 @@ def test_a_robot_that_is_switched_on_while_its_answer_is_slow_gets_the_start_of_
 
 
 # ---------------------------------------------------------------------- sent though taken back
-@pytest.mark.parametrize("how", ["schedule deleted", "schedule switched off", "schedule moved", "schedule to another robot"])
+@pytest.mark.parametrize(
+    "how", ["schedule deleted", "schedule switched off", "schedule moved", "schedule to another robot"]
+)
 def test_what_was_taken_back_after_its_robot_was_deleted_is_not_sent_to_another(hall, monkeypatch, how):
     """The intent is on the disk; its robot is deleted, then the start is not wanted any more, before the worker has closed."""
     schedule = hall.plan(start_window_minutes=30, at="2026-11-23T06:05")
@@ -268,9 +277,16 @@ def test_what_was_taken_back_after_its_robot_was_deleted_is_not_sent_to_another(
             case "schedule moved":
                 catalogue.save_schedule(replace(schedule, start=schedule.start.replace(hour=9)))
             case "schedule to another robot":
-                catalogue.save_schedule(replace(schedule, group_id=None, robot_id=next(
-                    each.id for each in catalogue.robots()), start=schedule.start.replace(hour=9)))
+                catalogue.save_schedule(
+                    replace(
+                        schedule,
+                        group_id=None,
+                        robot_id=next(each.id for each in catalogue.robots()),
+                        start=schedule.start.replace(hour=9),
+                    )
+                )
         return rows
+
     monkeypatch.setattr(Ledger, "bind", and_then)
     hall.run(600)
     assert hall.network.posts() == []

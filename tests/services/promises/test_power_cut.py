@@ -1,4 +1,5 @@
 """With a window, everything that would start late after an absence is listed with its Hold button first (D10)."""
+
 from __future__ import annotations
 
 from datetime import datetime
@@ -11,7 +12,7 @@ from tests.support.seen import items, outcomes, robot_of, sent_at
 from tests.support.site import Site
 
 OFF = 300.0
-LISTED = 28.0                # s of the 30 in which the list is shown
+LISTED = 28.0  # s of the 30 in which the list is shown
 
 
 @pytest.fixture
@@ -20,7 +21,9 @@ def window(tmp_path):
     site = Site(tmp_path, with_window=True)
     robot, mission = site.add_robots()[0], site.add_mission("Deliver")
     start = datetime.fromisoformat("2026-11-23T06:05")
-    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, start, "UTC", minimum_battery_percent=30))
+    site.container.catalogue.save_schedule(
+        Schedule("S", robot.id, mission.id, start, "UTC", minimum_battery_percent=30)
+    )
     yield site
     site.switch_off()
 
@@ -103,7 +106,9 @@ def test_without_a_window_there_is_nobody_to_ask(tmp_path, waits):
     site = Site(tmp_path)
     robot, mission = site.add_robots()[0], site.add_mission("Deliver")
     start = datetime.fromisoformat("2026-11-23T06:05")
-    site.container.catalogue.save_schedule(Schedule("S", robot.id, mission.id, start, "UTC", minimum_battery_percent=30))
+    site.container.catalogue.save_schedule(
+        Schedule("S", robot.id, mission.id, start, "UTC", minimum_battery_percent=30)
+    )
     waits(site)
     site.power_cut(OFF)
     site.run(200)

@@ -1,4 +1,5 @@
 """What a person presses twice, or too late: a start is run on another robot once, and only what was seen is skipped."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -56,7 +57,9 @@ def test_what_was_started_on_another_robot_is_not_once_more(hall, then):
     elif then == "when the app was started again":
         hall.switch_off(cleanly=False)
         hall.switch_on()
-    assert hall.container.operator.start_on_another(row.id, None, "pressed").token == "pressed", "the same press, arrived twice"
+    assert hall.container.operator.start_on_another(row.id, None, "pressed").token == "pressed", (
+        "the same press, arrived twice"
+    )
     with pytest.raises(InvalidInput, match="started on another robot already"):
         hall.container.operator.start_on_another(row.id, None)
     hall.run(600)
@@ -70,7 +73,7 @@ def test_the_history_knows_what_was_started_instead_of_what(hall):
     hall.container.operator.start_on_another(row.id, None, "pressed")
     hall.run(30)
     other = hall.container.ledger.by_token("pressed")
-    found, = set(history.elsewhere([row]).values())
+    (found,) = set(history.elsewhere([row]).values())
     assert (found.id, found.robot, found.other, found.other_robot) == (row.id, row.robot, other.id, other.robot)
     assert history.elsewhere([other])[other.id] == found, "also where the list holds only one of them"
 
@@ -92,6 +95,7 @@ def test_two_presses_at_once_start_it_once(hall, monkeypatch):
         monkeypatch.setattr(Ledger, "add", add)
         hall.container.operator.start_on_another(row.id, None)
         return add(ledger, *args)
+
     monkeypatch.setattr(Ledger, "add", after_another)
     with pytest.raises(InvalidInput, match="started on another robot already"):
         hall.container.operator.start_on_another(row.id, None)
@@ -99,9 +103,21 @@ def test_two_presses_at_once_start_it_once(hall, monkeypatch):
     assert len(hall.items()) == 1, outcomes(hall)
 
 
-@pytest.mark.parametrize(("how", "why"), [
-    (lambda hall, schedule: hall.container.catalogue.set_schedule_enabled(schedule.id, False), "changed, switched off or deleted"),
-    (lambda hall, schedule: hall.container.pausing.pause(schedule.id, datetime.fromisoformat("2026-11-25T00:00+00:00")), "paused since")])
+@pytest.mark.parametrize(
+    ("how", "why"),
+    [
+        (
+            lambda hall, schedule: hall.container.catalogue.set_schedule_enabled(schedule.id, False),
+            "changed, switched off or deleted",
+        ),
+        (
+            lambda hall, schedule: hall.container.pausing.pause(
+                schedule.id, datetime.fromisoformat("2026-11-25T00:00+00:00")
+            ),
+            "paused since",
+        ),
+    ],
+)
 def test_what_is_not_wanted_any_more_is_not_started_on_another_robot(hall, how, why):
     row = in_doubt_at_a_silent_robot(hall)
     how(hall, hall.container.catalogue.schedules()[0])
@@ -167,6 +183,7 @@ def test_started_on_another_while_the_connection_of_its_next_try_is_made(hall, o
             now = hall.run_of()
             target = next(hall.robot(n) for n in ("R3", "R2") if n not in (row.robot, now.robot))
             pressed.append(hall.container.operator.start_on_another(row.id, target.id))
+
     hall.network.next("POST", "/mission_queue", Fate.SLOW, 0.1)
     hall.network.met = press
     hall.run(600)
@@ -205,7 +222,7 @@ def test_a_robot_that_has_it_after_all_is_an_alarm_that_names_both(hall, given_u
     assert "started_twice" not in hall.alarms()
     hall.network.down.clear()
     hall.run(120)
-    told, = (alarm for alarm in hall.container.alarms.open() if alarm.code == "started_twice")
+    (told,) = (alarm for alarm in hall.container.alarms.open() if alarm.code == "started_twice")
     assert (told.details["robot"], told.details["other"]) == (first, hall.container.ledger.get(new.id).robot)
 
 

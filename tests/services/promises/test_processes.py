@@ -1,4 +1,5 @@
 """What only the real threads and processes show: damage while running, chores and robots that fail, ready, commands at one instant."""
+
 from __future__ import annotations
 
 import contextlib
@@ -91,14 +92,21 @@ def test_headless_ends_when_its_database_is_damaged_and_names_the_backup(data, f
     with running(data) as app:
         backup = wait_for(lambda: next((data / "backups").glob("*.db"), None), what="the daily backup")
         harm(data)
-        importing = subprocess.Popen(command(data, "--import-config", due_now(data, fleet)), stdout=subprocess.DEVNULL,
-                                     stderr=subprocess.DEVNULL, env=environment())
+        importing = subprocess.Popen(
+            command(data, "--import-config", due_now(data, fleet)),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env=environment(),
+        )
         try:
             assert app.process.wait(PATIENCE) == 2
         finally:
             importing.kill()
             importing.communicate()
-        assert len([line for line in app.stderr if f"--restore-backup {backup}" in line and line.startswith("main.py: ")]) == 1
+        assert (
+            len([line for line in app.stderr if f"--restore-backup {backup}" in line and line.startswith("main.py: ")])
+            == 1
+        )
         assert not app.said("unexpected error")
         assert [robot.state()["queue"] for robot in fleet.robots] == [[], []]
 
@@ -163,10 +171,19 @@ def test_ready_does_not_wait_for_a_robot_that_can_t_be_made(data, fleet):
 # ---------------------------------------------------------------------- two commands
 def started_with_little_patience(data: Path, *arguments: object) -> subprocess.Popen[str]:
     """A command that waits a second instead of two minutes for the process that holds the data directory."""
-    program = ("import sys; from app.process import commands; commands.CHANGED_WITHIN = 1.0; import main; sys.argv[0] = 'main.py'; "
-               "sys.exit(main.main(sys.argv[1:]))")
-    return subprocess.Popen([sys.executable, "-c", program, "--data-dir", str(data), *map(str, arguments)], stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, encoding="utf-8", env=environment(), cwd=ROOT)
+    program = (
+        "import sys; from app.process import commands; commands.CHANGED_WITHIN = 1.0; import main; sys.argv[0] = 'main.py'; "
+        "sys.exit(main.main(sys.argv[1:]))"
+    )
+    return subprocess.Popen(
+        [sys.executable, "-c", program, "--data-dir", str(data), *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        env=environment(),
+        cwd=ROOT,
+    )
 
 
 def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(data, fleet):
@@ -174,11 +191,20 @@ def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(
     content = configuration_of(fleet)
     assert run(data, "--import-config", write_configuration(data.with_name("first.json"), content)).returncode == 0
     fleet.robots[0].control({"fault": {"kind": "hang", "count": None}})
-    first = subprocess.Popen(command(data, "--run-now", fleet.robots[0].name, "Home"), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                             text=True, encoding="utf-8", env=environment())
+    first = subprocess.Popen(
+        command(data, "--run-now", fleet.robots[0].name, "Home"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        env=environment(),
+    )
     wait_for(lambda: (data / "scheduler.lock").read_text(encoding="utf-8"), what="the first command to begin")
-    later = started_with_little_patience(data, "--import-config",
-                                         write_configuration(data.with_name("later.json"), content | {"settings": {"retry_limit": 7}}))
+    later = started_with_little_patience(
+        data,
+        "--import-config",
+        write_configuration(data.with_name("later.json"), content | {"settings": {"retry_limit": 7}}),
+    )
     try:
         with contextlib.suppress(subprocess.TimeoutExpired):
             later.wait(3.0)
@@ -196,7 +222,12 @@ def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(
 
 def test_a_command_starts_what_a_person_waits_for_whatever_the_robots_clock_says(fleet, data):
     """No round judges the clock here, so that waiting for one would be for nothing."""
-    assert run(data, "--import-config", write_configuration(data.with_name("plan.json"), configuration_of(fleet))).returncode == 0
+    assert (
+        run(
+            data, "--import-config", write_configuration(data.with_name("plan.json"), configuration_of(fleet))
+        ).returncode
+        == 0
+    )
     fleet.robots[0].model.clock.offset = -86400.0
     done = run(data, "--run-now", fleet.robots[0].name, "Home", timeout=PATIENCE)
     assert (done.returncode, done.stderr) == (0, "")

@@ -1,4 +1,5 @@
 """After a backup was restored, robots are asked for everything of the restored time before anything is sent (D9)."""
+
 from __future__ import annotations
 
 import shutil
@@ -31,6 +32,7 @@ def back_up_of(site):
         site.switch_off()
         restore(backup, site.container.db.path, site.clock.now() - timedelta(seconds=clock_behind))
         site.switch_on()
+
     return go_back
 
 
@@ -142,7 +144,9 @@ def test_what_was_on_its_way_when_the_backup_was_made_is_looked_for(site, plan, 
     plan("2026-11-23T06:05")
     site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
     made = []
-    site.network.interrupt = lambda where: made.append(backed_up()) if where == "after POST /mission_queue" and not made else None
+    site.network.interrupt = lambda where: (
+        made.append(backed_up()) if where == "after POST /mission_queue" and not made else None
+    )
     site.run(500)
     assert states(site) == ["Done"]
     made[0]()
@@ -179,7 +183,9 @@ def test_a_start_that_falls_due_after_the_restore_is_prepared_as_any(site, plan,
 
 
 @pytest.mark.parametrize("found", ["pending", "done"])
-def test_the_robot_is_asked_before_the_first_try_after_a_restore_even_when_it_answers_only_later(site, plan, backed_up, found):
+def test_the_robot_is_asked_before_the_first_try_after_a_restore_even_when_it_answers_only_later(
+    site, plan, backed_up, found
+):
     """As long as the robot can't be asked for the restored time, nothing of that time is sent to it."""
     if found == "pending":
         site.machines["R1"].pause()
@@ -205,9 +211,16 @@ def fleet(tmp_path):
     site = Site(tmp_path / "first", robots=3)
     site.add_robots()
     mission = site.add_mission("Deliver")
-    site.container.catalogue.save_schedule(Schedule(
-        name="Linen", robot_id=robot_of(site).id, mission_id=mission.id, start=datetime(2026, 11, 23, 6, 5), timezone="UTC",
-        start_window_minutes=30))
+    site.container.catalogue.save_schedule(
+        Schedule(
+            name="Linen",
+            robot_id=robot_of(site).id,
+            mission_id=mission.id,
+            start=datetime(2026, 11, 23, 6, 5),
+            timezone="UTC",
+            start_window_minutes=30,
+        )
+    )
     site.run(60)
     yield site
     site.switch_off()
@@ -262,7 +275,10 @@ def test_another_robot_that_answers_late_is_waited_for(fleet):
     go_back()
     fleet.run(300)
     [row] = fleet.executions()
-    assert (row.state, waiting_sentence(row)) == (State.WAITING, "May have run already; waits until 06:35 for an answer from R2")
+    assert (row.state, waiting_sentence(row)) == (
+        State.WAITING,
+        "May have run already; waits until 06:35 for an answer from R2",
+    )
     fleet.network.down.clear()
     fleet.run(120)
     assert sent_at(fleet, "R1") == []
@@ -277,7 +293,10 @@ def test_nothing_is_sent_when_another_robot_never_answers(fleet):
     fleet.run(2400)
     [row] = fleet.executions()
     assert sent_at(fleet, "R1") == []
-    assert sentence(reason(row), "UTC") == "Its start window closed at 06:35: it may have run already, and R2 did not answer"
+    assert (
+        sentence(reason(row), "UTC")
+        == "Its start window closed at 06:35: it may have run already, and R2 did not answer"
+    )
 
 
 def test_another_robot_is_asked_though_it_is_switched_off(fleet):
@@ -352,8 +371,11 @@ def with_window(tmp_path):
     site.add_robots()
     mission = site.add_mission("Deliver")
     robot = site.container.catalogue.robots()[0]
-    site.container.catalogue.save_schedule(Schedule(
-        name="S1", robot_id=robot.id, mission_id=mission.id, start=datetime(2026, 11, 23, 6, 5), timezone="UTC"))
+    site.container.catalogue.save_schedule(
+        Schedule(
+            name="S1", robot_id=robot.id, mission_id=mission.id, start=datetime(2026, 11, 23, 6, 5), timezone="UTC"
+        )
+    )
     yield site
     site.switch_off()
 

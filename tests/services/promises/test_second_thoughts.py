@@ -1,4 +1,5 @@
 """Somebody changes his mind twice: takes back, undoes, edits, each while a start waits or is in doubt."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -43,7 +44,9 @@ def _paused(site, schedule):
 
 # ---------------------------------------------------------------------- sent though not wanted any more
 @pytest.mark.parametrize("take_back", [_off, _moved, _deleted, _paused])
-def test_a_start_of_a_group_is_not_wanted_again_by_a_robot_s_undo_when_its_schedule_was_changed_meanwhile(hall, take_back):
+def test_a_start_of_a_group_is_not_wanted_again_by_a_robot_s_undo_when_its_schedule_was_changed_meanwhile(
+    hall, take_back
+):
     """In doubt at R1; R1 is deleted, its schedule is taken back, R1 is put back."""
     schedule = hall.plan(start_window_minutes=60)
     hall.network.next("POST", "/mission_queue", Fate.LOST)
@@ -59,7 +62,9 @@ def test_a_start_of_a_group_is_not_wanted_again_by_a_robot_s_undo_when_its_sched
 
 
 @pytest.mark.parametrize("take_back", [_off, _moved, _deleted, _paused])
-def test_what_waited_for_a_group_s_last_robot_is_not_wanted_again_when_its_schedule_was_changed_meanwhile(tmp_path, take_back):
+def test_what_waited_for_a_group_s_last_robot_is_not_wanted_again_when_its_schedule_was_changed_meanwhile(
+    tmp_path, take_back
+):
     hall = Hall(tmp_path, robots=1)
     schedule = hall.plan(start_window_minutes=60)
     hall.network.down.add("R1")
@@ -129,7 +134,7 @@ def test_a_step_back_of_the_clock_after_a_restore_sends_nothing_twice(site, plan
     site.run(120)
     backup = site.directory / "before.db"
     back_up(site.container.db.path, backup)
-    site.run(150)                                  # true 06:04:30; the tablet says 06:05:10
+    site.run(150)  # true 06:04:30; the tablet says 06:05:10
     assert len(sent_at(site)) == 1
     site.switch_off()
     restore(backup, site.container.db.path, site.clock.now())
@@ -192,7 +197,9 @@ def test_an_undo_does_not_read_the_history(tmp_path, limit, how):
     deliver = site.add_mission("Deliver")
     save_schedule = site.container.catalogue.save_schedule
     at = datetime.fromisoformat("2026-11-23T06:05")
-    schedule = save_schedule(Schedule("A", r1.id, deliver.id, at, "UTC", start_window_minutes=60, minimum_battery_percent=30))
+    schedule = save_schedule(
+        Schedule("A", r1.id, deliver.id, at, "UTC", start_window_minutes=60, minimum_battery_percent=30)
+    )
     save_schedule(Schedule("B", r2.id, deliver.id, at, "UTC"))
     if how == "waiting":
         site.machines["R1"].set_battery(12.0)
@@ -200,7 +207,7 @@ def test_an_undo_does_not_read_the_history(tmp_path, limit, how):
         site.network.next("POST", "/mission_queue", Fate.LOST, robot="R1")
     site.run(306)
     removed = site.container.catalogue.remove_robot(r1.id)
-    site.run(240)                                 # R2's ends: newer
+    site.run(240)  # R2's ends: newer
     site.container.catalogue.restore(removed)
     site.machines["R1"].set_battery(90.0)
     site.run(1200)
@@ -270,10 +277,11 @@ def test_what_a_person_gave_to_a_robot_of_its_group_follows_an_edit_while_its_re
     hall.network.next("POST", "/mission_queue", Fate.SLOW, 0.1)
     edited = []
 
-    def edit(_robot, met):                        # while the connection is made
+    def edit(_robot, met):  # while the connection is made
         if met.method == "POST":
             edited.append(hall.executions()[0].state)
             save(hall, schedule, mission_id=home.id)
+
     hall.network.met = edit
     hall.run(600)
     assert edited == [State.SUBMITTING]

@@ -1,5 +1,6 @@
 """A clock that was ahead is set back: what it had planned and nobody had begun is planned anew, each start at its instant, whatever a
 person does meanwhile (D4, D5)."""
+
 from __future__ import annotations
 
 from collections import Counter
@@ -15,7 +16,7 @@ from tests.support.seen import alarms, outcomes, sent_at, states
 
 DAY = 86400.0
 FAR = 2 * DAY + 900.0
-RULE, EVERY = "FREQ=MINUTELY;INTERVAL=30", 1800      # from 06:10 on, 600 s from the beginning
+RULE, EVERY = "FREQ=MINUTELY;INTERVAL=30", 1800  # from 06:10 on, 600 s from the beginning
 
 
 @pytest.fixture(params=["robot", "group"])
@@ -24,7 +25,8 @@ def hall(request, tmp_path):
     hall = Hall(tmp_path, robots=1)
     where = {"robot_id": 1, "group_id": None} if request.param == "robot" else {}
     hall.plan_often = lambda: hall.plan(
-        "A", "2026-11-23T06:10", recurrence=RULE, start_window_minutes=20, respect_working_days=False, **where)
+        "A", "2026-11-23T06:10", recurrence=RULE, start_window_minutes=20, respect_working_days=False, **where
+    )
     hall.container.catalogue.change_settings(poll_interval_seconds=600)
     yield hall
     hall.switch_off()
@@ -85,9 +87,14 @@ def pause_and_resume(site, schedule):
 
 LATER = datetime(2026, 11, 23, 6, 11)
 CHANGES = {
-    "nothing": lambda site, schedule: None, "off and on": off_and_on, "robot off and on": robot_off_and_on,
-    "pause and resume": pause_and_resume, "moved and back": lambda site, schedule: there_and_back(site, schedule, start=LATER),
-    "another rule and back": lambda site, schedule: there_and_back(site, schedule, recurrence="FREQ=MINUTELY;INTERVAL=7"),
+    "nothing": lambda site, schedule: None,
+    "off and on": off_and_on,
+    "robot off and on": robot_off_and_on,
+    "pause and resume": pause_and_resume,
+    "moved and back": lambda site, schedule: there_and_back(site, schedule, start=LATER),
+    "another rule and back": lambda site, schedule: there_and_back(
+        site, schedule, recurrence="FREQ=MINUTELY;INTERVAL=7"
+    ),
 }
 
 
@@ -117,7 +124,7 @@ def test_what_a_person_cancelled_is_the_only_one_that_is_left_out(hall, limit):
     hall.container.catalogue.change_settings(history_limit=limit)
     schedule = hall.plan_often()
     begin_ahead(hall, 7800.0)
-    row, = hall.executions(State.WAITING)
+    (row,) = hall.executions(State.WAITING)
     hall.container.operator.cancel_execution(row.id)
     set_right(hall, 7800.0)
     hall.run(4 * 3600)
@@ -132,7 +139,7 @@ def test_what_a_person_kept_back_until_it_was_too_late_is_not_sent(site, plan):
     site.container.holds.hold("cleaning", None, 1)
     site.clock.step(300)
     site.run(5)
-    row, = site.executions()
+    (row,) = site.executions()
     assert site.container.operator.hold_starts([row.id]) == 1
     site.run(60)
     site.container.holds.release(1)
@@ -163,7 +170,13 @@ def test_nothing_is_sent_twice_where_another_one_waited_behind_what_was_sent(tmp
     """The clock is so little ahead that robots agree."""
     hall = Hall(tmp_path, robots=1)
     hall.container.catalogue.change_settings(poll_interval_seconds=300, retry_limit=10, history_limit=limit)
-    schedule = hall.plan("A", "2026-11-23T06:10", recurrence="FREQ=MINUTELY;INTERVAL=2", overlap=Overlap.PARALLEL, start_window_minutes=20)
+    schedule = hall.plan(
+        "A",
+        "2026-11-23T06:10",
+        recurrence="FREQ=MINUTELY;INTERVAL=2",
+        overlap=Overlap.PARALLEL,
+        start_window_minutes=20,
+    )
     hall.run(10)
     hall.clock.step(570)
     hall.run(15)
@@ -202,8 +215,15 @@ def test_tries_by_the_wrong_clock_do_not_count(hall):
 
 def test_what_is_still_to_come_keeps_no_robot_from_its_group(tmp_path):
     hall = Hall(tmp_path, robots=1)
-    hall.plan("own", "2026-11-23T06:10", recurrence="FREQ=DAILY", start_window_minutes=20, respect_working_days=False, robot_id=1,
-              group_id=None)
+    hall.plan(
+        "own",
+        "2026-11-23T06:10",
+        recurrence="FREQ=DAILY",
+        start_window_minutes=20,
+        respect_working_days=False,
+        robot_id=1,
+        group_id=None,
+    )
     begin_ahead(hall)
     set_right(hall)
     hall.plan("G", "2026-11-23T06:20", respect_working_days=False)
@@ -220,7 +240,7 @@ def test_an_undone_cancel_waits_beside_nothing_that_is_still_to_come(site, plan)
     site.run(20)
     site.clock.step(-900)
     site.run(285)
-    first, = (row for row in site.executions() if row.planned_at.minute == 5)
+    (first,) = (row for row in site.executions() if row.planned_at.minute == 5)
     site.container.operator.cancel_execution(first.id)
     site.container.catalogue.wait_again(first.id)
     site.container.holds.release(1)

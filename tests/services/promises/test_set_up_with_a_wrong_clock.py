@@ -1,6 +1,7 @@
 """What is made or changed while the tablet's clock is found wrong counts from when that is set right: nothing before was ever missed.
 It was wrong where it showed a time before the app existed, or was set ahead to that of robots that had contradicted it. Every other start
 that its clock passes over has a row."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -17,7 +18,7 @@ from tests.support.site import Site
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 HOUR, DAY = 3600.0, 86400.0
 NEVER_SET = datetime(1970, 1, 1, 0, 5, tzinfo=UTC)
-OF_THE_IMAGE = datetime(2025, 1, 1, tzinfo=UTC)         # a small computer without a battery goes on from the date of its image
+OF_THE_IMAGE = datetime(2025, 1, 1, tzinfo=UTC)  # a small computer without a battery goes on from the date of its image
 BEHIND = datetime(2026, 11, 22, 23, 0, tzinfo=UTC)
 
 
@@ -38,8 +39,11 @@ def site(request, tmp_path):
 
 def set_up(site, start="2026-04-01T06:05"):
     robot, mission = site.add_robots()[0], site.add_mission("Deliver")
-    return site.container.catalogue.save_schedule(Schedule(
-        "S", robot.id, mission.id, datetime.fromisoformat(start), "UTC", "FREQ=DAILY", respect_working_days=False))
+    return site.container.catalogue.save_schedule(
+        Schedule(
+            "S", robot.id, mission.id, datetime.fromisoformat(start), "UTC", "FREQ=DAILY", respect_working_days=False
+        )
+    )
 
 
 def set_right(site):
@@ -141,8 +145,13 @@ def restart(site):
     site.switch_on()
 
 
-DISTURBANCES = {"none": lambda site: None, "step": lambda site: site.clock.step(6), "sleep": lambda site: site.suspend(20),
-                "sleep_of_the_difference": lambda site: site.suspend(HOUR), "restart": restart}
+DISTURBANCES = {
+    "none": lambda site: None,
+    "step": lambda site: site.clock.step(6),
+    "sleep": lambda site: site.suspend(20),
+    "sleep_of_the_difference": lambda site: site.suspend(HOUR),
+    "restart": restart,
+}
 
 
 def put_robots_right(site):
@@ -155,7 +164,9 @@ def has_its_row(site):
     return [(run.planned_at, run.state) for run in site.executions()] == [(NOW.replace(minute=10), State.MISSED)]
 
 
-@pytest.mark.parametrize("end", [lambda site: site.container.holds.confirm_clock(), put_robots_right], ids=["person", "robots"])
+@pytest.mark.parametrize(
+    "end", [lambda site: site.container.holds.confirm_clock(), put_robots_right], ids=["person", "robots"]
+)
 @pytest.mark.parametrize("happens", DISTURBANCES.values(), ids=DISTURBANCES)
 def test_no_start_vanishes_because_a_robot_is_wrong(tmp_path, happens, end):
     """Whatever happens to the tablet before a person says that its clock is right, or the robot's is put right."""

@@ -1,4 +1,5 @@
 """A slow but good answer delays its own robot by its length and no more (D2)."""
+
 from __future__ import annotations
 
 from datetime import datetime, timedelta
@@ -11,7 +12,7 @@ from tests.support.seen import items, outcome
 from tests.support.site import Site
 
 START = datetime.fromisoformat("2026-11-23T06:05")
-BEFORE_SIX = 14.5            # s at which the site begins
+BEFORE_SIX = 14.5  # s at which the site begins
 DUE = BEFORE_SIX + 300.0
 SIX = datetime.fromisoformat("2026-11-23T06:00+00:00")
 
@@ -27,8 +28,11 @@ def fleet(tmp_path):
         site.container.catalogue.change_settings(poll_interval_seconds=14)
         mission = site.add_mission("Deliver")
         for robot in site.add_robots():
-            site.container.catalogue.save_schedule(Schedule(f"S{robot.id}", robot.id, mission.id, START, "UTC", **values))
+            site.container.catalogue.save_schedule(
+                Schedule(f"S{robot.id}", robot.id, mission.id, START, "UTC", **values)
+            )
         return site
+
     yield make
     for site in sites:
         site.switch_off()

@@ -1,4 +1,5 @@
 """A place that can't keep what is committed is refused, and a write that fails in every way leaves nobody waiting."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -15,7 +16,7 @@ from app.domain.models import ReasonCode, State
 from app.domain.reasons import sentence
 from tests.support.seen import items, outcomes, reason
 
-PATIENCE = 5.0               # s
+PATIENCE = 5.0  # s
 TOGETHER = 3
 
 
@@ -36,6 +37,7 @@ def test_a_place_where_no_write_ahead_log_can_be_is_refused_with_a_sentence(tmp_
 # ---------------------------------------------------------------------- a roll-back that fails
 class Failing(sqlite3.Connection):
     """From ``fails`` on neither a commit nor a roll-back succeeds, as on a disk that was pulled out."""
+
     fails = False
 
     def execute(self, sql: str, *values: object) -> sqlite3.Cursor:
@@ -74,8 +76,10 @@ def test_nobody_waits_for_ever_when_even_the_roll_back_of_a_shared_transaction_f
     threads = [threading.Thread(target=ask, args=(first,), daemon=True)]
     threads[0].start()
     assert is_busy.wait(PATIENCE)
-    for _ in range(TOGETHER):                            # they wait at the same time, so they share one transaction
-        threads.append(threading.Thread(target=ask, args=(lambda c: c.execute("INSERT INTO t VALUES (1)"),), daemon=True))
+    for _ in range(TOGETHER):  # they wait at the same time, so they share one transaction
+        threads.append(
+            threading.Thread(target=ask, args=(lambda c: c.execute("INSERT INTO t VALUES (1)"),), daemon=True)
+        )
         threads[-1].start()
     while writer._tasks.qsize() < TOGETHER:
         may_go_on.wait(0.001)

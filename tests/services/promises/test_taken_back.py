@@ -1,4 +1,5 @@
 """What an operator takes back while its outcome is unknown is never sent again (D1)."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -10,7 +11,7 @@ from app.domain.models import ReasonCode, State
 from tests.support.network import Fate
 from tests.support.seen import items, outcomes, robot_of, sent_at, states
 
-SENT = 306.0                 # s: the start at 06:05 has been submitted, and nobody knows whether it arrived
+SENT = 306.0  # s: the start at 06:05 has been submitted, and nobody knows whether it arrived
 
 
 def _robot_off(site, schedule):

@@ -1,4 +1,5 @@
 """Undone while a robot may have what was taken back; and what one failed read says of a robot, or one run of an alarm."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -65,6 +66,7 @@ def test_an_undo_never_leaves_a_start_in_doubt_at_no_robot(tmp_path):
     def remove(_robot, met):
         if met.method == "POST" and not removed:
             removed.append(hall.container.catalogue.remove_robot(hall.robot("R1").id))
+
     hall.network.next("POST", "/mission_queue", Fate.SLOW, 0.1)
     hall.network.met = remove
     hall.run(310)
@@ -86,9 +88,13 @@ def test_an_undo_of_the_first_robot_does_not_open_what_the_second_had(tmp_path):
 
     def remove(robot, met):
         if met.method == "POST" and not removed:
-            removed.append(hall.container.catalogue.remove_robot(
-                next(r.id for r in hall.container.catalogue.robots() if r.id == hall.executions()[0].robot_id)))
+            removed.append(
+                hall.container.catalogue.remove_robot(
+                    next(r.id for r in hall.container.catalogue.robots() if r.id == hall.executions()[0].robot_id)
+                )
+            )
             hall.network.next("POST", "/mission_queue", Fate.LOST)
+
     hall.network.next("POST", "/mission_queue", Fate.SLOW, 0.1)
     hall.network.met = remove
     hall.run(310)
@@ -176,7 +182,9 @@ def test_a_robot_that_tells_its_status_but_never_its_queue_is_an_alarm(site, fat
     site.run(60)
     site.network.next("GET", "/mission_queue", fate, count=5000)
     site.run(1200)
-    assert "unreachable" in alarms(site) or "not_a_robot" in alarms(site), site.container.snapshots.get(robot_of(site).id).connection
+    assert "unreachable" in alarms(site) or "not_a_robot" in alarms(site), site.container.snapshots.get(
+        robot_of(site).id
+    ).connection
 
 
 def test_a_robot_comes_back_though_the_history_has_forgotten_what_may_still_come_to_it(tmp_path):
@@ -186,7 +194,9 @@ def test_a_robot_comes_back_though_the_history_has_forgotten_what_may_still_come
     deliver = site.add_mission("Deliver")
     at = datetime.fromisoformat("2026-11-23T06:05")
     site.container.catalogue.save_schedule(Schedule("A", r1.id, deliver.id, at, "UTC", start_window_minutes=60))
-    site.container.catalogue.save_schedule(Schedule("B", r2.id, deliver.id, at, "UTC", recurrence="FREQ=MINUTELY;INTERVAL=5"))
+    site.container.catalogue.save_schedule(
+        Schedule("B", r2.id, deliver.id, at, "UTC", recurrence="FREQ=MINUTELY;INTERVAL=5")
+    )
     site.network.next("POST", "/mission_queue", Fate.LOST, robot="R1")
     site.run(300 + 120)
     removed = site.container.catalogue.remove_robot(r1.id)
@@ -234,7 +244,10 @@ def test_what_a_deleted_robot_may_have_goes_to_no_other_by_the_undo_of_another_d
     hall.run(1)
     catalogue.restore(removed)
     hall.run(900)
-    sent, rows = [post.robot for post in hall.network.posts("*")], [(each.state, each.robot, each.reason) for each in hall.executions()]
+    sent, rows = (
+        [post.robot for post in hall.network.posts("*")],
+        [(each.state, each.robot, each.reason) for each in hall.executions()],
+    )
     hall.switch_off()
     assert len(sent) == 1, rows
 
@@ -250,6 +263,7 @@ def test_the_last_undo_leaves_no_start_in_a_state_for_ever(tmp_path):
         if met.method == "POST" and not removed:
             removed.append(hall.container.catalogue.remove_robot(hall.executions()[0].robot_id))
             hall.network.next("POST", "/mission_queue", Fate.LOST)
+
     hall.network.met = remove
     hall.run(310)
     hall.network.met = None

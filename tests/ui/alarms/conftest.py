@@ -1,4 +1,5 @@
 """A new tablet without any alarm, and a loudspeaker that counts."""
+
 from __future__ import annotations
 
 import pytest
@@ -11,6 +12,7 @@ from tests.ui.whole_app import begin_anew, shown
 
 class Recorder:
     """A loudspeaker that counts."""
+
     exists = True
 
     def __init__(self) -> None:
@@ -43,11 +45,12 @@ def shared_app(container, ui):
 @pytest.fixture
 def app(shared_app, container, ui):
     """Without any alarm, now or in the past."""
+
     def put_back() -> None:
         container.alarms.database_works()
         container.clock.step((month.NOW - container.clock.now()).total_seconds())
         shared_app.stored.put_back()
-        ui.skip(1e3)                         # what rests after a press takes presses again, however long a test lets it rest
+        ui.skip(1e3)  # what rests after a press takes presses again, however long a test lets it rest
 
     begin_anew(shared_app, ui, put_back)
     assert not ui.find_all(AlarmBanner)

@@ -1,4 +1,5 @@
 """The list of alarms as a person handles it."""
+
 from __future__ import annotations
 
 from app.mir.errors import Unreachable
@@ -36,6 +37,10 @@ def wait_for_rows(ui, count: int) -> None:
 
 def silence(alarms, ui, count: int = 6) -> None:
     for number in range(count):
-        alarms.raise_("unreachable", f"robot:{70 + number}", robot=f"Robot {number}",
-                      problem=Unreachable(code="no_answer", address=f"10.1.1.{number}").message)
+        alarms.raise_(
+            "unreachable",
+            f"robot:{70 + number}",
+            robot=f"Robot {number}",
+            problem=Unreachable(code="no_answer", address=f"10.1.1.{number}").message,
+        )
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).text.startswith(f"Wi-Fi: {count} robots"))

@@ -1,4 +1,5 @@
 """The list of alarms by taps: acknowledge with a note, shelve and take back, what is over, the past ones, and where each leads."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -100,7 +101,7 @@ def test_a_shelved_alarm_comes_back_by_itself(container, app, alarms, ui):
     ui.wait(lambda: ui.find(TopBar).bell_icon == "bell-sleep-outline")
     assert not ui.find_all(AlarmBanner)
     container.clock.advance(3601)
-    ui.advance(1.1)                                       # the frame looks once a second
+    ui.advance(1.1)  # the frame looks once a second
     assert ui.find(AlarmBanner).text == "Aino doesn't answer"
     assert ui.find(TopBar).bell_icon == "bell-ring-outline"
 
@@ -136,7 +137,7 @@ def test_robots_that_fall_silent_together_are_one_row_and_all_of_them_one_tap_aw
 
 def test_the_banner_of_a_group_leads_to_its_robots(app, alarms, ui):
     silence(alarms, ui)
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Show all"))
     wait_for_rows(ui, 7)
 
@@ -170,7 +171,7 @@ def test_the_past_is_read_page_by_page_as_it_is_scrolled_with_its_count(app, ala
     for count, words in ((12, "The newest 12 of 30"), (24, "The newest 24 of 30"), (30, "30 past alarms")):
         ui.wait(lambda count=count: len(dialog.rows) == count)
         ui.advance(1)
-        assert (len(dialog.rows), dialog.count) == (count, words)        # no more is read than is looked at
+        assert (len(dialog.rows), dialog.count) == (count, words)  # no more is read than is looked at
         assert len(ui.find_all(AlarmRow)) < 12
         assert checks.problems(dialog) == []
         dialog.ids.alarm_rows.scroll_y = 0
@@ -186,18 +187,26 @@ def test_a_hold_is_in_the_list_and_is_released_there(container, app, ui):
     assert not container.holds.active()
 
 
-@pytest.mark.parametrize(("code", "key", "screen"), [
-    ("unauthorized", "robot:{robot}", "settings"), ("unreachable", "robot:{robot}", "home"), ("executions_missed", "plan", "logs"),
-    ("execution_failed", "schedule:1", "logs"), ("unknown_outcome", "execution:1", "logs"), ("backup_failed", "backup", "settings")])
+@pytest.mark.parametrize(
+    ("code", "key", "screen"),
+    [
+        ("unauthorized", "robot:{robot}", "settings"),
+        ("unreachable", "robot:{robot}", "home"),
+        ("executions_missed", "plan", "logs"),
+        ("execution_failed", "schedule:1", "logs"),
+        ("unknown_outcome", "execution:1", "logs"),
+        ("backup_failed", "backup", "settings"),
+    ],
+)
 def test_the_banner_leads_to_where_it_is_solved(container, app, alarms, ui, code, key, screen):
     robot = container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u", enabled=False), password="p")
     ui.tap(ui.find(NavItem, name="scheduler"))
     alarms.raise_(code, key.format(robot=robot.id), robot="Aino", mission="Home", reason="x", problem="x", count=2)
     ui.wait(lambda: ui.find_all(AlarmBanner))
-    ui.advance(.3)                                            # it stands where it is tapped
+    ui.advance(0.3)  # it stands where it is tapped
     ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text=ui.find(AlarmBanner).action))
     ui.wait(lambda: app.shell.navigator.current == screen)
-    assert alarms.open()                                      # going there acknowledges nothing
+    assert alarms.open()  # going there acknowledges nothing
 
 
 def test_the_menu_says_which_alarm_it_is_about(app, alarms, ui):
@@ -206,7 +215,7 @@ def test_the_menu_says_which_alarm_it_is_about(app, alarms, ui):
     open_list(ui)
     about = row(ui, "missed")
     ui.tap(ui.find(IconButton, about, icon="dots-vertical"))
-    ui.advance(.3)
+    ui.advance(0.3)
     assert ui.texts(ui.find(Menu))[0] == about.text
 
 
@@ -217,7 +226,7 @@ def test_the_menu_leads_there_too_and_closes_the_list(app, alarms, ui):
     menu(ui, row(ui, "missed"), "Show in Logs")
     ui.wait(lambda: app.shell.navigator.current == "logs")
     assert not ui.find_all(AlarmsDialog)
-    ui.wait(lambda: ui.find(AlarmBanner).action == "Acknowledge")      # where one is already
+    ui.wait(lambda: ui.find(AlarmBanner).action == "Acknowledge")  # where one is already
 
 
 def test_when_nothing_can_be_written_the_alarm_says_where_to_look(app, alarms, ui):

@@ -1,4 +1,5 @@
 """Alarms while somebody works: all on screen in one press, how they look, how they are heard, and fingers that were elsewhere."""
+
 from __future__ import annotations
 
 import pytest
@@ -46,15 +47,22 @@ def test_what_is_out_of_sight_is_not_acknowledged(app, alarms, ui):
     dialog = open_list(ui)
     wait_for_rows(ui, 9)
     page = dialog.ids.alarm_rows
-    page.scroll_y = .5                                        # rows are cut off above and below
-    ui.advance(.2)
-    shown = [each.text for each in ui.find_all(AlarmRow) if page.to_window(*page.pos)[1] <= each.to_window(*each.pos)[1]
-             and each.to_window(0, each.top)[1] <= page.to_window(0, page.top)[1]]
+    page.scroll_y = 0.5  # rows are cut off above and below
+    ui.advance(0.2)
+    shown = [
+        each.text
+        for each in ui.find_all(AlarmRow)
+        if page.to_window(*page.pos)[1] <= each.to_window(*each.pos)[1]
+        and each.to_window(0, each.top)[1] <= page.to_window(0, page.top)[1]
+    ]
     assert 2 <= len(shown) <= 7
     acknowledge_all(ui, "Acknowledge those shown")
     ui.wait(lambda: unseen(alarms) == 9 - len(shown))
-    assert not {f"{alarm.details['robot']} is stopped: emergency stop pressed" for alarm in alarms.open()
-                if alarm.acknowledged_at is None} & set(shown)
+    assert not {
+        f"{alarm.details['robot']} is stopped: emergency stop pressed"
+        for alarm in alarms.open()
+        if alarm.acknowledged_at is None
+    } & set(shown)
 
 
 def test_a_second_tap_acknowledges_nothing_more(app, alarms, ui, monkeypatch):
@@ -67,7 +75,7 @@ def test_a_second_tap_acknowledges_nothing_more(app, alarms, ui, monkeypatch):
     acknowledge_all(ui, "Acknowledge those shown")
     ui.wait(lambda: unseen(alarms) < 9 and len(dialog.unseen) == unseen(alarms))
     left = unseen(alarms)
-    assert left > 1                                           # above those that are acknowledged, where the first ones were
+    assert left > 1  # above those that are acknowledged, where the first ones were
     acknowledge_all(ui)
     ui.wait(lambda: app.shell.background.idle)
     assert unseen(alarms) == left
@@ -100,7 +108,7 @@ def test_nothing_is_clipped_or_too_small(container, app, alarms, ui, gloves):
     alarms.raise_("executions_missed", "plan", count=4)
     ui.wait(lambda: ui.find(TopBar).bell_count == "2")
     dialog = open_list(ui)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert checks.problems(dialog) == []
     ui.tap(ui.find(IconButton, row(ui, "missed"), icon="dots-vertical"))
     top = app.shell.dialogs.top
@@ -202,7 +210,7 @@ def test_a_tap_on_what_the_banner_has_just_moved_presses_nothing(app, alarms, ui
     ui.advance(1)
     ui.tap(acknowledge)
     ui.wait(lambda: not ui.find_all(AlarmBanner))
-    assert at(button) == place                                # it has moved back
+    assert at(button) == place  # it has moved back
     tap_at_once(button)
     assert app.shell.navigator.current == "home"
     ui.tap(button)
@@ -232,7 +240,7 @@ def test_the_second_tap_on_the_banner_is_the_same_press(app, alarms, ui, monkeyp
     for seconds in (40, 50):
         alarms.raise_("app_was_off", str(seconds))
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(TopBar).bell_count == "2")
-    ui.advance(.5)
+    ui.advance(0.5)
     button = ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge")
     place = button.to_window(*button.center)
     ui.tap_at(*place)
@@ -264,11 +272,13 @@ def test_what_stands_where_a_hold_was_released_is_not_pressed_by_the_second_tap(
     wait_for_rows(ui, 5)
     ui.wait(lambda: not rest.is_on)
     release = ui.find(CommandButton, ui.find(AlarmsDialog), text="Release")
-    place = release.to_window(release.x + 20, release.center_y)        # where other rows have Acknowledge
+    place = release.to_window(release.x + 20, release.center_y)  # where other rows have Acknowledge
     ui.tap_at(*place)
     alarms.raise_("executions_missed", "plan", count=4)
-    ui.wait(lambda: container.holds.active() is None and any("missed" in row.text for row in ui.find(AlarmsDialog).rows))
-    ui.advance(.1)
+    ui.wait(
+        lambda: container.holds.active() is None and any("missed" in row.text for row in ui.find(AlarmsDialog).rows)
+    )
+    ui.advance(0.1)
     before = {alarm.id: alarm.acknowledged_at for alarm in alarms.open()}
     ui.tap_at(*place)
     ui.wait(lambda: app.shell.background.idle)

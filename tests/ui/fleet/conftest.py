@@ -1,4 +1,5 @@
 """Home where there are six robots that are ready."""
+
 from __future__ import annotations
 
 import pytest

@@ -1,4 +1,5 @@
 """From all robots to one and back, by finger and by keys."""
+
 from __future__ import annotations
 
 import threading
@@ -30,7 +31,7 @@ def test_a_tile_opens_its_robot_and_back_is_the_same_place(container, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         grid = ui.find(PanelGrid)
-        grid.scroll_y = .4
+        grid.scroll_y = 0.4
         ui.advance(1)
         before, place = tiles(ui), grid.scroll_y
         assert "Aino" not in before
@@ -41,7 +42,7 @@ def test_a_tile_opens_its_robot_and_back_is_the_same_place(container, ui):
         go_back(ui)
         assert tiles(ui) == before
         assert ui.find(PanelGrid).scroll_y == pytest.approx(place)
-        open_tile(ui, before[20])            # the one that is selected already
+        open_tile(ui, before[20])  # the one that is selected already
         assert ui.find_all(HomeWide)
 
 
@@ -80,12 +81,12 @@ def test_the_way_back_says_how_many_need_help(container, robots, ui):
 def test_a_robot_that_is_picked_in_the_bar_is_shown(container, robots, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
-        for name in ("Veikko", "Aino", "Aino"):              # the last one is selected already
+        for name in ("Veikko", "Aino", "Aino"):  # the last one is selected already
             if ui.find_all(HomeWide):
                 go_back(ui)
             ui.find(TopBar).dispatch("on_pick_robot")
             ui.wait(lambda name=name: ui.find_all(OptionRow, text=name))
-            ui.advance(.3)
+            ui.advance(0.3)
             ui.tap(ui.find(OptionRow, text=name))
             ui.wait(lambda name=name: ui.find_all(HomeWide) and ui.find(TopBar).robot == name)
             settle(app, ui)
@@ -96,17 +97,17 @@ def test_what_is_held_from_all_robots_is_all_and_from_one_this_one(container, ro
         app.shell.go("scheduler")
         settle(app, ui)
         ui.tap(ui.find(CommandButton, text="Hold"))
-        ui.advance(.3)
+        ui.advance(0.3)
         robot: str = ui.find(HoldDialog).robot
         app.shell.dialogs.close_all()
-        ui.advance(.3)
+        ui.advance(0.3)
         return robot
 
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         assert asked_to_hold(app) == "All robots"
         ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(.3)
+        ui.advance(0.3)
         ui.tap(ui.find(OptionRow, text="Veikko"))
         settle(app, ui)
         ui.wait(lambda: asked_to_hold(app) == "Veikko")
@@ -118,11 +119,15 @@ def test_what_is_held_from_all_robots_is_all_and_from_one_this_one(container, ro
         open_tile(ui, "Aino")
         ui.wait(lambda: ui.find_all(HomeWide))
         settle(app, ui)
-        ui.wait(lambda: asked_to_hold(app) == "Aino")            # the choice is written beside
+        ui.wait(lambda: asked_to_hold(app) == "Aino")  # the choice is written beside
 
 
-def test_a_tile_that_is_opened_selects_its_robot_though_another_one_has_been_chosen_since_it_was_drawn(container, robots, ui):
-    aino, veikko = (next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko"))
+def test_a_tile_that_is_opened_selects_its_robot_though_another_one_has_been_chosen_since_it_was_drawn(
+    container, robots, ui
+):
+    aino, veikko = (
+        next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko")
+    )
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetTile, name="Aino"))
         container.catalogue.change_settings(selected_robot_id=veikko)
@@ -141,7 +146,7 @@ def test_a_robot_can_be_asked_for_before_any_is_known(container, robots, ui):
     container.holds.current = lambda: (may.wait(30), read())[1]
     with shown(container, ui) as app:
         ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(.3)
+        ui.advance(0.3)
         assert not ui.find_all(OptionRow)
         assert "No robot" not in ui.texts()
         may.set()
@@ -155,13 +160,13 @@ def test_other_screens_lead_back_to_what_was_shown(container, robots, ui):
         ui.wait(lambda: ui.find_all(FleetPage))
         app.shell.go("logs")
         app.shell.go("home")
-        ui.advance(.3)
+        ui.advance(0.3)
         assert ui.find_all(FleetPage)
         app.shell.go("logs")
-        app.shell.go("home", robot_id=robots[2].id)          # as an alarm does
+        app.shell.go("home", robot_id=robots[2].id)  # as an alarm does
         ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == robots[2].name)
         settle(app, ui)
-        app.shell.navigator.rebuild()                        # gloves on
+        app.shell.navigator.rebuild()  # gloves on
         ui.wait(lambda: ui.find_all(HomeWide))
         settle(app, ui)
         assert not ui.find_all(FleetPage)
@@ -187,14 +192,15 @@ def test_the_ring_goes_along_to_a_robot_and_back(container, robots, ui):
             ui.key(ENTER)
             ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == "Sisu")
             settle(app, ui)
-            ui.key(ENTER)                                     # it is on the way back
+            ui.key(ENTER)  # it is on the way back
             ui.wait(lambda: ui.find_all(FleetPage))
-            settle(app, ui)                                   # and there on the tile
+            settle(app, ui)  # and there on the tile
 
 
 def test_the_banner_of_all_robots_is_after_a_visit_to_one_as_it_was_before(container, robots, ui):
     container.alarms.raise_("robot_error", f"robot:{robots[4].id}", robot=robots[4].name, problem="Left motor too hot")
     with shown(container, ui) as app:
+
         def told() -> tuple[str, str, str]:
             banner = ui.find(AlarmBanner)
             return banner.text, banner.note, banner.action
@@ -218,14 +224,14 @@ def test_escape_leads_back_to_all_robots_where_they_were(container, ui):
         settle(app, ui)
         ui.key(ESCAPE)
         assert ui.find_all(FleetPage)
-        ui.find(PanelGrid).scroll_y = .4
+        ui.find(PanelGrid).scroll_y = 0.4
         ui.advance(1)
         before, place, name = tiles(ui), ui.find(PanelGrid).scroll_y, tiles(ui)[20]
         open_tile(ui, name)
         ui.wait(lambda: ui.find_all(HomeWide) and ui.find(TopBar).robot == name)
         settle(app, ui)
         app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)
-        ui.key(ESCAPE)                                        # closes what is open first
+        ui.key(ESCAPE)  # closes what is open first
         assert ui.find_all(HomeWide)
         ui.advance(DOUBLE_TAP)
         ui.key(ESCAPE)
@@ -239,7 +245,7 @@ def test_a_name_that_is_too_long_keeps_its_end(container, ui):
     container.catalogue.save_robot(Robot("Autonomous pallet truck in hall 17", "10.40.14.1", "scheduler"), "secret")
     with shown(container, ui):
         ui.wait(lambda: ui.find_all(SmallTile))
-        label, = ui.find_all(NameLine, text="Autonomous pallet truck in hall 17")
+        (label,) = ui.find_all(NameLine, text="Autonomous pallet truck in hall 17")
         shown_name = label._label.text
         assert shown_name.startswith("Auto")
         assert shown_name.endswith("… 17")
@@ -250,7 +256,7 @@ def test_the_bar_and_its_list_say_how_many_need_help(container, robots, ui):
         see(container, robots[1], sample.STOPPED)
         ui.wait(lambda: ui.find(TopBar).help_count == "1")
         ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(.3)
+        ui.advance(0.3)
         assert "Robot · 1 needs help" in ui.texts()
         names = [robot.name for robot in robots]
         assert [option.text for option in ui.find(ChoiceDialog).options] == [names[1], names[0], *names[2:]]
@@ -261,13 +267,17 @@ def test_the_list_of_robots_follows_them_while_it_is_open_and_no_row_moves_under
         settle(app, ui)
         names = [robot.name for robot in robots]
         ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(.3)
+        ui.advance(0.3)
         dialog = ui.find(ChoiceDialog)
         assert not any("Error" in option.note or option.tone != "neutral" for option in dialog.options)
         see(container, robots[1], sample.STOPPED)
         ui.wait(lambda: dialog.title == "Robot · 1 needs help")
         stopped = dialog.options[1]
-        assert ([option.text for option in dialog.options], stopped.tone, stopped.icon) == (names, "fault", "alert-octagon")
+        assert ([option.text for option in dialog.options], stopped.tone, stopped.icon) == (
+            names,
+            "fault",
+            "alert-octagon",
+        )
         last = ui.find(OptionRow, dialog, key=robots[2].id)
         lift = ui.press(last)
         container.catalogue.remove_robot(robots[0].id)
@@ -278,7 +288,7 @@ def test_the_list_of_robots_follows_them_while_it_is_open_and_no_row_moves_under
         ui.wait(lambda: app.shell.background.idle and not dialog.is_open)
         ui.wait(lambda: ui.find(TopBar).robot == names[2])
         ui.find(TopBar).dispatch("on_pick_robot")
-        ui.advance(.3)
+        ui.advance(0.3)
         dialog = ui.find(ChoiceDialog)
         assert [option.text for option in dialog.options] == [names[1], *names[2:]]
         container.catalogue.remove_robot(robots[1].id)
@@ -340,4 +350,6 @@ def test_robots_are_listed_everywhere_as_their_numbers_follow_each_other(contain
         offers("Fetch from robot")
         app.shell.go("settings", section="robots")
         ui.wait(lambda: ui.find_all(PanelGrid))
-        assert [panel.name for panel in ui.find(PanelGrid).panels if getattr(panel, "name", "").startswith("Robot ")] == in_order
+        assert [
+            panel.name for panel in ui.find(PanelGrid).panels if getattr(panel, "name", "").startswith("Robot ")
+        ] == in_order

@@ -1,4 +1,5 @@
 """The page of all robots as an operator uses it: taps and keys, on real services; what the robots do is written into the snapshots."""
+
 from __future__ import annotations
 
 import math
@@ -20,7 +21,7 @@ from tests.support import home_facts as sample
 from tests.ui.fleet.operator import add_robots, counted, go_back, see, settle, tiles
 from tests.ui.whole_app import shown
 
-CAPITAL = .711                           # of Roboto, in em
+CAPITAL = 0.711  # of Roboto, in em
 
 
 def minutes(label: Txt) -> float:
@@ -36,7 +37,7 @@ def test_up_to_three_robots_have_no_such_page(container, ui):
         assert len(ui.find_all(RobotChip)) == 3
         assert not ui.find_all(FleetPage)
         assert not any(button.text.startswith("All robots") for button in ui.find_all(CommandButton))
-        add_robots(container, 1)             # nobody is sent anywhere, but the way is there
+        add_robots(container, 1)  # nobody is sent anywhere, but the way is there
         ui.wait(lambda: not ui.find_all(RobotChip))
         settle(app, ui)
         go_back(ui)
@@ -98,8 +99,10 @@ def test_who_needs_a_person_is_read_at_two_metres(container, ui):
         for robot, status in ((robots[8], sample.ASKING), (robots[19], sample.STOPPED), (named, sample.STOPPED)):
             see(container, robot, status)
         ui.wait(lambda: counted(ui)[:2] == ["2 stopped", "1 asks"])
-        ui.advance(.1)
-        assert all(minutes(label) >= 4.9 for chip in ui.find_all(CountChip)[:2] for label in ui.find_all(BodyStrong, chip))
+        ui.advance(0.1)
+        assert all(
+            minutes(label) >= 4.9 for chip in ui.find_all(CountChip)[:2] for label in ui.find_all(BodyStrong, chip)
+        )
         for robot in (robots[8], robots[19], named):
             tile = ui.find(SmallTile, name=robot.name)
             name, word = ui.find(NameLine, tile), ui.find(FarLine, tile, text=tile.word)
@@ -131,26 +134,38 @@ def test_while_the_list_moves_one_tile_a_frame_becomes_another(container, ui):
         for robot in container.catalogue.robots():
             see(container, robot, sample.READY)
         ui.wait(lambda: counted(ui) == ["43 ready"])
-        grid.scroll_y = .9
+        grid.scroll_y = 0.9
         for robot in robots[:10]:
             see(container, robot, sample.STOPPED)
         before, changed = [tile.word for tile in grid.panels], []
         for n in range(16):
-            grid.scroll_y = .9 - n / 100
-            ui.advance()                                      # three frames
+            grid.scroll_y = 0.9 - n / 100
+            ui.advance()  # three frames
             now = [tile.word for tile in grid.panels]
             changed.append(sum(a != b for a, b in zip(before, now, strict=True)))
             before = now
         assert max(changed) == 3
-        assert sum(changed) == 10                             # it goes on, however long somebody scrolls
+        assert sum(changed) == 10  # it goes on, however long somebody scrolls
         ui.wait(lambda: counted(ui) == ["10 stopped", "33 ready"])
 
 
 def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
     aino, now = robots[0], container.clock.now()
-    e = Execution(trigger=Trigger.MANUAL, robot_id=aino.id, robot=aino.name, mission="Collect empties", mission_guid="g-new",
-                  planned_at=now, closes_at=now, created_at=now, token="t-new", timezone="UTC", state=State.EXECUTING, queue_id=900,
-                  started_at=now)
+    e = Execution(
+        trigger=Trigger.MANUAL,
+        robot_id=aino.id,
+        robot=aino.name,
+        mission="Collect empties",
+        mission_guid="g-new",
+        planned_at=now,
+        closes_at=now,
+        created_at=now,
+        token="t-new",
+        timezone="UTC",
+        state=State.EXECUTING,
+        queue_id=900,
+        started_at=now,
+    )
     repository = container.repositories.executions
     container.db.write(lambda c: repository.add(c, e))
     done = replace(e, token="t-old", state=State.COMPLETED, queue_id=800, ended_at=now, duration_s=290.0)
@@ -165,22 +180,41 @@ def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
 def test_a_run_is_named_before_the_queue_is_read_again(container, robots, ui, number):
     """Between its polls only the status of a robot is read, unless it is the one on screen."""
     aino, now = robots[0], container.clock.now()
-    run = Execution(trigger=Trigger.MANUAL, robot_id=aino.id, robot=aino.name, mission="Collect empties", mission_guid="g-new",
-                    planned_at=now, closes_at=now, created_at=now, token="t-new", timezone="UTC", state=State.EXECUTING, queue_id=900,
-                    started_at=now)
+    run = Execution(
+        trigger=Trigger.MANUAL,
+        robot_id=aino.id,
+        robot=aino.name,
+        mission="Collect empties",
+        mission_guid="g-new",
+        planned_at=now,
+        closes_at=now,
+        created_at=now,
+        token="t-new",
+        timezone="UTC",
+        state=State.EXECUTING,
+        queue_id=900,
+        started_at=now,
+    )
     container.db.write(lambda c: container.repositories.executions.add(c, run))
     see(container, aino, replace(sample.EXECUTING, mission_queue_id=number))
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == "Collect empties")
-        see(container, aino, replace(sample.EXECUTING, mission_queue_id=901), (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
-        ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == sample.EXECUTING.mission_text)         # somebody else's
+        see(
+            container,
+            aino,
+            replace(sample.EXECUTING, mission_queue_id=901),
+            (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),),
+        )
+        ui.wait(lambda: ui.find(FleetTile, name="Aino").detail == sample.EXECUTING.mission_text)  # somebody else's
         unknown = (QueueItem(902, QueueState.EXECUTING, mission_id="g-of-nobody"),)
-        see(container, robots[2], replace(sample.EXECUTING, mission_queue_id=902), unknown)            # of a mission that was never fetched
+        see(
+            container, robots[2], replace(sample.EXECUTING, mission_queue_id=902), unknown
+        )  # of a mission that was never fetched
         ui.wait(lambda: ui.find(FleetTile, name=robots[2].name).detail == sample.EXECUTING.mission_text)
         settle(app, ui)
         assert ui.find(FleetTile, name=robots[2].name).detail == sample.EXECUTING.mission_text
-        see(container, robots[1], replace(sample.EXECUTING, mission_queue_id=None))                      # whose number it does not say
+        see(container, robots[1], replace(sample.EXECUTING, mission_queue_id=None))  # whose number it does not say
         ui.wait(lambda: ui.find(FleetTile, name=robots[1].name).detail == sample.EXECUTING.mission_text)
 
 
@@ -203,7 +237,7 @@ def test_a_count_filters_until_it_is_tapped_again(container, robots, ui):
         ui.tap(chip)
         assert tiles(ui) == [robots[2].name]
         assert ui.find_all(Ico, chip, icon="close")
-        assert [each.pos[:] for each in ui.find_all(CountChip)] == places       # nothing moves under the finger
+        assert [each.pos[:] for each in ui.find_all(CountChip)] == places  # nothing moves under the finger
         see(container, robots[2], sample.READY)
         ui.wait(lambda: not tiles(ui))
         assert counted(ui) == ["0 stopped", "6 ready"]
@@ -218,13 +252,13 @@ def test_a_filter_that_no_robot_fits_ends_by_itself_where_nobody_taps(container,
         see(container, robots[2], sample.STOPPED)
         ui.wait(lambda: "1 stopped" in counted(ui))
         ui.tap(ui.find(CountChip, text="1 stopped"))
-        for state in (sample.READY, sample.STOPPED, sample.READY):           # the time begins anew
+        for state in (sample.READY, sample.STOPPED, sample.READY):  # the time begins anew
             see(container, robots[2], state)
             ui.wait(lambda state=state: bool(tiles(ui)) == (state is sample.STOPPED))
             ui.skip(1)
             ui.skip(40)
         assert not tiles(ui)
-        container.clock.step(3600)                            # set, which is no time that has passed
+        container.clock.step(3600)  # set, which is no time that has passed
         for robot in robots:
             see(container, robot, sample.READY)
         ui.skip(1)
@@ -277,12 +311,12 @@ def test_what_a_finger_has_withheld_comes_no_faster_when_it_has_left(container, 
         lift = ui.press(grid)
         for robot in robots[:30]:
             see(container, robot, sample.STOPPED)
-        ui.advance(.5)
+        ui.advance(0.5)
         assert counted(ui) == ["43 ready"]
         changed, before = [], list(grid.panels)
         grid.bind(panels=lambda _grid, panels: changed.append(sum(a != b for a, b in zip(before, panels, strict=True))))
         grid.bind(panels=lambda _grid, panels: before.__setitem__(slice(None), panels))
-        lift(.1)
+        lift(0.1)
         ui.wait(lambda: counted(ui) == ["30 stopped", "13 ready"] or not ui.find_all(PanelGrid))
         assert max(changed) <= 6
 
@@ -293,9 +327,9 @@ def test_nothing_moves_under_a_finger(container, robots, ui):
         ui.tap(ui.find(ChoiceChip, text="Needs me first"))
         before, lift = tiles(ui), ui.press(ui.find(FleetTile, name=robots[5].name))
         see(container, robots[3], sample.STOPPED)
-        ui.advance(.5)
+        ui.advance(0.5)
         assert tiles(ui) == before
-        lift(.1)
+        lift(0.1)
         ui.wait(lambda: ui.find(TopBar).robot == robots[5].name)
         go_back(ui)
         assert tiles(ui)[0] == robots[3].name

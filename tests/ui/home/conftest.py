@@ -1,4 +1,5 @@
 """Home at two robots at rest."""
+
 from __future__ import annotations
 
 import pytest
@@ -24,7 +25,9 @@ def app(tmp_path_factory, ui):
         site.add_missions("Deliver", "Home", "Collect empties")
         with shown(site.container, ui) as app:
             app.site, app.aino, began = site, site.fleet.robots[0], site.container.clock.now()
-            ui.wait(lambda: site.is_at_rest(began) and any("Ready" in ui.texts(head) for head in ui.find_all(RobotHead)))
+            ui.wait(
+                lambda: site.is_at_rest(began) and any("Ready" in ui.texts(head) for head in ui.find_all(RobotHead))
+            )
             app.stored, app.root_vm = Stored(site.container), app.shell.navigator.screen("home").vm
             yield app
 
@@ -32,13 +35,18 @@ def app(tmp_path_factory, ui):
 @pytest.fixture
 def home(app, ui):
     """At robots at rest, with no run, alarm or hold behind it."""
+
     def put_back() -> None:
         app.site.calm_down(ui)
         app.stored.put_back()
-        app.site.container.parameters._kept.clear()          # what the robots have told a test before
+        app.site.container.parameters._kept.clear()  # what the robots have told a test before
 
     begin_anew(app, ui, put_back)
     app.root_vm.choose_mission(None)
-    ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)) and ui.find(TopBar).robot == "Aino" and not ui.find_all(AlarmBanner))
+    ui.wait(
+        lambda: (
+            "Ready" in ui.texts(ui.find(RobotHead)) and ui.find(TopBar).robot == "Aino" and not ui.find_all(AlarmBanner)
+        )
+    )
     assert (len(ui.find_all(RobotChip)), rows(ui), ui.find_all(FinishedRow), app.root_vm.busy) == (2, [], [], [])
     return app

@@ -1,4 +1,5 @@
 """What an operator sees and presses on Home."""
+
 from __future__ import annotations
 
 from app.screens.home.cards import QueueCard
@@ -38,8 +39,11 @@ def loud(ui) -> list[str]:
 def visible_rows(ui) -> list[tuple[str, str]]:
     """Those whose middle lies in the list."""
     in_sight = ui.find(LongList, ui.find(QueueCard))
-    return [(row.mission, row.origin) for row in in_sight.views
-            if in_sight.collide_point(*in_sight.parent.to_widget(*row.to_window(*row.center)))]
+    return [
+        (row.mission, row.origin)
+        for row in in_sight.views
+        if in_sight.collide_point(*in_sight.parent.to_widget(*row.to_window(*row.center)))
+    ]
 
 
 def run(ui, mission: str) -> None:
@@ -50,4 +54,4 @@ def run(ui, mission: str) -> None:
 def pend(home) -> None:
     """Hold the robot, so that what is sent stays in its queue."""
     home.aino.control({"emergency_stop": True})
-    home.aino.control({"emergency_stop": False})              # it is then in Pause
+    home.aino.control({"emergency_stop": False})  # it is then in Pause

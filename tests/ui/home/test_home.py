@@ -1,4 +1,5 @@
 """Home as an operator uses it: what is seen, which robot it is about, and where its lists lead."""
+
 from __future__ import annotations
 
 import threading
@@ -43,7 +44,9 @@ def test_an_emergency_stop_shows_within_a_poll_with_banner_and_advice(home, ui):
 # ---------------------------------------------------------------------- which robot
 def test_the_bar_names_the_robot_of_the_page_however_long_the_choice_takes_to_be_stored(home, ui, monkeypatch):
     stored, write = threading.Event(), home.site.container.catalogue.change_settings
-    monkeypatch.setattr(home.site.container.catalogue, "change_settings", lambda **values: stored.wait(30) and write(**values))
+    monkeypatch.setattr(
+        home.site.container.catalogue, "change_settings", lambda **values: stored.wait(30) and write(**values)
+    )
     try:
         ui.tap(ui.find(RobotChip, name="Veikko"))
         assert (home.root_vm.facts.robot.name, ui.find(TopBar).robot) == ("Veikko", "Veikko")
@@ -57,19 +60,21 @@ def test_the_bar_names_the_robot_of_the_page_however_long_the_choice_takes_to_be
 
 def test_a_chip_selects_the_robot_for_the_whole_app(home, ui):
     ui.tap(ui.find(RobotChip, name="Veikko"))
-    assert home.root_vm.facts.robot.name == "Veikko"        # at once, before the database knows
+    assert home.root_vm.facts.robot.name == "Veikko"  # at once, before the database knows
     ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
     ui.wait(lambda: home.site.container.settings().selected_robot_id == home.root_vm.facts.robot.id)
 
 
 def test_the_top_bar_switches_robots_from_anywhere(home, ui):
     home.shell.go("scheduler")
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(root=ui.find(TopBar), text="Aino"))
     ui.tap(ui.find(OptionRow, home.shell.dialogs.top, text="Veikko"))
     ui.wait(lambda: ui.find(TopBar).robot == "Veikko")
     ui.tap_text("Home")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Run on Veikko") or ui.find_all(RobotChip, name="Veikko", selected=True))
+    ui.wait(
+        lambda: ui.find_all(CommandButton, text="Run on Veikko") or ui.find_all(RobotChip, name="Veikko", selected=True)
+    )
 
 
 def test_what_was_read_of_another_robot_is_not_offered_on_the_one_just_chosen(home, ui):
@@ -140,7 +145,7 @@ def test_a_choice_of_a_robot_that_can_not_be_written_is_taken_back(home, ui, mon
 def test_an_ended_run_opens_its_story_in_logs(home, ui):
     run(ui, "Home")
     ui.wait(lambda: ui.find_all(FinishedRow))
-    execution, = home.site.container.history.last_finished(1)
+    (execution,) = home.site.container.history.last_finished(1)
     ui.tap(ui.find(FinishedRow))
     assert home.shell.navigator.current == "logs"
     ui.wait(lambda: ui.find_all(LogRow, opened=True))
@@ -154,7 +159,8 @@ def test_a_planned_start_opens_its_schedule(home, ui):
     for hour, mission in ((6, missions[0]), (7, missions[1])):
         start = tomorrow.astimezone(ZoneInfo(zone)).replace(hour=hour, minute=0, second=0, microsecond=0, tzinfo=None)
         home.site.container.catalogue.save_schedule(
-            Schedule(mission.name, robots[0].id, mission.id, start, zone, "FREQ=DAILY", respect_working_days=False))
+            Schedule(mission.name, robots[0].id, mission.id, start, zone, "FREQ=DAILY", respect_working_days=False)
+        )
     ui.wait(lambda: len({row.mission for row in ui.find_all(PlannedRow)}) == 2)
     row = ui.find(PlannedRow, mission=missions[1].name)
     schedule_id = row.key[0]
@@ -163,5 +169,5 @@ def test_a_planned_start_opens_its_schedule(home, ui):
     form = home.shell.navigator.screen("scheduler").vm.form
     ui.wait(lambda: form.editing == schedule_id)
     assert ui.find(ScheduleRow, selected=True).key == schedule_id
-    ui.advance(.2)                                            # the form asks for its forecast a moment later: not of an app that has ended
+    ui.advance(0.2)  # the form asks for its forecast a moment later: not of an app that has ended
     ui.wait(lambda: home.shell.background.idle)

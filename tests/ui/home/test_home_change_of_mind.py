@@ -1,4 +1,5 @@
 """What an operator does on Home between a press and a late answer of the robot: on real services and a simulated robot."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -59,10 +60,18 @@ def choose_another_mission(_home, ui) -> None:
     choose(ui, "Deliver")
 
 
-@pytest.mark.parametrize(("act", "mission"), [(leave, "Deliver kits to line 2"), (choose_another_robot, "Bring pallet to dock"),
-                                              (choose_another_mission, "Waste to compactor"),
-                                              (go_back_to_all_robots, "Wait at home")])
-def test_run_that_waits_for_the_robot_comes_to_nothing_when_something_else_is_chosen_and_says_so(home, ui, act, mission):
+@pytest.mark.parametrize(
+    ("act", "mission"),
+    [
+        (leave, "Deliver kits to line 2"),
+        (choose_another_robot, "Bring pallet to dock"),
+        (choose_another_mission, "Waste to compactor"),
+        (go_back_to_all_robots, "Wait at home"),
+    ],
+)
+def test_run_that_waits_for_the_robot_comes_to_nothing_when_something_else_is_chosen_and_says_so(
+    home, ui, act, mission
+):
     press_run_before_it_is_known_what_is_asked_for(home, ui, mission)
     act(home, ui)
     ui.wait(lambda: f"{mission} {NOT_KNOWN}" in home.shell.snackbars.texts)
@@ -102,21 +111,25 @@ def test_what_runs_by_now_is_stopped_only_after_that_question_whatever_has_becom
     assert home.aino.state()["queue"][-1]["state"] == "Executing"
 
 
-def test_what_is_being_cancelled_is_said_although_a_start_with_the_number_of_that_item_could_not_be(home, ui, monkeypatch):
+def test_what_is_being_cancelled_is_said_although_a_start_with_the_number_of_that_item_could_not_be(
+    home, ui, monkeypatch
+):
     def fail(_execution_id: int) -> None:
         raise InvalidInput("execution", "it has ended")
 
     pend(home)
     number = api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
     ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", number)])
-    home.aino.control({"fault": {"kind": "late", "path": f"/mission_queue/{number}", "method": "DELETE", "count": 1, "seconds": 6.0}})
+    home.aino.control(
+        {"fault": {"kind": "late", "path": f"/mission_queue/{number}", "method": "DELETE", "count": 1, "seconds": 6.0}}
+    )
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     press(ui, "Cancel it")
     ui.wait(lambda: "Being cancelled" in ui.texts(ui.find(QueueRow)))
     monkeypatch.setattr(home.site.container.operator, "cancel_execution", fail)
     home.root_vm._cancel(home.root_vm.facts.robot, ("execution", number), "Deliver")
     ui.wait(lambda: ("execution", number) not in home.root_vm.busy)
-    home.root_vm.take(home.root_vm.facts)                     # as when it is read again
+    home.root_vm.take(home.root_vm.facts)  # as when it is read again
     ui.advance()
     assert "Being cancelled" in ui.texts(ui.find(QueueRow))
 
@@ -152,7 +165,9 @@ def test_values_that_were_entered_for_a_group_that_is_gone_run_on_no_robot(home,
     home.site.container.catalogue.remove_group(group.id)
     ui.wait(lambda: not home.root_vm.facts.groups)
     dialog.run({"Time": "00:00:05.000000"})
-    assert home.shell.snackbars.texts == ["Wait at home was not started on Fleet. Robot, group or mission has changed meanwhile"]
+    assert home.shell.snackbars.texts == [
+        "Wait at home was not started on Fleet. Robot, group or mission has changed meanwhile"
+    ]
     ui.wait(lambda: home.shell.background.idle)
     assert not home.site.container.history.open()
 

@@ -1,4 +1,5 @@
 """Pause, Resume, Reset errors, Clear queue and cancelling: on real services and a simulated robot."""
+
 from __future__ import annotations
 
 from contextlib import contextmanager
@@ -24,7 +25,7 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
     press(ui, "Pause")
     ui.wait(lambda: "Paused" in ui.texts())
     assert home.aino.state()["state_id"] == 4
-    assert ui.find(CommandButton, text="Resume").busy         # a second tap on Pause resumes nothing, and it is seen why
+    assert ui.find(CommandButton, text="Resume").busy  # a second tap on Pause resumes nothing, and it is seen why
     ui.wait(lambda: not ui.find(CommandButton, text="Resume").busy)
     press(ui, "Resume")
     ui.wait(lambda: "Ready" in ui.texts(ui.find(RobotHead)))
@@ -52,10 +53,16 @@ def test_what_a_robot_has_not_done_names_robot_and_command(home, ui):
     assert home.aino.state()["state_id"] == 3
 
 
-@pytest.mark.parametrize(("problem", "said"), [          # made in the test: one that was raised keeps the window it was raised in
-    (lambda: InvalidInput("robot", "this robot has been removed"), "Aino · Pause: This robot has been removed"),
-    (lambda: Unreachable(code="unknown_name", host="mir7.plant"),
-     "Aino · Pause: The name mir7.plant is not known on this network; check it or enter the robot's IP address")])
+@pytest.mark.parametrize(
+    ("problem", "said"),
+    [  # made in the test: one that was raised keeps the window it was raised in
+        (lambda: InvalidInput("robot", "this robot has been removed"), "Aino · Pause: This robot has been removed"),
+        (
+            lambda: Unreachable(code="unknown_name", host="mir7.plant"),
+            "Aino · Pause: The name mir7.plant is not known on this network; check it or enter the robot's IP address",
+        ),
+    ],
+)
 def test_a_problem_that_names_no_robot_is_said_with_that(home, ui, monkeypatch, problem, said):
     def fail(_robot_id: int) -> None:
         raise problem()
@@ -70,16 +77,16 @@ def test_two_taps_on_pause_pause(home, ui):
     press(ui, "Pause")
     ui.wait(lambda: home.shell.snackbars.texts == ["Aino pauses"])
     ui.wait(lambda: ui.find_all(CommandButton, text="Resume") and not home.root_vm.busy)
-    press(ui, "Resume")                                       # a glove that trembles: the button has changed under it
+    press(ui, "Resume")  # a glove that trembles: the button has changed under it
     ui.wait(lambda: home.shell.background.idle)
     assert home.aino.state()["state_id"] == 4
     assert "Aino continues" not in home.shell.snackbars.texts
 
 
 def test_pause_does_not_turn_into_resume_under_a_finger(home, ui):
-    api(home.aino, "PUT", "/status", state_id=4)              # somebody else is a moment faster
+    api(home.aino, "PUT", "/status", state_id=4)  # somebody else is a moment faster
     ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
-    assert ui.find(CommandButton, text="Resume").busy         # a second tap on Pause resumes nothing, and it is seen why
+    assert ui.find(CommandButton, text="Resume").busy  # a second tap on Pause resumes nothing, and it is seen why
     press(ui, "Resume")
     ui.wait(lambda: home.shell.background.idle)
     assert home.aino.state()["state_id"] == 4
@@ -118,7 +125,7 @@ def test_reset_errors_never_moves_the_robot_and_resume_lights_up_after_it(home, 
 def test_reset_errors_says_that_they_are_gone_only_when_they_are(home, ui):
     home.aino.control({"error": {"code": 10120, "description": "Failed to reach goal position 'Line 1'"}})
     ui.wait(lambda: ERROR in ui.texts())
-    press(ui, "Reset errors")                                 # its cause is still there
+    press(ui, "Reset errors")  # its cause is still there
     ui.wait(lambda: home.shell.snackbars.texts == ["Reset errors was sent to Aino"])
     ui.wait(lambda: home.shell.snackbars.texts == [STANDS])
     home.aino.control({"error": None})
@@ -139,7 +146,7 @@ def test_clear_queue_says_how_many_and_ends_them_all(home, ui):
     ui.tap(ui.find(CommandButton, dialog, text="Clear queue"))
     ui.wait(lambda: not rows(ui))
     ui.wait(lambda: not home.site.container.history.open())
-    execution, = home.site.container.history.last_finished(5)
+    (execution,) = home.site.container.history.last_finished(5)
     assert execution.reason.code is ReasonCode.QUEUE_CLEARED
 
 
@@ -147,7 +154,9 @@ def test_what_is_being_cleared_says_so_until_the_robot_has_answered(home, ui):
     pend(home)
     run(ui, "Deliver")
     ui.wait(lambda: len(rows(ui)) == 1)
-    home.aino.control({"fault": {"kind": "late", "path": "/mission_queue", "method": "DELETE", "count": 1, "seconds": 1.0}})
+    home.aino.control(
+        {"fault": {"kind": "late", "path": "/mission_queue", "method": "DELETE", "count": 1, "seconds": 1.0}}
+    )
     press(ui, "Clear queue")
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
     ui.wait(lambda: "Being cancelled" in ui.texts(ui.find(QueueRow)))
@@ -166,9 +175,12 @@ def test_a_clear_without_an_answer_says_what_becomes_of_it(home, ui):
     press(ui, "Clear queue")
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
     ui.wait(lambda: any("answered" in text for text in home.shell.snackbars.texts))
-    assert "Aino has not answered yet: what was sent to it from here is cancelled as soon as it does" in home.shell.snackbars.texts
+    assert (
+        "Aino has not answered yet: what was sent to it from here is cancelled as soon as it does"
+        in home.shell.snackbars.texts
+    )
     ui.wait(lambda: home.site.container.history.last_finished(1))
-    execution, = home.site.container.history.last_finished(1)
+    (execution,) = home.site.container.history.last_finished(1)
     assert execution.reason.code is ReasonCode.QUEUE_CLEARED
 
 
@@ -183,10 +195,13 @@ def test_clearing_the_queue_of_a_robot_that_does_not_answer_says_what_becomes_of
     home.aino.control({"reboot_seconds": 600})
     ui.wait(lambda: home.root_vm.card.old)
     press(ui, "Clear queue")
-    assert "There is no connection to Aino just now: if the command does not reach it, nothing is removed" in ui.find(ConfirmDialog).text
+    assert (
+        "There is no connection to Aino just now: if the command does not reach it, nothing is removed"
+        in ui.find(ConfirmDialog).text
+    )
     ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Clear queue"))
     ui.wait(lambda: any(text.startswith("Clear queue: ") for text in home.shell.snackbars.texts))
-    execution, = home.site.container.history.open()           # nothing has reached it
+    (execution,) = home.site.container.history.open()  # nothing has reached it
     assert execution.cancel_code is None
 
 
@@ -199,10 +214,12 @@ def test_one_of_ours_can_be_cancelled(home, ui):
     ui.wait(lambda: home.shell.dialogs.top is None)
     assert [item["state"] for item in home.aino.state()["queue"][-1:]] == ["Pending"]
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
-    assert {"Cancel Deliver?", "It is taken out of the queue of Aino. This can't be undone."} <= set(ui.texts(ui.find(ConfirmDialog)))
+    assert {"Cancel Deliver?", "It is taken out of the queue of Aino. This can't be undone."} <= set(
+        ui.texts(ui.find(ConfirmDialog))
+    )
     press(ui, "Cancel it")
     ui.wait(lambda: home.site.container.history.last_finished(1))
-    execution, = home.site.container.history.last_finished(1)
+    (execution,) = home.site.container.history.last_finished(1)
     assert execution.reason.code is ReasonCode.USER_CANCELLED
     ui.wait(lambda: not rows(ui))
 
@@ -243,7 +260,7 @@ def test_what_runs_is_stopped_only_after_a_question(home, ui):
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     press(ui, "Stop it")
     ui.wait(lambda: home.site.container.history.last_finished(1))
-    execution, = home.site.container.history.last_finished(1)
+    (execution,) = home.site.container.history.last_finished(1)
     assert execution.reason.code is ReasonCode.USER_CANCELLED
 
 
@@ -257,7 +274,7 @@ def test_who_stops_a_mission_is_told_what_the_robot_goes_on_with(home, ui):
     assert any("goes on with Home, the next in its queue" in text for text in ui.texts())
     press(ui, "Let it run")
     ui.wait(lambda: home.shell.dialogs.top is None)
-    press(ui, "Pause")                                        # and then with nothing, until somebody resumes
+    press(ui, "Pause")  # and then with nothing, until somebody resumes
     ui.wait(lambda: any(" · held, started " in origin for _mission, origin in rows(ui)[:1]))
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     assert "Stop Deliver?" in ui.texts()
@@ -269,7 +286,9 @@ def test_what_the_robot_could_not_be_told_is_not_cancelled_yet(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: is_shown_pending(ui))
     number = home.site.container.history.open()[0].queue_id
-    home.aino.control({"fault": {"kind": "drop_request", "method": "DELETE", "path": f"/mission_queue/{number}", "count": None}})
+    home.aino.control(
+        {"fault": {"kind": "drop_request", "method": "DELETE", "path": f"/mission_queue/{number}", "count": None}}
+    )
     ui.wait(lambda: home.shell.snackbars.texts == ["Deliver is sent to Aino"])
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     press(ui, "Cancel it")
@@ -304,7 +323,17 @@ def test_what_is_being_cancelled_on_one_robot_is_not_on_another_with_an_item_of_
             api(robots[behind], "DELETE", f"/mission_queue/{numbers[behind]}")
         numbers[behind] = api(robots[behind], "POST", "/mission_queue", mission_id=GUIDS["Home"]).json()["id"]
     ui.wait(lambda: [row.key for row in ui.find_all(QueueRow)] == [("item", numbers[0])])
-    robots[0].control({"fault": {"kind": "late", "path": f"/mission_queue/{numbers[0]}", "method": "DELETE", "count": 1, "seconds": 9.0}})
+    robots[0].control(
+        {
+            "fault": {
+                "kind": "late",
+                "path": f"/mission_queue/{numbers[0]}",
+                "method": "DELETE",
+                "count": 1,
+                "seconds": 9.0,
+            }
+        }
+    )
     ui.tap(ui.find(IconButton, ui.find(QueueRow)))
     press(ui, "Cancel it")
     ui.wait(lambda: home.shell.dialogs.top is None and "Being cancelled" in ui.texts(ui.find(QueueRow)))
@@ -334,7 +363,11 @@ def test_what_was_asked_of_one_robot_is_not_cancelled_on_the_one_that_is_shown_b
 def screen_behind(home):
     """The robot goes on, but nothing it says of its queue reaches the tablet: the screen shows what is over."""
     number = home.root_vm.facts.snapshot.queue[0].id
-    for method, path in (("GET", "/mission_queue"), ("POST", "/mission_queue/search"), ("GET", f"/mission_queue/{number}")):
+    for method, path in (
+        ("GET", "/mission_queue"),
+        ("POST", "/mission_queue/search"),
+        ("GET", f"/mission_queue/{number}"),
+    ):
         home.aino.control({"fault": {"kind": "status_503", "method": method, "path": path, "count": None}})
     yield
     home.aino.control({"fault": None})
@@ -362,7 +395,7 @@ def test_cancelling_one_of_ours_that_has_just_ended_keeps_how_it_ended(home, ui)
         press(ui, "Stop it")
         ui.wait(lambda: home.root_vm.busy == [])
     ui.wait(lambda: home.site.container.history.last_finished(1))
-    execution, = home.site.container.history.last_finished(1)
+    (execution,) = home.site.container.history.last_finished(1)
     assert execution.state is State.COMPLETED
     ui.wait(lambda: not rows(ui))
 
@@ -384,7 +417,7 @@ def test_a_robot_that_is_gone_while_pausing_is_reported_in_one_sentence(home, ui
     home.aino.control({"fault": {"kind": "drop_request", "method": "PUT", "path": "/status", "count": None}})
     press(ui, "Pause")
     ui.wait(lambda: "pause" not in home.root_vm.busy)
-    told, = home.shell.snackbars.texts
+    (told,) = home.shell.snackbars.texts
     assert told.startswith("Pause: ")
     assert "Aino" in told
     assert not ui.find(CommandButton, text="Pause").disabled  # it can be tried again at once
@@ -404,7 +437,7 @@ def test_a_robot_that_does_not_answer_keeps_nobody_from_pausing_another_one(home
     ui.wait(lambda: ui.find_all(CommandButton, text="Resume"), seconds=3)
     ui.tap(ui.find(RobotChip, name="Aino"))
     ui.wait(lambda: "Aino" in " ".join(ui.texts(ui.find(RobotHead))))
-    assert "pause" in home.root_vm.busy                       # it has not answered yet
+    assert "pause" in home.root_vm.busy  # it has not answered yet
     home.aino.control({"fault": None})
     ui.wait(lambda: "pause" not in home.root_vm.busy, seconds=20)
 

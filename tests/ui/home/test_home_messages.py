@@ -1,4 +1,5 @@
 """How long it holds what Home says of a start, and of Reset errors: on real services and simulated robots."""
+
 from __future__ import annotations
 
 import pytest
@@ -37,10 +38,10 @@ def are_said(home, words: str) -> list[str]:
 
 def test_a_start_that_is_cancelled_is_not_said_to_wait_for_an_answer(home, ui):
     say_silent(home, ui)
-    execution, = home.site.container.history.open()
+    (execution,) = home.site.container.history.open()
     ui.wait(lambda: rows(ui))
     home.root_vm.cancel(("execution", execution.id))
-    if ui.find_all(ConfirmDialog):                            # it has been tried already
+    if ui.find_all(ConfirmDialog):  # it has been tried already
         press(ui, "Cancel it")
     ui.wait(lambda: are_said(home, "Home is cancelled"))
     assert home.shell.snackbars.texts == ["Home is cancelled"]
@@ -56,7 +57,9 @@ def test_a_start_is_not_said_to_be_held_when_the_hold_ends_behind_another_screen
     say_held(home, ui)
     home.shell.go("scheduler")
     assert are_said(home, "Home is not sent to Aino yet. ")
-    home.shell.snackbars.undo("Count is deleted", "Undo", lambda: None, stays=True)      # below it the time of the other one stands still
+    home.shell.snackbars.undo(
+        "Count is deleted", "Undo", lambda: None, stays=True
+    )  # below it the time of the other one stands still
     home.site.container.holds.release()
     ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. "))
 
@@ -71,7 +74,9 @@ def test_a_start_is_not_said_to_be_held_when_the_hold_ends_and_its_robot_does_no
 
 
 @pytest.mark.parametrize("is_silent", [True, False])
-def test_whether_a_robot_answers_is_asked_of_the_one_that_was_shown_when_it_was_pressed(home, ui, monkeypatch, is_silent):
+def test_whether_a_robot_answers_is_asked_of_the_one_that_was_shown_when_it_was_pressed(
+    home, ui, monkeypatch, is_silent
+):
     followed: list[tuple[str, bool]] = []
     silent = home.site.fleet.robots[0 if is_silent else 1]
     silent.control({"reboot_seconds": 3600})
@@ -82,9 +87,11 @@ def test_whether_a_robot_answers_is_asked_of_the_one_that_was_shown_when_it_was_
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Home") and home.root_vm.busy == [])
     choose(ui, "Home")
     ui.wait(lambda: home.root_vm._is_known or home.root_vm.card.old)
-    monkeypatch.setattr(home.root_vm._started, "follow", lambda execution, silent=False: followed.append((execution.robot, silent)))
+    monkeypatch.setattr(
+        home.root_vm._started, "follow", lambda execution, silent=False: followed.append((execution.robot, silent))
+    )
     home.root_vm.run_now()
-    home.root_vm.select_robot(ids["Veikko"])                  # in the same frame
+    home.root_vm.select_robot(ids["Veikko"])  # in the same frame
     assert home.root_vm.card.old is not is_silent
     ui.wait(lambda: followed)
     assert followed == [("Aino", is_silent)]

@@ -1,4 +1,5 @@
 """What Home remembers between two readings: errors that were reset, and what has just been handed to a robot."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -15,7 +16,9 @@ from tests.support.clock import VirtualClock
 from tests.support.home_facts import AINO, FACTS, FAILED, NOW, READY, execution, with_aino
 
 
-@pytest.mark.parametrize("over", [lambda report: report.look(with_aino(READY)), lambda report: report.forget()], ids=["gone", "left"])
+@pytest.mark.parametrize(
+    "over", [lambda report: report.look(with_aino(READY)), lambda report: report.forget()], ids=["gone", "left"]
+)
 def test_an_error_that_comes_back_was_not_reset_in_vain(monkeypatch, over):
     """Nor one that is looked at again later: somebody may have seen to its cause."""
     monkeypatch.setattr(reset, "READ_WITHIN", 0.0)
@@ -30,9 +33,18 @@ def test_an_error_that_comes_back_was_not_reset_in_vain(monkeypatch, over):
 
 def test_a_start_just_handed_to_a_robot_is_read_again_until_it_is_over():
     """A robot that hangs publishes no change on which it would be read."""
-    handed = replace(execution(60, AINO, "Kits", State.SUBMITTING), robot_id=2, robot="Veikko", group_id=5, robot_group="Hall 1",
-                     planned_at=NOW, created_at=NOW)
-    model = WaitingModel(SimpleNamespace(clock=VirtualClock(NOW), operator=None, catalogue=None), None, lambda: None, lambda _row: None)
+    handed = replace(
+        execution(60, AINO, "Kits", State.SUBMITTING),
+        robot_id=2,
+        robot="Veikko",
+        group_id=5,
+        robot_group="Hall 1",
+        planned_at=NOW,
+        created_at=NOW,
+    )
+    model = WaitingModel(
+        SimpleNamespace(clock=VirtualClock(NOW), operator=None, catalogue=None), None, lambda: None, lambda _row: None
+    )
     model.take(replace(FACTS, groups=(Group("Hall 1", (1, 2), id=5),), open=(handed,)))
     assert model.rows == []
     assert any(model.is_old() for _second in range(READ_EVERY))

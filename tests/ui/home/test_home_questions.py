@@ -1,4 +1,5 @@
 """Questions of a robot, on its card, in the banner and in a dialog: on real services and a simulated robot."""
+
 from __future__ import annotations
 
 import pytest
@@ -41,11 +42,18 @@ def test_the_answers_are_the_loudest_buttons_and_none_of_them_louder_than_anothe
     ask(home, "Is the load secured?")
     ui.wait(lambda: ui.find_all(PromptOption))
     assert sorted(loud(ui)) == ["No", "Yes"]
-    ui.advance(.1)
-    fills = {(tuple(button.back), tuple(button.front), button.large, round(button.width)) for button in ui.find_all(PromptOption)}
+    ui.advance(0.1)
+    fills = {
+        (tuple(button.back), tuple(button.front), button.large, round(button.width))
+        for button in ui.find_all(PromptOption)
+    }
     [(fill, words, large, _width)] = fills
     fill, words, ground = (get_hex_from_color(colour[:3]) for colour in (fill, words, tk.action_bg))
-    assert (large, checks.contrast_ratio(fill, ground) >= 3, checks.contrast_ratio(fill, words) >= 4.5) == (True, True, True)
+    assert (large, checks.contrast_ratio(fill, ground) >= 3, checks.contrast_ratio(fill, words) >= 4.5) == (
+        True,
+        True,
+        True,
+    )
 
 
 def test_a_question_is_an_alarm_that_is_answered_where_it_is_shown(home, ui):
@@ -66,8 +74,8 @@ def test_a_finger_on_its_way_to_one_question_answers_no_other_one(home, ui):
     lift = ui.press(ui.find(CommandButton, text="No"))
     ask(home, "Release pallet 7?")
     ui.wait(lambda: "Release pallet 7?" in ui.texts())
-    lift(.05)
-    ui.tap(ui.find(CommandButton, text="No"))                 # at once, as if the question before still stood there
+    lift(0.05)
+    ui.tap(ui.find(CommandButton, text="No"))  # at once, as if the question before still stood there
     ui.wait(lambda: home.shell.background.idle)
     assert not answer_sent(home)
     ui.advance(1)
@@ -81,7 +89,7 @@ def test_an_answer_that_comes_too_late_is_told_by_the_name_of_the_robot(home, ui
     answer = home.site.container.operator.answer_prompt
 
     def late(robot_id: int, guid: str, option: str) -> None:
-        home.aino.control({"user_prompt": None})              # somebody answers at the robot meanwhile
+        home.aino.control({"user_prompt": None})  # somebody answers at the robot meanwhile
         answer(robot_id, guid, option)
 
     monkeypatch.setattr(home.site.container.operator, "answer_prompt", late)
@@ -107,7 +115,7 @@ def test_an_answer_to_a_question_that_was_replaced_says_that_another_one_is_aske
         press(ui, "Yes")
     else:
         questions.ask(home.shell, services, robot)
-        ui.advance(.3)
+        ui.advance(0.3)
         ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="Yes"))
     ui.wait(lambda: home.shell.snackbars.texts)
     assert home.shell.snackbars.texts == ["Aino asks something else now"]
@@ -120,7 +128,7 @@ def test_a_robot_that_takes_no_answer_to_what_it_asks_is_not_said_to_ask_no_more
     def refuse(*_args: object) -> None:
         raise Rejected("Not now", status=400)
 
-    monkeypatch.setattr(questions, "READ_WITHIN", 600.0)           # it is known sooner, by what is read
+    monkeypatch.setattr(questions, "READ_WITHIN", 600.0)  # it is known sooner, by what is read
     monkeypatch.setattr(home.site.container.operator, "answer_prompt", refuse)
     press(ui, "Yes")
     ui.wait(lambda: home.shell.snackbars.texts)
@@ -132,12 +140,12 @@ def test_a_dialog_ends_when_the_robot_asks_something_else(home, ui):
     ui.wait(lambda: "Is the aisle free?" in ui.texts())
     services, robot = home.site.container, home.root_vm.facts.robot
     questions.ask(home.shell, services, robot)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert ui.find(ChoiceDialog).title == "Aino asks: Is the aisle free?"
     ask(home, "Release pallet 7?")
     ui.wait(lambda: not ui.find_all(ChoiceDialog))
     assert home.shell.snackbars.texts == ["Aino asks something else now"]
     questions.ask(home.shell, services, robot)
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="No"))
     ui.wait(lambda: answer_sent(home))

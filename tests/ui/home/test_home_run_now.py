@@ -1,4 +1,5 @@
 """Run now, from the tap to what has ended: on real services and a simulated robot."""
+
 from __future__ import annotations
 
 from app.domain.models import Mission, State, Trigger
@@ -20,7 +21,7 @@ def test_run_now_from_tap_to_just_finished(home, ui):
     run(ui, "Home")
     ui.wait(lambda: "Home is sent to Aino" in ui.texts())
     ui.wait(lambda: any(reason.startswith("Completed in") for reason in ui.texts()), seconds=60)
-    execution, = home.site.container.history.last_finished(5)
+    (execution,) = home.site.container.history.last_finished(5)
     assert (execution.trigger, execution.state, execution.mission) == (Trigger.MANUAL, State.COMPLETED, "Home")
 
 
@@ -30,7 +31,7 @@ def test_run_now_under_a_hold_says_that_it_waits(home, ui):
     ui.wait(lambda: ui.find_all(CommandButton, text="Queue, held"))
     press(ui, "Queue, held")
     ui.wait(lambda: home.shell.snackbars.texts)
-    told, = home.shell.snackbars.texts
+    (told,) = home.shell.snackbars.texts
     assert told.startswith("Home is not sent to Aino yet. Held back: shift meeting; waits until ")
 
 
@@ -40,16 +41,18 @@ def test_run_now_on_a_silent_robot_says_that_it_waits_for_an_answer(home, ui):
     ui.wait(lambda: ui.find_all(CommandButton, text="Send when Aino answers"))
     press(ui, "Send when Aino answers")
     ui.wait(lambda: home.shell.snackbars.texts)
-    told, = home.shell.snackbars.texts
+    (told,) = home.shell.snackbars.texts
     assert told.startswith("Home waits for an answer of Aino, until ")
 
 
 def test_run_now_that_the_robot_refuses_says_why_and_nothing_else(home, ui):
-    home.site.container.catalogue.save_mission(Mission("Removed on the robot", "00000000-0000-0000-0000-000000000000", favourite=True))
+    home.site.container.catalogue.save_mission(
+        Mission("Removed on the robot", "00000000-0000-0000-0000-000000000000", favourite=True)
+    )
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Removed on the robot"))
     run(ui, "Removed on the robot")
     ui.wait(lambda: home.shell.snackbars.texts)
-    told, = home.shell.snackbars.texts
+    (told,) = home.shell.snackbars.texts
     assert told.startswith("Removed on the robot was not started on Aino. The robot has no mission ")
 
 
@@ -62,11 +65,11 @@ def test_a_mission_in_the_queue_says_that_it_came_from_run_now(home, ui):
 def test_two_taps_start_one_mission(home, ui):
     choose(ui, "Deliver")
     press(ui, "Run on Aino")
-    press(ui, "Run on Aino")                                  # a glove that trembles
+    press(ui, "Run on Aino")  # a glove that trembles
     ui.wait(lambda: any(mission == "Deliver" for mission, _origin in rows(ui)))
     assert len(home.site.container.history.open()) == 1
     ui.advance(1)
-    press(ui, "Run on Aino")                                  # a second wish is a second mission
+    press(ui, "Run on Aino")  # a second wish is a second mission
     ui.wait(lambda: len(home.site.container.history.open()) == 2)
 
 
@@ -75,7 +78,7 @@ def test_under_the_minimum_the_operator_is_asked_first(home, ui):
     home.aino.control({"battery": 20.0})
     ui.wait(lambda: any(chip.battery == "20 %" for chip in ui.find_all(RobotChip)))
     run(ui, "Home")
-    ui.wait(lambda: ui.find_all(ConfirmDialog))              # once it is known that the mission has no parameters
+    ui.wait(lambda: ui.find_all(ConfirmDialog))  # once it is known that the mission has no parameters
     assert ui.find(ConfirmDialog).text == "The battery of Aino is at 20 %, under the minimum of 50 %."
     assert not home.site.container.history.open()
     press(ui, "Run")
@@ -83,7 +86,7 @@ def test_under_the_minimum_the_operator_is_asked_first(home, ui):
 
 
 def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
-    mission, = home.site.add_missions("Wait at home")
+    (mission,) = home.site.add_missions("Wait at home")
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Wait at home"))
     choose(ui, "Wait at home")
     ui.wait(lambda: ui.find_all(CommandButton, text="Enter values and run"))
@@ -101,17 +104,19 @@ def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
 
 
 def test_run_pressed_before_the_robot_has_named_the_parameters_asks_for_them(home, ui):
-    mission, = home.site.add_missions("Wait at home")
+    (mission,) = home.site.add_missions("Wait at home")
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Wait at home"))
     home.root_vm.choose_mission(mission.id)
-    home.root_vm.run_now()                                    # in the same frame
+    home.root_vm.run_now()  # in the same frame
     ui.wait(lambda: ui.find_all(RunDialog))
     assert not home.site.container.history.open()
 
 
 def test_run_asks_once_more_for_the_parameters_that_the_robot_did_not_tell(home, ui):
-    mission, = home.site.add_missions("Go to position")
-    home.aino.control({"fault": {"kind": "status_503", "method": "GET", "path": f"/missions/{mission.guid}", "count": None}})
+    (mission,) = home.site.add_missions("Go to position")
+    home.aino.control(
+        {"fault": {"kind": "status_503", "method": "GET", "path": f"/missions/{mission.guid}", "count": None}}
+    )
     ui.wait(lambda: ui.find_all(ChoiceChip, text="Go to position"))
     choose(ui, "Go to position")
     ui.wait(lambda: home.shell.background.idle)
@@ -131,9 +136,15 @@ def test_what_another_robot_has_told_is_asked_for_where_the_robot_does_not_answe
     ui.wait(lambda: home.shell.background.idle)
     home.aino.control({"reboot_seconds": 60})
     ui.wait(lambda: ui.find_all(AlarmBanner))
-    ui.advance(1)                                             # it has moved what is below it
+    ui.advance(1)  # it has moved what is below it
     ui.tap(ui.find(RobotChip, name="Aino"))
-    ui.wait(lambda: ui.find(TopBar).robot == "Aino" and "No answer" in ui.texts() and ui.find_all(ChoiceChip, text="Go to position"))
+    ui.wait(
+        lambda: (
+            ui.find(TopBar).robot == "Aino"
+            and "No answer" in ui.texts()
+            and ui.find_all(ChoiceChip, text="Go to position")
+        )
+    )
     choose(ui, "Go to position")
     ui.wait(lambda: home.shell.background.idle)
     assert ui.find(CommandButton, text="Enter values").icon == "timer-sand"
@@ -143,13 +154,15 @@ def test_what_another_robot_has_told_is_asked_for_where_the_robot_does_not_answe
 
 
 def test_a_mission_can_be_searched_among_many(home, ui):
-    home.site.add_missions(*(name for name in GUIDS if name not in ("Deliver", "Home", "Collect empties")), favourite=False)
+    home.site.add_missions(
+        *(name for name in GUIDS if name not in ("Deliver", "Home", "Collect empties")), favourite=False
+    )
     ui.wait(lambda: len(home.root_vm.facts.missions) == len(GUIDS))
     home.root_vm.pick_mission()
-    ui.advance(.3)
+    ui.advance(0.3)
     dialog = home.shell.dialogs.top
     dialog.query = "coils"
-    ui.advance(.2)
+    ui.advance(0.2)
     assert [option.text for option in dialog.shown] == ["Move coils to press"]
     ui.tap_text("Move coils to press")
     assert home.root_vm.run.mission == "Move coils to press"
@@ -177,7 +190,7 @@ def test_a_position_is_chosen_on_the_map_of_the_robot(home, ui):
     press(ui, "Enter values and run")
     dialog = ui.find(RunDialog)
     press(ui, "On the map")
-    ui.advance(.3)
+    ui.advance(0.3)
     chart = ui.find(PositionsMap)
     press_spot = next(spot for spot in chart.places if spot.name == "Press")
     ui.tap_at(*chart.to_window(*chart._point(press_spot.x, press_spot.y)))
@@ -197,7 +210,7 @@ def test_the_opened_run_tells_where_it_went_by_name(home, ui):
     ui.tap(ui.find(CommandButton, ui.find(RunDialog), text="Run on Aino"))
     ui.wait(lambda: "Go to position · Press is sent to Aino" in home.shell.snackbars.texts)
     ui.wait(lambda: any(mission == "Go to position · Press" for mission, _origin in rows(ui)))
-    execution, = home.site.container.history.open()
+    (execution,) = home.site.container.history.open()
     home.shell.go("logs", execution_id=execution.id)
     ui.wait(lambda: any(row.opened and row.message.startswith("Position: Press\n") for row in ui.find_all(LogRow)))
 

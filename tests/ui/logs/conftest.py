@@ -1,4 +1,5 @@
 """One app for all tests of a file about the Logs."""
+
 from __future__ import annotations
 
 import pytest

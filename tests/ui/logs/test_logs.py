@@ -1,4 +1,5 @@
 """The Logs as an operator uses them: taps and typing on real services, at an invented plant on Friday 20 Nov 2026, 14:38."""
+
 from __future__ import annotations
 
 import codecs
@@ -64,8 +65,13 @@ def rows(ui) -> list[LogRow]:
 def test_five_figures_with_their_counts_and_what_the_charts_show(screen, container, ui):
     cards = ui.find_all(FigureCard)
     assert [card.label for card in cards] == [
-        "Success rate", "Mean duration", "Missions per day", "Utilisation", "Schedule adherence"]
-    kpis = container.kpis.thesis(KpiFilter(start=datetime(2026, 11, 13, 22, tzinfo=UTC)))         # Saturday's midnight there
+        "Success rate",
+        "Mean duration",
+        "Missions per day",
+        "Utilisation",
+        "Schedule adherence",
+    ]
+    kpis = container.kpis.thesis(KpiFilter(start=datetime(2026, 11, 13, 22, tzinfo=UTC)))  # Saturday's midnight there
     assert cards[0].note == f"{kpis.completed} of {kpis.completed + kpis.failed} ended runs"
     assert [bar.robot for bar in screen.logs.utilisation] == ["Aino", "Sisu", "Veikko"]
     assert [day.label for day in screen.logs.days] == ["Sa", "Su", "Mo", "Tu", "We", "Th", "Fr"]
@@ -74,7 +80,12 @@ def test_five_figures_with_their_counts_and_what_the_charts_show(screen, contain
 def test_runs_are_listed_newest_first_with_their_reasons(screen, ui):
     _queued, _waiting, first, second, *_rest = rows(ui)
     assert (first.outcome, first.mission, first.robot, first.trigger, first.reason) == (
-        "Running", "Deliver kits to line 2", "Aino", "Run now", "Running on the robot")
+        "Running",
+        "Deliver kits to line 2",
+        "Aino",
+        "Run now",
+        "Running on the robot",
+    )
     assert (second.outcome, second.reason) == ("Not run", "Battery 12 % stayed under 30 % until 14:30")
 
 
@@ -93,7 +104,7 @@ def test_a_story_that_finds_no_room_where_it_was_opened_comes_into_sight(screen,
     x, y, right, top = checks.visible_area(last, checks.parents(last))
     ui.tap_at((x + right) / 2, (y + top) / 2)
     settle(screen, ui)
-    ui.advance(.6)
+    ui.advance(0.6)
     opened = next(row for row in ui.find_all(LogRow) if row.opened)
     assert opened.key == last.key
     assert opened.to_window(0, opened.y)[1] >= ui.find(RunsList).to_window(0, ui.find(RunsList).y)[1]
@@ -110,7 +121,9 @@ def test_a_figure_says_what_it_means(screen, ui):
 
 
 def test_its_parts_stand_on_a_line_of_their_own_above_the_filters(screen, ui):
-    parts, filters = ([ui.find(Segment, text=word) for word in words] for words in (("Runs", "Figures", "Robots"), ("Today", "All")))
+    parts, filters = (
+        [ui.find(Segment, text=word) for word in words] for words in (("Runs", "Figures", "Robots"), ("Today", "All"))
+    )
     assert min(part.to_window(0, part.y)[1] for part in parts) >= max(one.to_window(0, one.top)[1] for one in filters)
 
 
@@ -122,9 +135,9 @@ def test_a_longer_period_has_more_runs_and_other_figures(screen, ui):
     assert len(screen.logs.days) == 30
     tap(screen, ui, ui.find(Segment, text="Today"))
     assert screen.logs._facts.count < week
-    assert len(screen.logs.days) == 7                         # a history needs more than one day
+    assert len(screen.logs.days) == 7  # a history needs more than one day
     ui.tap(ui.find(Segment, text="Figures"))
-    ui.advance(.2)
+    ui.advance(0.2)
     assert ui.find(CardHead, title="Outcomes per day").note == "7 days"
 
 
@@ -137,7 +150,7 @@ def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(sc
     assert cards["Success rate"].change == ("+" if after.success_rate > before.success_rate else "−") + points
     assert len({card.height for card in cards.values()}) == 1
     tap(screen, ui, ui.find(Segment, text="30 days"))
-    assert {card.change for card in ui.find_all(FigureCard)} == {""}          # 30 days of history are not 60
+    assert {card.change for card in ui.find_all(FigureCard)} == {""}  # 30 days of history are not 60
 
 
 def test_a_period_that_reaches_further_back_than_the_history_says_since_when_there_is_one(screen, ui):
@@ -150,7 +163,7 @@ def test_figures_say_that_they_count_what_the_list_leaves_out(screen, ui):
     tap(screen, ui, ui.find(Segment, text="All"))
     tick(screen, ui, "Trigger", "Run now")
     assert "Figures also count the runs left out · Runs kept since Thu 22 Oct" in ui.texts()
-    ui.tap(ui.find(Segment, text="Figures"))                  # there are no such filters, whatever is still being read
+    ui.tap(ui.find(Segment, text="Figures"))  # there are no such filters, whatever is still being read
     assert "Runs kept since Thu 22 Oct" in ui.texts()
 
 
@@ -210,8 +223,10 @@ def test_typing_searches_and_closing_the_search_clears_it(screen, ui):
     assert len({row.mission for row in screen.logs.rows}) > 1
 
 
-@pytest.mark.parametrize(("typed", "reason"), [
-    ("stayed under", "Battery"), ("DOCK 3", "The robot ended it: Failed to reach goal position 'Dock 3'")])
+@pytest.mark.parametrize(
+    ("typed", "reason"),
+    [("stayed under", "Battery"), ("DOCK 3", "The robot ended it: Failed to reach goal position 'Dock 3'")],
+)
 def test_a_search_finds_reasons_too(screen, ui, typed, reason):
     tap(screen, ui, ui.find(IconButton, icon="magnify"))
     ui.type(ui.find(SearchField), typed)
@@ -224,9 +239,17 @@ def test_a_search_finds_reasons_too(screen, ui, typed, reason):
 def test_a_search_finds_the_position_that_a_row_names(screen, container, ui):
     """The history keeps it as robots want it; what they call it is shown."""
     guid = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
-    run = replace(container.history.page(failures(container)).rows[0], id=None, token="to-dock", queue_id=None, parameters={"goal": guid})
+    run = replace(
+        container.history.page(failures(container)).rows[0],
+        id=None,
+        token="to-dock",
+        queue_id=None,
+        parameters={"goal": guid},
+    )
     added = container.db.write(lambda c: container.repositories.executions.add(c, run))
-    screen.shell.given.take("m-1", (MissionParameter("goal", "Position", choices=((guid, "Cold store"),), sets="position"),))
+    screen.shell.given.take(
+        "m-1", (MissionParameter("goal", "Position", choices=((guid, "Cold store"),), sets="position"),)
+    )
     tap(screen, ui, ui.find(IconButton, icon="magnify"))
     ui.type(ui.find(SearchField), "COLD")
     settle(screen, ui)
@@ -237,13 +260,21 @@ def test_a_search_finds_the_position_that_a_row_names(screen, container, ui):
 def test_a_search_finds_a_position_whose_name_is_learnt_after_it_was_typed(screen, container, ui):
     """As after a start of the app, when the robots are asked for the names of what is shown."""
     guid = "b2d5f119-5d0f-11ef-93c1-0001297b6e20"
-    run = replace(container.history.page(failures(container)).rows[0], id=None, token="to-ramp", queue_id=None, parameters={"goal": guid})
+    run = replace(
+        container.history.page(failures(container)).rows[0],
+        id=None,
+        token="to-ramp",
+        queue_id=None,
+        parameters={"goal": guid},
+    )
     container.db.write(lambda c: container.repositories.executions.add(c, run))
     tap(screen, ui, ui.find(IconButton, icon="magnify"))
     ui.type(ui.find(SearchField), "ramp")
     settle(screen, ui)
     assert not screen.logs.rows
-    screen.logs._given._take("m-2", (MissionParameter("goal", "Position", choices=((guid, "North ramp"),), sets="position"),))
+    screen.logs._given._take(
+        "m-2", (MissionParameter("goal", "Position", choices=((guid, "North ramp"),), sets="position"),)
+    )
     settle(screen, ui)
     assert [row.mission for row in screen.logs.rows] == [f"{run.mission} · North ramp"]
 
@@ -315,7 +346,7 @@ def test_a_link_to_the_runs_as_a_whole_shows_them_unfiltered(screen, ui):
 
 
 def test_a_story_comes_into_sight_however_long_its_list_takes_to_be_read(screen, container, ui, monkeypatch):
-    tap(screen, ui, ui.find(Segment, text="Today"))          # which does not have it
+    tap(screen, ui, ui.find(Segment, text="Today"))  # which does not have it
     old = container.history.page(failures(container)).rows[-1]
     page, may_read = container.history.page, threading.Event()
     monkeypatch.setattr(container.history, "page", lambda *given, **more: may_read.wait(60) and page(*given, **more))
@@ -468,7 +499,9 @@ def test_a_run_is_not_run_again_on_a_stopped_robot(screen, container, ui, asked)
     with standing(container, robot_id, FAILED):
         failed = press_run_again(screen, ui)
     assert not ui.find_all(ConfirmDialog)
-    assert screen.shell.snackbars.texts == [f"{failed.mission} was not started on {failed.robot}. {failed.robot} is stopped"]
+    assert screen.shell.snackbars.texts == [
+        f"{failed.mission} was not started on {failed.robot}. {failed.robot} is stopped"
+    ]
     assert asked == []
 
 

@@ -1,4 +1,5 @@
 """The page of figures in the Logs, by taps on real services at an invented plant on Friday 20 Nov 2026, 14:38."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -33,7 +34,12 @@ def test_the_figures_take_the_place_of_the_runs_and_the_cards_stay(screen, ui):
     assert not ui.find_all(RunsPart)
     assert len(ui.find_all(FigureCard)) == 5
     assert {card.title for card in ui.find_all(MoreCard)} == {
-        "Reasons for failure", "Schedule adherence", "Starting and waiting", "Utilisation", "Duration of missions"}
+        "Reasons for failure",
+        "Schedule adherence",
+        "Starting and waiting",
+        "Utilisation",
+        "Duration of missions",
+    }
     tap(screen, ui, ui.find(Segment, text="Runs"))
     assert ui.find_all(RunsList)
     assert not ui.find_all(FiguresPart)
@@ -68,15 +74,21 @@ def test_a_mission_is_shown_with_what_is_usual(screen, container, ui):
     assert rows.keys() == {trend.mission for trend in expected}
 
 
-@pytest.mark.parametrize(("title", "beginning"), [
-    ("Reasons for failure", "Failed runs, however"), ("Schedule adherence", "Planned starts that ran"),
-    ("Starting and waiting", "Of the newest 5,000"), ("Duration of missions", "The median duration")])
+@pytest.mark.parametrize(
+    ("title", "beginning"),
+    [
+        ("Reasons for failure", "Failed runs, however"),
+        ("Schedule adherence", "Planned starts that ran"),
+        ("Starting and waiting", "Of the newest 5,000"),
+        ("Duration of missions", "The median duration"),
+    ],
+)
 def test_what_a_figure_means_is_one_tap_away(screen, ui, title, beginning):
     card = ui.find(MoreCard, title=title)
     column = next(above for above in _above(card) if hasattr(above, "scroll_to"))
     button = ui.find(IconButton, root=card)
     column.scroll_to(button, animate=False)
-    ui.advance(.3)
+    ui.advance(0.3)
     tap(screen, ui, button)
     dialog = ui.find(FigureDialog)
     assert dialog.text.startswith(beginning)
@@ -90,7 +102,9 @@ def _above(widget):
         yield widget
 
 
-@pytest.mark.parametrize(("choice", "words"), [("This shift", "06:38–14:38"), ("Yesterday", "Thu 19 Nov 00:00 – Fri 20 Nov 2026 00:00")])
+@pytest.mark.parametrize(
+    ("choice", "words"), [("This shift", "06:38–14:38"), ("Yesterday", "Thu 19 Nov 00:00 – Fri 20 Nov 2026 00:00")]
+)
 def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatch, choice, words):
     documents = tmp_path / "Documents"
     documents.mkdir()
@@ -108,9 +122,13 @@ def test_a_report_is_written_and_the_file_named(screen, ui, tmp_path, monkeypatc
     assert "Aino" in page
     assert "Veikko" not in page
     assert not screen.logs.reporting
-    tap(screen, ui, ui.find(root=ui.find(Snackbar), text="Show"))                  # a kiosk has nothing to open a page with
+    tap(screen, ui, ui.find(root=ui.find(Snackbar), text="Show"))  # a kiosk has nothing to open a page with
     shown = ui.find(FigureDialog)
-    assert (shown.title, words in shown.text.replace(" · Aino", ""), shown.rows[0].label) == ("Shift report", True, "Success rate")
+    assert (shown.title, words in shown.text.replace(" · Aino", ""), shown.rows[0].label) == (
+        "Shift report",
+        True,
+        "Success rate",
+    )
     assert "Aino" in [row.label for row in shown.rows]
 
 

@@ -1,4 +1,5 @@
 """The first opening of the Logs: the figures come later than the list, which stays where it is."""
+
 from __future__ import annotations
 
 import threading
@@ -28,7 +29,7 @@ def test_the_list_stays_where_it_is_when_the_figures_come_or_have_fewer_lines(co
         with shown(container, ui, "logs") as app:
             logs = app.shell.navigator.screen("logs").vm
             ui.wait(lambda: logs.rows)
-            ui.advance(.1)
+            ui.advance(0.1)
             top = place(ui)
             assert [card.value for card in ui.find_all(FigureCard)] == ["–"] * 5
             may_read.set()
@@ -38,7 +39,7 @@ def test_the_list_stays_where_it_is_when_the_figures_come_or_have_fewer_lines(co
             for period in (Period.ALL, Period.TODAY, Period.WEEK):
                 logs.choose_period(period)
                 settle(app, ui)
-                assert place(ui) <= top          # fewer lines give no room back
+                assert place(ui) <= top  # fewer lines give no room back
     finally:
         may_read.set()
         Window.size = before

@@ -1,4 +1,5 @@
 """The Logs of a group: the filter shows what any of its robots could take, and the story says why which one came."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -25,10 +26,25 @@ def hall(logs, container, ui):
     stored = Stored(container)
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in container.catalogue.robots())))
     now, robots = container.clock.now(), container.catalogue.robots()
-    run = replace(container.history.last_finished(1)[0], id=0, token="one-of-hall-1", mission="For any robot", trigger=Trigger.MANUAL,
-                  state=State.COMPLETED, reason=None, ended_at=now, duration_s=60.0,
-                  planned_at=now, created_at=now, closes_at=now, bound_at=now, group_id=group.id, robot_group="Hall 1", schedule_id=None,
-                  choice={"robots": [{"robot": robots[0].name}, {"robot": robots[1].name, "out": "silent"}]})
+    run = replace(
+        container.history.last_finished(1)[0],
+        id=0,
+        token="one-of-hall-1",
+        mission="For any robot",
+        trigger=Trigger.MANUAL,
+        state=State.COMPLETED,
+        reason=None,
+        ended_at=now,
+        duration_s=60.0,
+        planned_at=now,
+        created_at=now,
+        closes_at=now,
+        bound_at=now,
+        group_id=group.id,
+        robot_group="Hall 1",
+        schedule_id=None,
+        choice={"robots": [{"robot": robots[0].name}, {"robot": robots[1].name, "out": "silent"}]},
+    )
     container.db.write(lambda c: container.repositories.executions.add(c, run))
     show_anew(logs, ui)
     yield group
@@ -39,12 +55,12 @@ def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, 
     everything = logs.logs.count_text
     tap(logs, ui, ui.find(MenuChip, text="All robots"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
     settle(logs, ui)
     assert logs.logs.count_text == "1 run, newest first" != everything
     assert {card.key: card.note for card in logs.logs.kpis}["success"].startswith("1 of 1 ended run")
-    row, = ui.find_all(LogRow)
+    (row,) = ui.find_all(LogRow)
     assert row.mission == "For any robot"
     tap(logs, ui, row)
     names = [robot.name for robot in container.catalogue.robots()]
@@ -55,7 +71,7 @@ def test_runs_of_a_group_are_found_and_say_why_that_robot_came(logs, container, 
     assert all(right.x - max(words.right for words in left.children) >= 8 for left, right in pairwise(steps))
     tap(logs, ui, ui.find(MenuChip, text="Any of Hall 1"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="All robots"))
     settle(logs, ui)
     assert logs.logs.count_text == everything
@@ -69,7 +85,11 @@ def test_the_shift_report_is_of_the_group_that_is_looked_at(logs, hall, ui, tmp_
     dialog = ui.find(ChoiceDialog)
     assert dialog.title == "Shift report, Any of Hall 1"
     tap(logs, ui, ui.find(OptionRow, dialog, text="7 days"))
-    page = Path(ui.find(Snackbar).text.removeprefix("Report written to ")).read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
+    page = (
+        Path(ui.find(Snackbar).text.removeprefix("Report written to "))
+        .read_text(encoding="utf-8")
+        .replace("\N{NO-BREAK SPACE}", " ")
+    )
     assert "Any of Hall 1" in page
     assert "1 of 1 ended run" in page
     logs.logs.set_filters(group=None)
@@ -78,11 +98,21 @@ def test_the_shift_report_is_of_the_group_that_is_looked_at(logs, hall, ui, tmp_
 
 def test_the_figures_of_a_group_have_a_card_where_there_are_any(logs, container, hall, ui):
     tap(logs, ui, ui.find(Segment, text="Figures"))
-    assert not ui.find_all(GroupCard)                         # a run by hand is no planned start
+    assert not ui.find_all(GroupCard)  # a run by hand is no planned start
     now, run = container.clock.now(), container.history.last_finished(1)[0]
-    planned = replace(run, id=0, token="planned-of-hall-1", trigger=Trigger.SCHEDULED, planned_at=now - timedelta(minutes=9),
-                      submitted_at=now - timedelta(minutes=9), started_at=now - timedelta(minutes=9), ended_at=now - timedelta(minutes=5),
-                      group_id=hall.id, robot_group="Hall 1", schedule_id=None)
+    planned = replace(
+        run,
+        id=0,
+        token="planned-of-hall-1",
+        trigger=Trigger.SCHEDULED,
+        planned_at=now - timedelta(minutes=9),
+        submitted_at=now - timedelta(minutes=9),
+        started_at=now - timedelta(minutes=9),
+        ended_at=now - timedelta(minutes=5),
+        group_id=hall.id,
+        robot_group="Hall 1",
+        schedule_id=None,
+    )
     container.db.write(lambda c: container.repositories.executions.add(c, planned))
     show_anew(logs, ui, "figures")
     ui.wait(lambda: ui.find_all(GroupCard))

@@ -1,4 +1,5 @@
 """The Logs while they are being read: what arrives late takes nothing back that was loaded or chosen since."""
+
 from __future__ import annotations
 
 import threading
@@ -37,7 +38,7 @@ def held_back(monkeypatch, name: str):
 def test_rows_that_were_loaded_stay_when_a_reading_from_before_arrives(screen, ui, monkeypatch):
     tap(screen, ui, ui.find(Segment, text="All"))
     go_on, begun = held_back(monkeypatch, "read_facts")
-    screen.logs._runs_refresher.read()                       # as after any change
+    screen.logs._runs_refresher.read()  # as after any change
     ui.wait(begun.is_set)
     ui.find(RunsList).scroll_y = 0
     ui.wait(lambda: len(screen.logs.rows) == 200)
@@ -65,10 +66,19 @@ def test_no_row_is_missing_where_a_run_has_begun_while_more_were_loaded(screen, 
     assert shown == [row.id for row in container.history.page(ExecutionFilter(), size=200).rows]
 
 
-@pytest.mark.parametrize("then", [lambda screen, ui: ui.tap(ui.find(Segment, text="Today")), lambda screen, ui: screen.shell.go("home"),
-                                  lambda screen, ui: screen.logs.choose_part("robots"), lambda screen, ui: screen.logs.search("Aino")],
-                         ids=["filter", "screen", "part", "search"])
-def test_a_story_that_arrives_late_takes_nothing_away_that_was_chosen_meanwhile(screen, container, ui, monkeypatch, then):
+@pytest.mark.parametrize(
+    "then",
+    [
+        lambda screen, ui: ui.tap(ui.find(Segment, text="Today")),
+        lambda screen, ui: screen.shell.go("home"),
+        lambda screen, ui: screen.logs.choose_part("robots"),
+        lambda screen, ui: screen.logs.search("Aino"),
+    ],
+    ids=["filter", "screen", "part", "search"],
+)
+def test_a_story_that_arrives_late_takes_nothing_away_that_was_chosen_meanwhile(
+    screen, container, ui, monkeypatch, then
+):
     old = container.history.page(failures(container)).rows[-1]
     get, go_on = container.ledger.get, threading.Event()
     monkeypatch.setattr(container.ledger, "get", lambda number: go_on.wait(30) and get(number))
@@ -77,7 +87,7 @@ def test_a_story_that_arrives_late_takes_nothing_away_that_was_chosen_meanwhile(
     logs = screen.logs
     chosen = logs.part, logs.query, logs.period
     go_on.set()
-    ui.wait(lambda: screen.shell.background.idle)            # before what is typed is searched for
+    ui.wait(lambda: screen.shell.background.idle)  # before what is typed is searched for
     settle(screen, ui)
     assert (logs.part, logs.query, logs.period) == chosen
     assert logs.opened_run is None

@@ -1,4 +1,5 @@
 """The page of robots in the Logs, by taps: bands of what they did, and what a tap on one shows."""
+
 from __future__ import annotations
 
 from itertools import pairwise
@@ -42,8 +43,9 @@ def test_every_robot_has_a_band_that_fills_the_period(screen, ui):
     for lane in bands.lanes:
         assert (lane.spans[0].start, lane.spans[-1].end) == pytest.approx((0, 1))
         assert all(first.end == second.start for first, second in pairwise(lane.spans))
-    assert sorted(item.text for item in ui.find_all(ActivityLegend)) == sorted([
-        "On a mission", "Charging", "Idle", "Paused", "Error", "Offline", "No data"])
+    assert sorted(item.text for item in ui.find_all(ActivityLegend)) == sorted(
+        ["On a mission", "Charging", "Idle", "Paused", "Error", "Offline", "No data"]
+    )
 
 
 def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
@@ -51,7 +53,11 @@ def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
     start, end = span_of(ui.find(ActivityBands), "Sisu", "charging")
     dialog = tap_band(screen, ui, "Sisu", (start + end) / 2)
     assert dialog.title == "Sisu: Charging"
-    assert [(line.label, line.value) for line in dialog.rows] == [("From", "10:06"), ("To", "11:30"), ("For", "1 h 24 min")]
+    assert [(line.label, line.value) for line in dialog.rows] == [
+        ("From", "10:06"),
+        ("To", "11:30"),
+        ("For", "1 h 24 min"),
+    ]
     assert (screen.logs.mark.start, screen.logs.mark.end) == pytest.approx((start, end))
     ui.key(27)
     settle(screen, ui)
@@ -60,7 +66,7 @@ def test_a_tap_shows_what_from_when_to_when_and_how_long(screen, ui):
 
 def test_what_still_goes_on_has_no_end(screen, ui):
     tap(screen, ui, ui.find(Segment, text="Today"))
-    dialog = tap_band(screen, ui, "Aino", .999)
+    dialog = tap_band(screen, ui, "Aino", 0.999)
     assert (dialog.title, dialog.rows[1].value) == ("Aino: On a mission", "ongoing")
 
 
@@ -102,9 +108,9 @@ def test_the_bands_are_zoomed_and_moved_by_buttons(screen, ui):
     for _ in range(3):
         tap(screen, ui, by_icon(ui, "magnify-plus-outline"))
     assert [lane.spans for lane in bands.lanes] != whole
-    assert sum(tick.label.endswith(":00") for tick in bands.ticks) > 2      # less than a day
+    assert sum(tick.label.endswith(":00") for tick in bands.ticks) > 2  # less than a day
     assert [(lane.spans[0].start, lane.spans[-1].end) for lane in bands.lanes] == [pytest.approx((0, 1))] * 3
-    assert by_icon(ui, "chevron-right").disabled                            # it still ends with the period
+    assert by_icon(ui, "chevron-right").disabled  # it still ends with the period
     tap(screen, ui, by_icon(ui, "chevron-left"))
     assert not by_icon(ui, "chevron-right").disabled
     start, end = span_of(bands, "Sisu", "idle")

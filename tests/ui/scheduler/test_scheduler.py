@@ -1,4 +1,5 @@
 """The form of the Scheduler as an operator uses it: taps and typing on real services."""
+
 from __future__ import annotations
 
 import threading
@@ -47,7 +48,7 @@ from tests.ui.planner import (
 def steps(screen, ui, label: str, chip: str = "", typed: str = "", presses: str = "") -> None:
     """A number is chosen from the chips, entered, or reached with the buttons (icons) beside it."""
     ui.tap(field(ui, label))
-    ui.advance(.3)
+    ui.advance(0.3)
     dialog = ui.find(StepDialog)
     if chip:
         ui.tap(ui.find(ChoiceChip, dialog, text=chip))
@@ -66,11 +67,21 @@ def battery(screen, ui, **how: str) -> None:
 def test_a_number_that_is_typed_is_what_is_chosen_at_once(ui):
     load_kv("widgets/flow", "scheduler/form")
     chosen = []
-    steps = Steps("When it has to be done", "Or any other", "", 1, 1440, 5, "min", ((None, "Whenever"), (15, "15 min")), {None: 15})
+    steps = Steps(
+        "When it has to be done",
+        "Or any other",
+        "",
+        1,
+        1440,
+        5,
+        "min",
+        ((None, "Whenever"), (15, "15 min")),
+        {None: 15},
+    )
     dialog = StepDialog(steps, None, chosen.append)
     dialog.show_duration = dialog.hide_duration = 0
     dialog.open()
-    ui.advance(.3)
+    ui.advance(0.3)
     field = ui.find(StepField, dialog)
     assert ui.find(ChoiceChip, dialog, text="Whenever").active
     field.focus = True
@@ -78,7 +89,7 @@ def test_a_number_that_is_typed_is_what_is_chosen_at_once(ui):
     field.text = "4"
     ui.advance()
     assert not [chip for chip in ui.find_all(ChoiceChip, dialog) if chip.active]
-    field.text = "15"                                         # what it shows without having been chosen
+    field.text = "15"  # what it shows without having been chosen
     ui.advance()
     assert ui.find(ChoiceChip, dialog, text="15 min").active
     dialog.set()
@@ -91,7 +102,7 @@ def test_a_step_dialog_sets_nothing_while_its_number_is_wrong(ui):
     dialog = StepDialog(Steps("Battery", "", "0 to 100", 0, 100, 5, "%", ((50, "50 %"),), {}), 50, chosen.append)
     dialog.show_duration = dialog.hide_duration = 0
     dialog.open()
-    ui.advance(.3)
+    ui.advance(0.3)
     field = ui.find(StepField, dialog)
     field.text = ""
     ui.type(field, "1.5")
@@ -110,24 +121,41 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
     kind(screen, ui, "Weekly")
     pick_day(screen, ui, "First day", date(2026, 11, 24))
     pick_time(screen, ui, "Time", "0630")
-    for day in ("Mo", "We"):                                  # off; the working days were chosen
+    for day in ("Mo", "We"):  # off; the working days were chosen
         ui.tap(ui.find(Segment, text=day))
     battery(screen, ui, typed="40")
     view = ui.find(FormCard).view
-    assert view.sentence == "Every Tue, Thu, Fri at 06:30, on working days only, if battery ≥\N{NO-BREAK SPACE}40\N{NO-BREAK SPACE}%"
+    assert (
+        view.sentence
+        == "Every Tue, Thu, Fri at 06:30, on working days only, if battery ≥\N{NO-BREAK SPACE}40\N{NO-BREAK SPACE}%"
+    )
     assert [start.text for start in ui.find_all(StartChip)] == [
-        "Tue 24 · 06:30", "Thu 26 · 06:30", "Fri 27 · 06:30", "Tue 1 · 06:30", "Thu 3 · 06:30"]
+        "Tue 24 · 06:30",
+        "Thu 26 · 06:30",
+        "Fri 27 · 06:30",
+        "Tue 1 · 06:30",
+        "Thu 3 · 06:30",
+    ]
     save(screen, ui)
     saved = named(container, WASTE, "Sisu")
     assert (saved.start, saved.timezone, saved.recurrence, saved.minimum_battery_percent, saved.overlap) == (
-        datetime(2026, 11, 24, 6, 30), month.ZONE, "FREQ=WEEKLY;BYDAY=TU,TH,FR", 40.0, Overlap.SKIP)
+        datetime(2026, 11, 24, 6, 30),
+        month.ZONE,
+        "FREQ=WEEKLY;BYDAY=TU,TH,FR",
+        40.0,
+        Overlap.SKIP,
+    )
     assert ui.find(Snackbar).text == f"{WASTE} on Sisu is planned"
-    assert field(ui, "Mission").value == "Choose a mission"   # ready for the next
+    assert field(ui, "Mission").value == "Choose a mission"  # ready for the next
     assert saved.id in [line.key for line in screen.plan.listed.rows]
 
 
-def test_an_empty_form_proposes_the_robot_that_is_looked_at_and_one_that_is_filled_in_keeps_its_own(screen, container, ui):
-    aino, veikko = (next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko"))
+def test_an_empty_form_proposes_the_robot_that_is_looked_at_and_one_that_is_filled_in_keeps_its_own(
+    screen, container, ui
+):
+    aino, veikko = (
+        next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko")
+    )
     assert field(ui, "Robot").value == "Aino"
     container.catalogue.change_settings(selected_robot_id=veikko)
     settle(screen, ui)
@@ -141,10 +169,13 @@ def test_an_empty_form_proposes_the_robot_that_is_looked_at_and_one_that_is_fill
 def test_a_one_time_mission_is_planned(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     pick_time(screen, ui, "Time", "2015")
-    assert ui.find(FormCard).view.sentence == "Once on Fri 20 Nov 2026 at 20:15, if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
+    assert (
+        ui.find(FormCard).view.sentence
+        == "Once on Fri 20 Nov 2026 at 20:15, if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
+    )
     before = {schedule.id for schedule in schedules(container)}
     save(screen, ui)
-    new, = (schedule for schedule in schedules(container) if schedule.id not in before)
+    (new,) = (schedule for schedule in schedules(container) if schedule.id not in before)
     assert (new.start, new.recurrence) == (datetime(2026, 11, 20, 20, 15), None)
     assert new.next_at == datetime.fromisoformat("2026-11-20T18:15+00:00")
 
@@ -191,27 +222,29 @@ def test_monthly_on_day_31_says_which_months_it_leaves_out_and_offers_the_last_d
     choose(screen, ui, "Mission", "Floor wash, hall A")
     kind(screen, ui, "Monthly")
     screen.plan.form.set(month_day=31)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert "Not in February, April, June, September, November" in ui.texts()
     offer = ui.find(CommandButton, text="Take the last day of each month")
     reveal(ui, offer)
     ui.tap(offer)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert ui.find_all(CommandButton, text="Take the last day of each month") == []
     save(screen, ui)
     assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYMONTHDAY=-1"
 
 
-@pytest.mark.parametrize("gap", [.2, .35, .5])
+@pytest.mark.parametrize("gap", [0.2, 0.35, 0.5])
 def test_a_double_tap_on_the_offer_of_the_last_day_opens_nothing(screen, ui, gap):
     choose(screen, ui, "Mission", "Floor wash, hall A")
     kind(screen, ui, "Monthly")
     screen.plan.form.set(month_day=31)
-    ui.advance(.3)
+    ui.advance(0.3)
     offer = ui.find(CommandButton, text="Take the last day of each month")
     reveal(ui, offer)
-    next(parent for parent in parents(offer) if isinstance(parent, LowColumn)).scroll_y = 0      # the fields above come down when it goes
-    ui.advance(.1)
+    next(
+        parent for parent in parents(offer) if isinstance(parent, LowColumn)
+    ).scroll_y = 0  # the fields above come down when it goes
+    ui.advance(0.1)
     ui.tap_twice(offer.to_window(*offer.center), gap)
     settle(screen, ui)
     assert (screen.plan.form.draft.month_day, ui.find_all(Dialog)) == (-1, [])
@@ -226,10 +259,10 @@ def test_the_less_common_fields_are_under_more(screen, container, ui):
     pick_day(screen, ui, "Last day", date(2026, 12, 31))
     reveal(ui, field(ui, "Also at"))
     ui.tap(field(ui, "Also at"))
-    ui.advance(.3)
+    ui.advance(0.3)
     dialog = ui.find(ChoiceDialog)
     ui.type(ui.find(SearchField, dialog), "14:00")
-    ui.advance(.2)
+    ui.advance(0.2)
     ui.tap(ui.find(OptionRow, dialog, text="14:00"))
     press(screen, ui, "Set")
     name = ui.find(FormField, label="Name")
@@ -275,17 +308,19 @@ def test_a_position_is_chosen_by_name_and_nothing_is_planned_without_one(screen,
 
 def test_a_position_is_chosen_on_the_map_where_the_robot_has_one(screen, container, ui, monkeypatch):
     goal = MissionParameter("goal", "Goal", "Reference", choices=(("g-1", "Dock 3"), ("g-2", "Press")), sets="position")
-    hall = MapPicture("Hall", bytes(200), (20, 10), Pose(0, 0, 0), (40.0, 20.0), (Place("Press", .5, .5),))
+    hall = MapPicture("Hall", bytes(200), (20, 10), Pose(0, 0, 0), (40.0, 20.0), (Place("Press", 0.5, 0.5),))
     asked: list[str] = []
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (goal,))
-    monkeypatch.setattr(container.snapshots, "get", lambda robot_id: RobotSnapshot(robot_id, status=RobotStatus(map_id="m-1")))
+    monkeypatch.setattr(
+        container.snapshots, "get", lambda robot_id: RobotSnapshot(robot_id, status=RobotStatus(map_id="m-1"))
+    )
     monkeypatch.setattr(container.maps, "learn", lambda _robot_id, map_id: asked.append(map_id) or hall)
     choose(screen, ui, "Mission", "Bring pallet to dock")
     ui.wait(lambda: ui.find_all(OnMap))
     ui.tap(ui.find(OnMap))
-    ui.advance(.3)
+    ui.advance(0.3)
     chart = ui.find(PositionsMap)
-    ui.tap_at(*chart.to_window(*chart._point(.5, .5)))
+    ui.tap_at(*chart.to_window(*chart._point(0.5, 0.5)))
     ui.tap(ui.find(CommandButton, text="Choose Press"))
     assert (field(ui, "Goal").value, asked) == ("Press", ["m-1"])
     save(screen, ui)
@@ -357,7 +392,9 @@ def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container,
 
 
 def test_a_mission_that_may_start_on_a_low_battery_inherits_no_minimum(screen, container, ui):
-    mission = next(mission for mission in container.repositories.missions.all(container.db.read()) if mission.name == KITS)
+    mission = next(
+        mission for mission in container.repositories.missions.all(container.db.read()) if mission.name == KITS
+    )
     container.catalogue.save_mission(replace(mission, on_low_battery=True))
     settle(screen, ui)
     choose(screen, ui, "Mission", KITS)
@@ -382,7 +419,10 @@ def test_a_day_without_work_is_refused_at_the_field_and_any_day_allows_it(screen
     settle(screen, ui)
     assert field(ui, "Day").problem == ""
     save(screen, ui)
-    assert any(schedule.start.date() == date(2026, 11, 21) and not schedule.respect_working_days for schedule in schedules(container))
+    assert any(
+        schedule.start.date() == date(2026, 11, 21) and not schedule.respect_working_days
+        for schedule in schedules(container)
+    )
 
 
 def test_a_time_that_has_passed_is_refused_at_the_field(screen, ui):
@@ -410,7 +450,7 @@ def test_a_name_that_is_taken_is_said_at_the_name(screen, container, ui):
     ui.tap(save_button(ui))
     settle(screen, ui)
     assert ui.texts(ui.find(FormCard)).count(f"There is a schedule {KITS} on Aino already") == 1
-    assert screen.plan.form.more                              # where it can be mended
+    assert screen.plan.form.more  # where it can be mended
     said = ui.find(FormField, label="Name")
     assert visible_area(said, parents(said)) == pytest.approx(area(said), abs=2)
     screen.plan.form.set(name="Another name")
@@ -425,12 +465,12 @@ def test_an_overlap_with_another_run_is_warned_of_and_can_be_saved_all_the_same(
     kind(screen, ui, "Once")
     pick_time(screen, ui, "Time", "1640")
     view = ui.find(FormCard).view
-    warning, = view.warnings                                  # one low battery in a month is none
+    (warning,) = view.warnings  # one low battery in a month is none
     assert warning.text.startswith(f"Fri 20 Nov: {WASTE} is still running on Veikko then, 16:30–17:")
     assert [start.kind for start in view.starts] == ["alert"]
     line = ui.find(FormWarning)
     ui.find(LowColumn, ui.find(FormCard).children[0]).scroll_to(line, animate=False)
-    ui.advance(.2)
+    ui.advance(0.2)
     assert ui.texts(line) == [f"1 overlap: {WASTE}"]
     ui.tap(line)
     assert ui.texts(line) == [warning.text]
@@ -449,7 +489,7 @@ def test_a_free_time_is_offered_where_runs_would_overlap_and_a_tap_takes_it(scre
     button = ui.find(CommandButton, text=offer)
     column = next(parent for parent in button.walk_reverse() if isinstance(parent, LowColumn))
     column.scroll_to(button, animate=False)
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(button)
     ui.wait(lambda: not form.view.free and form.view.time in offer)
     assert not any("Collect empties" in warning.text for warning in form.view.warnings)

@@ -1,4 +1,5 @@
 """Entries of the form while other things happen: they are being saved, the robot is asked, the schedule is changed or deleted elsewhere."""
+
 from __future__ import annotations
 
 import threading
@@ -78,7 +79,9 @@ def test_a_refusal_is_said_of_what_was_refused_which_is_put_aside(screen, contai
 
 def test_another_one_is_saved_while_the_first_is_still_being_written(screen, container, ui, monkeypatch):
     go, write = threading.Event(), container.catalogue.save_schedule
-    monkeypatch.setattr(container.catalogue, "save_schedule", lambda schedule: (schedule.id or go.wait(30)) and write(schedule))
+    monkeypatch.setattr(
+        container.catalogue, "save_schedule", lambda schedule: (schedule.id or go.wait(30)) and write(schedule)
+    )
     choose(screen, ui, "Mission", KITS)
     before = len(schedules(container))
     ui.tap(save_button(ui))
@@ -100,7 +103,7 @@ def test_save_that_waits_for_the_robot_saves_what_it_was_pressed_for_and_nothing
     form, before = screen.plan.form, {schedule.id: schedule for schedule in schedules(container)}
     press_save(screen, container, ui)
     screen.plan.edit(stock(container).id)
-    form.set(priority=3)                                      # nobody has pressed Save for this
+    form.set(priority=3)  # nobody has pressed Save for this
     hanging.set()
     settle(screen, ui)
     after = {schedule.id: schedule for schedule in schedules(container)}
@@ -117,7 +120,7 @@ def test_the_starts_that_are_shown_are_those_of_the_schedule_in_the_form(screen,
     go, foresee = threading.Event(), container.forecasts.of
     monkeypatch.setattr(container.forecasts, "of", lambda *given: go.wait(30) and foresee(*given))
     screen.plan.edit(stock(container).id)
-    ui.advance(.5)
+    ui.advance(0.5)
     assert (form.view.starts, form.view.can_skip) == ((), False)
     go.set()
     settle(screen, ui)
@@ -140,7 +143,7 @@ def test_parameters_are_those_of_the_schedule_in_the_form(screen, container, ui,
 def typed(screen, ui, count: str) -> None:
     settle(screen, ui)
     ui.find(ParameterFields).children[0].text = count
-    ui.advance(.2)
+    ui.advance(0.2)
 
 
 @pytest.mark.parametrize("new", [True, False])
@@ -246,7 +249,9 @@ def test_five_are_kept(screen, container, ui):
     for schedule in schedules(container)[:7]:
         screen.plan.edit(schedule.id)
         screen.plan.form.set(priority=3)
-    assert [draft.base.id for draft in screen.plan.form.aside] == [schedule.id for schedule in schedules(container)[1:6]]
+    assert [draft.base.id for draft in screen.plan.form.aside] == [
+        schedule.id for schedule in schedules(container)[1:6]
+    ]
 
 
 # ---------------------------------------------------------------------- the schedule is changed or deleted meanwhile
@@ -257,7 +262,9 @@ def test_what_was_saved_meanwhile_stays_where_nothing_else_was_entered(screen, c
     else:
         screen.plan.edit(stock(container).id)
         screen.plan.form.set(priority=3)
-    meanwhile = container.catalogue.save_schedule(replace(stock(container), name="Inventory", minimum_battery_percent=55.0))
+    meanwhile = container.catalogue.save_schedule(
+        replace(stock(container), name="Inventory", minimum_battery_percent=55.0)
+    )
     container.pausing.pause(meanwhile.id, container.clock.now() + timedelta(days=5))
     container.catalogue.set_schedule_enabled(meanwhile.id, False)
     settle(screen, ui)
@@ -277,7 +284,7 @@ def test_parameters_that_were_saved_meanwhile_stay_too(screen, container, ui, mo
     settle(screen, ui)
     screen.plan.edit(schedule.id)
     settle(screen, ui)
-    ui.find(ParameterFields).children[0].text = "3"                            # the height
+    ui.find(ParameterFields).children[0].text = "3"  # the height
     container.catalogue.save_schedule(replace(schedule, parameters={"count": 8, "height": 1}))
     settle(screen, ui)
     assert ui.find(ParameterFields).values() == {"count": "8", "height": "3"}
@@ -287,11 +294,15 @@ def test_parameters_that_were_saved_meanwhile_stay_too(screen, container, ui, mo
 
 def test_a_mission_that_was_saved_meanwhile_asks_for_what_it_needs(screen, container, ui, monkeypatch):
     kits = next(mission for mission in container.catalogue.missions() if mission.name == KITS)
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, guid: (PALLETS,) if guid == kits.guid else ())
+    monkeypatch.setattr(
+        container.robot_missions, "parameters", lambda _robot_id, guid: (PALLETS,) if guid == kits.guid else ()
+    )
     screen.plan.edit(stock(container).id)
     screen.plan.form.set(priority=3)
     settle(screen, ui)
-    meanwhile = container.catalogue.save_schedule(replace(stock(container), mission_id=kits.id, parameters={"count": 8}))
+    meanwhile = container.catalogue.save_schedule(
+        replace(stock(container), mission_id=kits.id, parameters={"count": 8})
+    )
     settle(screen, ui)
     assert ui.find(ParameterFields).values() == {"count": "8"}
     save(screen, ui)

@@ -1,4 +1,5 @@
 """What was entered in the form and not saved, when something else is put into it."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -31,7 +32,7 @@ def test_entries_that_another_schedule_takes_the_place_of_are_brought_back(scree
     assert screen.plan.form.draft == entered
     assert field(ui, "Mission").value == KITS
     assert ui.find(Segment, text="Weekly").selected
-    assert said(screen) == []                                 # of the other one nothing was changed
+    assert said(screen) == []  # of the other one nothing was changed
 
 
 def test_changes_of_a_schedule_are_brought_back_too_and_saved(screen, container, ui):
@@ -64,7 +65,7 @@ def test_a_bar_that_is_dragged_keeps_what_else_was_entered_for_it(screen, contai
     stock = named(container, "Night stock count", "Aino")
     screen.plan.edit(stock.id)
     screen.plan.form.set(minimum_battery_percent=55.0, name="Count")
-    for hours, at in ((1.5, time(20, 30)), (2.5, time(21, 30))):              # he changes his mind: the bar is where it was
+    for hours, at in ((1.5, time(20, 30)), (2.5, time(21, 30))):  # he changes his mind: the bar is where it was
         drag(screen, ui, stock, hours)
         draft = screen.plan.form.draft
         assert (draft.at, draft.more_hours, draft.minimum_battery_percent, draft.name) == (at, (), 55, "Count")
@@ -81,14 +82,16 @@ def test_a_rule_that_was_changed_by_hand_is_put_aside_by_a_drag(screen, containe
     entered = screen.plan.form.draft
     drag(screen, ui, stock, 1.5)
     draft = screen.plan.form.draft
-    assert replace(draft, dragged=None) == replace(Draft.of(stock, ""), at=time(20, 30))     # as stored, at another time
+    assert replace(draft, dragged=None) == replace(Draft.of(stock, ""), at=time(20, 30))  # as stored, at another time
     assert said(screen) == [PUT_ASIDE.format(STOCK)]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
 
 
-@pytest.mark.parametrize("changed", [{"kind": Kind.MONTHLY}, {"at": time(20, 40)}, {"day": date(2026, 12, 1)}, {"more_hours": (22,)}])
+@pytest.mark.parametrize(
+    "changed", [{"kind": Kind.MONTHLY}, {"at": time(20, 40)}, {"day": date(2026, 12, 1)}, {"more_hours": (22,)}]
+)
 def test_so_are_times_that_were_changed_by_hand_after_a_drag(screen, container, ui, changed):
     stock = named(container, "Night stock count", "Aino")
     drag(screen, ui, stock, 1.5)
@@ -143,7 +146,7 @@ def test_what_was_put_aside_can_be_brought_back_long_after_the_message_has_gone(
     ui.tap(bring_back(ui))
     settle(screen, ui)
     assert screen.plan.form.draft == entered
-    ui.tap(bring_back(ui))                                    # what was in the form has taken its place
+    ui.tap(bring_back(ui))  # what was in the form has taken its place
     settle(screen, ui)
     assert screen.plan.form.draft == edited
     assert screen.plan.form.aside == [entered]
@@ -165,10 +168,10 @@ def test_bringing_back_leads_to_the_scheduler(screen, container, ui):
 def test_a_time_that_a_finger_on_free_time_has_begun_is_no_entry(screen, container, ui):
     plan = screen.plan
     for _each in range(2):
-        plan.begin_at(named(container, KITS, "Aino").robot_id, 8.)
+        plan.begin_at(named(container, KITS, "Aino").robot_id, 8.0)
     plan.edit(named(container, "Night stock count", "Aino").id)
     assert said(screen) == []
-    plan.begin_at(named(container, KITS, "Aino").robot_id, 8.)
+    plan.begin_at(named(container, KITS, "Aino").robot_id, 8.0)
     plan.form.set(priority=3)
     plan.edit(named(container, "Night stock count", "Aino").id)
     assert said(screen) == [PUT_ASIDE.format("New schedule")]
@@ -177,11 +180,11 @@ def test_a_time_that_a_finger_on_free_time_has_begun_is_no_entry(screen, contain
 def test_what_was_entered_before_a_finger_gave_it_a_time_is_one(screen, container, ui):
     plan, aino = screen.plan, named(container, KITS, "Aino").robot_id
     plan.form.set(priority=3)
-    plan.begin_at(aino, 8.)
+    plan.begin_at(aino, 8.0)
     assert (plan.form.draft.priority, said(screen)) == (3, [])
     plan.edit(named(container, "Night stock count", "Aino").id)
     assert said(screen) == [PUT_ASIDE.format("New schedule")]
-    plan.begin_at(aino, 8.)                                   # in the place of a schedule in which nothing was changed
+    plan.begin_at(aino, 8.0)  # in the place of a schedule in which nothing was changed
     plan.edit(named(container, "Night stock count", "Aino").id)
     assert [draft.priority for draft in plan.form.aside] == [3]
 
@@ -192,6 +195,6 @@ def test_what_was_entered_for_a_group_is_put_aside_by_a_finger_on_the_free_time_
     group = container.catalogue.save_group(Group("Hall 1", (aino,)))
     settle(screen, ui)
     plan.form.set(group_id=group.id, robot_id=None, finish_by_minutes=30)
-    plan.begin_at(aino, 8.)
+    plan.begin_at(aino, 8.0)
     assert (plan.form.draft.target, said(screen)) == (aino, [PUT_ASIDE.format("New schedule")])
     assert [(draft.group_id, draft.finish_by_minutes) for draft in plan.form.aside] == [(group.id, 30)]

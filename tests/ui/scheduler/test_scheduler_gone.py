@@ -1,4 +1,5 @@
 """What the form is about is deleted, or comes back, while somebody looks at it or fills it in."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -19,7 +20,9 @@ def test_what_is_deleted_is_to_be_chosen_anew_and_is_there_again_when_that_is_un
     choose(screen, ui, "Mission", KITS)
     screen.plan.form.set(priority=3)
     draft, chosen = screen.plan.form.draft, field(ui, what).value
-    removed = catalogue.remove_mission(draft.mission_id) if what == "Mission" else catalogue.remove_robot(draft.robot_id)
+    removed = (
+        catalogue.remove_mission(draft.mission_id) if what == "Mission" else catalogue.remove_robot(draft.robot_id)
+    )
     settle(screen, ui)
     word = f"Choose a {what.lower()}"
     assert (field(ui, what).value, screen.plan.form.view.why, save_button(ui).disabled) == (word, word, True)
@@ -41,7 +44,9 @@ def test_so_is_a_group(screen, container, ui):
 
 # ---------------------------------------------------------------------- the schedule itself
 @pytest.mark.parametrize("with_its", ["", "mission", "robot"])
-def test_a_schedule_that_was_only_looked_at_leaves_the_form_when_it_is_deleted_elsewhere(screen, container, ui, with_its):
+def test_a_schedule_that_was_only_looked_at_leaves_the_form_when_it_is_deleted_elsewhere(
+    screen, container, ui, with_its
+):
     schedule, catalogue = stock(container), container.catalogue
     screen.plan.edit(schedule.id)
     settle(screen, ui)

@@ -1,4 +1,5 @@
 """The Scheduler with a group of robots, as a planner uses it: form, timeline, list."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -23,14 +24,21 @@ def hall(screen, container, ui):
     catalogue = container.catalogue
     group = catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in catalogue.robots())))
     mission = next(mission for mission in catalogue.missions() if mission.name == KITS)
-    catalogue.save_schedule(Schedule("", None, mission.id, datetime(2026, 11, 20, 17, 0), month.ZONE, group_id=group.id))
+    catalogue.save_schedule(
+        Schedule("", None, mission.id, datetime(2026, 11, 20, 17, 0), month.ZONE, group_id=group.id)
+    )
     settle(screen, ui)
     return group
 
 
 def test_the_bar_of_a_group_says_that_its_robot_is_a_forecast(screen, container, hall, ui):
     schedule = named(container, KITS, "Hall 1")
-    bars = [(lane.name, bar) for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.key[:2] == ("schedule", schedule.id)]
+    bars = [
+        (lane.name, bar)
+        for lane in ui.find(Timeline).lanes
+        for bar in lane.bars
+        if bar.key[:2] == ("schedule", schedule.id)
+    ]
     [(name, bar)] = bars
     assert (bar.label, bar.state) == (f"≈ {KITS}", "about")
     tap_bar(ui, ("schedule", schedule.id))
@@ -44,7 +52,7 @@ def test_the_list_says_any_of_the_group_and_is_narrowed_to_it(screen, container,
     schedule = named(container, KITS, "Hall 1")
     ui.tap(ui.find(IconButton, icon="robot-outline"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     assert [option.text for option in ui.find(ChoiceDialog).options][:2] == ["All robots", "Any of Hall 1"]
     ui.tap(ui.find(OptionRow, text="Any of Hall 1"))
     settle(screen, ui)
@@ -60,7 +68,7 @@ def test_what_a_group_can_do_is_chosen_by_tapping_and_saved(screen, container, h
     finish = ui.find(PickField, label="Has to be done")
     reveal(ui, finish)
     ui.tap(finish)
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(ChoiceChip, text="30 min"))
     press(screen, ui, "Set")
     assert finish.value == "30 min after its start"
@@ -70,7 +78,13 @@ def test_what_a_group_can_do_is_chosen_by_tapping_and_saved(screen, container, h
     settle(screen, ui)
     save(screen, ui)
     made = max(schedules(container), key=lambda schedule: schedule.id)
-    assert (made.robot_id, made.group_id, made.priority, made.finish_by_minutes, made.overlap) == (None, hall.id, 2, 30, Overlap.PARALLEL)
+    assert (made.robot_id, made.group_id, made.priority, made.finish_by_minutes, made.overlap) == (
+        None,
+        hall.id,
+        2,
+        30,
+        Overlap.PARALLEL,
+    )
 
 
 def test_back_to_one_robot_nothing_of_the_group_stays(screen, container, hall, ui):
@@ -80,7 +94,11 @@ def test_back_to_one_robot_nothing_of_the_group_stays(screen, container, hall, u
     choose(screen, ui, "Robot", "Aino")
     assert not ui.find_all(PickField, label="Has to be done")
     save(screen, ui)
-    made = next(schedule for schedule in schedules(container) if schedule.robot_id is not None and schedule.start.time() == time(17, 0))
+    made = next(
+        schedule
+        for schedule in schedules(container)
+        if schedule.robot_id is not None and schedule.start.time() == time(17, 0)
+    )
     assert (made.group_id, made.finish_by_minutes, made.overlap) == (None, None, Overlap.SKIP)
 
 
@@ -90,7 +108,7 @@ def test_priority_of_one_robot_is_four_words_too_and_a_number_of_a_file_is_kept(
     settle(screen, ui)
     screen.plan.edit(schedule.id)
     settle(screen, ui)
-    assert ui.find(FormCard).more                             # it is not at its default
+    assert ui.find(FormCard).more  # it is not at its default
     critical = ui.find(ChoiceChip, text="Critical")
     assert critical.active
     assert screen.plan.form.draft.priority == 7
@@ -105,7 +123,9 @@ def test_a_site_without_a_group_has_no_word_of_them(screen, container, ui):
     assert container.catalogue.groups() == []
     ui.tap(ui.find(PickField, label="Robot"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    assert [option.text for option in ui.find(ChoiceDialog).options] == [robot.name for robot in container.catalogue.robots()]
+    assert [option.text for option in ui.find(ChoiceDialog).options] == [
+        robot.name for robot in container.catalogue.robots()
+    ]
     ui.key(27)
     assert [lane.name for lane in ui.find(Timeline).lanes] == [robot.name for robot in container.catalogue.robots()]
     assert ui.find_all(MenuChip, text="More")

@@ -1,4 +1,5 @@
 """Holding back, pausing and resuming, and the plan as a file, by taps: at the invented plant on Friday 20 Nov 2026, 14:38."""
+
 from __future__ import annotations
 
 from datetime import UTC, date, datetime, timedelta
@@ -49,9 +50,11 @@ def reveal(ui, schedule) -> None:
     schedules = next(parent for parent in ui.find(ScheduleLine).walk_reverse() if isinstance(parent, LongList))
     for n in range(11):
         schedules.scroll_y = 1 - n / 10
-        ui.advance(.3)
-        if any(row.key == schedule.id and schedules.collide_point(*schedules.parent.to_widget(*row.to_window(*row.center)))
-               for row in ui.find_all(ScheduleLine)):
+        ui.advance(0.3)
+        if any(
+            row.key == schedule.id and schedules.collide_point(*schedules.parent.to_widget(*row.to_window(*row.center)))
+            for row in ui.find_all(ScheduleLine)
+        ):
             return
 
 
@@ -70,11 +73,11 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     assert frame.alarm_note.startswith("Held until 15:38")
     schedule = named(container, KITS, "Aino")
     assert line(screen, schedule) == "Aino · 15:00 is skipped: held until 15:38"
-    again = Holds(container.db, container.repositories.holds, container.clock, container.changes)      # as after a restart
+    again = Holds(container.db, container.repositories.holds, container.clock, container.changes)  # as after a restart
     assert again.current() == [hold]
     ui.tap(ui.find(CommandButton, root=frame, text="Release"))
     settle(screen, ui)
-    assert screen.shell.snackbars.texts == []                 # that nothing is sent is not true any more
+    assert screen.shell.snackbars.texts == []  # that nothing is sent is not true any more
     ui.wait(lambda: not container.holds.current() and line(screen, schedule).startswith("Aino · in 2"))
 
 
@@ -97,7 +100,11 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     settle(screen, ui)
     [hold] = container.holds.current()
     veikko = next(robot for robot in container.repositories.robots.all(container.db.read()) if robot.name == "Veikko")
-    assert (hold.robot_id, hold.reason, hold.until) == (veikko.id, "Wheel change", datetime(2026, 11, 23, 4, 30, tzinfo=UTC))
+    assert (hold.robot_id, hold.reason, hold.until) == (
+        veikko.id,
+        "Wheel change",
+        datetime(2026, 11, 23, 4, 30, tzinfo=UTC),
+    )
     ui.wait(lambda: ui.find(Frame).alarm == "Nothing is sent to Veikko")
 
 
@@ -134,7 +141,7 @@ def test_the_dialog_says_until_when_it_would_hold_now_however_long_it_is_open(sc
     dialog.dismiss()
     container.clock.step(600)
     ui.advance(1.5)
-    assert dialog.follows.startswith("Starts wait until 15:48;")          # nothing tells a closed one what time it is
+    assert dialog.follows.startswith("Starts wait until 15:48;")  # nothing tells a closed one what time it is
 
 
 def test_the_timeline_says_until_when_everything_is_held_and_its_button_releases_it(screen, container, ui):
@@ -176,15 +183,17 @@ def test_the_dialog_begins_with_the_robot_that_is_looked_at(screen, container, u
         press(screen, ui, "Hold")
         robot: str = ui.find(HoldDialog).robot
         screen.shell.dialogs.close_all()
-        ui.advance(.3)
+        ui.advance(0.3)
         return robot
 
-    aino, veikko = (named(container, mission, name).robot_id for mission, name in ((KITS, "Aino"), ("Collect empties", "Veikko")))
-    assert begins_with() == "Aino"                                    # that of the top bar
+    aino, veikko = (
+        named(container, mission, name).robot_id for mission, name in ((KITS, "Aino"), ("Collect empties", "Veikko"))
+    )
+    assert begins_with() == "Aino"  # that of the top bar
     container.catalogue.change_settings(selected_robot_id=veikko)
     settle(screen, ui)
     assert begins_with() == "Veikko"
-    screen.plan._robots_chosen([aino])                                # the timeline shows only this one
+    screen.plan._robots_chosen([aino])  # the timeline shows only this one
     settle(screen, ui)
     assert begins_with() == "Aino"
     screen.plan._robots_chosen([])
@@ -196,7 +205,7 @@ def test_the_dialog_begins_with_the_robot_that_is_looked_at(screen, container, u
         if robot.id != aino:
             container.catalogue.remove_robot(robot.id)
     settle(screen, ui)
-    assert begins_with() == "All robots"                              # which is the only one
+    assert begins_with() == "All robots"  # which is the only one
 
 
 # ---------------------------------------------------------------------- pausing
@@ -233,7 +242,7 @@ def test_a_start_within_a_pause_until_a_picked_day_is_skipped(screen, container,
 def test_the_plan_is_written_as_a_calendar_file_and_says_where(screen, container, ui, tmp_path, monkeypatch):
     monkeypatch.setattr("platformdirs.user_documents_path", lambda: tmp_path)
     ui.tap(ui.find(CommandButton, text="Export"))
-    press(screen, ui, "Export")                               # a glove that trembles
+    press(screen, ui, "Export")  # a glove that trembles
     [path] = tmp_path.glob("*.ics")
     count = len(Calendar.from_ical(path.read_bytes()).events)
     assert count > 50
@@ -243,21 +252,32 @@ def test_the_plan_is_written_as_a_calendar_file_and_says_where(screen, container
 # ---------------------------------------------------------------------- the exception calendar
 def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, container, ui):
     """Saturday becomes a working day, Monday is closed: the plan and the form say so at once."""
-    container.catalogue.add_days([DayException("Fair", date(2026, 11, 21), date(2026, 11, 21), is_working=True),
-                                  DayException("Stocktaking", date(2026, 11, 23), date(2026, 11, 23))])
+    container.catalogue.add_days(
+        [
+            DayException("Fair", date(2026, 11, 21), date(2026, 11, 21), is_working=True),
+            DayException("Stocktaking", date(2026, 11, 23), date(2026, 11, 23)),
+        ]
+    )
     settle(screen, ui)
     assert not [words for *_hours, words, _kind in ui.find(Timeline).bands if words.startswith("Saturday")]
     choose(screen, ui, "Mission", KITS)
     pick_day(screen, ui, "Day", date(2026, 11, 23))
-    assert ui.find(PickField, label="Day").problem == "Not a working day: Stocktaking. Choose another day, or any day under More"
+    assert (
+        ui.find(PickField, label="Day").problem
+        == "Not a working day: Stocktaking. Choose another day, or any day under More"
+    )
     pick_day(screen, ui, "Day", date(2026, 11, 21))
     save(screen, ui)
-    assert any(schedule.start.date() == date(2026, 11, 21) and schedule.respect_working_days
-               for schedule in container.repositories.schedules.all(container.db.read()))
+    assert any(
+        schedule.start.date() == date(2026, 11, 21) and schedule.respect_working_days
+        for schedule in container.repositories.schedules.all(container.db.read())
+    )
     container.catalogue.save_days(DayException("Power cut", date(2026, 11, 20), date(2026, 11, 20)))
     settle(screen, ui)
     assert "Power cut: not a working day" in [band.text for band in ui.find(Timeline).bands]
-    assert [(band.end, band.text) for band in ui.find(Timeline).bands if band.kind == "folded"][:1] == [(11.0, "Fri, no work")]
+    assert [(band.end, band.text) for band in ui.find(Timeline).bands if band.kind == "folded"][:1] == [
+        (11.0, "Fri, no work")
+    ]
     screen.shell.navigator.screen("scheduler").vm.choose_mode("days")
     settle(screen, ui)
     days = {row.heading: row.note for row in screen.shell.navigator.screen("scheduler").vm.days if row.heading}
@@ -271,5 +291,5 @@ def test_the_menu_of_a_schedule_says_that_a_copy_sends_nothing_too(screen, conta
     settle(screen, ui)
     ui.advance(1)
     ui.tap(ui.find(IconButton, row(ui, named(container, "Collect empties", "Veikko")), icon="dots-vertical"))
-    ui.advance(.3)
+    ui.advance(0.3)
     assert ui.find(MenuRow, text="Nothing is sent from this tablet").disabled

@@ -1,4 +1,5 @@
 """The timeline and its list, as an operator uses them."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -35,7 +36,9 @@ from tests.ui.planner import (
 
 
 # ---------------------------------------------------------------------- upcoming
-def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_says_what_it_is_and_leads_to_its_schedule(screen, container, ui):
+def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_says_what_it_is_and_leads_to_its_schedule(
+    screen, container, ui
+):
     timeline = ui.find(Timeline)
     assert [lane.name for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko"]
     tap_bar(ui, ("schedule", named(container, "Night stock count", "Aino").id))
@@ -45,14 +48,26 @@ def test_the_timeline_has_a_lane_per_robot_and_a_planned_bar_says_what_it_is_and
     assert (card.title, start) == ("Night stock count", "Aino · Fri 20 Nov 19:00–21:54")
     assert usual.startswith("Usually 2 h 54 min, nine of ten within 3 h")
     left, right = (card.to_window(x, 0)[0] for x in (card.x, card.right))
-    assert left <= timeline.to_window(next(hit[2] for hit in timeline.boxes() if hit[4][:2] == (
-        "schedule", named(container, "Night stock count", "Aino").id)), 0)[0] <= right + 1       # it hangs on the bar
+    assert (
+        left
+        <= timeline.to_window(
+            next(
+                hit[2]
+                for hit in timeline.boxes()
+                if hit[4][:2] == ("schedule", named(container, "Night stock count", "Aino").id)
+            ),
+            0,
+        )[0]
+        <= right + 1
+    )  # it hangs on the bar
     take(screen, ui, "Edit schedule")
     assert field(ui, "Mission").value == "Night stock count"
 
 
 def test_a_past_bar_says_why_and_goes_to_its_story_in_the_logs(screen, ui):
-    failed = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.state == "failed" and lane.name == "Veikko")
+    failed = next(
+        bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.state == "failed" and lane.name == "Veikko"
+    )
     tap_bar(ui, failed.key)
     assert "Failed to reach goal position 'Dock 3'" in card_of(ui).text
     take(screen, ui, "Open in Logs")
@@ -70,7 +85,7 @@ def test_seven_days_are_a_list_that_opens_schedules(screen, ui):
     ui.tap(count)
     settle(screen, ui)
     assert ui.find(FormCard).view.mission == "Night stock count"
-    assert screen.plan.mode == "days"                         # the form has room beside the list
+    assert screen.plan.mode == "days"  # the form has room beside the list
     assert checks.problems(screen.shell.navigator.screen("scheduler")) == []
 
 
@@ -78,7 +93,7 @@ def test_seven_days_are_a_list_that_opens_schedules(screen, ui):
 def rest(ui, x: float, y: float) -> UnitTestTouch:
     touch = UnitTestTouch(x, y)
     touch.touch_down()
-    ui.advance(LONG + .3)
+    ui.advance(LONG + 0.3)
     return touch
 
 
@@ -86,13 +101,17 @@ def test_a_long_press_on_free_time_begins_a_schedule_of_that_robot_at_that_time(
     choose(screen, ui, "Mission", KITS)
     timeline = ui.find(Timeline)
     lane = next(n for n, lane in enumerate(timeline.lanes) if lane.name == "Sisu")
-    y = timeline.top - 28 - timeline.lane_height * (lane + .5)
+    y = timeline.top - 28 - timeline.lane_height * (lane + 0.5)
     rest(ui, *timeline.to_window(timeline.left_of(9 + 7.4 / 60), y)).touch_up()
     settle(screen, ui)
     draft = screen.plan.form.draft
-    assert (container.catalogue.robot(draft.robot_id).name, draft.day, draft.at) == ("Sisu", date(2026, 11, 20), time(22, 5))
+    assert (container.catalogue.robot(draft.robot_id).name, draft.day, draft.at) == (
+        "Sisu",
+        date(2026, 11, 20),
+        time(22, 5),
+    )
     assert field(ui, "Mission").value == KITS
-    rest(ui, *timeline.to_window(timeline.left_of(.1), y)).touch_up()
+    rest(ui, *timeline.to_window(timeline.left_of(0.1), y)).touch_up()
     settle(screen, ui)
     assert ui.find(Snackbar).text == "That time has passed"
     assert screen.plan.form.draft == draft
@@ -108,7 +127,9 @@ def test_a_planned_start_that_is_dragged_is_changed_by_save_and_not_before(scree
     touch.touch_up()
     settle(screen, ui)
     assert field(ui, "Time").value == "20:30"
-    assert ui.find(FormCard).view.skip_why == "Not saved yet. Saving moves all its starts like this one."     # beside Save, never scrolled
+    assert (
+        ui.find(FormCard).view.skip_why == "Not saved yet. Saving moves all its starts like this one."
+    )  # beside Save, never scrolled
     assert named(container, "Night stock count", "Aino") == schedule
     save(screen, ui)
     assert screen.plan.form.draft.dragged is None
@@ -117,14 +138,18 @@ def test_a_planned_start_that_is_dragged_is_changed_by_save_and_not_before(scree
 
 def test_of_a_dragged_start_that_is_skipped_meanwhile_nobody_says_that_it_starts(screen, container, ui):
     kits, at = named(container, KITS, "Aino"), datetime(2026, 11, 20, 15, 0, tzinfo=UTC)
-    once = container.catalogue.save_schedule(Schedule("", kits.robot_id, kits.mission_id, datetime(2026, 11, 20, 17, 0), month.ZONE))
+    once = container.catalogue.save_schedule(
+        Schedule("", kits.robot_id, kits.mission_id, datetime(2026, 11, 20, 17, 0), month.ZONE)
+    )
     settle(screen, ui)
-    screen.plan.move_start(("schedule", once.id, at), 9.)
+    screen.plan.move_start(("schedule", once.id, at), 9.0)
     settle(screen, ui)
 
     def said() -> list[str]:
         view = screen.plan.form.view
-        return [text for text in (view.skip_why, *(row.text for row in view.warnings)) if text.startswith("Not saved yet")]
+        return [
+            text for text in (view.skip_why, *(row.text for row in view.warnings)) if text.startswith("Not saved yet")
+        ]
 
     assert said() == ["Not saved yet. Until then it starts as before."]
     container.pausing.skip(once.id, at)
@@ -143,13 +168,18 @@ def add_robots(container, count: int) -> None:
 
 
 def test_many_robots_are_filtered_by_a_chip_and_those_with_nothing_planned_opened_by_a_tap(screen, container, ui):
-    assert not ui.find_all(MenuChip, ui.find(TimeControls))           # few are all in sight
+    assert not ui.find_all(MenuChip, ui.find(TimeControls))  # few are all in sight
     add_robots(container, 20)
     settle(screen, ui)
     timeline = ui.find(Timeline)
-    assert [lane.name or lane.line for lane in timeline.lanes] == ["Aino", "Sisu", "Veikko", "20 robots with nothing planned"]
+    assert [lane.name or lane.line for lane in timeline.lanes] == [
+        "Aino",
+        "Sisu",
+        "Veikko",
+        "20 robots with nothing planned",
+    ]
     ui.find(HoursPart).scroll_y = 0
-    ui.advance(.1)
+    ui.advance(0.1)
     ui.tap_at(*timeline.to_window(timeline.x + 300, timeline.y + 20))
     settle(screen, ui)
     assert len(timeline.lanes) == 24
@@ -176,14 +206,14 @@ def test_among_many_robots_a_finger_still_scrolls_drags_and_rests(screen, contai
         ui.advance()
     finger.touch_up()
     ui.advance(1)
-    assert page.scroll_y < .9                                         # scrolled, and nothing else
+    assert page.scroll_y < 0.9  # scrolled, and nothing else
     assert (screen.plan.follows, screen.plan.form.draft.at) == (True, time(15))
-    lane = timeline.lanes[round((timeline.top - 28 - timeline.to_widget(x, y)[1]) / timeline.lane_height - .5)]
+    lane = timeline.lanes[round((timeline.top - 28 - timeline.to_widget(x, y)[1]) / timeline.lane_height - 0.5)]
     rest(ui, x, y).touch_up()
     settle(screen, ui)
     assert (screen.plan.form.draft.robot_id, screen.plan.follows) == (lane.key, True)
     page.scroll_y = 1
-    ui.advance(.2)
+    ui.advance(0.2)
     schedule = named(container, "Night stock count", "Aino")
     left, bottom, right, top, _key = next(hit for hit in timeline.boxes() if hit[4][:2] == ("schedule", schedule.id))
     x, y = timeline.to_window((left + right) / 2, (bottom + top) / 2)
@@ -214,7 +244,7 @@ def test_the_timeline_is_zoomed_paged_and_brought_back_by_buttons(screen, ui):
     for _ in range(3):
         ui.tap(ui.find(IconButton, icon="magnify-minus-outline"))
     ui.wait(lambda: timeline.hours == 96 and "4 days" in ui.texts())
-    assert ui.find(CommandButton, text="Now").disabled            # it goes with the time
+    assert ui.find(CommandButton, text="Now").disabled  # it goes with the time
     ui.tap(ui.find(IconButton, icon="chevron-right"))
     ui.wait(lambda: timeline.now < timeline.first)
     assert not ui.find(CommandButton, text="Now").disabled
@@ -227,13 +257,15 @@ def test_the_timeline_is_zoomed_paged_and_brought_back_by_buttons(screen, ui):
 
 def test_a_tap_on_the_break_of_a_weekend_unfolds_it_and_one_on_closed_time_folds_it_again(screen, ui):
     timeline = ui.find(Timeline)
-    weekend, = (band for band in timeline.bands if band.kind == "folded")
+    (weekend,) = (band for band in timeline.bands if band.kind == "folded")
     left, right = (timeline.left_of(hour) for hour in (weekend.start, weekend.end))
     assert right - left == pytest.approx(dp(72))
     ui.tap_at(*timeline.to_window((left + right) / 2, timeline.y + 20))
     settle(screen, ui)
     assert [(band.text, band.kind) for band in timeline.bands] == [
-        ("Saturday: not a working day", "closed"), ("Sunday: not a working day", "closed")]
+        ("Saturday: not a working day", "closed"),
+        ("Sunday: not a working day", "closed"),
+    ]
     assert timeline.left_of(weekend.start) == pytest.approx(left)
     ui.tap_at(*timeline.to_window(left + 100, timeline.y + 20))
     settle(screen, ui)
@@ -245,26 +277,29 @@ def test_the_legend_is_of_what_is_in_sight_and_moves_nothing(screen, ui):
         chart = ui.find(Timeline)
         left, right = chart.left_of(chart.first), chart.right
         at = {bar.key: bar for lane in chart.lanes for bar in lane.bars}
-        return {("typed" if at[key].typed else "assumed" if at[key].assumed else at[key].state)
-                for box_left, _bottom, box_right, _top, key in chart.boxes() if box_right > left and box_left < right}
+        return {
+            ("typed" if at[key].typed else "assumed" if at[key].assumed else at[key].state)
+            for box_left, _bottom, box_right, _top, key in chart.boxes()
+            if box_right > left and box_left < right
+        }
 
     def explained() -> set[str]:
         return {item.kind for item in ui.find(TimelineLegend).children} - {"overlap", "closed"}
 
     chart, heights = ui.find(Timeline), set()
     screen.plan.to_now()
-    for dx in (0, .6, .6, .6, -.6, -.6, -.6, -.6, -.6):
+    for dx in (0, 0.6, 0.6, 0.6, -0.6, -0.6, -0.6, -0.6, -0.6):
         if dx:
             ui.drag(chart, dx * chart.width, 0)
         settle(screen, ui)
-        ui.advance(.3)
+        ui.advance(0.3)
         assert explained() == in_sight()
         heights.add((round(chart.height), round(chart.to_window(*chart.pos)[1])))
     assert len(heights) == 1
     for _n in range(3):
         screen.plan.zoom(False)
         settle(screen, ui)
-        ui.advance(.3)
+        ui.advance(0.3)
         assert explained() == in_sight()
 
 
@@ -275,11 +310,11 @@ def test_the_legend_does_not_change_under_a_finger(screen, ui):
     touch = UnitTestTouch(*chart.to_window(chart.center_x, chart.y + 2))
     touch.touch_down()
     screen.plan.timeline = replace(screen.plan.timeline, legend=screen.plan.timeline.legend[:1])
-    ui.advance(.3)
+    ui.advance(0.3)
     assert legend.children == before
-    touch.touch_move(touch.x, touch.y + dp(40))              # so that it is no tap
+    touch.touch_move(touch.x, touch.y + dp(40))  # so that it is no tap
     touch.touch_up()
-    ui.advance(.3)
+    ui.advance(0.3)
     assert [item.text for item in reversed(legend.children)] == [item.text for item in legend.items]
     assert legend.height == height
 
@@ -287,8 +322,8 @@ def test_the_legend_does_not_change_under_a_finger(screen, ui):
 def test_a_finger_drags_the_plan_and_what_comes_into_sight_is_read(screen, ui):
     timeline = ui.find(Timeline)
     first = screen.plan.timeline.origin + timedelta(hours=timeline.first)
-    ui.drag(timeline, -timeline.width * .4, 0)
+    ui.drag(timeline, -timeline.width * 0.4, 0)
     now_first = screen.plan.timeline.origin + timedelta(hours=timeline.first)
-    assert timedelta(hours=24 * .4) < now_first - first < timedelta(hours=24 * .4 / .7)        # the names take up to 30 %
+    assert timedelta(hours=24 * 0.4) < now_first - first < timedelta(hours=24 * 0.4 / 0.7)  # the names take up to 30 %
     assert not ui.find(CommandButton, text="Now").disabled
     ui.wait(lambda: max(tick for tick, _label, _strong in timeline.ticks) > timeline.first + 30)

@@ -1,4 +1,5 @@
 """The list of schedules: what it says before it is read, and where its rows stay when they are tapped."""
+
 from __future__ import annotations
 
 from app.screens.common.shell import pick
@@ -29,13 +30,13 @@ def test_the_row_of_what_is_edited_comes_in_sight(screen, container, ui):
     assert last not in [row.key for row in rows.whole_rows]
     screen.plan.edit(last)
     settle(screen, ui)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert last in [row.key for row in rows.whole_rows]
     before = [row.key for row in rows.whole_rows]
     screen.plan.edit(before[-1])
     settle(screen, ui)
-    ui.advance(.3)
-    assert [row.key for row in rows.whole_rows] == before     # nothing moves where it is in sight already
+    ui.advance(0.3)
+    assert [row.key for row in rows.whole_rows] == before  # nothing moves where it is in sight already
 
 
 def test_a_row_that_is_tapped_stays_where_it_is_also_where_a_part_of_it_is_seen(screen, container, ui):
@@ -46,7 +47,7 @@ def test_a_row_that_is_tapped_stays_where_it_is_also_where_a_part_of_it_is_seen(
     place, first = (x + 120, (bottom + top) / 2), rows.whole_rows[0].key
     ui.tap_at(*place)
     settle(screen, ui)
-    ui.advance(.3)
+    ui.advance(0.3)
     assert screen.plan.form.editing == cut.key
     assert rows.whole_rows[0].key == first
     assert ui.find(ScheduleLine, key=cut.key).to_window(0, cut.top)[1] == top

@@ -1,4 +1,5 @@
 """The Scheduler in a low window: going between plan, form and schedules, which are shown one at a time."""
+
 from __future__ import annotations
 
 import pytest
@@ -53,13 +54,13 @@ def test_fields_and_lists_of_a_low_window_take_taps(low, screen, container, ui):
     ui.tap(ui.find(Toggle, line))
     settle(screen, ui)
     assert not container.repositories.schedules.get(container.db.read(), number).enabled
-    assert ui.find_all(ScheduleLine)[0].key == number         # it stays under the finger
+    assert ui.find_all(ScheduleLine)[0].key == number  # it stays under the finger
     ui.tap(ui.find(Segment, text="Timeline"))
     ui.tap(ui.find(Segment, text="Schedules"))
     settle(screen, ui)
     first = ui.find_all(ScheduleLine)[0].key
-    assert first != number                                    # looked at anew: what is off is at the end
-    ui.advance(1)                                             # a tap at once would be meant for the row that stood there
+    assert first != number  # looked at anew: what is off is at the end
+    ui.advance(1)  # a tap at once would be meant for the row that stood there
     line = ui.find(ScheduleLine, key=first)
     ui.tap_at(*line.to_window(line.center_x - 40, line.center_y))
     settle(screen, ui)
@@ -78,8 +79,11 @@ def test_a_window_that_becomes_high_has_all_of_it_again(low, screen, ui):
     assert [bool(ui.find_all(part)) for part in (UpcomingCard, FormCard, SchedulesCard)] == [False, False, True]
 
 
-@pytest.mark.parametrize("size", [(1232, 552), (1080, 552), (976, 440), (976, 352)],
-                         ids=["1280×800 with a banner", "narrower", "1024×600", "and with a banner"])
+@pytest.mark.parametrize(
+    "size",
+    [(1232, 552), (1080, 552), (976, 440), (976, 352)],
+    ids=["1280×800 with a banner", "narrower", "1024×600", "and with a banner"],
+)
 def test_what_saves_and_what_skips_is_in_sight_as_soon_as_a_schedule_is_edited(low, screen, container, ui, size):
     low.size = size
     settle(screen, ui)
@@ -102,7 +106,7 @@ def test_lanes_of_the_plan_are_seen_whole_and_so_are_the_rows_below(low, screen,
     settle(screen, ui)
     plan = ui.find(Timeline)
     lanes = (plan.parent.height - dp(AXIS)) / plan.lane_height
-    assert lanes == pytest.approx(round(lanes), abs=.05)
+    assert lanes == pytest.approx(round(lanes), abs=0.05)
     assert lanes >= 2
     rows = ui.find(LongList, root=ui.find(SchedulesCard))
     assert len(rows.whole_rows) >= 3
@@ -113,7 +117,7 @@ def test_lanes_of_the_plan_are_seen_whole_and_so_are_the_rows_below(low, screen,
 def test_an_alarm_that_makes_the_window_low_takes_no_form_away_that_somebody_fills_in(low, screen, container, ui):
     low.size = 1232, 640
     settle(screen, ui)
-    low.size = 976, 440                                       # nothing is in the form: the plan is what there is to see
+    low.size = 976, 440  # nothing is in the form: the plan is what there is to see
     settle(screen, ui)
     assert ui.find_all(UpcomingCard)
     low.size = 1232, 640

@@ -1,5 +1,6 @@
 """What schedules are called: the name that a person gave, else what they do where. The number that keeps two apart inside the app would
 read as part of a robot's name."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -22,8 +23,10 @@ def second(screen, container, ui):
     first = named(container, KITS, "Aino")
     for other in schedules(container):
         if other.id != first.id:
-            container.catalogue.remove_schedule(other.id)                  # both are in sight, whatever is done with them
-    made = container.catalogue.save_schedule(replace(first, id=0, name="", start=first.start + timedelta(minutes=30), between=None))
+            container.catalogue.remove_schedule(other.id)  # both are in sight, whatever is done with them
+    made = container.catalogue.save_schedule(
+        replace(first, id=0, name="", start=first.start + timedelta(minutes=30), between=None)
+    )
     settle(screen, ui)
     assert made.name == f"{SHOWN} 2"
     return made

@@ -1,4 +1,5 @@
 """What is planned, as an operator uses it: the schedules that are there, the timeline and its list."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -83,7 +84,7 @@ def test_only_the_last_word_about_a_switch_is_said(screen, ui):
     line = ui.find_all(ScheduleLine)[0]
     screen.plan.actions.switch(line.key, False)
     settle(screen, ui)
-    off, = screen.shell.snackbars.texts
+    (off,) = screen.shell.snackbars.texts
     assert off.endswith("is switched off")
     for on in (True, False, True):
         screen.plan.actions.switch(line.key, on)
@@ -96,7 +97,7 @@ def test_a_switch_says_nothing_of_another_schedule(screen, ui):
     for line in (first, second):
         screen.plan.actions.switch(line.key, False)
         settle(screen, ui)
-    assert len(screen.shell.snackbars.texts) == 2                     # both can be undone
+    assert len(screen.shell.snackbars.texts) == 2  # both can be undone
 
 
 def test_a_deleted_schedule_is_not_said_to_be_switched_off(screen, container, ui):
@@ -105,7 +106,7 @@ def test_a_deleted_schedule_is_not_said_to_be_switched_off(screen, container, ui
     settle(screen, ui)
     screen.plan.actions.delete(schedule)
     settle(screen, ui)
-    said, = screen.shell.snackbars.texts
+    (said,) = screen.shell.snackbars.texts
     assert said.endswith("is deleted")
 
 
@@ -115,7 +116,7 @@ def test_a_start_that_is_planned_again_is_not_said_to_be_skipped(screen, contain
     settle(screen, ui)
     screen.plan.actions.take_again(schedule, schedule.next_at)
     settle(screen, ui)
-    said, = screen.shell.snackbars.texts
+    (said,) = screen.shell.snackbars.texts
     assert "is planned again" in said
 
 
@@ -138,7 +139,7 @@ def shown_order(ui) -> list[int]:
 def test_a_row_that_was_switched_stays_where_it_is_for_a_while(screen, container, ui):
     """A list by next start has those that are off at its end."""
     rows, before = ui.find(LongList, ui.find(SchedulesCard)), shown_order(ui)
-    rows.standing._keep.timeout = 10 * KEPT                           # a busy machine draws many frames while it reads
+    rows.standing._keep.timeout = 10 * KEPT  # a busy machine draws many frames while it reads
     ui.tap(ui.find(Toggle, ui.find(ScheduleLine, key=before[1])))
     settle(screen, ui)
     assert before[1] in [data.key for data in screen.plan.listed.rows[-2:]]
@@ -154,14 +155,14 @@ def test_a_list_that_is_sorted_otherwise_is_so_at_once(screen, container, ui):
     settle(screen, ui)
     screen.plan.listed.set(by_name=True)
     settle(screen, ui)
-    assert shown_order(ui) == [data.key for data in screen.plan.listed.rows][:len(rows.views)]
+    assert shown_order(ui) == [data.key for data in screen.plan.listed.rows][: len(rows.views)]
 
 
 @pytest.mark.parametrize("is_on", [False, True])
 def test_a_switch_says_what_it_did_and_undo_puts_it_back(screen, container, ui, is_on):
     schedule = container.catalogue.save_schedule(replace(named(container, KITS, "Aino"), enabled=not is_on))
     settle(screen, ui)
-    ui.advance(1)                            # rows that have moved take no tap for a moment
+    ui.advance(1)  # rows that have moved take no tap for a moment
     ui.tap(ui.find(Toggle, row(ui, schedule)))
     ui.wait(lambda: said(screen))
     words = f"Deliver kits to line 2 on Aino is switched {'on' if is_on else 'off'}"
@@ -174,11 +175,14 @@ def test_a_switch_says_what_it_did_and_undo_puts_it_back(screen, container, ui, 
 def test_a_menu_says_what_it_is_about(screen, container, ui):
     own = container.catalogue.save_schedule(replace(named(container, WASTE, "Veikko"), name="Morning round"))
     settle(screen, ui)
-    for about, words in ((named(container, KITS, "Aino"), [KITS, "Aino"]), (own, ["Morning round", f"{WASTE} · Veikko"])):
+    for about, words in (
+        (named(container, KITS, "Aino"), [KITS, "Aino"]),
+        (own, ["Morning round", f"{WASTE} · Veikko"]),
+    ):
         screen.plan.row_action(about.id, "menu", ui.find(SchedulesCard))
         assert ui.texts(card_of(ui))[:2] == words
         screen.shell.dialogs.close_all()
-        ui.advance(.3)
+        ui.advance(0.3)
     ui.tap(ui.find(IconButton, ui.find(SchedulesCard), icon="sort-clock-ascending-outline"))
     assert ui.texts(card_of(ui))[0] == "Order of the schedules"
 
@@ -194,7 +198,7 @@ def test_run_now_starts_it_whatever_its_time_is(screen, container, ui):
     menu(screen, ui, schedule, "Run now")
     newest = container.history.open()[-1]
     assert (newest.mission, newest.robot, newest.state) == (KITS, "Aino", State.WAITING)
-    ui.skip(5)                                                # nobody answers
+    ui.skip(5)  # nobody answers
     ui.wait(lambda: ui.find_all(Snackbar))
     assert ui.find(Snackbar).text == f"{KITS} waits for an answer of Aino, until 14:53 at most"
 
@@ -222,11 +226,15 @@ def test_delete_is_at_once_and_undo_brings_it_back(screen, container, ui):
     menu(screen, ui, schedule, "Delete")
     assert schedule.id not in [s.id for s in schedules(container)]
     assert schedule.id not in [data.key for data in screen.plan.listed.rows]
-    ui.skip(600)                                              # the offer stays until it is closed
+    ui.skip(600)  # the offer stays until it is closed
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     restored = container.repositories.schedules.get(container.db.read(), schedule.id)
-    assert (restored.name, restored.recurrence, restored.next_at) == (schedule.name, schedule.recurrence, schedule.next_at)
+    assert (restored.name, restored.recurrence, restored.next_at) == (
+        schedule.name,
+        schedule.recurrence,
+        schedule.next_at,
+    )
 
 
 def listed(ui) -> list[str]:
@@ -236,34 +244,34 @@ def listed(ui) -> list[str]:
 def test_the_schedules_are_searched_sorted_and_narrowed_to_a_robot(screen, container, ui):
     assert listed(ui)[0] == KITS
     ui.tap(ui.find(IconButton, icon="sort-clock-ascending-outline"))
-    ui.advance(.3)
+    ui.advance(0.3)
     take(screen, ui, "By name")
     assert [data.mission for data in screen.plan.listed.rows] == sorted(month.SCHEDULED)
     ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="robot-outline"))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(OptionRow, text="Veikko"))
     settle(screen, ui)
     assert listed(ui) == ["Collect empties", "Floor wash, hall A", WASTE]
     assert "Veikko · 2 of 3 on" in ui.texts(ui.find(SchedulesCard))
     ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="magnify"))
-    ui.advance(.2)
-    ui.type(ui.find(SearchField, ui.find(SchedulesCard)), "first mon")      # of the rule
-    ui.advance(.2)
+    ui.advance(0.2)
+    ui.type(ui.find(SearchField, ui.find(SchedulesCard)), "first mon")  # of the rule
+    ui.advance(0.2)
     assert listed(ui) == ["Floor wash, hall A"]
     screen.shell.go("logs")
     screen.shell.go("scheduler")
     settle(screen, ui)
-    assert listed(ui) == ["Floor wash, hall A"]               # kept while the app runs
+    assert listed(ui) == ["Floor wash, hall A"]  # kept while the app runs
     ui.tap(ui.find(IconButton, root=ui.find(SchedulesCard), icon="magnify"))
     settle(screen, ui)
     assert not ui.find_all(SearchField, root=ui.find(SchedulesCard))
-    assert len(listed(ui)) == 3                               # without the field nothing is searched for
+    assert len(listed(ui)) == 3  # without the field nothing is searched for
 
 
 def test_a_row_is_hardly_over_72_dp_high_and_a_list_of_few_has_no_tools(screen, container, ui):
     heights = {line.height for line in ui.find_all(ScheduleLine)}
     assert min(heights) == 72
-    assert max(heights) < 90                                  # a long rule has two lines
+    assert max(heights) < 90  # a long rule has two lines
     for schedule in schedules(container)[:4]:
         container.catalogue.remove_schedule(schedule.id)
     settle(screen, ui)

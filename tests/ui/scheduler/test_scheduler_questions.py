@@ -1,4 +1,5 @@
 """A question about one draft does not change another that has taken its place in the form."""
+
 from __future__ import annotations
 
 import threading

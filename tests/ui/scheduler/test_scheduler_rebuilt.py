@@ -1,4 +1,5 @@
 """The screen is built anew for gloves or larger texts, or shown again in another language, while the form is filled in."""
+
 from __future__ import annotations
 
 from app.domain.robot import MissionParameter
@@ -26,7 +27,7 @@ def test_drafts_that_were_put_aside_are_still_there(screen, container, ui):
     put_aside(screen, container, ui)
     with larger_controls(screen, container, ui):
         assert [draft.priority for draft in screen.plan.form.aside] == [3]
-        ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))          # the message is of before
+        ui.tap(ui.find(root=ui.find(Snackbar), text="Bring it back"))  # the message is of before
         settle(screen, ui)
         assert (screen.plan.form.draft.priority, screen.plan.form.aside) == (3, [])
 
@@ -39,7 +40,7 @@ def test_a_new_one_without_a_mission_stays_in_the_form(screen, container, ui):
 
 
 def test_what_a_finger_has_begun_is_no_entry_after_it_either(screen, container, ui):
-    screen.plan.begin_at(container.catalogue.robots()[1].id, 8.)
+    screen.plan.begin_at(container.catalogue.robots()[1].id, 8.0)
     with larger_controls(screen, container, ui):
         other(screen, container, ui)
         assert (said(screen), screen.plan.form.aside) == ([], [])
@@ -53,7 +54,11 @@ def test_what_is_being_saved_is_saved_once(screen, container, ui, slow):
         assert screen.plan.form.saving
         slow.set()
         settle(screen, ui)
-        assert (len(schedules(container)), screen.plan.form.is_in_use, screen.plan.form.saving) == (before + 1, False, False)
+        assert (len(schedules(container)), screen.plan.form.is_in_use, screen.plan.form.saving) == (
+            before + 1,
+            False,
+            False,
+        )
         assert said(screen) == [f"{KITS} on Aino is planned"]
 
 

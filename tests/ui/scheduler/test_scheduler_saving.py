@@ -1,11 +1,25 @@
 """A change of mind at the wrong moment: while Save waits for the robot, or what was pressed for is being written."""
+
 from __future__ import annotations
 
 import threading
 from dataclasses import replace
 
 from app.widgets.flow import ParameterFields
-from tests.ui.planner import KITS, PALLETS, bring_back, choose, named, press_save, save, save_button, schedules, settle, stock, stored
+from tests.ui.planner import (
+    KITS,
+    PALLETS,
+    bring_back,
+    choose,
+    named,
+    press_save,
+    save,
+    save_button,
+    schedules,
+    settle,
+    stock,
+    stored,
+)
 
 
 def test_what_is_changed_while_save_waits_is_not_saved_before_it_is_pressed_again(screen, container, ui, hanging):
@@ -24,11 +38,15 @@ def test_what_is_changed_while_save_waits_is_not_saved_before_it_is_pressed_agai
 def test_what_waits_to_be_saved_is_saved_before_a_finger_begins_another_one(screen, container, ui, hanging):
     before = len(schedules(container))
     press_save(screen, container, ui)
-    screen.plan.begin_at(named(container, KITS, "Aino").robot_id, 8.)
+    screen.plan.begin_at(named(container, KITS, "Aino").robot_id, 8.0)
     hanging.set()
     settle(screen, ui)
     assert len(schedules(container)) == before + 1
-    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id, screen.plan.form.aside) == (True, None, [])
+    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id, screen.plan.form.aside) == (
+        True,
+        None,
+        [],
+    )
 
 
 def test_what_was_typed_counts_also_where_the_robot_does_not_answer(screen, container, ui, hanging):
@@ -37,7 +55,7 @@ def test_what_was_typed_counts_also_where_the_robot_does_not_answer(screen, cont
     screen.plan.edit(schedule.id)
     ui.wait(lambda: not screen.plan.form.view.save_off)
     ui.find(ParameterFields).children[0].text = "9"
-    ui.advance(.2)
+    ui.advance(0.2)
     screen.plan.form.save(ui.find(ParameterFields).values())
     ui.advance(4)
     hanging.set()
@@ -64,7 +82,11 @@ def test_a_refusal_is_not_held_against_what_was_changed_since(screen, container,
     screen.plan.form.set(name="good")
     refused.set()
     settle(screen, ui)
-    assert (screen.plan.form.view.why, screen.plan.form.view.save_off, screen.plan.form.draft.name) == ("", False, "good")
+    assert (screen.plan.form.view.why, screen.plan.form.view.save_off, screen.plan.form.draft.name) == (
+        "",
+        False,
+        "good",
+    )
 
 
 def test_a_reading_that_was_begun_before_it_was_saved_makes_no_second_one(screen, container, ui):
@@ -91,7 +113,7 @@ def test_a_forecast_counts_while_a_parameter_is_typed(screen, container, ui, mon
     go, foresee = threading.Event(), container.forecasts.of
     monkeypatch.setattr(container.forecasts, "of", lambda *given: go.wait(30) and foresee(*given))
     screen.plan.form.set(priority=3)
-    ui.advance(.3)
+    ui.advance(0.3)
     typed_in = ui.find(ParameterFields).children[0]
     typed_in.text = "37"
     go.set()

@@ -1,4 +1,5 @@
 """A robot that stops answering while the Scheduler is on screen."""
+
 from __future__ import annotations
 
 import pytest
@@ -13,13 +14,15 @@ def notes(ui) -> dict[str, str]:
     return {lane.name: lane.note for lane in ui.find(Timeline).lanes}
 
 
-@pytest.mark.parametrize(("silence", "words"), [(Connection.UNREACHABLE, "No answer"), (Connection.UNAUTHORIZED, "Wrong password")])
+@pytest.mark.parametrize(
+    ("silence", "words"), [(Connection.UNREACHABLE, "No answer"), (Connection.UNAUTHORIZED, "Wrong password")]
+)
 def test_lane_and_list_say_that_it_does_not_answer_and_that_it_does_again(screen, container, ui, silence, words):
     schedule = named(container, KITS, "Aino")
     model = notes(ui)["Aino"]
     for connection, note in ((silence, words), (Connection.CONNECTED, model)):
         container.snapshots.update(schedule.robot_id, connection=connection)
-        ui.skip(1)                                            # far from when all is read again anyhow
+        ui.skip(1)  # far from when all is read again anyhow
         ui.wait(lambda: screen.shell.background.idle)
         ui.advance()
         assert notes(ui)["Aino"] == note

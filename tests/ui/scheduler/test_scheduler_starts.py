@@ -1,4 +1,5 @@
 """Starts that are skipped or lie on each other, the day that the timeline shows, schedules with names of their own or that are over."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -26,15 +27,20 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
         assert ui.find(Snackbar).text == "The start of Deliver kits to line 2 on Aino is skipped: 16:00"
         starts = [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id]
         assert (starts[0], second in starts) == (schedule.next_at, False)
-        assert second not in [bar.key[2] for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.key[0] == "schedule"]
+        assert second not in [
+            bar.key[2] for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.key[0] == "schedule"
+        ]
         if end == "Undo":
             ui.tap(ui.find(root=ui.find(Snackbar), text=end))
-        else:                                                         # after the message is gone
+        else:  # after the message is gone
             bar = next(bar for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Not run: {KITS}")
             tap_bar(ui, bar.key)
             assert "Skipped by a person on 20 Nov 2026 14:38" in card_of(ui).text
             take(screen, ui, end)
-            assert screen.shell.snackbars.texts[-1] == "The start of Deliver kits to line 2 on Aino is planned again: 16:00"
+            assert (
+                screen.shell.snackbars.texts[-1]
+                == "The start of Deliver kits to line 2 on Aino is planned again: 16:00"
+            )
         settle(screen, ui)
         assert [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id][1] == second
 
@@ -53,9 +59,14 @@ def test_skipping_and_taking_back_have_one_place_on_the_card(screen, container, 
         places.append([row.to_window(*row.center) for row in (first, *others)])
         ui.tap_at(*place)
         settle(screen, ui)
-        skipped = next((bar.key for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Not run: {KITS}"), None)
+        skipped = next(
+            (bar.key for lane in ui.find(Timeline).lanes for bar in lane.bars if bar.label == f"Not run: {KITS}"), None
+        )
         key = skipped or ("schedule", schedule.id, second)
-    assert said == 2 * [("Skip this one", "Edit schedule", "Run now"), ("Start it after all", "Edit schedule", "Open in Logs")]
+    assert said == 2 * [
+        ("Skip this one", "Edit schedule", "Run now"),
+        ("Start it after all", "Edit schedule", "Open in Logs"),
+    ]
     heights = [[round(y) for _x, y in rows] for rows in places]
     assert all(abs(y - before) < 24 for rows in heights for y, before in zip(rows, heights[0], strict=True))
 
@@ -75,18 +86,26 @@ def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothin
     schedule = named(container, KITS, "Aino")
     screen.plan.edit(schedule.id)
     settle(screen, ui)
-    assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 17:00"]
+    assert [start.text for start in ui.find_all(StartChip)][:3] == [
+        "Fri 20 · 15:00",
+        "Fri 20 · 16:00",
+        "Fri 20 · 17:00",
+    ]
     press(screen, ui, "Skip a start")
     assert screen.shell.dialogs.top.title == "Skip which start of Deliver kits to line 2 on Aino?"
     ui.tap(ui.find(OptionRow, text="Fri 20 · 17:00"))
     settle(screen, ui)
     assert screen.shell.dialogs.top is None
     assert ui.find(Snackbar).text == "The start of Deliver kits to line 2 on Aino is skipped: 17:00"
-    assert [start.text for start in ui.find_all(StartChip)][:3] == ["Fri 20 · 15:00", "Fri 20 · 16:00", "Fri 20 · 17:00 · skipped"]
+    assert [start.text for start in ui.find_all(StartChip)][:3] == [
+        "Fri 20 · 15:00",
+        "Fri 20 · 16:00",
+        "Fri 20 · 17:00 · skipped",
+    ]
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     assert [start.text for start in ui.find_all(StartChip)][2] == "Fri 20 · 17:00"
-    screen.plan.form.set(at=time(6, 30))                              # what is shown now is no start yet
+    screen.plan.form.set(at=time(6, 30))  # what is shown now is no start yet
     settle(screen, ui)
     assert ui.find(CommandButton, text="Skip a start").disabled
     assert "Save the changes first, then skip a start" in ui.texts(ui.find(FormCard))
@@ -96,7 +115,7 @@ def test_of_the_starts_that_the_form_shows_each_can_be_skipped_as_long_as_nothin
     assert "Save the changes first, then skip a start" not in ui.texts(ui.find(FormCard))
     container.catalogue.set_schedule_enabled(schedule.id, False)
     settle(screen, ui)
-    assert not ui.find_all(CommandButton, text="Skip a start")        # there is none
+    assert not ui.find_all(CommandButton, text="Skip a start")  # there is none
 
 
 def test_the_form_says_which_starts_are_skipped_and_takes_them_back(screen, container, ui):
@@ -114,7 +133,10 @@ def test_the_form_says_which_starts_are_skipped_and_takes_them_back(screen, cont
     press(screen, ui, "Skip or take back a start")
     assert screen.shell.dialogs.top.title == "Skip or take back which start of Deliver kits to line 2 on Aino?"
     assert [(option.text, option.note) for option in ui.find_all(OptionRow)][:3] == [
-        ("Fri 20 · 15:00", ""), ("Fri 20 · 16:00", "skipped: start it after all"), ("Fri 20 · 17:00", "")]
+        ("Fri 20 · 15:00", ""),
+        ("Fri 20 · 16:00", "skipped: start it after all"),
+        ("Fri 20 · 17:00", ""),
+    ]
     ui.tap(ui.find(OptionRow, text="Fri 20 · 16:00"))
     assert shown()[1] == "Fri 20 · 16:00"
     assert ui.find(Snackbar).text == "The start of Deliver kits to line 2 on Aino is planned again: 16:00"
@@ -123,8 +145,9 @@ def test_the_form_says_which_starts_are_skipped_and_takes_them_back(screen, cont
 
 def test_the_only_start_that_is_skipped_is_started_after_all_from_the_form(screen, container, ui):
     robot = named(container, KITS, "Aino")
-    once = container.catalogue.save_schedule(Schedule(
-        "Morning round", robot.robot_id, robot.mission_id, datetime(2026, 11, 20, 14, 50), month.ZONE))
+    once = container.catalogue.save_schedule(
+        Schedule("Morning round", robot.robot_id, robot.mission_id, datetime(2026, 11, 20, 14, 50), month.ZONE)
+    )
     container.pausing.skip_next(once.id)
     settle(screen, ui)
     screen.plan.edit(once.id)
@@ -154,7 +177,12 @@ def test_the_list_still_says_how_it_last_went_when_a_start_to_come_is_skipped(sc
     container.pausing.skip_next(schedule.id)
     settle(screen, ui)
     after = next(data for data in screen.plan.listed.rows if data.key == schedule.id)
-    assert (before.last, after.last, before.next, after.next) == ("Completed", "Completed", "Aino · in 22 min", "Aino · in 1 h 22 min")
+    assert (before.last, after.last, before.next, after.next) == (
+        "Completed",
+        "Completed",
+        "Aino · in 22 min",
+        "Aino · in 1 h 22 min",
+    )
 
 
 def test_of_planned_starts_at_the_same_time_each_is_reached_by_the_arrows_of_the_card(screen, container, ui):
@@ -166,10 +194,10 @@ def test_of_planned_starts_at_the_same_time_each_is_reached_by_the_arrows_of_the
     for _ in range(3):
         said.append((card.text.splitlines()[0], next(text for text in ui.texts(card) if text in ("1 of 2", "2 of 2"))))
         ui.tap(ui.find(IconButton, card, icon="chevron-right"))
-        ui.advance(.2)
+        ui.advance(0.2)
     assert {said[0][0], said[1][0]} == {"Second count", "Aino · Fri 20 Nov 19:00–21:54"}
     assert ([at for _name, at in said], said[2]) == (["1 of 2", "2 of 2", "1 of 2"], said[0])
-    wanted = schedule if said[1][0].startswith("Aino") else other      # the one that is shown now
+    wanted = schedule if said[1][0].startswith("Aino") else other  # the one that is shown now
     take(screen, ui, "Edit schedule")
     assert screen.plan.form.editing == wanted.id
 
@@ -198,9 +226,15 @@ def test_the_timeline_names_the_day_that_it_shows(screen, ui):
 
 
 def test_a_one_time_schedule_that_is_over_is_last_greyed_and_has_no_switch(screen, container, ui):
-    once = container.catalogue.save_schedule(Schedule(
-        "Morning round", named(container, KITS, "Aino").robot_id, named(container, KITS, "Aino").mission_id,
-        datetime(2026, 11, 20, 14, 50), month.ZONE))
+    once = container.catalogue.save_schedule(
+        Schedule(
+            "Morning round",
+            named(container, KITS, "Aino").robot_id,
+            named(container, KITS, "Aino").mission_id,
+            datetime(2026, 11, 20, 14, 50),
+            month.ZONE,
+        )
+    )
     settle(screen, ui)
     assert row(ui, once).name == "Morning round"
     assert "Morning round · Deliver kits to line 2" in ui.texts(row(ui, once))

@@ -1,4 +1,5 @@
 """Suggestions, as a planner uses them: what often came late, a tap that fills the form, Not now, and undo of both."""
+
 from __future__ import annotations
 
 import threading
@@ -18,7 +19,7 @@ from tests.services import test_suggestions as month_of_kits
 from tests.support.clock import VirtualClock
 from tests.ui.planner import opened, save, settle
 
-BULB = "lightbulb-on-outline"            # on what opens the suggestions
+BULB = "lightbulb-on-outline"  # on what opens the suggestions
 
 
 @pytest.fixture
@@ -42,10 +43,10 @@ def app(container, ui, silent_robots):
 def open_all(app, ui) -> None:
     ui.skip(SOON + 1)
     ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(CommandButton, icon=BULB))
     ui.wait(lambda: ui.find_all(SuggestionsDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
 
 
 def kits(container):
@@ -61,7 +62,10 @@ def undo(app, ui, text: str) -> None:
 def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app, container, ui):
     open_all(app, ui)
     panel = ui.find(SuggestionPanel)
-    assert panel.text == "Kits came late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
+    assert (
+        panel.text
+        == "Kits came late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
+    )
     assert [change.action for change in panel.changes] == ["Move to 07:35", "Use Sisu", "Any of Hall 1"]
     before = kits(container)
     ui.tap(ui.find(CommandButton, panel, text="Any of Hall 1"))
@@ -69,14 +73,14 @@ def test_a_suggestion_tells_what_was_and_fills_the_form_which_a_person_saves(app
     assert not ui.find_all(SuggestionsDialog)
     assert ui.find(PickField, label="Robot").value == "Any of Hall 1"
     assert ui.find(FormCard).view.title == "Edit schedule"
-    assert kits(container) == before                          # nothing is changed before it is saved
+    assert kits(container) == before  # nothing is changed before it is saved
     save(app, ui)
     ui.wait(lambda: kits(container).group_id is not None)
     ui.wait(lambda: not ui.find_all(CommandButton, icon=BULB))
     assert app.shell.snackbars.texts == ["Kits: the suggestion is taken"]
     undo(app, ui, "Kits: the suggestion is taken")
     ui.wait(lambda: kits(container).robot_id == before.robot_id and kits(container).group_id is None)
-    ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))    # as if it had not been taken
+    ui.wait(lambda: ui.find_all(CommandButton, icon=BULB))  # as if it had not been taken
 
 
 @pytest.fixture
@@ -137,6 +141,7 @@ def test_what_is_answered_goes_at_once_and_the_dialog_is_not_seen_empty(app, ui,
     def is_closed() -> bool:
         seen.append((bool(ui.find_all(SuggestionsDialog)), bool(ui.find_all(SuggestionPanel))))
         return not seen[-1][0]
+
     ui.wait(is_closed)
     assert (True, False) not in seen
     assert not ui.find_all(CommandButton, icon=BULB)
@@ -146,7 +151,12 @@ def test_what_is_answered_goes_at_once_though_it_was_found_again_meanwhile(app, 
     """What had begun to be computed before the answer is delivered before it, too."""
     open_all(app, ui)
     suggestions = container.suggestions
-    dismiss, compute, answered, computed = suggestions.dismiss, suggestions.compute, threading.Event(), threading.Event()
+    dismiss, compute, answered, computed = (
+        suggestions.dismiss,
+        suggestions.compute,
+        threading.Event(),
+        threading.Event(),
+    )
     monkeypatch.setattr(suggestions, "dismiss", lambda one: answered.wait(30) and dismiss(one))
     app.plan.advice.act(kits(container).id, "dismiss")
     app.plan.advice.compute()

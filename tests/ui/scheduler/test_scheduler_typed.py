@@ -1,4 +1,5 @@
 """What is typed in the form counts as it is typed, whatever happens before its field is left."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -31,7 +32,9 @@ def type_every(ui, text: str) -> StepField:
 @pytest.fixture
 def twice(screen, container, ui):
     """Two schedules that start every hour."""
-    one = container.catalogue.save_schedule(replace(named(container, "Night stock count", "Aino"), name="One", recurrence="FREQ=HOURLY"))
+    one = container.catalogue.save_schedule(
+        replace(named(container, "Night stock count", "Aino"), name="One", recurrence="FREQ=HOURLY")
+    )
     two = container.catalogue.save_schedule(replace(one, id=0, name="Two"))
     settle(screen, ui)
     return one, two
@@ -51,7 +54,7 @@ def test_it_is_put_aside_with_the_draft_for_which_it_was_typed(screen, container
     type_name(screen, ui, "Typed")
     screen.plan.edit(named(container, "Collect empties", "Veikko").id)
     for key in " later":
-        Window.dispatch("on_textinput", key)                  # they are nobody's now
+        Window.dispatch("on_textinput", key)  # they are nobody's now
     settle(screen, ui)
     assert ([draft.name for draft in screen.plan.form.aside], screen.plan.form.draft.name) == (["Typed"], "")
 
@@ -65,7 +68,11 @@ def test_so_is_a_number(screen, ui, twice):
     settle(screen, ui)
     field.focus = False
     settle(screen, ui)
-    assert ([draft.every for draft in screen.plan.form.aside], screen.plan.form.draft.every, field.text) == ([7], 1, "1")
+    assert ([draft.every for draft in screen.plan.form.aside], screen.plan.form.draft.every, field.text) == (
+        [7],
+        1,
+        "1",
+    )
 
 
 @pytest.mark.parametrize("typed", ["", "99"])
@@ -116,7 +123,12 @@ def test_common_minutes_are_one_tap_away(screen, ui):
     ui.tap(ui.find(Segment, text="minutes"))
     settle(screen, ui)
     chips = [chip for chip in ui.find_all(ChoiceChip, ui.find(FormCard)) if chip.text.endswith(" min")]
-    assert [(chip.text, chip.active) for chip in chips] == [("5 min", False), ("10 min", False), ("15 min", False), ("30 min", True)]
+    assert [(chip.text, chip.active) for chip in chips] == [
+        ("5 min", False),
+        ("10 min", False),
+        ("15 min", False),
+        ("30 min", True),
+    ]
     reveal(ui, chips[2])
     ui.tap(chips[2])
     settle(screen, ui)

@@ -1,4 +1,5 @@
 """One tablet with one app for all tests of a file about Settings; each begins with nothing configured."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,5 @@
 """The PIN before Settings by taps: set, asked, wrong, waited for, forgotten on leaving; and nothing else behind it."""
+
 from __future__ import annotations
 
 from datetime import timedelta
@@ -68,20 +69,20 @@ def to_settings(ui) -> None:
 def test_it_is_off_until_it_is_set_twice_the_same(site, app, ui):
     go(ui, "display")
     ui.tap(ui.find(CommandButton, text="Set PIN"))
-    press(ui, "123")                                          # too short: the key does nothing
+    press(ui, "123")  # too short: the key does nothing
     assert ui.find(PinDialog).dots == "•••"
     ui.tap(ui.find(PadKey, icon="backspace-outline"))
     press(ui, "34")
     assert ui.find(PinDialog).problem.startswith("Easy to guess")
     assert "Enter it again to take it all the same" in ui.texts(ui.find(PinDialog))
-    press(ui, "1235")                                         # or another one
+    press(ui, "1235")  # or another one
     assert ui.find(PinDialog).problem == "The PINs don't match"
     press(ui, "1234")
     press(ui, "1234")
     ui.wait(lambda: not ui.find_all(PinDialog))
     assert site.container.access.check("1234").is_right
     ui.wait(lambda: ui.find_all(CommandButton, text="Change PIN"))
-    assert current(app) == "settings"                         # who has just set it is in
+    assert current(app) == "settings"  # who has just set it is in
 
 
 def test_a_good_one_is_only_asked_for_again(site, app, ui):
@@ -151,7 +152,7 @@ def test_after_five_wrong_ones_half_a_minute_is_counted_down(site, app, ui, cloc
     assert "main.py" not in dialog.text
     ui.tap(ui.find(PadKey, dialog, text="4"))
     assert dialog.dots == ""
-    ui.tap(ui.find(IconButton, root=dialog, icon="close"))     # closing it shortens nothing
+    ui.tap(ui.find(IconButton, root=dialog, icon="close"))  # closing it shortens nothing
     to_settings(ui)
     dialog = ui.find(PinDialog)
     assert dialog.waiting
@@ -187,9 +188,9 @@ def test_settings_closes_when_nobody_is_there_for_two_minutes(site, app, ui, clo
     to_settings(ui)
     unlock(ui, app)
     clock[0] += LEFT_ALONE_S - 10
-    ui.tap(ui.find(SectionRow, key="robots"))                  # somebody is there
+    ui.tap(ui.find(SectionRow, key="robots"))  # somebody is there
     clock[0] += 30
-    ui.key(TAB)                                                # and still is
+    ui.key(TAB)  # and still is
     clock[0] += LEFT_ALONE_S - 10
     ui.advance(1.1)
     assert current(app) == "settings"
@@ -219,7 +220,9 @@ def test_glove_mode_asks_for_nothing_in_between(site, app, ui):
 
 # ---------------------------------------------------------------------- what is never behind it
 def test_everything_of_the_operators_stays_free(site, app, ui):
-    robot = site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, "distributor"), password="distributor")
+    robot = site.container.catalogue.save_robot(
+        Robot("Aino", site.fleet.robots[0].url, "distributor"), password="distributor"
+    )
     site.container.access.set_pin("4711")
     ui.wait(lambda: "Ready" in ui.texts())
     for name in ("scheduler", "logs", "home"):
@@ -227,7 +230,9 @@ def test_everything_of_the_operators_stays_free(site, app, ui):
         assert current(app) == name
     ui.tap(ui.find(CommandButton, text="Pause"))
     ui.wait(lambda: ui.find_all(CommandButton, text="Resume"))
-    site.container.alarms.raise_("app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00")
+    site.container.alarms.raise_(
+        "app_was_off", "app", start="2026-11-20T08:00:00+00:00", end="2026-11-20T09:00:00+00:00"
+    )
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).action == "Acknowledge")
     ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Acknowledge"))
     ui.wait(lambda: not site.container.alarms.open())
@@ -236,7 +241,7 @@ def test_everything_of_the_operators_stays_free(site, app, ui):
     site.container.alarms.raise_("unauthorized", f"robot:{robot.id}", robot="Aino")
     ui.wait(lambda: ui.find_all(AlarmBanner) and ui.find(AlarmBanner).action == "Open settings")
     ui.tap(ui.find(CommandButton, ui.find(AlarmBanner), text="Open settings"))
-    unlock(ui, app)                                            # the intent waits behind the door
+    unlock(ui, app)  # the intent waits behind the door
     ui.wait(lambda: app.shell.navigator.screen("settings").vm.current == "robots")
 
 
@@ -261,7 +266,9 @@ def test_an_answer_that_comes_late_asks_nothing_on_another_screen(site, app, ui)
     unlock(ui, app)
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(CommandButton, text="Fetch from robot", disabled=False))
-    site.fleet.robots[0].control({"fault": {"kind": "delay", "path": "/missions", "method": "GET", "count": None, "seconds": 0.5}})
+    site.fleet.robots[0].control(
+        {"fault": {"kind": "delay", "path": "/missions", "method": "GET", "count": None, "seconds": 0.5}}
+    )
     ui.tap(ui.find_all(CommandButton, text="Fetch from robot", disabled=False)[-1])
     ui.tap(ui.find(NavItem, name="home"))
     assert not app.shell.background.idle
@@ -283,14 +290,14 @@ def test_what_was_deleted_there_comes_back_behind_the_pin_only(site, app, ui):
     ui.tap(ui.find(NavItem, name="home"))
     undo(ui)
     ui.tap(ui.find(IconButton, root=ui.find(PinDialog), icon="close"))
-    ui.advance(.6)
+    ui.advance(0.6)
     assert (site.container.catalogue.robots(), app.shell.snackbars.texts) == ([], ["Aino deleted"])
     undo(ui)
     press(ui, "4711")
     ui.wait(lambda: [robot.name for robot in site.container.catalogue.robots()] == ["Aino"])
     assert (app.shell.snackbars.texts, current(app)) == ([], "home")
     to_settings(ui)
-    assert ui.find_all(PinDialog)                              # it was for that alone
+    assert ui.find_all(PinDialog)  # it was for that alone
 
 
 def test_what_could_not_be_brought_back_stays_behind_the_pin(site, app, ui):
@@ -300,14 +307,16 @@ def test_what_could_not_be_brought_back_stays_behind_the_pin(site, app, ui):
     to_settings(ui)
     unlock(ui, app)
     ui.wait(lambda: ui.find_all(CommandButton, text="Edit"))
-    app.shell.navigator.screen("settings").vm.context.remove(lambda: site.container.catalogue.remove_robot(stored.id), "Aino deleted")
+    app.shell.navigator.screen("settings").vm.context.remove(
+        lambda: site.container.catalogue.remove_robot(stored.id), "Aino deleted"
+    )
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])
-    site.container.catalogue.save_robot(aino, "distributor")                   # its name is taken
+    site.container.catalogue.save_robot(aino, "distributor")  # its name is taken
     ui.tap(ui.find(NavItem, name="home"))
     undo(ui)
     press(ui, "4711")
     ui.wait(lambda: app.shell.snackbars.texts not in ([], ["Aino deleted"]))
-    ui.advance(.6)
+    ui.advance(0.6)
     undo(ui)
     assert ui.find_all(PinDialog)
 
@@ -316,6 +325,6 @@ def test_whoever_sets_it_is_in_already(site, app, ui):
     to_settings(ui)
     ui.wait(lambda: ui.find_all(SectionRow))
     site.container.access.set_pin("4711")
-    app.shell.go("settings", section="data")                   # as an alarm leads there
+    app.shell.go("settings", section="data")  # as an alarm leads there
     assert not ui.find_all(PinDialog)
     ui.wait(lambda: app.shell.navigator.screen("settings").vm.current == "data")

@@ -1,4 +1,5 @@
 """The robot dialog when something was entered wrongly, and where a machine answers that is another robot of the plan."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -37,7 +38,7 @@ def test_a_second_press_tests_again_as_it_is(ui, refused):
     ui.wait(lambda: not refused.vm.testing)
     assert refused.vm.outcome.tone == "fault"
     assert says(ui, "doesn't accept the user name and password")
-    assert (refused.vm.username_problem, refused.vm.password_problem) == ("", "")       # one refusal is said once
+    assert (refused.vm.username_problem, refused.vm.password_problem) == ("", "")  # one refusal is said once
 
 
 def test_a_name_that_is_taken_is_said_before_anything_is_asked_and_cannot_be_passed_over(site, app, ui, refused):
@@ -55,7 +56,11 @@ def test_a_name_that_is_taken_is_said_before_anything_is_asked_and_cannot_be_pas
 
 def aino_at_veikkos_address(site, ui) -> RobotDialog:
     go(ui, "robots")
-    ui.wait(lambda: all(panel.badge.startswith("Connected") for panel in ui.find_all(RobotPanel)) and ui.find_all(RobotPanel))
+    ui.wait(
+        lambda: (
+            all(panel.badge.startswith("Connected") for panel in ui.find_all(RobotPanel)) and ui.find_all(RobotPanel)
+        )
+    )
     press(ui, "Edit", ui.find(RobotPanel, name="Aino"))
     dialog = ui.find(RobotDialog)
     assert dialog.vm.password_hint == "unchanged"
@@ -71,7 +76,7 @@ def test_a_robot_of_the_plan_is_not_accepted_as_another_one(site, app, ui):
     press(ui, "Test connection", dialog)
     assert dialog.ids.address_field.problem == "This is the address of Veikko, which is configured already"
     assert (dialog.vm.testing, ui.find_all(ConfirmDialog)) == (False, [])
-    enter(ui, dialog.ids.address_field, site.fleet.robots[0].url)     # set back: nothing is asked for
+    enter(ui, dialog.ids.address_field, site.fleet.robots[0].url)  # set back: nothing is asked for
     enter(ui, dialog.ids.password_field, "")
     press(ui, "Test connection", dialog)
     ui.wait(lambda: dialog.vm.outcome.tone == "done")
@@ -87,11 +92,13 @@ def test_a_robot_of_the_plan_is_not_added_a_second_time(site, app, ui):
     dialog = fill_in(ui, name="Third", address=url, username=USER, password=PASSWORD)
     press(ui, "Save robot", dialog)
     ui.wait(lambda: dialog.ids.address_field.problem == "This is the address of Veikko, which is configured already")
-    enter(ui, dialog.ids.address_field, url.replace("127.0.0.1", "localhost"))            # the same machine by another address
+    enter(ui, dialog.ids.address_field, url.replace("127.0.0.1", "localhost"))  # the same machine by another address
     for _press in range(2):
         press(ui, "Save robot", dialog)
         ui.wait(lambda: not dialog.vm.saving)
-        assert dialog.ids.address_field.problem.startswith("This is Veikko, which is configured already: serial number ")
+        assert dialog.ids.address_field.problem.startswith(
+            "This is Veikko, which is configured already: serial number "
+        )
     assert len(robots(site)) == 2
 
 
@@ -100,7 +107,7 @@ def test_nobody_adds_a_robot_that_another_person_has_just_added(site, app, ui):
     press(ui, "Add robot")
     dialog = fill_in(ui, name="Third", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     page(app).context.facts = replace(page(app).context.facts, robots=())
-    site.add_robots()                                         # not read by the window yet
+    site.add_robots()  # not read by the window yet
     press(ui, "Save robot", dialog)
     ui.wait(lambda: "Aino, which is configured already" in dialog.ids.address_field.problem)
     assert len(robots(site)) == 2

@@ -1,4 +1,5 @@
 """The robot dialog that is closed before the robot has answered."""
+
 from __future__ import annotations
 
 import pytest
@@ -36,7 +37,11 @@ def test_nothing_is_asked_of_a_robot_whose_dialog_is_closed(site, app, ui):
     site.add_robots()
     veikko = site.fleet.robots[1]
     go(ui, "robots")
-    ui.wait(lambda: all(panel.badge.startswith("Connected") for panel in ui.find_all(RobotPanel)) and ui.find_all(RobotPanel))
+    ui.wait(
+        lambda: (
+            all(panel.badge.startswith("Connected") for panel in ui.find_all(RobotPanel)) and ui.find_all(RobotPanel)
+        )
+    )
     site.container.catalogue.remove_robot(robots(site)[1].id)
     ui.wait(lambda: len(ui.find_all(RobotPanel)) == 1)
     press(ui, "Edit", ui.find(RobotPanel, name="Aino"))

@@ -1,4 +1,5 @@
 """Settings, Robots: a robot that no longer shows its serial number gets its password only after an integrator has said so."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -74,7 +75,7 @@ def test_yes_sends_the_stored_password_and_saving_keeps_the_answer(site, app, ui
     press(ui, "Send the password", question(ui))
     ui.wait(lambda: dialog.vm.outcome.tone == "done")
     assert set(machine.credentials) == {Token.derive(USER, PASSWORD).header}
-    assert robots(site)[0].identified_by is IdentifiedBy.SERIAL_NUMBER           # nothing is saved yet
+    assert robots(site)[0].identified_by is IdentifiedBy.SERIAL_NUMBER  # nothing is saved yet
     press(ui, "Save robot", dialog)
     ui.wait(lambda: not ui.find_all(RobotDialog))
     assert robots(site)[0].identified_by is IdentifiedBy.ADDRESS

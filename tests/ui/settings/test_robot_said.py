@@ -1,4 +1,5 @@
 """What Settings says of a robot stays true: after its mending, after a mistake, and in a low window."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -22,7 +23,7 @@ def low(app, ui) -> Iterator[None]:
     """A small tablet."""
     before = Window.size
     Window.size = 800, 480
-    ui.advance(.2)
+    ui.advance(0.2)
     yield
     Window.size = before
 
@@ -73,8 +74,11 @@ def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
         assert machine.credentials == []
 
 
-@pytest.mark.parametrize(("password", "says"), [
-    ("", "needs its password entered again"), (PASSWORD, "it gets the password that is entered")], ids=["stored", "entered"])
+@pytest.mark.parametrize(
+    ("password", "says"),
+    [("", "needs its password entered again"), (PASSWORD, "it gets the password that is entered")],
+    ids=["stored", "entered"],
+)
 def test_what_a_new_robot_would_get_is_said_before(site, app, ui, password, says):
     with capture() as machine:
         taken_over(site, ui, machine)

@@ -1,4 +1,5 @@
 """Settings as an integrator uses it: sections, constraints, idle automation, scheduler, display, and the screen itself."""
+
 from __future__ import annotations
 
 import gc
@@ -46,10 +47,10 @@ def test_the_minimum_battery_is_off_until_wanted(site, app, ui):
     enter(ui, field, "250")
     ui.key(13)
     field.focus = False
-    ui.advance(.2)
+    ui.advance(0.2)
     assert field.outside
     ui.wait(lambda: app.shell.background.idle)
-    assert settings(site).minimum_battery_percent == 35       # an invalid value is shown red and not saved
+    assert settings(site).minimum_battery_percent == 35  # an invalid value is shown red and not saved
     ui.tap(ui.find(Segment, text="20\N{NO-BREAK SPACE}%"))
     ui.wait(lambda: settings(site).minimum_battery_percent == 20)
     ui.wait(lambda: field.value == 20)
@@ -118,7 +119,7 @@ def test_idle_automation_of_a_robot(site, app, ui):
     go(ui, "idle")
     ui.wait(lambda: len(ui.find_all(IdlePanel)) == 2)
     panel = ui.find(IdlePanel, name="Aino")
-    ui.tap(ui.find(Toggle, root=panel))                       # without a mission it asks for one
+    ui.tap(ui.find(Toggle, root=panel))  # without a mission it asks for one
     ui.tap(ui.find(OptionRow, text="Home"))
     ui.wait(lambda: robots(site)[0].idle is not None)
     idle = robots(site)[0].idle
@@ -127,7 +128,7 @@ def test_idle_automation_of_a_robot(site, app, ui):
     assert panel.mission == "Home"
     enter(ui, ui.find(StepField, root=panel), "31")
     ui.find(StepField, root=panel).focus = False
-    ui.advance(.2)
+    ui.advance(0.2)
     assert ui.find(StepField, root=panel).outside
     assert robots(site)[0].idle.after_minutes == 10
     enter(ui, ui.find(StepField, root=panel), "30")
@@ -151,7 +152,7 @@ def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
     ui.tap(ui.find(OptionRow, text="Go to position"))
     ui.wait(lambda: panel.problem == "Go to position asks for Position, which only a schedule or Run now can give")
     assert robots(site)[0].idle is None
-    site.container.catalogue.save_idle_rule(aino.id, go_to.id, 10, False)      # as a file may bring it
+    site.container.catalogue.save_idle_rule(aino.id, go_to.id, 10, False)  # as a file may bring it
     ui.wait(lambda: panel.mission == "Go to position")
     ui.tap(ui.find(Toggle, root=panel))
     ui.wait(lambda: panel.problem.startswith("Go to position asks for Position"))
@@ -188,15 +189,17 @@ def test_minutes_that_are_saved_are_kept_by_who_switches_the_rule_off_before_the
     page(app).act(robot.id, "minutes", 15)
     page(app).context._settle()
     ends = time.monotonic() + 20
-    while robots(site)[0].idle.after_minutes != 15 and time.monotonic() < ends:      # no frame passes, so the screen reads nothing
-        time.sleep(.01)
+    while (
+        robots(site)[0].idle.after_minutes != 15 and time.monotonic() < ends
+    ):  # no frame passes, so the screen reads nothing
+        time.sleep(0.01)
     page(app).act(robot.id, "switch", False)
     ui.wait(lambda: not robots(site)[0].idle.enabled)
     ui.wait(lambda: app.shell.background.idle)
     assert robots(site)[0].idle.after_minutes == 15
 
 
-LONG_REST = 300.0                        # s: a busy machine draws many frames until something is written
+LONG_REST = 300.0  # s: a busy machine draws many frames until something is written
 
 
 def stepped(app, ui, field: StepField, icon: str, times: int) -> None:
@@ -204,7 +207,7 @@ def stepped(app, ui, field: StepField, icon: str, times: int) -> None:
     page(app).context._rest.timeout = LONG_REST
     for _n in range(times):
         ui.tap(ui.find(RepeatButton, root=field, icon=icon))
-        ui.advance(.5)
+        ui.advance(0.5)
         ui.wait(lambda: app.shell.background.idle)
 
 
@@ -224,12 +227,14 @@ def test_what_an_idle_rule_is_stepped_through_is_not_saved_on_the_way(site, app,
     ui.wait(lambda: robots(site)[0].idle.after_minutes == 20)
     ui.wait(lambda: panel.note == "After 20 minutes without work, once")
     stepped(app, ui, field, "minus", 1)
-    ui.tap(ui.find(Toggle, root=panel))                       # what is chosen goes with it
+    ui.tap(ui.find(Toggle, root=panel))  # what is chosen goes with it
     ui.wait(lambda: not robots(site)[0].idle.enabled)
     assert robots(site)[0].idle.after_minutes == 15
 
 
-@pytest.mark.parametrize("leave", [lambda app, ui: go(ui, "about"), lambda app, ui: app.shell.go("home")], ids=["section", "screen"])
+@pytest.mark.parametrize(
+    "leave", [lambda app, ui: go(ui, "about"), lambda app, ui: app.shell.go("home")], ids=["section", "screen"]
+)
 def test_a_number_that_was_stepped_is_saved_when_the_page_is_left(site, app, ui, leave):
     robot, _other = site.add_robots()
     site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 30)
@@ -251,7 +256,7 @@ def test_numbers_that_are_stepped_are_saved_once(site, app, ui):
     ui.skip(LONG_REST)
     ui.wait(lambda: settings(site).minimum_battery_percent == 15)
     stepped(app, ui, ui.find(StepField), "plus", 1)
-    ui.tap(ui.find(Segment, text="50\N{NO-BREAK SPACE}%"))     # instead
+    ui.tap(ui.find(Segment, text="50\N{NO-BREAK SPACE}%"))  # instead
     ui.wait(lambda: settings(site).minimum_battery_percent == 50)
     ui.skip(LONG_REST)
     ui.wait(lambda: app.shell.background.idle)
@@ -276,7 +281,7 @@ def test_idle_automation_without_missions_says_where_they_come_from(site, app, u
 
 
 # ---------------------------------------------------------------------- scheduler
-NUMBERS = {                              # label: (setting, what is accepted at its ends, what is not)
+NUMBERS = {  # label: (setting, what is accepted at its ends, what is not)
     "Ask the robots every (s)": ("poll_interval_seconds", ("1", "3600"), ("0", "3601")),
     "Retries when a robot can't be reached": ("retry_limit", ("0", "20"), ("21",)),
     "A mission may start late by (min)": ("start_window_minutes", ("1", "1440"), ("0", "1441")),
@@ -345,15 +350,23 @@ def test_the_language_changes_at_once_everywhere_and_back(site, app, ui):
     assert settings(site).language == "fi"
     assert ui.find(SectionRow, key="robots").text == "Robotit"
     assert "Näyttö ja kieli" in ui.texts()
-    ui.tap(ui.find(Segment, text="English"))                  # each language is named in its own words
+    ui.tap(ui.find(Segment, text="English"))  # each language is named in its own words
     ui.wait(lambda: "Display & language" in ui.texts())
 
 
 # ---------------------------------------------------------------------- the screen itself
 def test_every_section_can_be_opened_and_shows_its_name(site, app, ui):
     site.add_robots()
-    for key, title in {"robots": "Robots", "missions": "Missions", "constraints": "Constraints", "idle": "Idle automation",
-                       "scheduler": "Scheduler", "display": "Display & language", "data": "Data", "about": "About"}.items():
+    for key, title in {
+        "robots": "Robots",
+        "missions": "Missions",
+        "constraints": "Constraints",
+        "idle": "Idle automation",
+        "scheduler": "Scheduler",
+        "display": "Display & language",
+        "data": "Data",
+        "about": "About",
+    }.items():
         go(ui, key)
         ui.wait(lambda title=title: app.shell.navigator.screen("settings").vm.title == title)
         assert [row.key for row in ui.find_all(SectionRow, selected=True)] == [key]
@@ -389,11 +402,12 @@ def test_fifty_robots_are_all_there_but_only_the_visible_ones_exist(site, app, u
     def add_all(edit):
         for number in range(50):
             edit.save_robot(Robot(f"R{number:02d}", f"http://127.0.0.1:9{number:03d}", USER, enabled=False), PASSWORD)
+
     site.container.catalogue.edit(add_all)
     go(ui, "robots")
     grid = ui.find(PanelGrid)
     ui.wait(lambda: len(grid.panels) == 51 and ui.find_all(RobotPanel))
-    assert len(ui.find_all(RobotPanel)) < 10                  # only the visible ones exist
+    assert len(ui.find_all(RobotPanel)) < 10  # only the visible ones exist
     grid.scroll_y = 0
     ui.wait(lambda: any(panel.name == "R49" for panel in ui.find_all(RobotPanel)))
     press(ui, "Edit", ui.find(RobotPanel, name="R49"))
@@ -407,9 +421,9 @@ def test_closed_dialogs_are_freed(site, app, ui):
         press(ui, "Add robot")
         dialogs.append(weakref.ref(ui.find(RobotDialog)))
         press(ui, "Cancel", dialogs[-1]())
-        ui.advance(.5)
+        ui.advance(0.5)
     gc.collect()
-    ui.advance(.1)
+    ui.advance(0.1)
     gc.collect()
     # kivy's TextInput holds the one that was laid out last (kivy.clock.triggered keeps its arguments)
     assert [dialog() for dialog in dialogs[:-1]] == [None] * 3
@@ -435,7 +449,9 @@ def test_nothing_passes_for_a_setting_before_settings_are_read(site, app, ui, mo
     assert ui.find(StepField, heading="Ask the robots every (s)").value == POLL
 
 
-@pytest.mark.parametrize("leave", [lambda app, ui: app.shell.go("home"), lambda app, ui: go(ui, "display")], ids=["screen", "section"])
+@pytest.mark.parametrize(
+    "leave", [lambda app, ui: app.shell.go("home"), lambda app, ui: go(ui, "display")], ids=["screen", "section"]
+)
 def test_a_number_that_could_not_be_saved_when_its_page_was_left_is_told(site, app, ui, monkeypatch, leave):
     def refuse(**_changes):
         raise DatabaseUnavailable("The disk is full")
@@ -474,7 +490,7 @@ def low_window():
 
 
 def test_all_sections_are_in_sight_in_a_low_window_with_their_values(low_window, site, app, ui):
-    ui.advance(.5)
+    ui.advance(0.5)
     rows = ui.find_all(SectionRow)
     assert len(rows) == 8
     for row in rows:

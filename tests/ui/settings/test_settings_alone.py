@@ -1,4 +1,5 @@
 """Settings alone in the window, without the rest of the app: upright, and where the window can put a backup in place and go on."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -48,11 +49,16 @@ def restored(screen, ui, asked):
     """In Settings, Data."""
     ui.show(screen)
     screen.shown(section="data")
-    ui.wait(lambda: ui.find_all(FileRow) and all(ui.find_all(ChoiceChip, row, text="Another place") for row in ui.find_all(FileRow)))
+    ui.wait(
+        lambda: (
+            ui.find_all(FileRow)
+            and all(ui.find_all(ChoiceChip, row, text="Another place") for row in ui.find_all(FileRow))
+        )
+    )
     return asked
 
 
-@pytest.mark.parametrize("size", [(752, 790), (552, 360)])        # portrait, and where the words of the list would be broken
+@pytest.mark.parametrize("size", [(752, 790), (552, 360)])  # portrait, and where the words of the list would be broken
 def test_where_it_is_narrow_list_and_section_take_turns(screen, ui, size):
     ui.show(screen, size=size)
     screen.shown()
@@ -67,7 +73,7 @@ def test_where_it_is_narrow_list_and_section_take_turns(screen, ui, size):
 
 
 def test_a_backup_is_restored_only_after_a_question(site, ui, restored):
-    assert ui.find(CommandButton, text="Restore a backup").disabled          # there is none yet
+    assert ui.find(CommandButton, text="Restore a backup").disabled  # there is none yet
     reveal(ui, ui.find(CommandButton, text="Back up now"))
     press(ui, "Back up now")
     ui.wait(lambda: not ui.find(CommandButton, text="Restore a backup").disabled)
@@ -86,7 +92,7 @@ def test_a_backup_that_is_damaged_stops_nothing(site, ui, restored):
     backups = site.container.db.path.parent / "backups"
     backups.mkdir(exist_ok=True)
     (backups / "daily-2026-01-01.db").write_bytes(b"no database")
-    site.container.catalogue.change_settings(retry_limit=4)            # anything: Settings reads again
+    site.container.catalogue.change_settings(retry_limit=4)  # anything: Settings reads again
     ui.wait(lambda: not ui.find(CommandButton, text="Restore a backup").disabled)
     reveal(ui, ui.find(CommandButton, text="Restore a backup"))
     press(ui, "Restore a backup")

@@ -1,4 +1,5 @@
 """The exception calendar as an integrator keeps it: by hand, by country, from a file; closed days in the Scheduler."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -21,7 +22,7 @@ from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
 from tests.ui.integrator import enter, enter_path, go, page, press, reveal, says, settings, undo
 
-TODAY = date(2026, 11, 20)               # a Friday
+TODAY = date(2026, 11, 20)  # a Friday
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +41,9 @@ def today() -> Iterator[None]:
 def app(app, ui):
     """With the calendar in sight."""
     go(ui, "constraints")
-    ui.wait(lambda: ui.find_all(MonthDay, text="20", today=True) and app.shell.background.idle)     # the files' places move it
+    ui.wait(
+        lambda: ui.find_all(MonthDay, text="20", today=True) and app.shell.background.idle
+    )  # the files' places move it
     return app
 
 
@@ -71,16 +74,25 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
     ui.wait(lambda: len(entries(site)) == 1)
     [stored] = entries(site)
     assert stored == DayException("Summer break", TODAY, date(2026, 11, 27), id=stored.id)
-    ui.wait(lambda: [row.note for row in ui.find_all(DaysRow)] == ["Fri 20 Nov – Fri 27 Nov · closed"] and not ui.find_all(DaysDialog))
+    ui.wait(
+        lambda: (
+            [row.note for row in ui.find_all(DaysRow)] == ["Fri 20 Nov – Fri 27 Nov · closed"]
+            and not ui.find_all(DaysDialog)
+        )
+    )
     assert [cell.text for cell in ui.find_all(MonthDay, status="closed")] == [str(day) for day in range(20, 28)]
 
-    tap(ui, MonthDay, text="23")                              # a day of it opens it
+    tap(ui, MonthDay, text="23")  # a day of it opens it
     dialog = ui.find(DaysDialog)
     assert (dialog.vm.title, dialog.vm.name) == ("Edit days", "Summer break")
     ui.tap(ui.find(Toggle, root=dialog))
     press(ui, "Save", dialog)
     ui.wait(lambda: entries(site)[0].yearly)
-    ui.wait(lambda: ui.find_all(DaysRow, note="Fri 20 Nov – Fri 27 Nov · closed · every year") and not ui.find_all(DaysDialog))
+    ui.wait(
+        lambda: (
+            ui.find_all(DaysRow, note="Fri 20 Nov – Fri 27 Nov · closed · every year") and not ui.find_all(DaysDialog)
+        )
+    )
 
     tap(ui, IconButton, icon="trash-can-outline")
     ui.wait(lambda: entries(site) == [])
@@ -91,7 +103,7 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
 
 
 def test_a_free_day_becomes_an_extra_working_day_and_says_so(site, app, ui):
-    tap(ui, MonthDay, text="28")                              # a Saturday
+    tap(ui, MonthDay, text="28")  # a Saturday
     dialog = ui.find(DaysDialog)
     assert dialog.vm.is_working
     enter(ui, dialog.ids.name_field, "Inventory")
@@ -131,7 +143,7 @@ def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
     ui.wait(lambda: says(ui, "December 2026"))
     ui.wait(lambda: [row.text for row in ui.find_all(DaysRow)] == ["Christmas Day", "Second Day of Christmas"])
     assert not ui.find_all(IconButton, icon="trash-can-outline")
-    tap(ui, MonthDay, text="25")                              # work all the same
+    tap(ui, MonthDay, text="25")  # work all the same
     dialog = ui.find(DaysDialog)
     assert (dialog.vm.name, dialog.vm.is_working) == ("Christmas Day", True)
     press(ui, "Save", dialog)
@@ -143,8 +155,11 @@ EVENTS = (("Audit", "20261124", "20261126"), ("Meeting", "20261127T080000", "202
 
 def import_file(site, ui, *events: tuple[str, ...]) -> FileRow:
     """Press Import of a file with these events: names, starts, ends."""
-    body = [line for name, start, end in events
-            for line in ("BEGIN:VEVENT", f"SUMMARY:{name}", f"DTSTART:{start}", f"DTEND:{end}", "END:VEVENT")]
+    body = [
+        line
+        for name, start, end in events
+        for line in ("BEGIN:VEVENT", f"SUMMARY:{name}", f"DTSTART:{start}", f"DTEND:{end}", "END:VEVENT")
+    ]
     (site.documents / "plant.ics").write_text("\r\n".join(["BEGIN:VCALENDAR", *body, "END:VCALENDAR"]))
     row = ui.find(FileRow)
     reveal(ui, row)
@@ -155,7 +170,7 @@ def import_file(site, ui, *events: tuple[str, ...]) -> FileRow:
 
 def offered(ui) -> ChoiceDialog:
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.5)                                            # until it takes touches
+    ui.advance(0.5)  # until it takes touches
     return ui.find(ChoiceDialog)
 
 
@@ -164,7 +179,9 @@ def test_the_days_of_a_calendar_file_are_shown_and_taken_as_ticked(site, app, ui
     dialog = offered(ui)
     assert (dialog.title, dialog.text) == ("Closed days in plant.ics", "1 past event left out")
     assert [(option.text, option.note, option.selected) for option in dialog.shown] == [
-        ("Audit", "Tue 24 Nov 2026 – Wed 25 Nov 2026", True), ("Meeting", "Fri 27 Nov 2026 · with times", False)]
+        ("Audit", "Tue 24 Nov 2026 – Wed 25 Nov 2026", True),
+        ("Meeting", "Fri 27 Nov 2026 · with times", False),
+    ]
     assert entries(site) == []
     press(ui, "Close these days", dialog)
     ui.wait(lambda: says(ui, "2 closed days imported"))
@@ -203,7 +220,9 @@ def test_a_file_that_is_left_alone_changes_nothing(site, app, ui):
 
 
 def test_two_thousand_days_are_shown_and_ticked_without_waiting(site, app, ui):
-    import_file(site, ui, *((f"Day {n}", f"{2027 + n // 300}{n // 25 % 12 + 1:02}{n % 25 + 1:02}", "") for n in range(2000)))
+    import_file(
+        site, ui, *((f"Day {n}", f"{2027 + n // 300}{n // 25 % 12 + 1:02}{n % 25 + 1:02}", "") for n in range(2000))
+    )
     dialog = offered(ui)
     assert len(dialog.shown) == len(dialog.selected) == 2000
     begins = process_time()

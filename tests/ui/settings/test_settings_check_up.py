@@ -1,4 +1,5 @@
 """The check-up of a robot in Settings, as an integrator uses it: over HTTP against simulated robots, with a clock that nobody waits for."""
+
 from __future__ import annotations
 
 import gc
@@ -31,6 +32,7 @@ from tests.ui.whole_app import GUIDS
 
 class Hurried(VirtualClock):
     """The time of this machine when it is first asked, then ``hurry`` times as fast in pauses; reading robots takes next to none."""
+
     hurry = 100.0
 
     def __init__(self) -> None:
@@ -49,7 +51,7 @@ class Hurried(VirtualClock):
 
 @pytest.fixture(scope="module")
 def first_settings():
-    return {"timezone": "Europe/Copenhagen"}     # that of the robots
+    return {"timezone": "Europe/Copenhagen"}  # that of the robots
 
 
 @pytest.fixture
@@ -89,7 +91,7 @@ def begin(ui, dialog: CheckUpDialog) -> None:
 def until_reported(ui, dialog: CheckUpDialog) -> dict[str, str]:
     """What is told as not in order: its sentences by level and topic."""
     ui.wait(lambda: dialog.vm.part == "CheckUpReport")
-    ui.advance(.2)
+    ui.advance(0.2)
     return {row.word: row.text for row in ui.find_all(FindingRow, dialog)}
 
 
@@ -115,9 +117,13 @@ def test_from_the_panel_to_the_report_and_nothing_is_written_to_the_robot(site, 
     begin(ui, dialog)
     found = until_reported(ui, dialog)
     few = "Not found out: too few missions are in its queue"
-    assert found == {"To know · Encryption": "It is asked over http: whoever listens on the network can read the password",
-                     "To know · Password": "User Distributor has the default password that MiR's manuals print",
-                     "To know · Lists": few, "To know · Order of lists": few, "To know · Searching": few}
+    assert found == {
+        "To know · Encryption": "It is asked over http: whoever listens on the network can read the password",
+        "To know · Password": "User Distributor has the default password that MiR's manuals print",
+        "To know · Lists": few,
+        "To know · Order of lists": few,
+        "To know · Searching": few,
+    }
     assert dialog.vm.verdict.text == "5 to know"
     assert "Only read: no mission was queued" in dialog.vm.verdict.note
     fine = ui.find(CommandButton, dialog, text=dialog.vm.fine)
@@ -235,7 +241,7 @@ def test_the_end_of_the_app_ends_it(site, app, ui, waiting):
     dialog = opened(ui)
     begin(ui, dialog)
     ui.wait(lambda: dialog.vm.doing == "Asking who it is")
-    dialog.vm._job.cancel()                              # as the window does with all that is under way when it closes
+    dialog.vm._job.cancel()  # as the window does with all that is under way when it closes
     waiting.go_on.set()
     robot = robots(site)[0]
     ui.wait(lambda: app.shell.background.idle and not site.container.check_ups._under_way)
@@ -253,7 +259,7 @@ def test_a_trial_says_what_moves_names_it_on_the_button_and_leaves_the_robot_as_
     assert ui.find_all(CommandButton, dialog, text="Check up and queue 4 missions on Aino")
     begin(ui, dialog)
     ui.wait(lambda: dialog.vm.part == "CheckUpRunning")
-    assert says(ui, "Aino gets a mission that waits a second")           # what was agreed to stays in sight
+    assert says(ui, "Aino gets a mission that waits a second")  # what was agreed to stays in sight
     found = until_reported(ui, dialog)
     assert found["To know · Taking a mission"] == "It takes a mission, but does not tell its number"
     assert "Tried with the mission AMR Scheduler check-up" in dialog.vm.verdict.note
@@ -268,7 +274,7 @@ def test_one_of_the_robots_own_missions_may_be_chosen(site, app, ui, aino):
     ui.wait(lambda: ui.find_all(ChoiceDialog))
     assert ui.find(ChoiceDialog).options[0].text == "One that waits a second, made and removed again"
     ui.find(ChoiceDialog).query = "Wait"
-    ui.advance(.2)
+    ui.advance(0.2)
     name = ui.find(ChoiceDialog).shown[-1].text
     ui.tap(ui.find(OptionRow, text=name))
     ui.wait(lambda: dialog.vm.will_do.startswith(f"{name} is queued four times on Aino"))
@@ -288,10 +294,13 @@ def test_nobody_chooses_a_mission_for_a_check_up_whose_dialog_is_closed(site, ap
 
 
 def test_what_is_planned_soon_goes_first_and_is_named(site, app, ui, aino):
-    mission, = site.add_missions(next(iter(GUIDS)))
+    (mission,) = site.add_missions(next(iter(GUIDS)))
     at = (site.container.clock.now() + timedelta(minutes=3)).replace(second=0, microsecond=0)
-    site.container.catalogue.save_schedule(Schedule("Night count", robots(site)[0].id, mission.id, at.replace(tzinfo=None), "UTC",
-                                                    respect_working_days=False))
+    site.container.catalogue.save_schedule(
+        Schedule(
+            "Night count", robots(site)[0].id, mission.id, at.replace(tzinfo=None), "UTC", respect_working_days=False
+        )
+    )
     before = state_of(aino)
     dialog = opened(ui)
     try_with_a_mission(ui, dialog)
@@ -310,8 +319,8 @@ def test_the_report_and_the_file_lie_where_people_look_and_have_no_password(site
         press(ui, word, dialog)
         ui.wait(lambda ending=ending: dialog.vm.outcome.note.endswith(ending))
         assert dialog.vm.outcome.text == "Written, without passwords"
-    html, = site.documents.glob("amr-scheduler-check-up-aino-*.html")
-    file, = site.documents.glob("amr-scheduler-check-up-aino-*.json")
+    (html,) = site.documents.glob("amr-scheduler-check-up-aino-*.html")
+    (file,) = site.documents.glob("amr-scheduler-check-up-aino-*.json")
     assert "Check-up of Aino" in html.read_text("utf-8")
     assert profile_of(json.loads(file.read_text("utf-8"))).software == robots(site)[0].software
     for text in (html.read_text("utf-8"), file.read_text("utf-8")):

@@ -1,4 +1,5 @@
 """Settings, Data: every file says where it is, and no bad file changes anything."""
+
 from __future__ import annotations
 
 import codecs
@@ -43,7 +44,7 @@ def test_the_configuration_goes_out_without_secrets_and_says_where(site, app, ui
     assert [robot["name"] for robot in written["robots"]] == ["Aino", "Veikko"]
     assert "password" not in written["robots"][0]
     first = outcome(app, "configuration").note
-    ui.wait(lambda: row.model.path != first)                  # the next suggestion is free again
+    ui.wait(lambda: row.model.path != first)  # the next suggestion is free again
     ui.advance(1)
     enter_path(ui, row, first)
     press(ui, "Export", row)
@@ -103,11 +104,19 @@ def test_the_second_tap_on_export_is_the_same_press(site, app, ui, number, name)
 
 def test_a_configuration_comes_in_with_a_list_of_what_changed(site, app, ui):
     file = site.documents / "plant.json"
-    file.write_text(json.dumps({"format": "amr-scheduler/1", "settings": {"retry_limit": 3},
-                                "missions": [{"name": "Deliver", "guid": GUIDS["Deliver"]}]}), encoding="utf-8")
+    file.write_text(
+        json.dumps(
+            {
+                "format": "amr-scheduler/1",
+                "settings": {"retry_limit": 3},
+                "missions": [{"name": "Deliver", "guid": GUIDS["Deliver"]}],
+            }
+        ),
+        encoding="utf-8",
+    )
     go(ui, "data")
     row = file_row(ui, "Import from")
-    ui.wait(lambda: row.model.path == str(file))              # the newest configuration there is suggested
+    ui.wait(lambda: row.model.path == str(file))  # the newest configuration there is suggested
     press(ui, "Import", row)
     ui.wait(lambda: outcome(app, "configuration").text == "2 changes imported")
     assert settings(site).retry_limit == 3
@@ -119,15 +128,22 @@ def test_a_configuration_comes_in_with_a_list_of_what_changed(site, app, ui):
 
 def test_the_second_tap_on_import_leaves_the_list_of_what_the_first_has_changed(site, app, ui):
     robot = site.add_robots()[0]
-    (site.documents / "plant.json").write_text(json.dumps({"format": "amr-scheduler/1", "robots": [
-        {"name": robot.name, "address": "http://192.0.2.7", "username": robot.username}]}), encoding="utf-8")
+    (site.documents / "plant.json").write_text(
+        json.dumps(
+            {
+                "format": "amr-scheduler/1",
+                "robots": [{"name": robot.name, "address": "http://192.0.2.7", "username": robot.username}],
+            }
+        ),
+        encoding="utf-8",
+    )
     go(ui, "data")
     row = file_row(ui, "Import from")
     ui.wait(lambda: row.model.path)
     press(ui, "Import", row)
     ui.wait(lambda: outcome(app, "configuration").text)
     changed = outcome(app, "configuration")
-    assert changed.tone == "attention"                        # the robot needs its password
+    assert changed.tone == "attention"  # the robot needs its password
     press(ui, "Import", row)
     ui.wait(lambda: app.shell.background.idle)
     assert outcome(app, "configuration") == changed
@@ -141,8 +157,13 @@ def test_an_unusable_configuration_is_one_sentence_and_changes_nothing(site, app
     row = file_row(ui, "Import from")
     ui.wait(lambda: row.model.path == str(file))
     problems = set()
-    for content in ("{", "[]", '{"format": "amr-scheduler/2"}', '{"format": "amr-scheduler/1", "robotz": []}',
-                    '{"format": "amr-scheduler/1", "settings": {"retry_limit": 99}}'):
+    for content in (
+        "{",
+        "[]",
+        '{"format": "amr-scheduler/2"}',
+        '{"format": "amr-scheduler/1", "robotz": []}',
+        '{"format": "amr-scheduler/1", "settings": {"retry_limit": 99}}',
+    ):
         file.write_text(content, encoding="utf-8")
         press(ui, "Import", row)
         ui.wait(lambda: row.model.problem and row.model.problem not in problems and app.shell.background.idle)
@@ -209,7 +230,9 @@ def stick(app, tmp_path, monkeypatch) -> Path:
     stick = tmp_path / "media" / "KINGSTON"
     stick.mkdir(parents=True)
     for name, at, retries in (("spring.json", 1_700_000_000, 3), ("autumn.json", 1_750_000_000, 4)):
-        (stick / name).write_text(json.dumps({"format": "amr-scheduler/1", "settings": {"retry_limit": retries}}), encoding="utf-8")
+        (stick / name).write_text(
+            json.dumps({"format": "amr-scheduler/1", "settings": {"retry_limit": retries}}), encoding="utf-8"
+        )
         os.utime(stick / name, (at, at))
     monkeypatch.setattr(places, "MEDIA", (tmp_path / "media",))
     table = tmp_path / "mounts"
@@ -222,13 +245,16 @@ def test_a_file_on_a_stick_is_chosen_from_a_list_and_imported(site, stick, ui):
     go(ui, "data")
     row = file_row(ui, "Import from")
     ui.wait(lambda: row.model.places)
-    assert row.model.name == "No file .json there"            # in Documents
+    assert row.model.name == "No file .json there"  # in Documents
     assert ui.find(CommandButton, row, text="Import").disabled
     ui.tap(ui.find(ChoiceChip, row, text="USB: KINGSTON"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     dialog = ui.find(ChoiceDialog)
-    assert [option.text for option in dialog.options] == ["autumn.json", "spring.json"]       # newest first, with day and size
+    assert [option.text for option in dialog.options] == [
+        "autumn.json",
+        "spring.json",
+    ]  # newest first, with day and size
     assert dialog.options[0].note == "Sun 15 Jun 2025 15:06 · 1 kB"
     ui.tap(ui.find(OptionRow, dialog, text="spring.json"))
     ui.wait(lambda: row.model.path == str(stick / "spring.json"))
@@ -266,6 +292,7 @@ def dead_share(stick, tmp_path, monkeypatch) -> Iterator[Path]:
         if share in path.parents:
             back.wait(300)
         return reading.read_file(path)
+
     monkeypatch.setattr(files, "found_in", listed)
     monkeypatch.setattr(exports, "read_file", read)
     yield share
@@ -277,10 +304,10 @@ def test_a_share_that_hangs_holds_up_nobody_who_looks_elsewhere(site, app, dead_
     row = file_row(ui, "Import from")
     for _tap in range(4):
         ui.tap(ui.find(ChoiceChip, row, text="Share: plans"))
-        ui.advance(.2)
+        ui.advance(0.2)
     ui.tap(ui.find(ChoiceChip, row, text="USB: KINGSTON"))
     ui.wait(lambda: ui.find_all(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
     ui.tap(ui.find(OptionRow, ui.find(ChoiceDialog), text="spring.json"))
     press(ui, "Import", row)
     ui.wait(lambda: settings(site).retry_limit == 3)
@@ -292,7 +319,7 @@ def test_an_import_from_a_share_that_hangs_holds_up_nothing_else(site, app, dead
     enter_path(ui, row, str(dead_share / "plant.json"))
     press(ui, "Import", row)
     assert row.model.busy
-    done, all_there = [], threading.Barrier(4)           # as many as there are threads for what is pressed
+    done, all_there = [], threading.Barrier(4)  # as many as there are threads for what is pressed
     for _n in range(4):
         app.shell.background.run(lambda: all_there.wait(10), done.append)
     ui.wait(lambda: len(done) == 4)

@@ -1,4 +1,5 @@
 """Settings, Robots, Groups and Missions, Places, as an integrator uses them: taps and typing."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -32,7 +33,7 @@ def groups(site):
 def turn_to(ui, word):
     ui.wait(lambda: ui.find_all(Segment, text=word))
     ui.tap(ui.find(Segment, text=word))
-    ui.advance(.3)
+    ui.advance(0.3)
 
 
 def save_group(site, **values):
@@ -45,7 +46,7 @@ def tick(ui, *words):
     for word in words:
         ui.tap(ui.find(OptionRow, text=word))
     press(ui, "Set", ui.find(ChoiceDialog))
-    ui.advance(.3)
+    ui.advance(0.3)
 
 
 def test_one_robot_alone_has_neither_groups_nor_places(site, app, ui):
@@ -55,7 +56,7 @@ def test_one_robot_alone_has_neither_groups_nor_places(site, app, ui):
     ui.wait(lambda: ui.find_all(RobotPanel))
     assert not ui.find_all(Segment)
     go(ui, "missions")
-    ui.advance(.3)
+    ui.advance(0.3)
     assert not ui.find_all(Segment)
 
 
@@ -66,7 +67,11 @@ def test_a_group_is_made_of_ticked_robots(site, app, ui):
     press(ui, "Add group")
     dialog = ui.find(GroupDialog)
     press(ui, "Save group", dialog)
-    assert (dialog.vm.name_problem, dialog.vm.members_problem, groups(site)) == ("Enter a name", "Choose the robots of the group", [])
+    assert (dialog.vm.name_problem, dialog.vm.members_problem, groups(site)) == (
+        "Enter a name",
+        "Choose the robots of the group",
+        [],
+    )
     ui.tap(ui.find(Tap, ui.find(PickField, dialog)))
     tick(ui, "Aino", "Veikko")
     assert (dialog.vm.robots, dialog.vm.members_problem) == ("Aino, Veikko", "")
@@ -81,8 +86,15 @@ def test_a_group_is_made_of_ticked_robots(site, app, ui):
     press(ui, "Save group", dialog)
     ui.wait(lambda: ui.find_all(GroupPanel))
     panel = ui.find(GroupPanel)
-    assert (panel.name, panel.robots, panel.hand_over, panel.keep_free) == ("Hall 1", "Aino, Veikko", "At once", "no robot")
-    assert groups(site) == [Group("Hall 1", tuple(robot.id for robot in robots(site)), HandOver.AT_ONCE, 0, groups(site)[0].id)]
+    assert (panel.name, panel.robots, panel.hand_over, panel.keep_free) == (
+        "Hall 1",
+        "Aino, Veikko",
+        "At once",
+        "no robot",
+    )
+    assert groups(site) == [
+        Group("Hall 1", tuple(robot.id for robot in robots(site)), HandOver.AT_ONCE, 0, groups(site)[0].id)
+    ]
 
 
 def test_robots_are_kept_free_from_four_on_and_the_cost_is_said(site, app, ui):
@@ -113,7 +125,9 @@ def test_robots_are_kept_free_from_four_on_and_the_cost_is_said(site, app, ui):
 def test_a_renamed_group_keeps_its_schedules(site, app, ui):
     site.add_robots()
     group, mission = save_group(site), site.add_missions("Deliver")[0]
-    site.container.catalogue.save_schedule(Schedule("", None, mission.id, datetime(2030, 1, 7, 6), "UTC", group_id=group.id))
+    site.container.catalogue.save_schedule(
+        Schedule("", None, mission.id, datetime(2030, 1, 7, 6), "UTC", group_id=group.id)
+    )
     go(ui, "robots")
     turn_to(ui, "Groups")
     assert ui.find(GroupPanel).note == "1 schedule"
@@ -128,7 +142,9 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     site.add_robots()
     group, mission = save_group(site), site.add_missions("Deliver")[0]
     for name in ("Morning", "Evening"):
-        site.container.catalogue.save_schedule(Schedule(name, None, mission.id, datetime(2030, 1, 7, 6), "UTC", group_id=group.id))
+        site.container.catalogue.save_schedule(
+            Schedule(name, None, mission.id, datetime(2030, 1, 7, 6), "UTC", group_id=group.id)
+        )
     site.container.holds.hold("cleaning", None)
     site.container.operator.run_on_any(group.id, mission.id)
     go(ui, "robots")
@@ -138,8 +154,10 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     ui.wait(lambda: ui.find_all(ConfirmDialog))
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Hall 1?"
-    assert question.text == ("These 2 schedules go with it:\nEvening\nMorning\n\nA start that waits for one of its robots is cancelled.\n"
-                             "Its robots stay, and what runs goes on.")
+    assert question.text == (
+        "These 2 schedules go with it:\nEvening\nMorning\n\nA start that waits for one of its robots is cancelled.\n"
+        "Its robots stay, and what runs goes on."
+    )
     press(ui, "Delete group", question)
     ui.wait(lambda: not groups(site) and not ui.find_all(GroupPanel))
     assert (schedules(site), len(robots(site))) == ([], 2)
@@ -149,11 +167,17 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     assert [schedule.name for schedule in schedules(site)] == ["Evening", "Morning"]
 
 
-@pytest.mark.parametrize(("known", "panel", "lines"), [
-    ("both", "on all its robots", [("Deliver", "", ["check", "check"])]),
-    ("one lacks it", "1 not on every robot", [("Away", "Not on Veikko", ["check", "close-thick"]),
-                                              ("Deliver", "", ["check", "check"])]),
-])
+@pytest.mark.parametrize(
+    ("known", "panel", "lines"),
+    [
+        ("both", "on all its robots", [("Deliver", "", ["check", "check"])]),
+        (
+            "one lacks it",
+            "1 not on every robot",
+            [("Away", "Not on Veikko", ["check", "close-thick"]), ("Deliver", "", ["check", "check"])],
+        ),
+    ],
+)
 def test_the_table_shows_which_robot_lacks_which_mission(site, app, ui, known, panel, lines):
     aino, _veikko = site.add_robots()
     deliver = site.add_missions("Deliver")[0]
@@ -183,7 +207,7 @@ def test_a_group_whose_robots_were_deleted_has_missions_on_none(site, app, ui):
 def test_the_table_follows_what_the_robots_have_while_it_is_open(site, app, ui, monkeypatch):
     monkeypatch.setattr(missions, "ASK_AGAIN_AFTER", 0.0)
     site.add_robots()
-    empties = site.add_missions("Collect empties")[0]         # of no other test here: it stays away
+    empties = site.add_missions("Collect empties")[0]  # of no other test here: it stays away
     save_group(site)
     go(ui, "robots")
     turn_to(ui, "Groups")
@@ -255,8 +279,9 @@ def test_a_place_that_will_be_wanted_too_much_says_so_before_it_is_saved(site, a
     robots_ = site.add_robots()
     mission = site.container.catalogue.save_mission(replace(site.add_missions("Deliver")[0], usual_minutes=50))
     for robot in robots_:
-        site.container.catalogue.save_schedule(Schedule("", robot.id, mission.id, datetime(2026, 1, 1), "UTC", "FREQ=HOURLY",
-                                                        respect_working_days=False))
+        site.container.catalogue.save_schedule(
+            Schedule("", robot.id, mission.id, datetime(2026, 1, 1), "UTC", "FREQ=HOURLY", respect_working_days=False)
+        )
     go(ui, "missions")
     turn_to(ui, "Places")
     press(ui, "Add place")

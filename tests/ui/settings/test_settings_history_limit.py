@@ -1,4 +1,5 @@
 """The length of the history, in Settings: what a lower limit would delete is asked first, also when a file brings it."""
+
 from __future__ import annotations
 
 from app.domain.models import Execution, State, Trigger
@@ -13,8 +14,23 @@ from tests.ui.integrator import enter, go, is_saved, page, press, says, settings
 
 def add_runs(site, count: int) -> None:
     now, repository = site.container.clock.now(), site.container.repositories.executions
-    rows = [Execution(trigger=Trigger.MANUAL, robot_id=1, robot="R1", mission="Deliver", mission_guid="guid", timezone="UTC", token=str(n),
-                      planned_at=now, closes_at=now, created_at=now, state=State.COMPLETED, ended_at=now) for n in range(count)]
+    rows = [
+        Execution(
+            trigger=Trigger.MANUAL,
+            robot_id=1,
+            robot="R1",
+            mission="Deliver",
+            mission_guid="guid",
+            timezone="UTC",
+            token=str(n),
+            planned_at=now,
+            closes_at=now,
+            created_at=now,
+            state=State.COMPLETED,
+            ended_at=now,
+        )
+        for n in range(count)
+    ]
     site.container.db.write(lambda c: repository.add_many(c, rows))
 
 
@@ -32,9 +48,9 @@ def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
     ui.wait(lambda: says(ui, "Delete 1 run of the history?"))
     assert says(ui, "The oldest ones beyond the last 2 are deleted for ever.")
     press(ui, "Cancel", ui.find(ConfirmDialog))
-    ui.wait(lambda: field.value == 100_000)                   # what is kept is shown again
+    ui.wait(lambda: field.value == 100_000)  # what is kept is shown again
     assert settings(site).history_limit == 100_000
-    keep_the_last(ui, 3)                                      # deletes nothing
+    keep_the_last(ui, 3)  # deletes nothing
     ui.wait(lambda: settings(site).history_limit == 3)
     ui.wait(lambda: is_saved(site, app))
     keep_the_last(ui, 1)
@@ -63,7 +79,15 @@ def test_how_many_runs_are_kept_is_one_of_a_few_choices_or_typed(site, app, ui):
     field = keep_the_last(ui, 250)
     ui.wait(lambda: settings(site).history_limit == 250)
     ui.wait(lambda: field.value == 250)
-    ui.wait(lambda: not [segment for segment in ui.find_all(Segment) if segment.selected and segment.key in (100, 1_000, 10_000, 100_000)])
+    ui.wait(
+        lambda: (
+            not [
+                segment
+                for segment in ui.find_all(Segment)
+                if segment.selected and segment.key in (100, 1_000, 10_000, 100_000)
+            ]
+        )
+    )
 
 
 def test_an_end_of_keeping_all_asks_too(site, app, ui):

@@ -1,4 +1,5 @@
 """The keyboard on the screen, in Settings by taps: a word into a text field, digits into a number field, and when it comes and goes."""
+
 from __future__ import annotations
 
 import pytest
@@ -35,7 +36,7 @@ def first_settings():
 def robot_dialog(ui) -> RobotDialog:
     go(ui, "robots")
     press(ui, "Add robot")
-    ui.advance(.5)
+    ui.advance(0.5)
     return ui.find(RobotDialog)
 
 
@@ -79,13 +80,13 @@ def test_test_and_save_are_above_it_whatever_is_typed_into(site, app, ui, size):
     go(ui, "robots")
     ui.wait(lambda: ui.find_all(RobotPanel))
     press(ui, "Edit", ui.find_all(RobotPanel)[0])
-    ui.advance(.5)
+    ui.advance(0.5)
     dialog, before = ui.find(RobotDialog), Window.size
     Window.size = size
     try:
         for name in ("name", "password"):
             dialog.ids[f"{name}_field"].focus = True
-            ui.advance(.5)
+            ui.advance(0.5)
             for word in ("Test connection", "Cancel", "Save robot"):
                 button = ui.find(CommandButton, dialog, text=word)
                 assert checks.is_seen(button)
@@ -110,13 +111,13 @@ def test_a_field_stays_under_the_finger_that_brings_it_back(app, ui):
     address = ui.find(FieldInput, dialog.ids.address_field)
     ui.tap(address)
     keyboard(ui)
-    ui.key(97, "a")                                           # a real keyboard types
+    ui.key(97, "a")  # a real keyboard types
     ui.wait(lambda: not ui.find_all(DockedKeyboard))
-    ui.advance(.3)
+    ui.advance(0.3)
     lift, place = ui.press(address), dialog.y
-    ui.advance(.2)
+    ui.advance(0.2)
     assert dialog.y == place
-    lift(.1)
+    lift(0.1)
     assert dock.field is address
     ui.wait(lambda: ui.find_all(DockedKeyboard))
 
@@ -158,12 +159,14 @@ def test_it_is_chosen_in_settings(site, app, ui):
     ui.wait(lambda: settings(site).keyboard == "off")
     dialog = robot_dialog(ui)
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))
-    ui.advance(.5)
+    ui.advance(0.5)
     assert not ui.find_all(DockedKeyboard)
     ui.tap(ui.find(CommandButton, dialog, text="Cancel"))
 
 
-@pytest.mark.parametrize(("devices", "comes"), [(POWER_BUTTON, True), (POWER_BUTTON + "\n" + KEYBOARD, False), (None, False)])
+@pytest.mark.parametrize(
+    ("devices", "comes"), [(POWER_BUTTON, True), (POWER_BUTTON + "\n" + KEYBOARD, False), (None, False)]
+)
 def test_by_itself_it_comes_where_there_is_no_keyboard(site, app, ui, tmp_path, monkeypatch, devices, comes):
     path = tmp_path / "devices"
     if devices is not None:
@@ -172,7 +175,7 @@ def test_by_itself_it_comes_where_there_is_no_keyboard(site, app, ui, tmp_path, 
     site.container.catalogue.change_settings(keyboard="auto")
     dialog = robot_dialog(ui)
     ui.tap(ui.find(FieldInput, dialog.ids.name_field))
-    ui.advance(.5)
+    ui.advance(0.5)
     assert bool(ui.find_all(DockedKeyboard)) is comes
 
 

@@ -1,4 +1,5 @@
 """Settings while they are still being read: what was chosen, typed or saved meanwhile is neither taken back nor lost."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -94,6 +95,7 @@ def hold_asking(site, monkeypatch):
             if problem is not None:
                 raise problem
             return tell(*args)
+
         monkeypatch.setattr(site.container.robot_missions, "parameters", parameters)
         return go_on.set
 
@@ -108,7 +110,9 @@ def choose(ui, mission: str) -> None:
     ui.tap(ui.find(OptionRow, text=mission))
 
 
-def test_the_mission_that_was_chosen_last_is_the_idle_mission_though_the_robot_went_silent_meanwhile(site, app, ui, hold_asking):
+def test_the_mission_that_was_chosen_last_is_the_idle_mission_though_the_robot_went_silent_meanwhile(
+    site, app, ui, hold_asking
+):
     robot, _other = site.add_robots()
     _home, deliver = site.add_missions("Home", "Deliver")
     ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
@@ -125,9 +129,11 @@ def test_the_mission_that_was_chosen_last_is_the_idle_mission_though_the_robot_w
     assert robots(site)[0].idle.mission_id == deliver.id
 
 
-def test_a_robot_that_does_not_answer_is_given_no_mission_that_asks_for_something_as_far_as_that_is_known(site, app, ui):
+def test_a_robot_that_does_not_answer_is_given_no_mission_that_asks_for_something_as_far_as_that_is_known(
+    site, app, ui
+):
     robot, _other = site.add_robots()
-    go_to, = site.add_missions("Go to position")
+    (go_to,) = site.add_missions("Go to position")
     ui.wait(lambda: site.container.snapshots.get(robot.id).connection is Connection.CONNECTED)
     app.shell.given.take(go_to.guid, site.container.robot_missions.parameters(robot.id, go_to.guid))
     site.fleet.robots[0].control({"fault": {"kind": "drop_request", "path": "*", "count": None}})
@@ -149,11 +155,16 @@ def test_who_has_gone_on_is_told_that_a_mission_is_no_idle_mission(site, app, ui
     choose(ui, "Go to position")
     go(ui, "about")
     go_on()
-    ui.wait(lambda: app.shell.snackbars.texts == ["Aino: Go to position asks for Position, which only a schedule or Run now can give"])
+    ui.wait(
+        lambda: (
+            app.shell.snackbars.texts
+            == ["Aino: Go to position asks for Position, which only a schedule or Run now can give"]
+        )
+    )
 
 
 def test_a_star_takes_no_new_name_of_a_mission_back(site, app, ui, hold_readings):
-    mission, = site.add_missions("Home", favourite=False)
+    (mission,) = site.add_missions("Home", favourite=False)
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow, name="Home"))
     hold_readings()
@@ -201,7 +212,7 @@ def test_what_is_not_written_yet_stays_as_it_was_chosen_whatever_is_read(site, a
     go(ui, "constraints")
     monkeypatch.setattr(site.container.catalogue, "change_settings", refuse)
     ui.tap(ui.find(Segment, text="Mon"))
-    site.add_missions("Home")                                 # so that everything is read
+    site.add_missions("Home")  # so that everything is read
     ui.wait(lambda: page(app).context.facts.missions)
     assert not ui.find(Segment, text="Mon").selected
     go_on.set()

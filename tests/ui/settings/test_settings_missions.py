@@ -1,4 +1,5 @@
 """Settings, Missions: from a robot's list, by hand, favourites, what is missing, and Undo."""
+
 from __future__ import annotations
 
 import threading
@@ -40,11 +41,13 @@ def test_missions_are_taken_over_from_a_checklist(site, app, ui):
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
     dialog = fetch(ui, "Aino")
-    assert "Deliver" not in [option.text for option in dialog.options]         # here already
+    assert "Deliver" not in [option.text for option in dialog.options]  # here already
     ui.tap(ui.find(OptionRow, root=dialog, text="Collect empties"))
     press(ui, "Add chosen", dialog)
     ui.wait(lambda: len(missions(site)) == 2)
-    assert {mission.name: mission.guid for mission in missions(site)} == {name: GUIDS[name] for name in ("Deliver", "Collect empties")}
+    assert {mission.name: mission.guid for mission in missions(site)} == {
+        name: GUIDS[name] for name in ("Deliver", "Collect empties")
+    }
     ui.wait(lambda: says(ui, "1 mission added"))
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 2)
 
@@ -52,7 +55,9 @@ def test_missions_are_taken_over_from_a_checklist(site, app, ui):
 def test_when_everything_is_here_that_is_said(site, app, ui):
     _aino, veikko = site.add_robots()
     found = site.container.operator.fetch_missions(veikko.id)
-    site.container.catalogue.edit(lambda edit: [edit.save_mission(Mission(mission.name, mission.guid)) for mission in found])
+    site.container.catalogue.edit(
+        lambda edit: [edit.save_mission(Mission(mission.name, mission.guid)) for mission in found]
+    )
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
     press(ui, "Fetch from robot")
@@ -72,14 +77,14 @@ def test_who_has_gone_elsewhere_is_not_asked_there_but_told_that_the_missions_ar
     ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
     assert ui.find(SectionRow, key="missions").selected
     app.shell.dialogs.close_all()
-    page(app).reached(found=(99, ()))                         # of a robot that was deleted meanwhile
+    page(app).reached(found=(99, ()))  # of a robot that was deleted meanwhile
     assert app.shell.dialogs.top is None
     ask(ui, "Aino")
     go(ui, "about")
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino has told its missions"])
     go(ui, "missions")
     ask(ui, "Aino")
-    assert app.shell.snackbars.texts == []                    # it is asked again
+    assert app.shell.snackbars.texts == []  # it is asked again
     site.fleet.robots[0].control({"fault": None})
     ui.wait(lambda: ui.find_all(ChoiceDialog, multiple=True))
 
@@ -98,7 +103,7 @@ def test_who_has_gone_elsewhere_is_told_that_the_robot_did_not_tell_its_missions
     app.shell.go("logs")
     left.set()
     ui.wait(lambda: app.shell.snackbars.texts)
-    said, = app.shell.snackbars.texts
+    (said,) = app.shell.snackbars.texts
     assert "Fetch missions" in said
     assert "Aino" in said
 
@@ -118,14 +123,14 @@ def test_all_missions_of_a_list_are_ticked_at_once(site, app, ui):
     dialog = fetch(ui, "Aino")
     search = ui.find(SearchField, dialog)
     search.text = "collect"
-    ui.advance(.2)
+    ui.advance(0.2)
     press(ui, "Select all", dialog)
-    ui.advance(.2)
-    press(ui, "Select none", dialog)                          # of those that the search shows
-    ui.advance(.2)
+    ui.advance(0.2)
+    press(ui, "Select none", dialog)  # of those that the search shows
+    ui.advance(0.2)
     assert dialog.selected == []
     search.text = ""
-    ui.advance(.2)
+    ui.advance(0.2)
     press(ui, "Select all", dialog)
     press(ui, "Add chosen", dialog)
     offered = [option.text for option in dialog.options]
@@ -140,11 +145,11 @@ def test_the_guid_of_a_mission_is_behind_details(site, app, ui):
     assert GUIDS["Deliver"] not in ui.texts()
     ui.tap(ui.find(MissionRow))
     ui.wait(lambda: ui.find_all(MissionDialog))
-    ui.advance(.5)
+    ui.advance(0.5)
     dialog = ui.find(MissionDialog)
     assert "GUID" not in ui.texts(dialog)
     ui.tap(ui.find(MenuChip, dialog, text="Details"))
-    ui.advance(.3)
+    ui.advance(0.3)
     assert "GUID" in ui.texts(dialog)
     assert dialog.ids.guid_field.text == GUIDS["Deliver"]
 
@@ -221,13 +226,17 @@ def test_favourites_come_first_and_a_deleted_mission_comes_back(site, app, ui):
     star, bin_ = ui.find_all(IconButton, root=ui.find(MissionRow, name="Home"))
     ui.tap(star)
     ui.wait(lambda: [row.name for row in page(app).vm.rows] == ["Home", "Deliver"])
-    ui.advance(1)                                             # a tap at once would be meant for the row that stood there
+    ui.advance(1)  # a tap at once would be meant for the row that stood there
     star, bin_ = ui.find_all(IconButton, root=ui.find(MissionRow, name="Home"))
     ui.tap(bin_)
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Deliver"])
     ui.wait(lambda: says(ui, "Home deleted"))
     undo(ui)
-    ui.wait(lambda: {(mission.name, mission.favourite) for mission in missions(site)} == {("Home", True), ("Deliver", False)})
+    ui.wait(
+        lambda: (
+            {(mission.name, mission.favourite) for mission in missions(site)} == {("Home", True), ("Deliver", False)}
+        )
+    )
 
 
 def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app, ui):
@@ -243,7 +252,12 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     ui.tap_at(*place)
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Deliver?"
-    assert question.text.splitlines() == ["This schedule goes with it:", "Morning", "", "This goes with it: idle automation on Aino."]
+    assert question.text.splitlines() == [
+        "This schedule goes with it:",
+        "Morning",
+        "",
+        "This goes with it: idle automation on Aino.",
+    ]
     press(ui, "Cancel", question)
     ui.wait(lambda: app.shell.background.idle)
     assert len(missions(site)) == 2
@@ -252,10 +266,10 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     press(ui, "Delete", ui.find(ConfirmDialog))
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Home"])
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 1)
-    ui.tap_at(*place)                                         # nothing slides under the finger
+    ui.tap_at(*place)  # nothing slides under the finger
     ui.wait(lambda: app.shell.background.idle)
     assert missions(site) == [home]
-    ui.skip(3600)                                             # the message stays until it is closed
+    ui.skip(3600)  # the message stays until it is closed
     assert says(ui, "Deliver deleted, and with it: 1 schedule, idle automation on Aino")
     undo(ui)
     ui.wait(lambda: len(missions(site)) == 2)
@@ -266,7 +280,9 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
 def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
     aino, _veikko = site.add_robots()
     gone = site.container.catalogue.save_mission(Mission("Gone", "00000000-0000-0000-0000-000000000000"))
-    site.container.catalogue.save_schedule(Schedule("Morning", aino.id, gone.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY"))
+    site.container.catalogue.save_schedule(
+        Schedule("Morning", aino.id, gone.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY")
+    )
     go(ui, "missions")
     ui.wait(lambda: [row.warning for row in ui.find_all(MissionRow)] == ["Not on Aino any more"])
     assert ui.find(SectionRow, key="missions").note == "1 mission, 1 missing"
@@ -297,7 +313,7 @@ def test_a_mission_may_start_on_a_low_battery(site, app, ui):
 
 
 def test_an_undo_that_is_refused_says_why_and_can_be_pressed_again(site, app, ui):
-    deliver, = site.add_missions("Deliver")
+    (deliver,) = site.add_missions("Deliver")
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
     page(app).act(deliver.id, "remove")
@@ -308,7 +324,12 @@ def test_an_undo_that_is_refused_says_why_and_can_be_pressed_again(site, app, ui
     site.container.catalogue.save_mission(replace(other, name="Deliver kits"))
     ui.advance(60)
     undo(ui)
-    ui.wait(lambda: {mission.name: mission.id for mission in missions(site)} == {"Deliver": deliver.id, "Deliver kits": other.id})
+    ui.wait(
+        lambda: (
+            {mission.name: mission.id for mission in missions(site)}
+            == {"Deliver": deliver.id, "Deliver kits": other.id}
+        )
+    )
 
 
 def test_add_chosen_is_off_while_none_is_chosen(site, app, ui):

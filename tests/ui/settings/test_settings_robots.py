@@ -1,4 +1,5 @@
 """Settings, Robots, as an integrator uses it: taps and typing against simulated robots."""
+
 from __future__ import annotations
 
 import socket
@@ -31,11 +32,11 @@ def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):
     assert dialog.vm.outcome.text.startswith("Aino answers in ")
     assert "MiR" in dialog.vm.outcome.note
     assert "serial" in dialog.vm.outcome.note
-    assert robots(site) == []                                 # a test saves nothing
+    assert robots(site) == []  # a test saves nothing
     press(ui, "Save robot", dialog)
     ui.wait(lambda: robots(site) and not ui.find_all(RobotDialog))
     ui.wait(lambda: ui.find_all(RobotPanel))
-    panel, = ui.find_all(RobotPanel)
+    (panel,) = ui.find_all(RobotPanel)
     assert (panel.name, panel.address) == ("Aino", site.fleet.robots[0].url.removeprefix("http://"))
     ui.wait(lambda: panel.badge.startswith("Connected"))
     assert panel.serial not in ("", "–")
@@ -51,18 +52,20 @@ def test_saving_tests_first_and_says_what_is_wrong(site, app, ui):
     ui.wait(lambda: dialog.vm.outcome.tone == "fault")
     assert says(ui, "doesn't accept the user name and password")
     assert robots(site) == []
-    enter(ui, dialog.ids.password_field, PASSWORD)            # mended: Save saves
+    enter(ui, dialog.ids.password_field, PASSWORD)  # mended: Save saves
     press(ui, "Save robot", dialog)
     ui.wait(lambda: [robot.name for robot in robots(site)] == ["Aino"])
     assert robots(site)[0].token == Token.derive(USER, PASSWORD).header
 
 
 def test_a_robot_that_does_not_answer_can_be_saved_by_a_second_press(site, app, ui):
-    with socket.socket() as closed:                           # bound, not listening: refused
+    with socket.socket() as closed:  # bound, not listening: refused
         closed.bind(("127.0.0.1", 0))
         go(ui, "robots")
         press(ui, "Add robot")
-        dialog = fill_in(ui, name="Late", address=f"127.0.0.1:{closed.getsockname()[1]}", username=USER, password=PASSWORD)
+        dialog = fill_in(
+            ui, name="Late", address=f"127.0.0.1:{closed.getsockname()[1]}", username=USER, password=PASSWORD
+        )
         press(ui, "Save robot", dialog)
         ui.wait(lambda: dialog.vm.save_word == "Save anyway")
         assert says(ui, "refused the connection")
@@ -90,7 +93,10 @@ def test_bad_input_is_one_sentence_at_its_field_and_nothing_is_saved(site, app, 
         ui.wait(lambda: app.shell.background.idle)
         assert robots(site) == []
         shown = {other: ui.find(RobotDialog).ids[f"{other}_field"] for other in right}
-        assert {other: seen.text for other, seen in shown.items()} == {**right, name: wrong}     # nothing that was entered is lost
+        assert {other: seen.text for other, seen in shown.items()} == {
+            **right,
+            name: wrong,
+        }  # nothing that was entered is lost
         assert [other for other, seen in shown.items() if seen.problem] == [name]
         enter(ui, field, right[name])
 
@@ -125,8 +131,10 @@ def test_the_panel_tests_the_stored_connection(site, app, ui):
     ui.wait(lambda: panel.result.tone == "done")
     assert panel.result.text.startswith("Veikko answers in")
     aino = ui.find(RobotPanel, name="Aino")
-    site.container.catalogue.save_robot(next(robot for robot in robots(site) if robot.name == "Aino"), password="changed there")
-    ui.wait(lambda: page(app).context.facts.robots == tuple(robots(site)))     # the page has read what was saved
+    site.container.catalogue.save_robot(
+        next(robot for robot in robots(site) if robot.name == "Aino"), password="changed there"
+    )
+    ui.wait(lambda: page(app).context.facts.robots == tuple(robots(site)))  # the page has read what was saved
     press(ui, "Test connection", aino)
     ui.wait(lambda: aino.result.tone == "fault")
     assert "doesn't accept" in aino.result.text
@@ -196,7 +204,7 @@ def test_another_machine_gets_nothing_until_it_is_accepted_with_its_password(sit
     site.add_robots()
     ui.wait(lambda: all(robot.serial_number for robot in robots(site)))
     before, other = (robot.serial_number for robot in robots(site))
-    site.container.catalogue.remove_robot(robots(site)[1].id)         # what answers there is no robot of the plan any more
+    site.container.catalogue.remove_robot(robots(site)[1].id)  # what answers there is no robot of the plan any more
     go(ui, "robots")
     ui.wait(lambda: len(ui.find_all(RobotPanel)) == 1)
     edit_aino(ui)
@@ -248,7 +256,7 @@ def test_a_certificate_is_shown_to_compare_and_pinned_when_it_is_trusted(site, a
         ui.wait(lambda: ui.find_all(ConfirmDialog))
         assert machine.seen == []
         question, pin = answer(ui, "Trust it"), pin_of("field_robot.pem")
-        assert ":".join(pin[n:n + 2].upper() for n in range(0, 16, 2)) in question.text
+        assert ":".join(pin[n : n + 2].upper() for n in range(0, 16, 2)) in question.text
         ui.wait(lambda: dialog.vm.outcome.tone == "done")
         press(ui, "Save robot", dialog)
         ui.wait(lambda: not ui.find_all(RobotDialog))
@@ -258,7 +266,9 @@ def test_a_certificate_is_shown_to_compare_and_pinned_when_it_is_trusted(site, a
 
 def test_another_certificate_is_compared_with_the_pinned_one(site, app, ui):
     with capture("plant_robot.pem") as machine:
-        site.container.catalogue.save_robot(Robot("Aino", machine.url, USER, certificate_sha256=pin_of("field_robot.pem")), PASSWORD)
+        site.container.catalogue.save_robot(
+            Robot("Aino", machine.url, USER, certificate_sha256=pin_of("field_robot.pem")), PASSWORD
+        )
         go(ui, "robots")
         dialog = edit_aino(ui)
         press(ui, "Test connection", dialog)
@@ -313,8 +323,10 @@ def test_a_certificate_is_asked_for_only_with_https(site, app, ui):
 
 def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     aino, _veikko = site.add_robots()
-    mission, = site.add_missions("Deliver")
-    site.container.catalogue.save_schedule(Schedule("Morning", aino.id, mission.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY"))
+    (mission,) = site.add_missions("Deliver")
+    site.container.catalogue.save_schedule(
+        Schedule("Morning", aino.id, mission.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY")
+    )
     go(ui, "robots")
     ui.wait(lambda: ui.find_all(RobotPanel, name="Aino"))
     site.container.catalogue.save_idle_rule(aino.id, mission.id)
@@ -323,7 +335,12 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     press(ui, "Delete robot", ui.find(RobotDialog))
     question = ui.find(ConfirmDialog)
     assert question.title == "Delete Aino?"
-    assert question.text.splitlines()[:4] == ["This schedule goes with it:", "Morning", "", "This goes with it: its idle automation."]
+    assert question.text.splitlines()[:4] == [
+        "This schedule goes with it:",
+        "Morning",
+        "",
+        "This goes with it: its idle automation.",
+    ]
     press(ui, "Cancel", question)
     ui.wait(lambda: app.shell.background.idle)
     assert len(robots(site)) == 2
@@ -333,7 +350,7 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     ui.wait(lambda: len(robots(site)) == 1)
     assert schedules(site) == []
     ui.wait(lambda: says(ui, "Aino deleted, and with it: 1 schedule, its idle automation"))
-    ui.skip(3600)                                             # it stays until it is closed
+    ui.skip(3600)  # it stays until it is closed
     assert says(ui, "Aino deleted, and with it: 1 schedule, its idle automation")
     undo(ui)
     ui.wait(lambda: len(robots(site)) == 2)

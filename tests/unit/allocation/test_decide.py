@@ -1,4 +1,5 @@
 """Who gets what: the rules one by one, and what holds for any situation."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -41,17 +42,38 @@ def given_to(*args, **values) -> dict[int, int | None]:
 def test_of_equals_the_one_that_ran_less_and_then_the_first_by_name():
     assert given_to(start()) == {1: AINO.id}
     assert given_to(start(), robots=(replace(AINO, hours=1.0), SISU, VEIKKO)) == {1: SISU.id}
-    assert given_to(start(), takes=lambda robot_id, mission, slow=False: 300.0 + 2 * EVEN * (robot_id == 2),
-                    robots=(replace(AINO, hours=1.0), SISU, replace(VEIKKO, hours=3.0))) == {1: AINO.id}
+    assert given_to(
+        start(),
+        takes=lambda robot_id, mission, slow=False: 300.0 + 2 * EVEN * (robot_id == 2),
+        robots=(replace(AINO, hours=1.0), SISU, replace(VEIKKO, hours=3.0)),
+    ) == {1: AINO.id}
 
 
-@pytest.mark.parametrize(("robots", "seconds", "coming", "why"), [
-    ((AINO, SISU), {}, (), None), ((AINO, busy(SISU, 9.0)), {}, (), None), ((AINO, SISU), {1: 299.0}, (), Why.SOONEST),
-    ((AINO, replace(SISU, hours=.5)), {}, (), Why.LESS_RUN), ((AINO, replace(SISU, hours=2.0)), {1: 310.0}, (), Why.LESS_RUN),
-    ((AINO, replace(SISU, hours=.5)), {}, (Coming("Shift bus", (1,), 60.0, 300.0, CRITICAL, is_fixed=True),), Why.AHEAD)])
+@pytest.mark.parametrize(
+    ("robots", "seconds", "coming", "why"),
+    [
+        ((AINO, SISU), {}, (), None),
+        ((AINO, busy(SISU, 9.0)), {}, (), None),
+        ((AINO, SISU), {1: 299.0}, (), Why.SOONEST),
+        ((AINO, replace(SISU, hours=0.5)), {}, (), Why.LESS_RUN),
+        ((AINO, replace(SISU, hours=2.0)), {1: 310.0}, (), Why.LESS_RUN),
+        (
+            (AINO, replace(SISU, hours=0.5)),
+            {},
+            (Coming("Shift bus", (1,), 60.0, 300.0, CRITICAL, is_fixed=True),),
+            Why.AHEAD,
+        ),
+    ],
+)
 def test_why_the_chosen_one_of_several_that_are_free(robots, seconds, coming, why):
-    [decision] = decide(situation(start(), robots=robots, takes=lambda robot_id, *_args, slow=False: seconds.get(robot_id, 300.0),
-                                  coming=coming))
+    [decision] = decide(
+        situation(
+            start(),
+            robots=robots,
+            takes=lambda robot_id, *_args, slow=False: seconds.get(robot_id, 300.0),
+            coming=coming,
+        )
+    )
     assert decision.robot_id is not None
     assert decision.why == why
 
@@ -60,13 +82,20 @@ def test_a_robot_that_gets_another_start_in_the_same_moment_is_free_no_more():
     first, second = decide(situation(start(1), start(2), robots=(AINO, SISU)))
     assert (first.robot_id, second.robot_id) == (AINO.id, SISU.id)
     assert [(option.robot_id, option.is_free, option.taken_by) for option in second.options] == [
-        (SISU.id, True, ""), (AINO.id, False, "Deliver")]
+        (SISU.id, True, ""),
+        (AINO.id, False, "Deliver"),
+    ]
 
 
 def test_one_that_could_not_be_done_in_time_there_leaves_nothing_to_what_is_planned():
     hours = replace(AINO, hours=3.0)
-    [decision] = decide(situation(start(finish_s=305.0), robots=(hours, SISU, replace(VEIKKO, hours=4.0)),
-                                  takes=lambda robot_id, *_args, slow=False: {1: 300.0, 2: 310.0, 3: 290.0}[robot_id]))
+    [decision] = decide(
+        situation(
+            start(finish_s=305.0),
+            robots=(hours, SISU, replace(VEIKKO, hours=4.0)),
+            takes=lambda robot_id, *_args, slow=False: {1: 300.0, 2: 310.0, 3: 290.0}[robot_id],
+        )
+    )
     assert (decision.robot_id, decision.why) == (AINO.id, Why.LESS_RUN)
     assert [option.robot_id for option in decision.options if decision.is_too_late(option)] == [SISU.id]
 
@@ -74,6 +103,7 @@ def test_one_that_could_not_be_done_in_time_there_leaves_nothing_to_what_is_plan
 def test_a_busy_robot_is_waited_for_only_if_it_is_done_much_sooner():
     def fast_aino(robot_id, mission, slow=False):
         return 100.0 if robot_id == AINO.id else 100.0 + PATIENCE + 60.0
+
     assert given_to(start(), robots=(busy(AINO, 59.0), SISU), takes=fast_aino) == {1: None}
     assert given_to(start(), robots=(busy(AINO, 61.0), SISU), takes=fast_aino) == {1: SISU.id}
 
@@ -92,12 +122,19 @@ def failed(robot: Member, times: int = 1) -> Member:
 def test_a_robot_that_failed_is_taken_after_those_that_are_free(times):
     assert given_to(start(1), start(2), robots=(failed(AINO, times), SISU, VEIKKO)) == {1: SISU.id, 2: VEIKKO.id}
     far_and_tired = replace(SISU, hours=20.0)
-    assert given_to(start(), robots=(failed(AINO, times), far_and_tired),
-                    takes=lambda robot_id, *_args, slow=False: 300.0 + 100.0 * (robot_id == SISU.id)) == {1: SISU.id}
+    assert given_to(
+        start(),
+        robots=(failed(AINO, times), far_and_tired),
+        takes=lambda robot_id, *_args, slow=False: 300.0 + 100.0 * (robot_id == SISU.id),
+    ) == {1: SISU.id}
 
 
 def test_after_one_failure_a_start_does_not_wait_for_a_robot_that_has_just_begun():
-    assert given_to(start(1), start(2), start(3), robots=(failed(AINO), SISU, VEIKKO)) == {1: SISU.id, 2: VEIKKO.id, 3: AINO.id}
+    assert given_to(start(1), start(2), start(3), robots=(failed(AINO), SISU, VEIKKO)) == {
+        1: SISU.id,
+        2: VEIKKO.id,
+        3: AINO.id,
+    }
 
 
 def test_of_those_that_failed_the_one_that_did_so_less_often():
@@ -109,7 +146,9 @@ def test_with_no_other_it_gets_every_start():
     assert given_to(start(), robots=(failed(AINO, 1000), replace(SISU, out=Out.HELD))) == {1: AINO.id}
     assert given_to(start(finish_s=301.0), robots=(failed(AINO, 3), busy(SISU, 60.0))) == {1: AINO.id}
     soon = Coming("Shift bus", ALL, 60.0, 300.0, CRITICAL)
-    assert given_to(start(), robots=(failed(AINO, 3),), coming=(soon,)) == given_to(start(), robots=(AINO,), coming=(soon,))
+    assert given_to(start(), robots=(failed(AINO, 3),), coming=(soon,)) == given_to(
+        start(), robots=(AINO,), coming=(soon,)
+    )
 
 
 def test_a_busy_robot_is_waited_for_rather_but_not_for_ever():
@@ -120,8 +159,11 @@ def test_a_busy_robot_is_waited_for_rather_but_not_for_ever():
 
 def test_failures_are_no_other_reason_for_the_choice():
     """Sisu would be done later than Aino, which failed, and ran no less than Veikko, which is farther away."""
-    [decision] = decide(situation(start(), robots=(failed(AINO), SISU, VEIKKO),
-                                  takes=lambda robot_id, *_args, slow=False: 100.0 * robot_id))
+    [decision] = decide(
+        situation(
+            start(), robots=(failed(AINO), SISU, VEIKKO), takes=lambda robot_id, *_args, slow=False: 100.0 * robot_id
+        )
+    )
     assert (decision.robot_id, decision.why) == (SISU.id, None)
     [decision] = decide(situation(start(), robots=(failed(AINO), SISU, replace(VEIKKO, hours=1.0))))
     assert (decision.robot_id, decision.why) == (SISU.id, Why.LESS_RUN)
@@ -132,29 +174,45 @@ def test_what_is_laid_on_a_robot_is_there_for_the_next_start():
 
 
 def test_the_most_important_chooses_first_then_who_is_in_a_hurry_then_who_waits_longest():
-    starts = (start(1, planned_s=-60), start(2, planned_s=-50, finish_s=500.0), start(3, priority=HIGH),
-              start(4, priority=LOW, planned_s=-900))
+    starts = (
+        start(1, planned_s=-60),
+        start(2, planned_s=-50, finish_s=500.0),
+        start(3, priority=HIGH),
+        start(4, priority=LOW, planned_s=-900),
+    )
     assert given_to(*starts) == {3: 1, 2: 2, 1: 3, 4: None}
 
 
 # ---------------------------------------------------------------------- who can't
-@pytest.mark.parametrize(("robot", "why"), [
-    (replace(AINO, out=Out.SILENT), Out.SILENT), (replace(AINO, battery=None), Out.LOW_BATTERY),
-    (replace(AINO, battery=19.9), Out.LOW_BATTERY), (replace(AINO, battery=20.0, drain=200.0), Out.TOO_LITTLE_BATTERY)])
+@pytest.mark.parametrize(
+    ("robot", "why"),
+    [
+        (replace(AINO, out=Out.SILENT), Out.SILENT),
+        (replace(AINO, battery=None), Out.LOW_BATTERY),
+        (replace(AINO, battery=19.9), Out.LOW_BATTERY),
+        (replace(AINO, battery=20.0, drain=200.0), Out.TOO_LITTLE_BATTERY),
+    ],
+)
 def test_a_robot_that_cannot_is_passed_by_and_it_is_said_why(robot, why):
     [decision] = decide(situation(start(minimum_battery=20.0), robots=(robot, replace(SISU, battery=80.0))))
     assert (decision.robot_id, list(decision.out)) == (SISU.id, [(AINO.id, why)])
 
 
 def test_a_robot_that_lacks_the_mission_or_has_refused_it_is_passed_by():
-    [decision] = decide(situation(start(tried={2: Out.TRIED}), takes=lambda robot_id, mission, slow=False: 300.0 if robot_id > 1 else None))
+    [decision] = decide(
+        situation(
+            start(tried={2: Out.TRIED}), takes=lambda robot_id, mission, slow=False: 300.0 if robot_id > 1 else None
+        )
+    )
     assert (decision.robot_id, list(decision.out)) == (VEIKKO.id, [(1, Out.LACKS_MISSION), (2, Out.TRIED)])
 
 
 def test_so_much_battery_is_left_when_a_run_ends():
     enough = replace(AINO, battery=RESERVE + 10 * 300 / 3600)
     assert given_to(replace(start(), members=(1,)), robots=(enough,)) == {1: 1}
-    assert given_to(replace(start(), members=(1,)), robots=(replace(enough, battery=enough.battery - 0.01),)) == {1: None}
+    assert given_to(replace(start(), members=(1,)), robots=(replace(enough, battery=enough.battery - 0.01),)) == {
+        1: None
+    }
 
 
 # ---------------------------------------------------------------------- when
@@ -173,7 +231,9 @@ def test_what_has_to_be_done_by_then_is_not_begun_when_it_cannot_be():
 
 
 def test_a_group_that_hands_over_at_once_waits_for_no_free_robot():
-    assert given_to(replace(start(at_once=True), members=(1, 2)), robots=(busy(AINO, 900.0), busy(SISU, 200.0))) == {1: SISU.id}
+    assert given_to(replace(start(at_once=True), members=(1, 2)), robots=(busy(AINO, 900.0), busy(SISU, 200.0))) == {
+        1: SISU.id
+    }
 
 
 def test_robots_are_kept_free_for_what_matters_more():
@@ -189,6 +249,7 @@ def coming(seconds: float, members=ALL, priority: int = CRITICAL, *, is_fixed: b
 def test_in_a_group_of_one_robot_an_equal_start_later_keeps_it_from_nothing():
     def long_ones(_robot_id, _mission, *, slow=False):
         return 600.0 if slow else 300.0
+
     alone = replace(start(), members=(1,))
     for is_fixed, robot_id in ((False, AINO.id), (True, None)):
         later = coming(120.0, (1,), alone.priority, is_fixed=is_fixed)
@@ -200,8 +261,10 @@ def test_the_last_free_robot_is_kept_for_what_matters_more():
     robots = (AINO, busy(SISU, 1800.0), busy(VEIKKO, 1800.0))
     [decision] = decide(situation(start(priority=LOW), robots=robots, coming=[coming(120.0)]))
     assert (decision.robot_id, decision.kept_for) == (None, coming(120.0))
-    assert given_to(start(priority=LOW), robots=robots, coming=[coming(500.0)]) == {1: AINO.id}       # done before
-    assert given_to(start(priority=CRITICAL), robots=robots, coming=[coming(120.0)]) == {1: AINO.id}  # no less important
+    assert given_to(start(priority=LOW), robots=robots, coming=[coming(500.0)]) == {1: AINO.id}  # done before
+    assert given_to(start(priority=CRITICAL), robots=robots, coming=[coming(120.0)]) == {
+        1: AINO.id
+    }  # no less important
     assert given_to(start(priority=LOW, closes_s=1.0), robots=robots, coming=[coming(120.0)]) == {1: AINO.id}
 
 
@@ -228,32 +291,75 @@ def test_what_is_left_of_a_run_comes_from_the_longer_ones():
 def test_a_few_runs_of_one_robot_say_less_than_those_of_its_group():
     own, group = DurationEstimate(100.0, 100.0, (100.0,) * 2), DurationEstimate(250.0, 280.0, (250.0,) * 9)
     typed = DurationEstimate(60.0, 60.0, typed=True)
-    assert (takes(own, group), takes(own, group, slow=True), takes(own, None), takes(None, None)) == (250.0, 280.0, 100.0, UNKNOWN_S)
+    assert (takes(own, group), takes(own, group, slow=True), takes(own, None), takes(None, None)) == (
+        250.0,
+        280.0,
+        100.0,
+        UNKNOWN_S,
+    )
     assert (takes(typed, group), takes(typed, None, 900.0)) == (60.0, 60.0)
 
 
 def test_a_farther_way_than_usual_takes_longer_where_both_are_known():
     known = DurationEstimate(100.0, 130.0, (100.0,) * 5, (10.0, 20.0, 90.0))
     few, unknown = replace(known, ways_m=(70.0, 70.0)), replace(known, ways_m=())
-    assert (takes(known, None, 40.0), takes(known, None, 40.0, slow=True), takes(known, None, 10.0)) == (130.0, 160.0, 85.0)
+    assert (takes(known, None, 40.0), takes(known, None, 40.0, slow=True), takes(known, None, 10.0)) == (
+        130.0,
+        160.0,
+        85.0,
+    )
     assert takes(replace(known, ways_m=(900.0,) * 3), None, 0.0) == SHORTEST_S
-    assert (takes(known, None), takes(few, None, 40.0), takes(unknown, few, 40.0), takes(None, None, 40.0)) == (100.0,) * 3 + (UNKNOWN_S,)
+    assert (takes(known, None), takes(few, None, 40.0), takes(unknown, few, 40.0), takes(None, None, 40.0)) == (
+        100.0,
+    ) * 3 + (UNKNOWN_S,)
     assert (takes(few, known, 40.0), takes(None, known, 40.0)) == (130.0, 130.0)
 
 
 # ---------------------------------------------------------------------- any situation
-members = st.builds(Member, st.integers(1, 4), st.sampled_from("ABCD"), st.booleans(), st.floats(0, 900), st.none() | st.floats(0, 100),
-                    st.floats(0, 30), st.floats(0, 12), st.none() | st.sampled_from(Out))
-starts = st.builds(Start, st.integers(1, 30), st.just("Deliver"), st.sets(st.integers(1, 4), min_size=1).map(tuple), st.integers(-3, 5),
-                   st.floats(-900, 0), st.floats(0, 900), st.none() | st.floats(-60, 900), st.none() | st.floats(0, 100),
-                   st.dictionaries(st.integers(1, 4), st.sampled_from(Out)), st.integers(0, 3))
-comings = st.builds(Coming, st.just("Bus"), st.sets(st.integers(1, 4), min_size=1).map(tuple), st.floats(0, 600), st.floats(20, 600),
-                    st.integers(-1, 2))
+members = st.builds(
+    Member,
+    st.integers(1, 4),
+    st.sampled_from("ABCD"),
+    st.booleans(),
+    st.floats(0, 900),
+    st.none() | st.floats(0, 100),
+    st.floats(0, 30),
+    st.floats(0, 12),
+    st.none() | st.sampled_from(Out),
+)
+starts = st.builds(
+    Start,
+    st.integers(1, 30),
+    st.just("Deliver"),
+    st.sets(st.integers(1, 4), min_size=1).map(tuple),
+    st.integers(-3, 5),
+    st.floats(-900, 0),
+    st.floats(0, 900),
+    st.none() | st.floats(-60, 900),
+    st.none() | st.floats(0, 100),
+    st.dictionaries(st.integers(1, 4), st.sampled_from(Out)),
+    st.integers(0, 3),
+)
+comings = st.builds(
+    Coming,
+    st.just("Bus"),
+    st.sets(st.integers(1, 4), min_size=1).map(tuple),
+    st.floats(0, 600),
+    st.floats(20, 600),
+    st.integers(-1, 2),
+)
 
 
-@given(st.lists(members, min_size=4, max_size=4), st.lists(starts, max_size=8, unique_by=lambda s: s.id), st.lists(comings, max_size=5))
+@given(
+    st.lists(members, min_size=4, max_size=4),
+    st.lists(starts, max_size=8, unique_by=lambda s: s.id),
+    st.lists(comings, max_size=5),
+)
 def test_only_who_can_gets_a_start_and_a_free_robot_at_most_one(robots, waiting, later):
-    robots = [replace(robot, id=number, free_s=0.0 if robot.is_free else robot.free_s) for number, robot in enumerate(robots, 1)]
+    robots = [
+        replace(robot, id=number, free_s=0.0 if robot.is_free else robot.free_s)
+        for number, robot in enumerate(robots, 1)
+    ]
     found = decide(situation(*waiting, robots=robots, coming=sorted(later, key=lambda each: each.planned_s)))
     assert sorted(decision.start.id for decision in found) == sorted(each.id for each in waiting)
     by_id = {robot.id: robot for robot in robots}

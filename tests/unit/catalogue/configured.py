@@ -1,4 +1,5 @@
 """A configuration file with everything in it, and an app that takes it."""
+
 from __future__ import annotations
 
 import json
@@ -24,26 +25,62 @@ from tests.support.clock import VirtualClock
 FULL: dict[str, Any] = {
     "format": FORMAT,
     "settings": {
-        "poll_interval_seconds": 20, "retry_limit": 5, "minimum_battery_percent": 15, "working_days": ["MO", "TU"],
-        "timezone": "Europe/Helsinki", "start_window_minutes": 30, "unknown_outcome_quiet_seconds": 60, "history_limit": None},
+        "poll_interval_seconds": 20,
+        "retry_limit": 5,
+        "minimum_battery_percent": 15,
+        "working_days": ["MO", "TU"],
+        "timezone": "Europe/Helsinki",
+        "start_window_minutes": 30,
+        "unknown_outcome_quiet_seconds": 60,
+        "history_limit": None,
+    },
     "robots": [
-        {"name": "R1", "address": "http://192.168.12.20", "username": "distributor", "password": "secret", "enabled": True,
-         "idle": {"mission": "Home", "after_minutes": 7, "enabled": False}},
-        {"name": "R2", "address": "https://r2.local:8443", "username": "admin", "password": "other", "certificate_sha256": "AB" * 32}],
-    "missions": [{"name": "Deliver", "guid": "3d7c7c40-ce85-11ef-904a-000e8e9884eb"}, {"name": "Home", "guid": "home-1"},
-                 {"name": "Home", "guid": "home-2", "robot": "R1"}],
+        {
+            "name": "R1",
+            "address": "http://192.168.12.20",
+            "username": "distributor",
+            "password": "secret",
+            "enabled": True,
+            "idle": {"mission": "Home", "after_minutes": 7, "enabled": False},
+        },
+        {
+            "name": "R2",
+            "address": "https://r2.local:8443",
+            "username": "admin",
+            "password": "other",
+            "certificate_sha256": "AB" * 32,
+        },
+    ],
+    "missions": [
+        {"name": "Deliver", "guid": "3d7c7c40-ce85-11ef-904a-000e8e9884eb"},
+        {"name": "Home", "guid": "home-1"},
+        {"name": "Home", "guid": "home-2", "robot": "R1"},
+    ],
     "schedules": [
-        {"name": "Morning", "robot": "R1", "mission": "Deliver", "start": "2026-11-23T09:30", "timezone": "Europe/Paris",
-         "recurrence": "FREQ=MINUTELY;INTERVAL=30;BYDAY=MO,WE,FR", "enabled": True, "minimum_battery_percent": 30,
-         "respect_working_days": False, "between": {"from": "08:30", "to": "16:45"}, "start_window_minutes": 0, "overlap": "queue",
-         "priority": 3, "parameters": {"speed": 0.5, "place": "Ä"}},
-        {"robot": "R1", "mission": "Home", "start": "2026-11-24T06:30"}],
+        {
+            "name": "Morning",
+            "robot": "R1",
+            "mission": "Deliver",
+            "start": "2026-11-23T09:30",
+            "timezone": "Europe/Paris",
+            "recurrence": "FREQ=MINUTELY;INTERVAL=30;BYDAY=MO,WE,FR",
+            "enabled": True,
+            "minimum_battery_percent": 30,
+            "respect_working_days": False,
+            "between": {"from": "08:30", "to": "16:45"},
+            "start_window_minutes": 0,
+            "overlap": "queue",
+            "priority": 3,
+            "parameters": {"speed": 0.5, "place": "Ä"},
+        },
+        {"robot": "R1", "mission": "Home", "start": "2026-11-24T06:30"},
+    ],
 }
 
 
 class World:
     def __init__(self, path) -> None:
-        self.clock = VirtualClock()                                # Monday 2026-11-23 06:00 UTC
+        self.clock = VirtualClock()  # Monday 2026-11-23 06:00 UTC
         self.db = Database.open(path / "data" / "a.db", clock=self.clock, threaded=False, durable=False)
         self.catalogue = Catalogue(self.db, self.clock)
 
@@ -51,7 +88,9 @@ class World:
         return [render(line) for line in self.take_in_parts(document)]
 
     def take_in_parts(self, document: Any) -> list[Message]:
-        return import_configuration(self.catalogue, document if isinstance(document, bytes) else json.dumps(document).encode())
+        return import_configuration(
+            self.catalogue, document if isinstance(document, bytes) else json.dumps(document).encode()
+        )
 
     def export(self) -> dict[str, Any]:
         return json.loads(export_configuration(self.db.read()))

@@ -1,4 +1,5 @@
 """A change of the exception calendar: in one transaction with the next occurrences of all schedules, undone by restore, kept by backups."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -60,7 +61,7 @@ def test_public_holidays_move_the_next_start(world):
     sixth = world.schedule(name="Sixth", start=datetime(2027, 12, 6, 6, 30), recurrence="FREQ=MONTHLY")
     assert next_of(world, sixth) == "2027-12-06"
     world.catalogue.set_public_holidays("FI")
-    assert next_of(world, sixth) == "2028-03-06"           # Independence Day, Epiphany, a Sunday
+    assert next_of(world, sixth) == "2028-03-06"  # Independence Day, Epiphany, a Sunday
     world.catalogue.set_public_holidays("")
     assert next_of(world, sixth) == "2027-12-06"
 
@@ -148,7 +149,9 @@ def test_the_planner_skips_closed_days(tmp_path):
     site = Site(tmp_path)
     container, [robot], mission = site.container, site.add_robots(), site.add_mission()
     container.catalogue.change_settings(poll_interval_seconds=600)
-    daily = container.catalogue.save_schedule(Schedule("Morning", robot.id, mission.id, datetime(2026, 11, 24, 6, 30), "UTC", "FREQ=DAILY"))
+    daily = container.catalogue.save_schedule(
+        Schedule("Morning", robot.id, mission.id, datetime(2026, 11, 24, 6, 30), "UTC", "FREQ=DAILY")
+    )
     container.catalogue.save_days(DayException("Inventory", date(2026, 11, 25), date(2026, 11, 25)))
     assert [run.at.date() for run in container.plan.next(2)] == [TUESDAY, date(2026, 11, 26)]
     site.run(86400 + 1801)

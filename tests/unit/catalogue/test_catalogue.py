@@ -1,4 +1,5 @@
 """Changes of missions and settings, and several at once: checked first, whole, with all that follows from them."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -81,7 +82,9 @@ def test_idle_time_is_5_to_30_minutes(world, minutes):
 
 
 def test_an_idle_rule_can_be_taken_away(world):
-    assert world.catalogue.save_idle_rule(world.robot.id, world.mission.id, 30, enabled=False).idle == IdleRule(world.mission.id, 30, False)
+    assert world.catalogue.save_idle_rule(world.robot.id, world.mission.id, 30, enabled=False).idle == IdleRule(
+        world.mission.id, 30, False
+    )
     assert world.catalogue.edit(lambda edit: edit.set_idle_rule(world.robot.id, None)).idle is None
 
 
@@ -94,12 +97,30 @@ def test_settings_are_stored_and_told(world):
     assert world.told == []
 
 
-@pytest.mark.parametrize("changes", [
-    {"poll_interval_seconds": 0}, {"poll_interval_seconds": 3601}, {"poll_interval_seconds": None}, {"retry_limit": -1},
-    {"retry_limit": 21}, {"retry_limit": True}, {"minimum_battery_percent": -1}, {"minimum_battery_percent": 100.5}, {"working_days": []},
-    {"working_days": ["MO", "MO"]}, {"working_days": ["Monday"]}, {"working_days": "MO"}, {"timezone": "Nowhere"},
-    {"start_window_minutes": 1441}, {"history_limit": 0},
-    {"unknown_outcome_quiet_seconds": 4}, {"unknown_outcome_quiet_seconds": 601}, {"install_id": "x"}, {"poll_interval": 3}])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"poll_interval_seconds": 0},
+        {"poll_interval_seconds": 3601},
+        {"poll_interval_seconds": None},
+        {"retry_limit": -1},
+        {"retry_limit": 21},
+        {"retry_limit": True},
+        {"minimum_battery_percent": -1},
+        {"minimum_battery_percent": 100.5},
+        {"working_days": []},
+        {"working_days": ["MO", "MO"]},
+        {"working_days": ["Monday"]},
+        {"working_days": "MO"},
+        {"timezone": "Nowhere"},
+        {"start_window_minutes": 1441},
+        {"history_limit": 0},
+        {"unknown_outcome_quiet_seconds": 4},
+        {"unknown_outcome_quiet_seconds": 601},
+        {"install_id": "x"},
+        {"poll_interval": 3},
+    ],
+)
 def test_what_a_setting_cannot_be_is_reported_at_its_field_and_nothing_changes(world, changes):
     with pytest.raises(InvalidInput) as caught:
         world.catalogue.change_settings(**changes, theme="dark")
@@ -113,7 +134,11 @@ def test_other_working_days_plan_anew_what_respects_them(world):
     once = world.schedule(name="Once", recurrence=None)
     assert weekend.next_at is None
     world.catalogue.change_settings(working_days=["SU"])
-    assert world.stored(daily).next_at.isoformat() == "2026-11-29T06:30:00+00:00" == world.stored(weekend).next_at.isoformat()
+    assert (
+        world.stored(daily).next_at.isoformat()
+        == "2026-11-29T06:30:00+00:00"
+        == world.stored(weekend).next_at.isoformat()
+    )
     assert (world.stored(free), world.stored(once)) == (free, once)
     assert world.stored(daily).changed_at == daily.changed_at
 
@@ -131,6 +156,7 @@ def test_several_changes_are_made_all_or_not_at_all(world):
         edit.change_settings(retry_limit=1)
         edit.save_mission(Mission("New", "guid-7"))
         edit.save_mission(Mission("New", "guid-8"))
+
     with pytest.raises(InvalidInput):
         world.catalogue.edit(work)
     assert world.catalogue.change_settings().retry_limit == 10
@@ -150,7 +176,9 @@ def test_a_mission_that_is_put_back_uses_the_place_that_was_put_back_before_it(w
 
 @pytest.mark.parametrize("place_first", [True, False])
 @pytest.mark.parametrize("undone_first", [True, False])
-def test_in_whichever_order_a_place_and_its_mission_are_deleted_and_put_back_one_uses_the_other(world, place_first, undone_first):
+def test_in_whichever_order_a_place_and_its_mission_are_deleted_and_put_back_one_uses_the_other(
+    world, place_first, undone_first
+):
     mission = world.catalogue.save_mission(Mission("Home", "guid-2"))
     place = world.catalogue.save_place(Place("Dock 2", 3, (mission.id,)))
     acts = [lambda: world.catalogue.remove_place(place.id), lambda: world.catalogue.remove_mission(mission.id)]

@@ -1,4 +1,5 @@
 """Every change of robots: checked first, whole, with all that follows from it."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -42,18 +43,24 @@ def test_another_user_address_or_certificate_needs_the_password_again(world, cha
 
 
 def test_a_known_serial_number_changes_with_the_password_only_and_is_never_forgotten(world):
-    known = world.catalogue.save_robot(replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER), is_tested=True)
-    assert known.token == world.robot.token          # now it is known: nothing has changed
+    known = world.catalogue.save_robot(
+        replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER), is_tested=True
+    )
+    assert known.token == world.robot.token  # now it is known: nothing has changed
     assert world.catalogue.save_robot(replace(known, serial_number=None)) == known
     new = world.catalogue.save_robot(replace(known, serial_number="2"), "secret")
     assert (new.serial_number, new.needs_password) == ("2", False)
     assert world.catalogue.save_robot(replace(new, serial_number="3")).needs_password
 
 
-@pytest.mark.parametrize("change", [{"username": "other"}, {"address": "10.0.0.9"}, {"certificate_sha256": "ab" * 32},
-                                    {"serial_number": "2"}])
+@pytest.mark.parametrize(
+    "change",
+    [{"username": "other"}, {"address": "10.0.0.9"}, {"certificate_sha256": "ab" * 32}, {"serial_number": "2"}],
+)
 def test_a_robot_that_showed_its_serial_number_is_expected_to_after_any_change(world, change):
-    known = world.catalogue.save_robot(replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER), is_tested=True)
+    known = world.catalogue.save_robot(
+        replace(world.robot, serial_number="1", identified_by=IdentifiedBy.SERIAL_NUMBER), is_tested=True
+    )
     assert world.catalogue.save_robot(replace(known, **change), "secret").identified_by is IdentifiedBy.SERIAL_NUMBER
 
 
@@ -70,11 +77,22 @@ def test_switching_a_robot_off_cancels_what_waits_for_it_and_leaves_what_runs(wo
     assert world.outcome(running) == (State.EXECUTING, None)
 
 
-@pytest.mark.parametrize(("values", "field"), [
-    ({"name": ""}, "name"), ({"name": " \t"}, "name"), ({"name": "x" * 81}, "name"), ({"name": "a\nb"}, "name"),
-    ({"name": "\ud800"}, "name"),
-    ({"address": ""}, "address"), ({"address": "ftp://x"}, "address"), ({"address": "http://u:p@x"}, "address"),
-    ({"username": "a:b"}, "username"), ({"username": "a\x00b"}, "username"), ({"certificate_sha256": "12"}, "certificate_sha256")])
+@pytest.mark.parametrize(
+    ("values", "field"),
+    [
+        ({"name": ""}, "name"),
+        ({"name": " \t"}, "name"),
+        ({"name": "x" * 81}, "name"),
+        ({"name": "a\nb"}, "name"),
+        ({"name": "\ud800"}, "name"),
+        ({"address": ""}, "address"),
+        ({"address": "ftp://x"}, "address"),
+        ({"address": "http://u:p@x"}, "address"),
+        ({"username": "a:b"}, "username"),
+        ({"username": "a\x00b"}, "username"),
+        ({"certificate_sha256": "12"}, "certificate_sha256"),
+    ],
+)
 def test_what_a_robot_cannot_be_is_reported_at_its_field_and_nothing_changes(world, values, field):
     with pytest.raises(InvalidInput) as caught:
         world.catalogue.save_robot(replace(world.robot, **values))
@@ -139,13 +157,18 @@ def test_undo_says_when_the_name_has_been_taken_meanwhile(world):
     assert len(ROBOTS.all(world.db.read())) == 1
     world.catalogue.save_robot(replace(ROBOTS.by_name(world.db.read(), "Aino"), name="Alma"))
     world.catalogue.restore(removed)
-    assert {robot.name: robot.address for robot in ROBOTS.all(world.db.read())} == {"Aino": "http://10.0.0.1", "Alma": "http://10.0.0.5"}
+    assert {robot.name: robot.address for robot in ROBOTS.all(world.db.read())} == {
+        "Aino": "http://10.0.0.1",
+        "Alma": "http://10.0.0.5",
+    }
 
 
 def test_undo_brings_no_second_robot_to_an_address_that_is_taken_by_now(world):
     removed = world.catalogue.remove_robot(world.robot.id)
     world.catalogue.save_robot(Robot("Alma", "10.0.0.1"))
-    with refuses("address", "not put back: this is the address of Alma, .* already; change or delete that one, then undo again"):
+    with refuses(
+        "address", "not put back: this is the address of Alma, .* already; change or delete that one, then undo again"
+    ):
         world.catalogue.restore(removed)
     assert [robot.name for robot in ROBOTS.all(world.db.read())] == ["Alma"]
 
@@ -155,8 +178,10 @@ def test_undo_says_what_else_was_taken_or_went_meanwhile_and_changes_nothing(wor
     home, morning = world.schedule(name="Home", mission_id=own.id), world.schedule()
     gone = {
         "another schedule Morning by now": (world.catalogue.remove_schedule(morning.id), lambda: world.schedule()),
-        "another mission Home by now": (world.catalogue.remove_mission(own.id), lambda: world.catalogue.save_mission(
-            Mission("Home", "guid-3", robot_id=world.robot.id))),
+        "another mission Home by now": (
+            world.catalogue.remove_mission(own.id),
+            lambda: world.catalogue.save_mission(Mission("Home", "guid-3", robot_id=world.robot.id)),
+        ),
     }
     for told, (removed, take) in gone.items():
         take()
@@ -175,8 +200,12 @@ def test_undo_says_what_else_was_taken_or_went_meanwhile_and_changes_nothing(wor
 def test_what_is_put_back_twice_is_there_once(world):
     days = world.catalogue.save_days(DayException("Audit", date(2026, 12, 1), date(2026, 12, 2)))
     schedule = world.schedule()
-    for remove in (lambda: world.catalogue.remove_days(days.id), lambda: world.catalogue.remove_schedule(schedule.id),
-                   lambda: world.catalogue.remove_mission(world.mission.id), lambda: world.catalogue.remove_robot(world.robot.id)):
+    for remove in (
+        lambda: world.catalogue.remove_days(days.id),
+        lambda: world.catalogue.remove_schedule(schedule.id),
+        lambda: world.catalogue.remove_mission(world.mission.id),
+        lambda: world.catalogue.remove_robot(world.robot.id),
+    ):
         removed = remove()
         world.catalogue.restore(removed)
         with refuses("name", "this has been put back already"):

@@ -1,4 +1,5 @@
 """Every change of schedules: checked first, whole, with all that follows from it."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -27,14 +28,22 @@ def test_a_new_schedule_knows_when_it_runs_first(world):
 
 
 def test_a_blank_name_is_made_of_mission_and_robot(world):
-    assert [world.schedule(name="").name for _ in range(3)] == ["Deliver on Aino", "Deliver on Aino 2", "Deliver on Aino 3"]
+    assert [world.schedule(name="").name for _ in range(3)] == [
+        "Deliver on Aino",
+        "Deliver on Aino 2",
+        "Deliver on Aino 3",
+    ]
 
 
 def test_schedules_that_the_app_named_carry_the_new_name_of_their_robot(world):
     made = [world.schedule(name=""), world.schedule(name=""), world.schedule(name="Deliver on Aino tonight")]
     world.told.clear()
     world.catalogue.save_robot(replace(world.robot, name="Alma"))
-    assert [world.stored(schedule).name for schedule in made] == ["Deliver on Alma", "Deliver on Alma 2", "Deliver on Aino tonight"]
+    assert [world.stored(schedule).name for schedule in made] == [
+        "Deliver on Alma",
+        "Deliver on Alma 2",
+        "Deliver on Aino tonight",
+    ]
     assert set(world.told) == {Topic.ROBOTS, Topic.SCHEDULES}
 
 
@@ -57,8 +66,12 @@ def test_every_change_of_the_plan_is_a_line_of_the_log(world, caplog):
     with pytest.raises(InvalidInput):
         world.catalogue.edit(lambda edit: [edit.save_robot(Robot("Ville", "10.0.0.9", "u"), "p"), edit.the_robot(99)])
     assert [record.message for record in caplog.records] == [
-        "schedule 'Morning' added", "schedule 'Morning' changed: enabled yes → no", "robot 'Aino' changed: name 'Aino' → 'Alma'",
-        "schedule 'Morning' removed", "robot 'Alma' removed, and 0 schedules with it"]
+        "schedule 'Morning' added",
+        "schedule 'Morning' changed: enabled yes → no",
+        "robot 'Aino' changed: name 'Aino' → 'Alma'",
+        "schedule 'Morning' removed",
+        "robot 'Alma' removed, and 0 schedules with it",
+    ]
 
 
 def test_a_renamed_mission_takes_the_made_names_of_its_schedules_along_and_leaves_typed_ones(world):
@@ -90,7 +103,12 @@ def test_changing_how_a_schedule_runs_changes_what_waits_in_place(world):
     world.clock.advance(3600)
     changed = world.catalogue.save_schedule(replace(schedule, priority=5, minimum_battery_percent=30))
     row = EXECUTIONS.get(world.db.read(), waiting.id)
-    assert (row.state, row.priority, row.minimum_battery_percent, row.planned_at) == (State.WAITING, 5, 30.0, waiting.planned_at)
+    assert (row.state, row.priority, row.minimum_battery_percent, row.planned_at) == (
+        State.WAITING,
+        5,
+        30.0,
+        waiting.planned_at,
+    )
     assert EXECUTIONS.get(world.db.read(), running.id) == running
     assert changed.changed_at == world.clock.now()
     assert changed.next_at == schedule.next_at
@@ -138,16 +156,32 @@ def test_a_deleted_schedule_is_off_at_once_and_undo_brings_it_back_from_then_on(
     assert world.stored(schedule).next_at.isoformat() == "2026-11-23T10:00:00+00:00"
 
 
-@pytest.mark.parametrize(("values", "field"), [
-    ({"start": datetime(2026, 11, 24, 6, 30, 1)}, "start"), ({"start": datetime(1969, 1, 1)}, "start"),
-    ({"start": datetime(2200, 1, 1)}, "start"), ({"timezone": "Mars/Base"}, "timezone"), ({"timezone": "../etc/passwd"}, "timezone"),
-    ({"recurrence": ""}, "recurrence"), ({"recurrence": "FREQ=DAILY;BYMONTH=2;BYMONTHDAY=30"}, "recurrence"),
-    ({"minimum_battery_percent": 101}, "minimum_battery_percent"), ({"minimum_battery_percent": float("nan")}, "minimum_battery_percent"),
-    ({"start_window_minutes": 1441}, "start_window_minutes"), ({"start_window_minutes": -1}, "start_window_minutes"),
-    ({"between": Between(time(8), time(9))}, "between"),
-    ({"between": Between(time(9), time(8)), "recurrence": "FREQ=HOURLY"}, "between"), ({"overlap": "both"}, "overlap"),
-    ({"priority": 1.5}, "priority"), ({"parameters": {"a": [1]}}, "parameters"), ({"parameters": {"": 1}}, "parameters"),
-    ({"robot_id": 99}, "robot"), ({"mission_id": 99}, "mission"), ({"name": "x" * 81}, "name"), ({"id": 99}, "schedule")])
+@pytest.mark.parametrize(
+    ("values", "field"),
+    [
+        ({"start": datetime(2026, 11, 24, 6, 30, 1)}, "start"),
+        ({"start": datetime(1969, 1, 1)}, "start"),
+        ({"start": datetime(2200, 1, 1)}, "start"),
+        ({"timezone": "Mars/Base"}, "timezone"),
+        ({"timezone": "../etc/passwd"}, "timezone"),
+        ({"recurrence": ""}, "recurrence"),
+        ({"recurrence": "FREQ=DAILY;BYMONTH=2;BYMONTHDAY=30"}, "recurrence"),
+        ({"minimum_battery_percent": 101}, "minimum_battery_percent"),
+        ({"minimum_battery_percent": float("nan")}, "minimum_battery_percent"),
+        ({"start_window_minutes": 1441}, "start_window_minutes"),
+        ({"start_window_minutes": -1}, "start_window_minutes"),
+        ({"between": Between(time(8), time(9))}, "between"),
+        ({"between": Between(time(9), time(8)), "recurrence": "FREQ=HOURLY"}, "between"),
+        ({"overlap": "both"}, "overlap"),
+        ({"priority": 1.5}, "priority"),
+        ({"parameters": {"a": [1]}}, "parameters"),
+        ({"parameters": {"": 1}}, "parameters"),
+        ({"robot_id": 99}, "robot"),
+        ({"mission_id": 99}, "mission"),
+        ({"name": "x" * 81}, "name"),
+        ({"id": 99}, "schedule"),
+    ],
+)
 def test_what_a_schedule_cannot_be_is_reported_at_its_field_and_nothing_changes(world, values, field):
     with pytest.raises(InvalidInput) as caught:
         world.schedule(**values)

@@ -1,4 +1,5 @@
 """The configuration file: what it may say, what it does, and that it does all of it or nothing."""
+
 from __future__ import annotations
 
 import json
@@ -42,22 +43,48 @@ def world(tmp_path):
 # ---------------------------------------------------------------------- what it does
 def test_everything_that_can_be_said_is_taken(world):
     assert world.take(FULL) == [
-        "setting poll_interval_seconds changed: 30 -> 20", "setting retry_limit changed: 10 -> 5",
-        "setting minimum_battery_percent changed: none -> 15", "setting working_days changed: MO TU WE TH FR -> MO TU",
-        "setting timezone changed: UTC -> Europe/Helsinki", "setting start_window_minutes changed: 15 -> 30",
-        "setting unknown_outcome_quiet_seconds changed: 90 -> 60", "setting history_limit changed: 100000 -> none",
-        "robot R1 added", "robot R2 added", "mission Deliver added", "mission Home added", "mission Home of R1 added",
-        "schedule Morning added", "schedule Home on R1 added"]
+        "setting poll_interval_seconds changed: 30 -> 20",
+        "setting retry_limit changed: 10 -> 5",
+        "setting minimum_battery_percent changed: none -> 15",
+        "setting working_days changed: MO TU WE TH FR -> MO TU",
+        "setting timezone changed: UTC -> Europe/Helsinki",
+        "setting start_window_minutes changed: 15 -> 30",
+        "setting unknown_outcome_quiet_seconds changed: 90 -> 60",
+        "setting history_limit changed: 100000 -> none",
+        "robot R1 added",
+        "robot R2 added",
+        "mission Deliver added",
+        "mission Home added",
+        "mission Home of R1 added",
+        "schedule Morning added",
+        "schedule Home on R1 added",
+    ]
     assert world.settings == Settings(20, 5, 15.0, ("MO", "TU"), "Europe/Helsinki", 30, 60, None)
     general, home, own = world.missions
     r1, r2 = world.robots["R1"], world.robots["R2"]
-    assert (r1.address, r1.username, r1.enabled, r1.idle) == ("http://192.168.12.20", "distributor", True, IdleRule(own.id, 7, False))
+    assert (r1.address, r1.username, r1.enabled, r1.idle) == (
+        "http://192.168.12.20",
+        "distributor",
+        True,
+        IdleRule(own.id, 7, False),
+    )
     assert (r2.address, r2.certificate_sha256, r2.enabled, r2.idle) == ("https://r2.local:8443", "ab" * 32, True, None)
     assert (home.robot_id, own.robot_id) == (None, r1.id)
     assert replace(world.schedules["Morning"], id=0, next_at=None, changed_at=None) == Schedule(
-        "Morning", r1.id, general.id, datetime(2026, 11, 23, 9, 30), "Europe/Paris", "FREQ=MINUTELY;INTERVAL=30;BYDAY=MO,WE,FR",
-        between=Between(time(8, 30), time(16, 45)), minimum_battery_percent=30.0, respect_working_days=False, start_window_minutes=0,
-        overlap=Overlap.QUEUE, priority=3, parameters={"speed": 0.5, "place": "Ä"})
+        "Morning",
+        r1.id,
+        general.id,
+        datetime(2026, 11, 23, 9, 30),
+        "Europe/Paris",
+        "FREQ=MINUTELY;INTERVAL=30;BYDAY=MO,WE,FR",
+        between=Between(time(8, 30), time(16, 45)),
+        minimum_battery_percent=30.0,
+        respect_working_days=False,
+        start_window_minutes=0,
+        overlap=Overlap.QUEUE,
+        priority=3,
+        parameters={"speed": 0.5, "place": "Ä"},
+    )
     assert world.schedules["Morning"].next_at.isoformat() == "2026-11-23T08:30:00+00:00"
     assert world.schedules["Home on R1"].mission_id == own.id
 
@@ -66,23 +93,48 @@ def test_what_an_import_did_is_reported_in_the_language_of_the_screen(world):
     finnish = translation("fi").gettext
     lines = [render(line, finnish) for line in world.take_in_parts(changed("settings.minimum_battery_percent", 12.5))]
     assert lines[2] == "asetus muuttui – akun alaraja (%): ei asetettu → 12,5"
-    assert lines[8:14] == ["robotti R1 lisätty", "robotti R2 lisätty", "tehtävä Deliver lisätty", "tehtävä Home lisätty",
-                           "robotin R1 tehtävä Home lisätty", "ajastus Morning lisätty"]
-    again = {"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.9", "username": "else"}],
-             "schedules": [{"name": "Morning", "robot": "R1", "mission": "Deliver", "start": "2026-11-24T09:00", "overlap": "skip"}]}
+    assert lines[8:14] == [
+        "robotti R1 lisätty",
+        "robotti R2 lisätty",
+        "tehtävä Deliver lisätty",
+        "tehtävä Home lisätty",
+        "robotin R1 tehtävä Home lisätty",
+        "ajastus Morning lisätty",
+    ]
+    again = {
+        "format": FORMAT,
+        "robots": [{"name": "R1", "address": "10.0.0.9", "username": "else"}],
+        "schedules": [
+            {"name": "Morning", "robot": "R1", "mission": "Deliver", "start": "2026-11-24T09:00", "overlap": "skip"}
+        ],
+    }
     assert [render(line, finnish) for line in world.take_in_parts(again)] == [
         "robotti R1 muuttui: osoite, käyttäjätunnus, käytössä; se on poissa käytöstä ja tarvitsee salasanan",
-        "ajastus Morning muuttui: aloitusaika, päällekkäiset suoritukset"]
+        "ajastus Morning muuttui: aloitusaika, päällekkäiset suoritukset",
+    ]
 
 
 def test_what_is_left_out_has_the_defaults(world):
-    world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.1"}], "missions": [{"name": "Go", "guid": "g"}],
-                "settings": {"timezone": "Asia/Tokyo"},
-                "schedules": [{"robot": "R1", "mission": "Go", "start": "2026-11-24T06:30"}]})
+    world.take(
+        {
+            "format": FORMAT,
+            "robots": [{"name": "R1", "address": "10.0.0.1"}],
+            "missions": [{"name": "Go", "guid": "g"}],
+            "settings": {"timezone": "Asia/Tokyo"},
+            "schedules": [{"robot": "R1", "mission": "Go", "start": "2026-11-24T06:30"}],
+        }
+    )
     robot, [mission] = world.robots["R1"], world.missions
     assert (robot.username, robot.enabled, robot.needs_password) == ("", False, True)
     assert replace(world.schedules["Go on R1"], id=0, next_at=None, changed_at=None) == Schedule(
-        "Go on R1", robot.id, mission.id, datetime(2026, 11, 24, 6, 30), "Asia/Tokyo", respect_working_days=True, overlap=Overlap.SKIP)
+        "Go on R1",
+        robot.id,
+        mission.id,
+        datetime(2026, 11, 24, 6, 30),
+        "Asia/Tokyo",
+        respect_working_days=True,
+        overlap=Overlap.SKIP,
+    )
 
 
 def test_sections_may_be_left_out_and_nothing_is_ever_deleted(world):
@@ -107,7 +159,9 @@ def test_what_was_deleted_can_be_brought_back_by_the_file_that_had_it(world):
 
 def test_a_file_read_in_after_a_robot_was_deleted_plans_on_the_robots_that_it_names(world):
     for number, name in enumerate(("Stays", "Goes")):
-        last = world.catalogue.save_robot(Robot(name, f"http://192.168.12.{90 + number}", "distributor"), password="secret")
+        last = world.catalogue.save_robot(
+            Robot(name, f"http://192.168.12.{90 + number}", "distributor"), password="secret"
+        )
     world.catalogue.remove_robot(last.id)
     document = changed("schedules.0.robot", "R2")
     document["schedules"], document["missions"] = document["schedules"][:1], document["missions"][:1]
@@ -123,31 +177,64 @@ def test_keys_given_are_set_and_the_others_stay(world):
     assert world.take({"format": FORMAT, "robots": [moved]}) == ["robot R1 changed: address"]
     assert world.robots["R1"] == replace(before, address="http://10.0.0.9")
     morning = world.schedules["Morning"]
-    lines = world.take({"format": FORMAT, "schedules": [
-        {"name": "Morning", "robot": "R2", "mission": "Home", "start": "2026-11-23T09:30", "priority": 1, "between": None}]})
+    lines = world.take(
+        {
+            "format": FORMAT,
+            "schedules": [
+                {
+                    "name": "Morning",
+                    "robot": "R2",
+                    "mission": "Home",
+                    "start": "2026-11-23T09:30",
+                    "priority": 1,
+                    "between": None,
+                }
+            ],
+        }
+    )
     assert lines == ["schedule Morning changed: between, priority, robot, mission"]
     after = world.schedules["Morning"]
-    assert (after.priority, after.between, after.parameters, after.overlap) == (1, None, morning.parameters, morning.overlap)
+    assert (after.priority, after.between, after.parameters, after.overlap) == (
+        1,
+        None,
+        morning.parameters,
+        morning.overlap,
+    )
     assert after.robot_id == world.robots["R2"].id
-    assert world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.9", "idle": None}]}) == ["robot R1 changed: idle"]
-    assert world.take({"format": FORMAT, "missions": [{"name": "Deliver", "guid": "new"}]}) == ["mission Deliver changed: guid"]
+    assert world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "10.0.0.9", "idle": None}]}) == [
+        "robot R1 changed: idle"
+    ]
+    assert world.take({"format": FORMAT, "missions": [{"name": "Deliver", "guid": "new"}]}) == [
+        "mission Deliver changed: guid"
+    ]
 
 
 GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places": [{"name": "Dock", "most": 2}]}
 
 
-@pytest.mark.parametrize(("section", "item", "lines"), [
-    ("robots", {"name": "R2", "hand_over": "when_free"}, ["robot R2 changed: hand_over"]),
-    ("robots", {"name": "R1", "idle": {"after_minutes": 9}}, ["robot R1 changed: idle"]),
-    ("missions", {"name": "Deliver", "favourite": True}, ["mission Deliver changed: favourite"]),
-    ("missions", {"name": "Home", "robot": "R1", "usual_minutes": 3}, ["mission Home of R1 changed: usual_minutes"]),
-    ("groups", {"name": "Hall", "hand_over": "at_once"}, ["group Hall changed: hand_over"]),
-    ("places", {"name": "Dock"}, []),
-    ("schedules", {"name": "Morning", "enabled": False}, ["schedule Morning changed: enabled"]),
-    ("schedules", {"name": "Morning", "mission": "Home"}, ["schedule Morning changed: mission"]),
-    ("schedules", {"name": "Morning", "robot": "R2"}, ["schedule Morning changed: robot"]),
-    ("schedules", {"name": "Morning", "group": "Hall", "overlap": "parallel"},
-     ["schedule Morning changed: overlap, robot, group"])])
+@pytest.mark.parametrize(
+    ("section", "item", "lines"),
+    [
+        ("robots", {"name": "R2", "hand_over": "when_free"}, ["robot R2 changed: hand_over"]),
+        ("robots", {"name": "R1", "idle": {"after_minutes": 9}}, ["robot R1 changed: idle"]),
+        ("missions", {"name": "Deliver", "favourite": True}, ["mission Deliver changed: favourite"]),
+        (
+            "missions",
+            {"name": "Home", "robot": "R1", "usual_minutes": 3},
+            ["mission Home of R1 changed: usual_minutes"],
+        ),
+        ("groups", {"name": "Hall", "hand_over": "at_once"}, ["group Hall changed: hand_over"]),
+        ("places", {"name": "Dock"}, []),
+        ("schedules", {"name": "Morning", "enabled": False}, ["schedule Morning changed: enabled"]),
+        ("schedules", {"name": "Morning", "mission": "Home"}, ["schedule Morning changed: mission"]),
+        ("schedules", {"name": "Morning", "robot": "R2"}, ["schedule Morning changed: robot"]),
+        (
+            "schedules",
+            {"name": "Morning", "group": "Hall", "overlap": "parallel"},
+            ["schedule Morning changed: overlap, robot, group"],
+        ),
+    ],
+)
 def test_one_that_exists_is_changed_by_its_name_and_what_is_to_be_different(world, section, item, lines):
     world.take({**FULL, **GROUP_AND_PLACE})
     assert world.take({"format": FORMAT, section: [item]}) == lines
@@ -160,13 +247,19 @@ def test_a_schedule_that_is_changed_by_its_name_keeps_everything_else(world):
     assert replace(world.schedules["Morning"], priority=before.priority, changed_at=before.changed_at) == before
 
 
-@pytest.mark.parametrize(("section", "item", "missing"), [
-    ("robots", {"name": "R9"}, r"robots\[0\]: 'address' is missing"), ("groups", {"name": "G"}, r"groups\[0\]: 'robots' is missing"),
-    ("places", {"name": "P"}, r"places\[0\]: 'most' is missing"), ("missions", {"name": "M"}, r"missions\[0\]: 'guid' is missing"),
-    ("missions", {"name": "Deliver", "robot": "R1"}, r"missions\[0\]: 'guid' is missing"),
-    ("schedules", {"name": "S", "robot": "R1", "mission": "Home"}, r"schedules\[0\]: 'start' is missing"),
-    ("schedules", {"name": "S", "mission": "Home", "start": "2026-11-23T09:30"}, "name either a robot or a group"),
-    ("schedules", {"enabled": False}, r"schedules\[0\]: 'mission' is missing")])
+@pytest.mark.parametrize(
+    ("section", "item", "missing"),
+    [
+        ("robots", {"name": "R9"}, r"robots\[0\]: 'address' is missing"),
+        ("groups", {"name": "G"}, r"groups\[0\]: 'robots' is missing"),
+        ("places", {"name": "P"}, r"places\[0\]: 'most' is missing"),
+        ("missions", {"name": "M"}, r"missions\[0\]: 'guid' is missing"),
+        ("missions", {"name": "Deliver", "robot": "R1"}, r"missions\[0\]: 'guid' is missing"),
+        ("schedules", {"name": "S", "robot": "R1", "mission": "Home"}, r"schedules\[0\]: 'start' is missing"),
+        ("schedules", {"name": "S", "mission": "Home", "start": "2026-11-23T09:30"}, "name either a robot or a group"),
+        ("schedules", {"enabled": False}, r"schedules\[0\]: 'mission' is missing"),
+    ],
+)
 def test_a_new_one_has_to_say_what_it_cannot_do_without(world, section, item, missing):
     world.take(FULL)
     before = world.everything()
@@ -187,21 +280,39 @@ def test_an_idle_rule_keeps_what_is_not_said(world):
 def test_taking_the_same_file_again_changes_nothing_and_fires_nothing(world):
     world.take(FULL)
     due = world.schedules["Home on R1"]
-    world.clock.step(86400 * 3)                                    # past a one-time start and many others
+    world.clock.step(86400 * 3)  # past a one-time start and many others
     world.db.write(lambda c: ScheduleRepository().advance(c, due.id, None))
     before = world.everything()
     assert world.take(FULL) == []
     assert world.everything() == before
 
 
-@pytest.mark.parametrize(("path", "value", "state"), [("schedules.0.priority", 4, State.WAITING),
-                                                      ("schedules.0.start", "2026-11-23T09:40", State.CANCELLED)])
+@pytest.mark.parametrize(
+    ("path", "value", "state"),
+    [("schedules.0.priority", 4, State.WAITING), ("schedules.0.start", "2026-11-23T09:40", State.CANCELLED)],
+)
 def test_what_waits_of_a_changed_schedule_follows_it_unless_its_instant_is_gone(world, path, value, state):
     world.take(FULL)
     schedule, now = world.schedules["Morning"], world.clock.now()
-    row = world.db.write(lambda c: ExecutionRepository().add(c, Execution(
-        Trigger.SCHEDULED, schedule.robot_id, "R1", "Deliver", "g", schedule.next_at, schedule.next_at + timedelta(hours=1), now, "t",
-        "UTC", schedule_id=schedule.id, priority=3)))
+    row = world.db.write(
+        lambda c: ExecutionRepository().add(
+            c,
+            Execution(
+                Trigger.SCHEDULED,
+                schedule.robot_id,
+                "R1",
+                "Deliver",
+                "g",
+                schedule.next_at,
+                schedule.next_at + timedelta(hours=1),
+                now,
+                "t",
+                "UTC",
+                schedule_id=schedule.id,
+                priority=3,
+            ),
+        )
+    )
     world.take(changed(path, value))
     found = ExecutionRepository().get(world.db.read(), row.id)
     assert (found.state, found.priority) == (state, 4 if state is State.WAITING else 3)
@@ -212,7 +323,11 @@ def test_schedules_without_a_name_are_numbered_and_found_again(world):
     named = {"name": "Home on R1 2", **home, "start": "2026-11-24T09:00"}
     unnamed = [{**home, "start": "2026-11-24T07:00"}, {**home, "start": "2026-11-24T08:00", "name": None}]
     document = {**FULL, "schedules": [*unnamed, named]}
-    assert world.take(document)[-3:] == ["schedule Home on R1 added", "schedule Home on R1 3 added", "schedule Home on R1 2 added"]
+    assert world.take(document)[-3:] == [
+        "schedule Home on R1 added",
+        "schedule Home on R1 3 added",
+        "schedule Home on R1 2 added",
+    ]
     assert world.take(document) == []
     assert world.take({**FULL, "schedules": [{**home, "start": "2026-11-24T10:00"}]}) == ["schedule Home on R1 4 added"]
     assert len(world.schedules) == 4
@@ -230,29 +345,47 @@ def test_a_password_becomes_a_token_at_once_and_is_not_stored(world):
 def test_without_a_password_an_existing_robot_keeps_its_token(world):
     world.take(FULL)
     before = world.robots["R1"]
-    assert world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "192.168.12.20", "username": "distributor"}]}) == []
+    assert (
+        world.take(
+            {"format": FORMAT, "robots": [{"name": "R1", "address": "192.168.12.20", "username": "distributor"}]}
+        )
+        == []
+    )
     assert world.robots["R1"] == before
 
 
 def test_a_new_robot_or_user_without_a_password_is_off_and_needs_one(world):
     robot = {"name": "R1", "address": "10.0.0.1", "username": "a", "enabled": True}
-    assert world.take({"format": FORMAT, "robots": [robot]}) == ["robot R1 added; it is switched off and needs a password"]
+    assert world.take({"format": FORMAT, "robots": [robot]}) == [
+        "robot R1 added; it is switched off and needs a password"
+    ]
     assert (world.robots["R1"].enabled, world.robots["R1"].needs_password) == (False, True)
     assert world.take({"format": FORMAT, "robots": [robot]}) == []
-    assert world.take({"format": FORMAT, "robots": [{**robot, "password": "x"}]}) == ["robot R1 changed: enabled, password"]
+    assert world.take({"format": FORMAT, "robots": [{**robot, "password": "x"}]}) == [
+        "robot R1 changed: enabled, password"
+    ]
     assert (world.robots["R1"].enabled, world.robots["R1"].needs_password) == (True, False)
     assert world.take({"format": FORMAT, "robots": [{**robot, "username": "b"}]}) == [
-        "robot R1 changed: username, enabled; it is switched off and needs a password"]
+        "robot R1 changed: username, enabled; it is switched off and needs a password"
+    ]
     assert world.robots["R1"].token is None
     assert world.take({"format": FORMAT, "robots": [{**robot, "username": "b", "address": "10.0.0.2"}]}) == [
-        "robot R1 changed: address; it is switched off and needs a password"]                  # it still does
+        "robot R1 changed: address; it is switched off and needs a password"
+    ]  # it still does
 
 
 def test_the_end_of_a_trusted_certificate_is_said(world):
-    robot = {"name": "R1", "address": "https://10.0.0.1", "username": "a", "password": "x", "certificate_sha256": "ab" * 32}
+    robot = {
+        "name": "R1",
+        "address": "https://10.0.0.1",
+        "username": "a",
+        "password": "x",
+        "certificate_sha256": "ab" * 32,
+    }
     world.take({"format": FORMAT, "robots": [robot]})
     assert world.take({"format": FORMAT, "robots": [{**robot, "certificate_sha256": None}]})[-1] == (
-        "the certificate of robot R1 is no longer the only one that is trusted")
+        "the certificate of robot R1 is no longer the only one that is trusted"
+    )
 
 
 def test_a_robot_can_be_given_its_password_and_stay_off(world):
@@ -268,9 +401,13 @@ def test_two_robots_may_swap_their_addresses_and_a_new_one_may_not_take_one(worl
     swapped = [{**first, "address": second["address"]}, {**second, "address": first["address"]}]
     world.take({"format": FORMAT, "robots": swapped})
     assert [world.robots[name].address for name in ("R1", "R2")] == ["https://r2.local:8443", "http://192.168.12.20"]
-    with pytest.raises(InvalidInput, match=r"robots\[0\].address: R3 has the address of R2, which is configured already"):
+    with pytest.raises(
+        InvalidInput, match=r"robots\[0\].address: R3 has the address of R2, which is configured already"
+    ):
         world.take({"format": FORMAT, "robots": [{"name": "R3", "address": "192.168.12.20"}]})
-    with pytest.raises(InvalidInput, match=r"robots\[0\].address: this is the address of R2, which is configured already"):
+    with pytest.raises(
+        InvalidInput, match=r"robots\[0\].address: this is the address of R2, which is configured already"
+    ):
         world.take({"format": FORMAT, "robots": [{"name": "R1", "address": "192.168.12.20"}]})
 
 
@@ -279,9 +416,15 @@ def test_a_file_with_the_name_that_a_robot_had_makes_no_second_one_of_it(world):
     world.catalogue.save_robot(replace(world.robots["R1"], name="Aino"))
     before = world.export()
     for document, told in (
-            (FULL, r"robots\[0\].address: R1 has the address of Aino, which is configured already; if it is the same one, write Aino in "),
-            ({"format": FORMAT, "schedules": FULL["schedules"]},
-             r"schedules\[0\].robot: there is no robot R1; add it, or write the name that it has now")):
+        (
+            FULL,
+            r"robots\[0\].address: R1 has the address of Aino, which is configured already; if it is the same one, write Aino in ",
+        ),
+        (
+            {"format": FORMAT, "schedules": FULL["schedules"]},
+            r"schedules\[0\].robot: there is no robot R1; add it, or write the name that it has now",
+        ),
+    ):
         with pytest.raises(InvalidInput, match=told):
             world.take(document)
     assert world.export() == before
@@ -304,7 +447,8 @@ def test_a_one_time_schedule_is_judged_by_the_working_days_of_the_same_file(worl
         world.take(document)
     world.take({**document, "settings": {"working_days": ["SU"]}})
     assert world.take({"format": FORMAT, "settings": {"working_days": ["MO"]}, "schedules": [sunday]}) == [
-        "setting working_days changed: SU -> MO"]                  # an unchanged one is not judged again
+        "setting working_days changed: SU -> MO"
+    ]  # an unchanged one is not judged again
 
 
 # ---------------------------------------------------------------------- out again
@@ -324,7 +468,7 @@ def test_an_export_carries_everything_to_another_tablet(world, tmp_path):
     other.take(export_configuration(world.db.read()).encode())
     exported = world.export()
     for robot in exported["robots"]:
-        robot["enabled"] = False                                   # until somebody enters the passwords there
+        robot["enabled"] = False  # until somebody enters the passwords there
     assert other.export() == exported
     other.db.close()
 
@@ -345,32 +489,63 @@ def test_a_typed_duration_travels_and_is_left_out_where_there_is_none(world, tmp
     assert [mission.usual_minutes for mission in world.missions] == [25, None, None]
     exported = world.export()
     assert [list(mission) for mission in exported["missions"]] == [
-        ["name", "guid", "usual_minutes"], ["name", "guid"], ["name", "guid", "robot"]]
+        ["name", "guid", "usual_minutes"],
+        ["name", "guid"],
+        ["name", "guid", "robot"],
+    ]
     other = World(tmp_path / "other")
     other.take(json.dumps(exported).encode())
     assert other.export()["missions"] == exported["missions"]
     other.db.close()
-    assert world.take(FULL) == []                                  # not said: it stays
+    assert world.take(FULL) == []  # not said: it stays
     assert world.take(changed("missions.0.usual_minutes", None)) == ["mission Deliver changed: usual_minutes"]
     assert world.export()["missions"] == FULL["missions"]
 
 
-NAMES = st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1, max_size=20).map(cleaned).filter(bool)
+NAMES = (
+    st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1, max_size=20)
+    .map(cleaned)
+    .filter(bool)
+)
 
 
 @examples(40, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(names=st.lists(NAMES, min_size=3, max_size=3, unique=True), working=st.lists(st.sampled_from(WEEKDAYS), min_size=1, unique=True),
-       window=st.none() | st.integers(0, 1440), battery=st.none() | st.floats(0, 100), overlap=st.sampled_from(["skip", "queue"]),
-       parameters=st.dictionaries(NAMES, st.none() | st.booleans() | st.integers(-9, 9) | NAMES, max_size=3))
-def test_whatever_is_taken_comes_out_and_in_again_unchanged(world, names, working, window, battery, overlap, parameters):
+@given(
+    names=st.lists(NAMES, min_size=3, max_size=3, unique=True),
+    working=st.lists(st.sampled_from(WEEKDAYS), min_size=1, unique=True),
+    window=st.none() | st.integers(0, 1440),
+    battery=st.none() | st.floats(0, 100),
+    overlap=st.sampled_from(["skip", "queue"]),
+    parameters=st.dictionaries(NAMES, st.none() | st.booleans() | st.integers(-9, 9) | NAMES, max_size=3),
+)
+def test_whatever_is_taken_comes_out_and_in_again_unchanged(
+    world, names, working, window, battery, overlap, parameters
+):
     robot, mission, schedule = names
     address = f"http://10.0.{len(world.robots) // 200}.{len(world.robots) % 200}"
     if robot in world.robots:
         address = world.robots[robot].address
-    world.take({"format": FORMAT, "settings": {"working_days": working}, "robots": [{"name": robot, "address": address}],
-                "missions": [{"name": mission, "guid": "g"}], "schedules": [
-                    {"name": schedule, "robot": robot, "mission": mission, "start": "2026-11-23T06:30", "recurrence": "FREQ=DAILY",
-                     "start_window_minutes": window, "minimum_battery_percent": battery, "overlap": overlap, "parameters": parameters}]})
+    world.take(
+        {
+            "format": FORMAT,
+            "settings": {"working_days": working},
+            "robots": [{"name": robot, "address": address}],
+            "missions": [{"name": mission, "guid": "g"}],
+            "schedules": [
+                {
+                    "name": schedule,
+                    "robot": robot,
+                    "mission": mission,
+                    "start": "2026-11-23T06:30",
+                    "recurrence": "FREQ=DAILY",
+                    "start_window_minutes": window,
+                    "minimum_battery_percent": battery,
+                    "overlap": overlap,
+                    "parameters": parameters,
+                }
+            ],
+        }
+    )
     assert world.take(export_configuration(world.db.read()).encode()) == []
 
 
@@ -386,11 +561,16 @@ def test_a_file_with_places_writes_about_as_much_as_it_says(world):
 
 
 def test_a_mission_uses_the_places_that_a_file_names_and_no_others(world):
-    document = {"format": FORMAT, "places": [{"name": name, "most": 1} for name in "ABC"],
-                "missions": [{"name": "M", "guid": "g", "places": ["A", "B"]}, {"name": "N", "guid": "g", "places": ["A"]}]}
+    document = {
+        "format": FORMAT,
+        "places": [{"name": name, "most": 1} for name in "ABC"],
+        "missions": [{"name": "M", "guid": "g", "places": ["A", "B"]}, {"name": "N", "guid": "g", "places": ["A"]}],
+    }
     world.take(document)
     assert world.take(document) == []
-    assert world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g", "places": ["B", "C"]}]}) == ["mission M changed: places"]
+    assert world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g", "places": ["B", "C"]}]}) == [
+        "mission M changed: places"
+    ]
     assert [mission["places"] for mission in world.export()["missions"]] == [["B", "C"], ["A"]]
     world.take({"format": FORMAT, "missions": [{"name": "M", "guid": "g"}]})
     assert world.export()["missions"][0]["places"] == ["B", "C"]

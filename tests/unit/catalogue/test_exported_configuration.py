@@ -1,4 +1,5 @@
 """Everything but secrets is in an export, and every export can be read in elsewhere and comes out again as it was."""
+
 from __future__ import annotations
 
 import json
@@ -30,23 +31,47 @@ from app.services.catalogue.configuration import export_configuration
 from tests.support.examples import examples
 from tests.unit.catalogue.configured import FULL, World
 
-NAMES = st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1, max_size=20).map(cleaned).filter(bool)
+NAMES = (
+    st.text(st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1, max_size=20)
+    .map(cleaned)
+    .filter(bool)
+)
 DAYS = st.dates(date(2026, 11, 1), date(2027, 2, 1))
 PERCENT = st.none() | st.floats(0, 100)
 WINDOW = st.none() | st.integers(0, 1440)
-PARAMETERS = st.dictionaries(NAMES, st.none() | st.booleans() | st.integers(-9, 9) | st.floats(0, 1) | NAMES, max_size=2)
+PARAMETERS = st.dictionaries(
+    NAMES, st.none() | st.booleans() | st.integers(-9, 9) | st.floats(0, 1) | NAMES, max_size=2
+)
 RULES = st.sampled_from([None, "FREQ=DAILY", "FREQ=WEEKLY;BYDAY=SA,SU", "FREQ=MINUTELY;INTERVAL=30"])
 SETTINGS: dict[str, st.SearchStrategy[Any]] = {
-    "poll_interval_seconds": st.integers(1, 3600), "retry_limit": st.integers(0, 20), "minimum_battery_percent": PERCENT,
-    "timezone": st.sampled_from(["Europe/Helsinki", "UTC"]), "start_window_minutes": st.integers(0, 1440),
-    "unknown_outcome_quiet_seconds": st.integers(5, 600), "history_limit": st.none() | st.integers(1, 10**6),
-    "language": st.sampled_from(["en", "fi"]), "theme": st.sampled_from(THEMES), "gloves": st.booleans(), "alarm_sound": st.booleans(),
-    "font_scale_percent": st.sampled_from(FONT_SCALES), "keyboard": st.sampled_from(KEYBOARDS)}
+    "poll_interval_seconds": st.integers(1, 3600),
+    "retry_limit": st.integers(0, 20),
+    "minimum_battery_percent": PERCENT,
+    "timezone": st.sampled_from(["Europe/Helsinki", "UTC"]),
+    "start_window_minutes": st.integers(0, 1440),
+    "unknown_outcome_quiet_seconds": st.integers(5, 600),
+    "history_limit": st.none() | st.integers(1, 10**6),
+    "language": st.sampled_from(["en", "fi"]),
+    "theme": st.sampled_from(THEMES),
+    "gloves": st.booleans(),
+    "alarm_sound": st.booleans(),
+    "font_scale_percent": st.sampled_from(FONT_SCALES),
+    "keyboard": st.sampled_from(KEYBOARDS),
+}
 WORKING = st.lists(st.sampled_from(WEEKDAYS), min_size=1, unique=True)
 COUNTRIES = st.sampled_from([("", ""), ("FI", ""), ("FI", "01"), ("DE", "BY")])
-EXCEPTIONS = st.lists(st.builds(
-    lambda name, first, length, *others: DayException(name, first, first + timedelta(days=length), *others),
-    NAMES, DAYS, st.integers(0, 9), st.booleans(), st.booleans(), st.sampled_from(["", "plant.ics", "x" * 200 + ".ics"])), max_size=5)
+EXCEPTIONS = st.lists(
+    st.builds(
+        lambda name, first, length, *others: DayException(name, first, first + timedelta(days=length), *others),
+        NAMES,
+        DAYS,
+        st.integers(0, 9),
+        st.booleans(),
+        st.booleans(),
+        st.sampled_from(["", "plant.ics", "x" * 200 + ".ics"]),
+    ),
+    max_size=5,
+)
 
 
 @pytest.fixture
@@ -60,9 +85,12 @@ def world(tmp_path):
 def catalogues(draw: st.DrawFn, world: World) -> None:
     """Fill one as people do, in any order: what was entered under other working days stays."""
     catalogue = world.catalogue
-    robots = [catalogue.save_robot(Robot(name, f"http://10.0.0.{n}", "user" if draw(st.booleans()) else "",
-                                         enabled=draw(st.booleans())))
-              for n, name in enumerate(draw(st.lists(NAMES, max_size=3, unique=True)))]
+    robots = [
+        catalogue.save_robot(
+            Robot(name, f"http://10.0.0.{n}", "user" if draw(st.booleans()) else "", enabled=draw(st.booleans()))
+        )
+        for n, name in enumerate(draw(st.lists(NAMES, max_size=3, unique=True)))
+    ]
     robots = [catalogue.save_robot(robot, "secret") if robot.username else robot for robot in robots]
     for robot in robots:
         if not robot.needs_password and draw(st.booleans()):
@@ -71,8 +99,15 @@ def catalogues(draw: st.DrawFn, world: World) -> None:
     for name in draw(st.lists(NAMES, max_size=3, unique=True)):
         for owner in (None, *robots):
             if draw(st.booleans()):
-                catalogue.save_mission(Mission(name, f"g{draw(st.integers(1, 99))}", robot_id=owner and owner.id,
-                                               favourite=draw(st.booleans()), usual_minutes=draw(minutes)))
+                catalogue.save_mission(
+                    Mission(
+                        name,
+                        f"g{draw(st.integers(1, 99))}",
+                        robot_id=owner and owner.id,
+                        favourite=draw(st.booleans()),
+                        usual_minutes=draw(minutes),
+                    )
+                )
     _draw_days(draw, world)
     for robot in robots:
         available = catalogue.missions_of(robot.id)
@@ -86,23 +121,40 @@ def catalogues(draw: st.DrawFn, world: World) -> None:
 
 def _draw_days(draw: st.DrawFn, world: World) -> None:
     country, region = draw(COUNTRIES)
-    world.catalogue.change_settings(working_days=tuple(draw(WORKING)), holiday_country=country, holiday_subdivision=region,
-                                    **{name: draw(values) for name, values in SETTINGS.items()})
+    world.catalogue.change_settings(
+        working_days=tuple(draw(WORKING)),
+        holiday_country=country,
+        holiday_subdivision=region,
+        **{name: draw(values) for name, values in SETTINGS.items()},
+    )
     world.catalogue.add_days(draw(EXCEPTIONS))
 
 
 def _draw_schedule(draw: st.DrawFn, world: World, robot: Robot, mission: Mission) -> None:
     recurrence = draw(RULES)
-    between = Between(time(6, 30), time(17)) if recurrence and "MINUTELY" in recurrence and draw(st.booleans()) else None
-    schedule = Schedule("", robot.id, mission.id, datetime.combine(draw(DAYS), time(6, 30)), draw(SETTINGS["timezone"]), recurrence,
-                        enabled=draw(st.booleans()), between=between, minimum_battery_percent=draw(PERCENT),
-                        respect_working_days=draw(st.booleans()), start_window_minutes=draw(WINDOW),
-                        overlap=draw(st.sampled_from((Overlap.SKIP, Overlap.QUEUE))),
-                        priority=draw(st.integers(-9, 9)), parameters=draw(PARAMETERS))
+    between = (
+        Between(time(6, 30), time(17)) if recurrence and "MINUTELY" in recurrence and draw(st.booleans()) else None
+    )
+    schedule = Schedule(
+        "",
+        robot.id,
+        mission.id,
+        datetime.combine(draw(DAYS), time(6, 30)),
+        draw(SETTINGS["timezone"]),
+        recurrence,
+        enabled=draw(st.booleans()),
+        between=between,
+        minimum_battery_percent=draw(PERCENT),
+        respect_working_days=draw(st.booleans()),
+        start_window_minutes=draw(WINDOW),
+        overlap=draw(st.sampled_from((Overlap.SKIP, Overlap.QUEUE))),
+        priority=draw(st.integers(-9, 9)),
+        parameters=draw(PARAMETERS),
+    )
     try:
         world.catalogue.save_schedule(schedule)
     except InvalidInput as error:
-        if error.field != "start":                                 # of one time, on a day off
+        if error.field != "start":  # of one time, on a day off
             raise
 
 
@@ -132,29 +184,66 @@ def without_passwords(exported: dict[str, Any]) -> dict[str, Any]:
 
 def with_passwords(exported: dict[str, Any]) -> dict[str, Any]:
     """That of every robot that has one."""
-    return {**exported, "robots": [{**robot, "password": "secret"} if robot["username"] else robot for robot in exported["robots"]]}
+    return {
+        **exported,
+        "robots": [{**robot, "password": "secret"} if robot["username"] else robot for robot in exported["robots"]],
+    }
 
 
 def test_closed_and_extra_days_country_favourites_and_display_come_along(world, tmp_path):
     world.take(FULL)
     world.catalogue.set_public_holidays("DE", "BY")
-    world.catalogue.add_days([DayException("Inventory", date(2026, 12, 7), date(2026, 12, 8)),
-                              DayException("Saturday", date(2026, 11, 28), date(2026, 11, 28), is_working=True, source="plant.ics")])
+    world.catalogue.add_days(
+        [
+            DayException("Inventory", date(2026, 12, 7), date(2026, 12, 8)),
+            DayException("Saturday", date(2026, 11, 28), date(2026, 11, 28), is_working=True, source="plant.ics"),
+        ]
+    )
     world.catalogue.save_mission(Mission("Fetch", "g", favourite=True))
     world.catalogue.change_settings(language="fi", theme="dark", gloves=True, font_scale_percent=115, keyboard="on")
-    world.catalogue.save_schedule(Schedule("", world.robots["R1"].id, world.missions[0].id, datetime(2026, 11, 28, 9, 0), "UTC"))
+    world.catalogue.save_schedule(
+        Schedule("", world.robots["R1"].id, world.missions[0].id, datetime(2026, 11, 28, 9, 0), "UTC")
+    )
     exported = world.export()
     other = World(tmp_path / "other")
-    lines = other.take(exported)                                   # a Saturday that would be refused without its day
+    lines = other.take(exported)  # a Saturday that would be refused without its day
     assert [line for line in lines if "days" in line or "region" in line or "gloves" in line] == [
-        "setting working_days changed: MO TU WE TH FR -> MO TU", "setting gloves changed: False -> True",
-        "setting region changed: none -> BY", "closed days added: Inventory", "extra working days added: Saturday"]
+        "setting working_days changed: MO TU WE TH FR -> MO TU",
+        "setting gloves changed: False -> True",
+        "setting region changed: none -> BY",
+        "closed days added: Inventory",
+        "extra working days added: Saturday",
+    ]
     assert other.export() == without_passwords(exported)
-    assert exported["calendar"] == {"country": "DE", "region": "BY", "days": [
-        {"name": "Inventory", "first_day": "2026-12-07", "last_day": "2026-12-08", "working": False, "yearly": False},
-        {"name": "Saturday", "first_day": "2026-11-28", "last_day": "2026-11-28", "working": True, "yearly": False, "source": "plant.ics"}]}
-    assert exported["display"] == {"language": "fi", "theme": "dark", "gloves": True, "font_scale_percent": 115, "keyboard": "on",
-                                   "alarm_sound": True}
+    assert exported["calendar"] == {
+        "country": "DE",
+        "region": "BY",
+        "days": [
+            {
+                "name": "Inventory",
+                "first_day": "2026-12-07",
+                "last_day": "2026-12-08",
+                "working": False,
+                "yearly": False,
+            },
+            {
+                "name": "Saturday",
+                "first_day": "2026-11-28",
+                "last_day": "2026-11-28",
+                "working": True,
+                "yearly": False,
+                "source": "plant.ics",
+            },
+        ],
+    }
+    assert exported["display"] == {
+        "language": "fi",
+        "theme": "dark",
+        "gloves": True,
+        "font_scale_percent": 115,
+        "keyboard": "on",
+        "alarm_sound": True,
+    }
     assert {"name": "Fetch", "guid": "g", "favourite": True} in exported["missions"]
     assert other.take(exported) == []
     other.db.close()
@@ -162,7 +251,7 @@ def test_closed_and_extra_days_country_favourites_and_display_come_along(world, 
 
 def test_a_one_time_start_whose_day_was_closed_later_is_exported_as_it_will_run(world, tmp_path):
     world.take(FULL)
-    world.catalogue.change_settings(working_days=("WE",))          # "Home on R1" is on a Tuesday
+    world.catalogue.change_settings(working_days=("WE",))  # "Home on R1" is on a Tuesday
     exported = world.export()
     assert exported["schedules"][0]["respect_working_days"] is False
     other = World(tmp_path / "other")
@@ -175,5 +264,11 @@ def test_a_one_time_start_whose_day_was_closed_later_is_exported_as_it_will_run(
 def test_another_country_has_no_region_of_the_former(world):
     world.take({"format": FULL["format"], "calendar": {"country": "DE", "region": "BY"}})
     assert world.take({"format": FULL["format"], "calendar": {"country": "FI"}}) == [
-        "setting country changed: DE -> FI", "setting region changed: BY -> none"]
-    assert json.loads(export_configuration(world.db.read()))["calendar"] == {"country": "FI", "region": None, "days": []}
+        "setting country changed: DE -> FI",
+        "setting region changed: BY -> none",
+    ]
+    assert json.loads(export_configuration(world.db.read()))["calendar"] == {
+        "country": "FI",
+        "region": None,
+        "days": [],
+    }

@@ -1,4 +1,5 @@
 """Configuration files that can't be taken: said with the place in the file, and nothing is changed."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -48,7 +49,12 @@ BAD: list[tuple[str, Any, str, str]] = [
     ("calendar", {"days": [{"name": "A"}]}, "calendar.days[0].first_day", "'first_day' is missing"),
     ("calendar", {"days": [{"name": "A", "first_day": "2026-02-30"}]}, "calendar.days[0].first_day", "no such date"),
     ("calendar", {"days": [{"name": "A", "first_day": "20261224"}]}, "calendar.days[0].first_day", "2026-12-24"),
-    ("calendar", {"days": [{"name": "A", "first_day": "2026-12-24", "last_day": "2026-12-23"}]}, "calendar.days[0].last_day", "before"),
+    (
+        "calendar",
+        {"days": [{"name": "A", "first_day": "2026-12-24", "last_day": "2026-12-23"}]},
+        "calendar.days[0].last_day",
+        "before",
+    ),
     ("calendar", {"days": [{"name": "A", "first_day": "2026-12-24"}] * 2001}, "calendar.days", "room for 2000"),
     ("missions.0.favourite", "yes", "missions[0].favourite", "true or false"),
     ("robots", {}, "robots", "a list"),
@@ -100,28 +106,50 @@ BAD: list[tuple[str, Any, str, str]] = [
     ("schedules.0.parameters", [], "schedules[0].parameters", "parameters"),
     ("schedules.0.parameters", {"a": {}}, "schedules[0].parameters", "'a'"),
     ("schedules.1.name", "Morning", "schedules[1].name", "twice in the file"),
-    ("schedules.1.start", "2026-11-25T06:30", "schedules[1].start", "2026-11-25 is a Wednesday, which is not a working day"),
+    (
+        "schedules.1.start",
+        "2026-11-25T06:30",
+        "schedules[1].start",
+        "2026-11-25 is a Wednesday, which is not a working day",
+    ),
 ]
 
 
-@pytest.mark.parametrize(("path", "value", "field", "told"), BAD, ids=[f"{path}={value!r:.30}" for path, value, _, _ in BAD])
+@pytest.mark.parametrize(
+    ("path", "value", "field", "told"), BAD, ids=[f"{path}={value!r:.30}" for path, value, _, _ in BAD]
+)
 def test_what_cannot_be_taken_is_reported_with_its_place_and_nothing_is_changed(world, path, value, field, told):
     before = world.everything()
     with pytest.raises(InvalidInput) as caught:
         world.take(changed(path, value))
     assert caught.value.field == field
     assert told in caught.value.text
-    assert field == "file" or caught.value.text.startswith(field) or caught.value.text.startswith(field.rpartition(".")[0])
+    assert (
+        field == "file" or caught.value.text.startswith(field) or caught.value.text.startswith(field.rpartition(".")[0])
+    )
     assert "\n" not in caught.value.text
     assert world.everything() == before
 
 
-@pytest.mark.parametrize(("content", "told"), [
-    (b"", "line 1, column 1"), (b"{", "line 1"), (b"[]", "one JSON object"), (b"null", "one JSON object"), (b"{}", 'lacks "format"'),
-    (b"\xff\xfe\x7b", "save it as UTF-8"), ('{"name": "Hyllyjä"}'.encode("windows-1252"), "byte 16.*save it as UTF-8"),
-    (b'{"format": "amr-scheduler/1", "format": "x"}', "'format' appears twice"), (b'{"a": NaN}', "NaN"),
-    (b'{"a": -Infinity}', "Infinity"), (b"[" * 10_000, "nested"), (b'{"a": ' + b"1" * 6000 + b"}", "number"),
-    (b" " * (5 * 1024 * 1024 + 1), "larger than 5 MiB")], ids=range(13))
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "line 1, column 1"),
+        (b"{", "line 1"),
+        (b"[]", "one JSON object"),
+        (b"null", "one JSON object"),
+        (b"{}", 'lacks "format"'),
+        (b"\xff\xfe\x7b", "save it as UTF-8"),
+        ('{"name": "Hyllyjä"}'.encode("windows-1252"), "byte 16.*save it as UTF-8"),
+        (b'{"format": "amr-scheduler/1", "format": "x"}', "'format' appears twice"),
+        (b'{"a": NaN}', "NaN"),
+        (b'{"a": -Infinity}', "Infinity"),
+        (b"[" * 10_000, "nested"),
+        (b'{"a": ' + b"1" * 6000 + b"}", "number"),
+        (b" " * (5 * 1024 * 1024 + 1), "larger than 5 MiB"),
+    ],
+    ids=range(13),
+)
 def test_what_is_no_configuration_is_reported_in_one_sentence(world, content, told):
     with pytest.raises(InvalidInput, match=told) as caught:
         world.take(content)

@@ -1,4 +1,5 @@
 """A catalogue over a database, and what it refuses."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -25,7 +26,12 @@ from app.services.catalogue.catalogue import Catalogue
 from app.services.live.changes import Changes
 from tests.support.clock import VirtualClock
 
-ROBOTS, MISSIONS, SCHEDULES, EXECUTIONS = RobotRepository(), MissionRepository(), ScheduleRepository(), ExecutionRepository()
+ROBOTS, MISSIONS, SCHEDULES, EXECUTIONS = (
+    RobotRepository(),
+    MissionRepository(),
+    ScheduleRepository(),
+    ExecutionRepository(),
+)
 
 
 class World:
@@ -50,8 +56,20 @@ class World:
     def row(self, schedule: Schedule, state: State = State.WAITING) -> Execution:
         now = self.clock.now()
         number = EXECUTIONS.count(self.db.read(), self.every) + 1
-        execution = Execution(Trigger.SCHEDULED, schedule.robot_id, "Aino", "Deliver", "guid-1", now + timedelta(minutes=number),
-                              now + timedelta(hours=1), now, f"token-{number}", "UTC", state=state, schedule_id=schedule.id)
+        execution = Execution(
+            Trigger.SCHEDULED,
+            schedule.robot_id,
+            "Aino",
+            "Deliver",
+            "guid-1",
+            now + timedelta(minutes=number),
+            now + timedelta(hours=1),
+            now,
+            f"token-{number}",
+            "UTC",
+            state=state,
+            schedule_id=schedule.id,
+        )
         return self.db.write(lambda c: EXECUTIONS.add(c, execution))
 
     def outcome(self, row: Execution) -> tuple[State, ReasonCode | None]:
@@ -61,6 +79,7 @@ class World:
     @property
     def every(self):
         from app.database.executions import ExecutionFilter
+
         return ExecutionFilter()
 
 

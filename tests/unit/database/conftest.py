@@ -39,6 +39,22 @@ def row():
     def make(**values) -> Execution:
         number = next(made)
         planned = values.pop("planned_at", NOON + timedelta(minutes=number))
-        return replace(Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid", planned, planned + timedelta(minutes=15), planned,
-                                 f"token-{number}", "UTC", schedule_id=1, schedule="S"), **values)
+        return replace(
+            Execution(
+                Trigger.SCHEDULED,
+                1,
+                "Aino",
+                "Deliver",
+                "guid",
+                planned,
+                planned + timedelta(minutes=15),
+                planned,
+                f"token-{number}",
+                "UTC",
+                schedule_id=1,
+                schedule="S",
+            ),
+            **values,
+        )
+
     return make

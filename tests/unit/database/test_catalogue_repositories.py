@@ -1,4 +1,5 @@
 """Robots, missions, schedules, settings, alarms and holds: what is put in comes out."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -19,10 +20,26 @@ from app.domain.models import Alarm, Between, IdleRule, Mission, Overlap, Priori
 from app.domain.robot import IdentifiedBy
 from tests.unit.database.conftest import NOON
 
-ROBOTS, MISSIONS, SCHEDULES, SETTINGS = RobotRepository(), MissionRepository(), ScheduleRepository(), SettingsRepository()
+ROBOTS, MISSIONS, SCHEDULES, SETTINGS = (
+    RobotRepository(),
+    MissionRepository(),
+    ScheduleRepository(),
+    SettingsRepository(),
+)
 ALARMS, HOLDS = AlarmRepository(), HoldRepository()
-FULL = Robot("Äiti", "https://10.0.0.1", "user", "Basic x", enabled=False, needs_password=True, certificate_sha256="ab", serial_number="1",
-             identified_by=IdentifiedBy.CERTIFICATE, model="MiR100", software="3.5.4")
+FULL = Robot(
+    "Äiti",
+    "https://10.0.0.1",
+    "user",
+    "Basic x",
+    enabled=False,
+    needs_password=True,
+    certificate_sha256="ab",
+    serial_number="1",
+    identified_by=IdentifiedBy.CERTIFICATE,
+    model="MiR100",
+    software="3.5.4",
+)
 
 
 @pytest.fixture
@@ -37,11 +54,30 @@ def mission(db):
 
 @pytest.fixture
 def schedule(db, robot, mission):
-    return db.write(lambda c: SCHEDULES.add(c, Schedule(
-        "Morning", robot.id, mission.id, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki", "FREQ=HOURLY", enabled=True,
-        between=Between(time(8, 30), time(16, 45)), minimum_battery_percent=12.5, respect_working_days=False, start_window_minutes=0,
-        overlap=Overlap.QUEUE, priority=3, parameters={"speed": 0.5, "name": "Ä"}, changed_at=NOON, next_at=NOON + timedelta(hours=1),
-        paused_until=NOON)))
+    return db.write(
+        lambda c: SCHEDULES.add(
+            c,
+            Schedule(
+                "Morning",
+                robot.id,
+                mission.id,
+                datetime(2026, 11, 23, 6, 30),
+                "Europe/Helsinki",
+                "FREQ=HOURLY",
+                enabled=True,
+                between=Between(time(8, 30), time(16, 45)),
+                minimum_battery_percent=12.5,
+                respect_working_days=False,
+                start_window_minutes=0,
+                overlap=Overlap.QUEUE,
+                priority=3,
+                parameters={"speed": 0.5, "name": "Ä"},
+                changed_at=NOON,
+                next_at=NOON + timedelta(hours=1),
+                paused_until=NOON,
+            ),
+        )
+    )
 
 
 # ---------------------------------------------------------------------- robots
@@ -63,20 +99,26 @@ def test_an_idle_rule_comes_and_goes_with_its_robot(db, robot, mission):
 
 def test_what_the_machine_says_of_itself_is_noted_and_nothing_else(db, robot):
     db.write(lambda c: ROBOTS.update(c, replace(robot, serial_number=None)))
-    for number in ("2", "3"):                        # a known serial number is not overwritten by what answers
+    for number in ("2", "3"):  # a known serial number is not overwritten by what answers
         asked = ROBOTS.get(db.read(), robot.id)
-        assert db.write(lambda c, n=number, asked=asked: ROBOTS.note_identity(c, asked, serial_number=n, software=f"{n}.6"))
+        assert db.write(
+            lambda c, n=number, asked=asked: ROBOTS.note_identity(c, asked, serial_number=n, software=f"{n}.6")
+        )
     assert ROBOTS.get(db.read(), robot.id) == replace(robot, serial_number="2", software="3.6")
     with pytest.raises(ValueError, match="token"):
         db.write(lambda c: ROBOTS.note_identity(c, robot, token="x"))
 
 
-@pytest.mark.parametrize("edit", [{"address": "http://10.0.0.99"}, {"username": "other"}, {"certificate_sha256": "cd" * 32},
-                                  {"serial_number": "2"}])
+@pytest.mark.parametrize(
+    "edit",
+    [{"address": "http://10.0.0.99"}, {"username": "other"}, {"certificate_sha256": "cd" * 32}, {"serial_number": "2"}],
+)
 def test_what_a_machine_said_before_the_robot_was_edited_is_not_noted(db, robot, edit):
     edited = replace(robot, **edit)
     db.write(lambda c: ROBOTS.update(c, edited))
-    assert not db.write(lambda c: ROBOTS.note_identity(c, robot, serial_number="1", model="Old", identified_by="address"))
+    assert not db.write(
+        lambda c: ROBOTS.note_identity(c, robot, serial_number="1", model="Old", identified_by="address")
+    )
     assert ROBOTS.get(db.read(), robot.id) == edited
 
 
@@ -127,9 +169,22 @@ def test_a_name_is_given_once_for_all_and_once_per_robot(db, robot, mission):
 def test_a_schedule_comes_back_as_it_was(db, schedule):
     c = db.read()
     assert SCHEDULES.get(c, schedule.id) == schedule == SCHEDULES.by_name(c, "Morning")
-    assert SCHEDULES.all(c) == SCHEDULES.for_robot(c, schedule.robot_id) == SCHEDULES.for_mission(c, schedule.mission_id) == [schedule]
-    plain = replace(schedule, between=None, recurrence=None, minimum_battery_percent=None, start_window_minutes=None, next_at=None,
-                    paused_until=None, parameters={})
+    assert (
+        SCHEDULES.all(c)
+        == SCHEDULES.for_robot(c, schedule.robot_id)
+        == SCHEDULES.for_mission(c, schedule.mission_id)
+        == [schedule]
+    )
+    plain = replace(
+        schedule,
+        between=None,
+        recurrence=None,
+        minimum_battery_percent=None,
+        start_window_minutes=None,
+        next_at=None,
+        paused_until=None,
+        parameters={},
+    )
     db.write(lambda w: SCHEDULES.update(w, plain))
     assert SCHEDULES.get(c, schedule.id) == plain
 
@@ -138,6 +193,7 @@ def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
     def add(name, minutes, enabled=True):
         at = None if minutes is None else NOON + timedelta(minutes=minutes)
         return db.write(lambda c: SCHEDULES.add(c, replace(schedule, id=0, name=name, next_at=at, enabled=enabled)))
+
     db.write(lambda c: SCHEDULES.remove(c, schedule.id))
     second, first = add("b", -1), add("a", -2)
     exact, later = add("c", 0), add("d", 1)
@@ -147,12 +203,16 @@ def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
     assert [found.name for found in SCHEDULES.due(c, NOON)] == ["a", "b", "c"]
     assert [found.id for found in SCHEDULES.due(c, NOON, limit=2)] == [first.id, second.id]
     lately = NOON - timedelta(seconds=90)
-    assert [found.name for found in SCHEDULES.due(c, NOON, lately)] == ["b", "c", "a"]      # what waited long waits a moment more
+    assert [found.name for found in SCHEDULES.due(c, NOON, lately)] == [
+        "b",
+        "c",
+        "a",
+    ]  # what waited long waits a moment more
     assert SCHEDULES.next_due(c) == first.next_at
     assert [found.id for found in SCHEDULES.upcoming(c, 4)] == [first.id, second.id, exact.id, later.id]
     db.write(lambda w: SCHEDULES.advance(w, first.id, None))
     assert SCHEDULES.next_due(c) == second.next_at
-    assert SCHEDULES.next_to_run(c, schedule.robot_id) == exact.next_at          # all are paused until then
+    assert SCHEDULES.next_to_run(c, schedule.robot_id) == exact.next_at  # all are paused until then
     db.write(lambda w: SCHEDULES.pause(w, second.id, None))
     assert SCHEDULES.next_to_run(c, schedule.robot_id) == second.next_at
     assert SCHEDULES.next_to_run(c, schedule.robot_id + 1) is None
@@ -161,16 +221,27 @@ def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
 def test_how_far_schedules_have_been_planned(db, schedule):
     later, day = NOON + timedelta(days=1), timedelta(days=1)
     other = db.write(lambda c: SCHEDULES.add(c, replace(schedule, id=0, name="Other")))
-    db.write(lambda c: SCHEDULES.advance_all(c, [Progress(schedule.id, later, NOON, NOON), Progress(other.id, None, NOON, None)]))
-    assert SCHEDULES.get(db.read(), schedule.id) == replace(schedule, next_at=later, planned_through=NOON, started_through=NOON)
+    db.write(
+        lambda c: SCHEDULES.advance_all(
+            c, [Progress(schedule.id, later, NOON, NOON), Progress(other.id, None, NOON, None)]
+        )
+    )
+    assert SCHEDULES.get(db.read(), schedule.id) == replace(
+        schedule, next_at=later, planned_through=NOON, started_through=NOON
+    )
     assert SCHEDULES.get(db.read(), other.id) == replace(other, next_at=None, planned_through=NOON)
-    db.write(lambda c: SCHEDULES.advance_all(c, [Progress(schedule.id, None, later, None)]))       # only planned further, not started
-    assert SCHEDULES.get(db.read(), schedule.id) == replace(schedule, next_at=None, planned_through=later, started_through=NOON)
+    db.write(
+        lambda c: SCHEDULES.advance_all(c, [Progress(schedule.id, None, later, None)])
+    )  # only planned further, not started
+    assert SCHEDULES.get(db.read(), schedule.id) == replace(
+        schedule, next_at=None, planned_through=later, started_through=NOON
+    )
     assert [found.id for found in SCHEDULES.planned_beyond(db.read(), NOON)] == [schedule.id]
     db.write(lambda c: c.execute("UPDATE schedules SET changed_at = ? WHERE id = ?", (to_text(later), schedule.id)))
     db.write(lambda c: SCHEDULES.plan_anew(c, schedule.id, NOON + day, NOON, NOON))
-    assert SCHEDULES.get(db.read(), schedule.id) == replace(schedule, next_at=NOON + day, planned_through=NOON, started_through=NOON,
-                                                            changed_at=NOON)
+    assert SCHEDULES.get(db.read(), schedule.id) == replace(
+        schedule, next_at=NOON + day, planned_through=NOON, started_through=NOON, changed_at=NOON
+    )
     assert SCHEDULES.planned_beyond(db.read(), NOON) == []
 
 
@@ -187,6 +258,7 @@ def test_what_dispatch_has_to_know_of_a_robot_outlives_an_edit(db, robot):
     def known():
         c = db.read()
         return ROBOTS.last_accepted(c, robot.id), ROBOTS.idle_queue_id(c, robot.id)
+
     assert known() == (None, None)
     db.write(lambda c: ROBOTS.note_accepted(c, robot.id, Accepted(41, "token")))
     db.write(lambda c: ROBOTS.note_idle(c, robot.id, 40))
@@ -204,24 +276,32 @@ def test_what_runs_use_of_a_battery_is_kept_with_the_robot_until_another_machine
 
     def drains():
         return ROBOTS.drains(db.read(), (robot.id, shy.id, 99))
+
     assert drains() == {robot.id: Drain(), shy.id: Drain()}
     for serial_number in ("1", "2", None):
         db.write(lambda c, number=serial_number: ROBOTS.note_used(c, robot.id, number, Used(4.0, 0.5)))
         db.write(lambda c, number=serial_number: ROBOTS.note_used(c, shy.id, number, Used(1.0, 0.25)))
     db.write(lambda c: ROBOTS.note_used(c, 99, None, Used(4.0, 0.5)))
     assert drains() == {robot.id: Drain(1, 4.0, 0.5), shy.id: Drain(1, 1.0, 0.25)}
-    for edited in (replace(robot, name="C", address="http://c"), replace(shy, serial_number="3")):       # the same machines
+    for edited in (replace(robot, name="C", address="http://c"), replace(shy, serial_number="3")):  # the same machines
         db.write(lambda c, edited=edited: ROBOTS.update(c, edited))
     assert [drain.runs for drain in drains().values()] == [1, 1]
     db.write(lambda c: ROBOTS.update(c, replace(robot, serial_number="2")))
     assert [drain.runs for drain in drains().values()] == [0, 1]
-    db.write(lambda c: ROBOTS.update(c, replace(shy, serial_number=None)))                               # which one is not known any more
+    db.write(lambda c: ROBOTS.update(c, replace(shy, serial_number=None)))  # which one is not known any more
     assert drains() == {robot.id: Drain(), shy.id: Drain()}
 
 
 def test_finding_the_due_ones_reads_an_index_and_never_the_table(db):
-    plan = db.read().execute("""EXPLAIN QUERY PLAN SELECT * FROM schedules
-        WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at, id LIMIT ?""", ("x", 1)).fetchall()
+    plan = (
+        db.read()
+        .execute(
+            """EXPLAIN QUERY PLAN SELECT * FROM schedules
+        WHERE enabled = 1 AND next_at IS NOT NULL AND next_at <= ? ORDER BY next_at, id LIMIT ?""",
+            ("x", 1),
+        )
+        .fetchall()
+    )
     assert [row["detail"] for row in plan] == ["SEARCH schedules USING INDEX schedules_due (next_at>? AND next_at<?)"]
 
 
@@ -232,7 +312,12 @@ def test_a_fresh_database_has_the_defaults(db):
 
 
 def test_settings_come_back_as_they_were(db):
-    values = {"history_limit": None, "working_days": ("MO", "SU"), "minimum_battery_percent": 12.5, "timezone": "Asia/Tokyo"}
+    values = {
+        "history_limit": None,
+        "working_days": ("MO", "SU"),
+        "minimum_battery_percent": 12.5,
+        "timezone": "Asia/Tokyo",
+    }
     changed = db.write(lambda c: SETTINGS.save(c, **values))
     assert changed == SETTINGS.load(db.read()) == Settings(**values)
     assert SETTINGS.is_stored(db.read(), "timezone")
@@ -256,7 +341,9 @@ def alarm(code="unreachable", key="robot:1", event=False, **details) -> Alarm:
 
 def raise_(db, given: Alarm, minutes: int = 0) -> bool:
     at = given.raised_at + timedelta(minutes=minutes)
-    return db.write(lambda c: ALARMS.raise_once(c, replace(given, raised_at=at, last_at=at, cleared_at=given.cleared_at and at)))
+    return db.write(
+        lambda c: ALARMS.raise_once(c, replace(given, raised_at=at, last_at=at, cleared_at=given.cleared_at and at))
+    )
 
 
 def test_a_condition_that_lasts_is_one_line_with_its_newest_details(db):
@@ -320,8 +407,12 @@ def test_holds_of_all_and_of_one_robot_are_apart(db, robot):
 
 
 def test_instants_sort_as_text_whatever_their_zone_and_fraction(db, schedule):
-    instants = [datetime(2026, 1, 1, tzinfo=UTC), datetime(2026, 1, 1, 0, 0, 0, 1, tzinfo=UTC), datetime(2026, 1, 1, 0, 0, 1, tzinfo=UTC),
-                datetime(2026, 1, 1, 3, tzinfo=UTC).astimezone()]
+    instants = [
+        datetime(2026, 1, 1, tzinfo=UTC),
+        datetime(2026, 1, 1, 0, 0, 0, 1, tzinfo=UTC),
+        datetime(2026, 1, 1, 0, 0, 1, tzinfo=UTC),
+        datetime(2026, 1, 1, 3, tzinfo=UTC).astimezone(),
+    ]
     for number, instant in enumerate(instants):
         db.write(lambda c, n=number, i=instant: SCHEDULES.add(c, replace(schedule, id=0, name=str(n), next_at=i)))
     assert [found.name for found in SCHEDULES.upcoming(db.read(), 4)] == ["0", "1", "2", "3"]

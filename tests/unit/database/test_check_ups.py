@@ -1,4 +1,5 @@
 """What is kept of check-ups: it comes back as it was, holds for one machine with one software, and goes and comes with its robot."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -13,13 +14,45 @@ from app.domain.message import message
 from app.domain.models import Robot
 from tests.support.clock import VirtualClock
 
-PROFILE = RobotProfile("S1", "3.5.4", has_search=False, page_limit=50, ignores=frozenset({"sort_by", "limit"}),
-                       token_field="order_description", item_states={"Fertig": "Done"}, cancelled_message="Abgebrochen",
-                       gives_id=False, order_status=200, timezone="Asia/Tokyo", clock_offset=-1.5,
-                       latency=(0.1, 0.2, 0.5, 9.0), lost=0.05, rest=Rest(30, 10.0), priority_counts=False, quiet_s=90.0, timeout_s=18.0)
-REPORT = Report("R1", "http://10.0.0.1", "MiR250", datetime(2026, 11, 23, 6, tzinfo=UTC), 81.5,
-                (Finding(Topic.SEARCH, Level.AMBER, message("Its queue can't be searched: {problem}", problem="404"), message("Nothing.")),
-                 Finding(Topic.CLOCK, Level.GREEN, message("Its clock is right, in {zone}", zone="Asia/Tokyo"))), PROFILE, "Wait", False)
+PROFILE = RobotProfile(
+    "S1",
+    "3.5.4",
+    has_search=False,
+    page_limit=50,
+    ignores=frozenset({"sort_by", "limit"}),
+    token_field="order_description",
+    item_states={"Fertig": "Done"},
+    cancelled_message="Abgebrochen",
+    gives_id=False,
+    order_status=200,
+    timezone="Asia/Tokyo",
+    clock_offset=-1.5,
+    latency=(0.1, 0.2, 0.5, 9.0),
+    lost=0.05,
+    rest=Rest(30, 10.0),
+    priority_counts=False,
+    quiet_s=90.0,
+    timeout_s=18.0,
+)
+REPORT = Report(
+    "R1",
+    "http://10.0.0.1",
+    "MiR250",
+    datetime(2026, 11, 23, 6, tzinfo=UTC),
+    81.5,
+    (
+        Finding(
+            Topic.SEARCH,
+            Level.AMBER,
+            message("Its queue can't be searched: {problem}", problem="404"),
+            message("Nothing."),
+        ),
+        Finding(Topic.CLOCK, Level.GREEN, message("Its clock is right, in {zone}", zone="Asia/Tokyo")),
+    ),
+    PROFILE,
+    "Wait",
+    False,
+)
 CHECK_UPS = CheckUpRepository()
 
 
@@ -33,7 +66,9 @@ def container(tmp_path):
 @pytest.fixture
 def robot(container) -> Robot:
     robot = container.catalogue.save_robot(Robot("R1", "http://10.0.0.1", "admin"), password="admin")
-    container.db.write(lambda c: container.repositories.robots.note_identity(c, robot, serial_number="S1", software="3.5.4"))
+    container.db.write(
+        lambda c: container.repositories.robots.note_identity(c, robot, serial_number="S1", software="3.5.4")
+    )
     return current(container, robot)
 
 
@@ -47,7 +82,9 @@ def put(container, robot, report=REPORT) -> None:
     container.db.write(lambda c: CHECK_UPS.put(c, robot.id, report))
 
 
-@pytest.mark.parametrize("report", [REPORT, replace(REPORT, findings=(), profile=RobotProfile("S1", None), mission="", is_complete=True)])
+@pytest.mark.parametrize(
+    "report", [REPORT, replace(REPORT, findings=(), profile=RobotProfile("S1", None), mission="", is_complete=True)]
+)
 def test_it_comes_back_as_it_was(container, robot, report):
     put(container, robot, report)
     assert CHECK_UPS.report(container.db.read(), robot.id) == report

@@ -1,4 +1,5 @@
 """A damaged database is kept aside, never replaced by an empty one, and comes back from a backup only."""
+
 from __future__ import annotations
 
 import contextlib
@@ -24,7 +25,7 @@ def garbage(path):
 
 def zeros_in_the_middle(path):
     content = bytearray(path.read_bytes())
-    content[4096:3 * 4096] = bytes(2 * 4096)
+    content[4096 : 3 * 4096] = bytes(2 * 4096)
     path.write_bytes(content)
 
 
@@ -108,7 +109,10 @@ def test_a_sound_database_is_kept_aside_when_a_backup_takes_its_place(backed_up,
 
 def test_ids_given_after_the_backup_are_not_given_again(path, clock):
     def add(c):
-        return c.execute("INSERT INTO missions (name, guid) VALUES (hex(randomblob(8)), 'g') RETURNING id").fetchone()[0]
+        return c.execute("INSERT INTO missions (name, guid) VALUES (hex(randomblob(8)), 'g') RETURNING id").fetchone()[
+            0
+        ]
+
     db = Database.open(path, clock=clock)
     db.write(add)
     daily_backup(path, clock.now())
@@ -127,9 +131,14 @@ def test_a_file_that_is_no_backup_is_refused_and_nothing_changes(backed_up, cloc
     broken = tmp_path / "broken.db"
     shutil.copyfile(newest_good_backup(backed_up), broken)
     zeros_in_the_middle(broken)
-    for bad, problem in ((other, "it is not a database of this app"), (broken, "it is damaged"),
-                         (tmp_path / "nowhere.db", "there is no such file")):
-        with pytest.raises(DatabaseRefused, match=f"{bad} can't be restored: {problem}; nothing was changed, so choose another one"):
+    for bad, problem in (
+        (other, "it is not a database of this app"),
+        (broken, "it is damaged"),
+        (tmp_path / "nowhere.db", "there is no such file"),
+    ):
+        with pytest.raises(
+            DatabaseRefused, match=f"{bad} can't be restored: {problem}; nothing was changed, so choose another one"
+        ):
             restore(bad, backed_up, clock.now())
     assert backed_up.read_bytes() == before
     assert sorted(file.name for file in backed_up.parent.iterdir()) == [backed_up.name, BACKUPS]
@@ -153,6 +162,7 @@ def test_a_crash_while_it_was_put_aside_does_not_let_an_empty_one_in(backed_up, 
         if len(calls) == (2 if renamed else 1):
             raise KeyboardInterrupt
         return real(*arguments)
+
     name = "_write_mark" if renamed else "set_aside"
     real = getattr(__import__("app.database.files", fromlist=[name]), name)
     monkeypatch.setattr(f"app.database.files.{name}", crash)
@@ -171,6 +181,7 @@ def test_a_restore_cut_off_before_its_last_step_counts(backed_up, clock, monkeyp
 
     def crash(_path):
         raise KeyboardInterrupt
+
     monkeypatch.setattr("app.database.files.clear_mark", crash)
     with pytest.raises(KeyboardInterrupt):
         restore(caught.value.backup, backed_up, clock.now())
@@ -182,7 +193,9 @@ def test_a_restore_cut_off_before_its_last_step_counts(backed_up, clock, monkeyp
 
 @pytest.mark.parametrize("is_damaged", [False, True])
 @pytest.mark.parametrize("is_done", [False, True])
-def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(backed_up, clock, monkeypatch, tmp_path, is_damaged, is_done):
+def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(
+    backed_up, clock, monkeypatch, tmp_path, is_damaged, is_done
+):
     """The process dies before (or after) each step that changes a file: nothing sound is called damaged, and nothing is lost."""
     backup, before, seen = newest_good_backup(backed_up), backed_up.read_bytes(), set()
     files.beside_of(backed_up, "-wal").write_bytes(b"")
@@ -199,7 +212,7 @@ def test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun(backed_up, 
             die_after(patched, left, is_done)
             with contextlib.suppress(KeyboardInterrupt):
                 restore(backup, backed_up, clock.now())
-                break                                    # it has no more steps
+                break  # it has no more steps
         kept = None
         try:
             db = Database.open(backed_up, clock=clock)
@@ -231,8 +244,17 @@ def die_after(patched: pytest.MonkeyPatch, left: int, is_done: bool) -> None:
             if is_last:
                 raise KeyboardInterrupt
             return result
+
         return call
-    for owner, name in ((Path, "rename"), (Path, "replace"), (os, "fsync"), (os, "utime"), (os, "open"), (shutil, "copyfile")):
+
+    for owner, name in (
+        (Path, "rename"),
+        (Path, "replace"),
+        (os, "fsync"),
+        (os, "utime"),
+        (os, "open"),
+        (shutil, "copyfile"),
+    ):
         patched.setattr(owner, name, dying(getattr(owner, name)))
 
 

@@ -1,4 +1,5 @@
 """How long missions usually take: kept with the robots, whatever becomes of the history."""
+
 from __future__ import annotations
 
 from datetime import timedelta
@@ -26,8 +27,12 @@ def ran(db, row):
     def run(seconds, minutes=0, state=State.COMPLETED, **values):
         def work(c):
             begun = EXECUTIONS.add(c, row(state=State.EXECUTING, **values))
-            EXECUTIONS.change(c, begun.id, OPEN_STATES, state=state, ended_at=NOON + timedelta(minutes=minutes), duration_s=seconds)
+            EXECUTIONS.change(
+                c, begun.id, OPEN_STATES, state=state, ended_at=NOON + timedelta(minutes=minutes), duration_s=seconds
+            )
+
         db.write(work)
+
     return run
 
 
@@ -44,13 +49,21 @@ def test_those_of_the_newest_twenty_completed_runs_are_kept_and_no_other(db, ran
     assert usual(db) is None
     for minutes in range(25):
         ran(float(minutes), minutes)
-    for seconds, state in ((9999.0, State.FAILED), (9999.0, State.CANCELLED), (None, State.COMPLETED), (86_401.0, State.COMPLETED)):
+    for seconds, state in (
+        (9999.0, State.FAILED),
+        (9999.0, State.CANCELLED),
+        (None, State.COMPLETED),
+        (86_401.0, State.COMPLETED),
+    ):
         ran(seconds, 99, state)
     ran(7.0, robot_id=2)
     ran(8.0, mission_guid="other")
-    ran(9.0, robot_id=3)                                  # which has been removed
+    ran(9.0, robot_id=3)  # which has been removed
     assert usual(db) == tuple(float(minutes) for minutes in range(5, 25))
-    assert (DURATIONS.usual(db.read(), 1, "guid").median_s, DURATIONS.usual(db.read(), 1, "guid").slow_s) == (14.5, 22.0)
+    assert (DURATIONS.usual(db.read(), 1, "guid").median_s, DURATIONS.usual(db.read(), 1, "guid").slow_s) == (
+        14.5,
+        22.0,
+    )
     assert (usual(db, 2), usual(db, 1, "other"), usual(db, 3)) == ((7.0,), (8.0,), None)
 
 
@@ -64,7 +77,7 @@ def test_of_runs_that_end_at_one_instant_and_of_older_ones_that_come_late_none_i
 
 def test_they_outlive_the_history_and_count_each_run_once(db, ran):
     ran(60.0)
-    row, = EXECUTIONS.stream(db.read())
+    (row,) = EXECUTIONS.stream(db.read())
     db.write(lambda c: EXECUTIONS.change(c, row.id, [State.COMPLETED], state=State.COMPLETED, robot="Another name"))
     db.write(lambda c: EXECUTIONS.drop_oldest(c, EXECUTIONS.surplus(c, 0)))
     assert (EXECUTIONS.get(db.read(), row.id), usual(db)) == (None, (60.0,))
@@ -91,7 +104,7 @@ def test_from_how_far_away_they_began_is_kept_where_it_is_known(db, ran, row):
 
 def test_of_those_of_before_it_is_not_known(tmp_path, clock, row, db):
     path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[:MIGRATIONS.index(_WAYS)])
+    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_WAYS)])
     old.write(lambda c: c.execute("INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a')"))
     db.write(lambda c: EXECUTIONS.add(c, row(state=State.COMPLETED, ended_at=NOON, duration_s=60.0)))
     bring_over(db, old)
@@ -114,13 +127,23 @@ def test_they_go_with_their_robot_and_come_back_with_it(db, ran):
 
 def test_of_a_database_of_before_they_are_those_of_its_history(tmp_path, clock, row, db):
     path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[:MIGRATIONS.index(_RUN_DURATIONS)])
-    old.write(lambda c: c.execute("INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a'), (2, 'Toivo', 'http://b')"))
-    runs = [row(state=State.COMPLETED, ended_at=NOON + timedelta(minutes=n), duration_s=float(n), robot_id=robot_id)
-            for robot_id in (1, 3) for n in range(25)]
-    others = [row(state=State.FAILED, ended_at=NOON + timedelta(days=1), duration_s=1.0), row(),
-              *(row(state=State.COMPLETED, ended_at=NOON + timedelta(days=1), duration_s=each) for each in (None, 86_401.0)),
-              row(state=State.COMPLETED, ended_at=NOON, duration_s=86_400.0, robot_id=2)]
+    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_RUN_DURATIONS)])
+    old.write(
+        lambda c: c.execute(
+            "INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a'), (2, 'Toivo', 'http://b')"
+        )
+    )
+    runs = [
+        row(state=State.COMPLETED, ended_at=NOON + timedelta(minutes=n), duration_s=float(n), robot_id=robot_id)
+        for robot_id in (1, 3)
+        for n in range(25)
+    ]
+    others = [
+        row(state=State.FAILED, ended_at=NOON + timedelta(days=1), duration_s=1.0),
+        row(),
+        *(row(state=State.COMPLETED, ended_at=NOON + timedelta(days=1), duration_s=each) for each in (None, 86_401.0)),
+        row(state=State.COMPLETED, ended_at=NOON, duration_s=86_400.0, robot_id=2),
+    ]
     db.write(lambda c: EXECUTIONS.add_many(c, [*runs, *others]))
     bring_over(db, old)
     old.close()
@@ -140,4 +163,5 @@ def test_reading_them_reads_no_more_than_them(db, ran):
         DURATIONS.of_robot(c, 1)
         c.set_trace_callback(None)
         return [plan["detail"] for sql in asked for plan in c.execute(f"EXPLAIN QUERY PLAN {sql}")]
+
     assert {plan.partition(" (")[0] for plan in db.write(work)} == {"SEARCH run_durations USING PRIMARY KEY"}

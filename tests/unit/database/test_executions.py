@@ -1,4 +1,5 @@
 """The ledger's rows: once per occurrence, changed only from an expected state, pruned without losing an open one."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -28,19 +29,40 @@ def change(db, execution, expected, **columns):
 
 
 def ended(row, state=State.COMPLETED, minutes=0, **values):
-    codes = {State.FAILED: ReasonCode.ROBOT_ABORTED, State.CANCELLED: ReasonCode.USER_CANCELLED, State.SKIPPED: ReasonCode.OVERLAP,
-             State.MISSED: ReasonCode.APP_DOWN}
+    codes = {
+        State.FAILED: ReasonCode.ROBOT_ABORTED,
+        State.CANCELLED: ReasonCode.USER_CANCELLED,
+        State.SKIPPED: ReasonCode.OVERLAP,
+        State.MISSED: ReasonCode.APP_DOWN,
+    }
     reason = Reason(codes[state]) if state in codes else None
     return row(state=state, reason=reason, ended_at=NOON + timedelta(minutes=minutes), **values)
 
 
 # ---------------------------------------------------------------------- once
 def test_a_row_comes_back_as_it_was(db, row):
-    full = row(trigger=Trigger.IDLE, parameters={"a": 1}, priority=-3, minimum_battery_percent=30.5, state=State.FAILED,
-               reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12.0, "until": "x"}), wait=Wait.BATTERY, wait_details={"battery": 12.0},
-               hold_until=NOON, attempts=3, queue_floor=7, queue_id=9, cancel_code=ReasonCode.USER_CANCELLED, submitted_at=NOON,
-               started_at=NOON + timedelta(microseconds=1), ended_at=NOON + timedelta(seconds=1), duration_s=1.25, robot_delay_s=0.5,
-               schedule_id=None, schedule="")
+    full = row(
+        trigger=Trigger.IDLE,
+        parameters={"a": 1},
+        priority=-3,
+        minimum_battery_percent=30.5,
+        state=State.FAILED,
+        reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12.0, "until": "x"}),
+        wait=Wait.BATTERY,
+        wait_details={"battery": 12.0},
+        hold_until=NOON,
+        attempts=3,
+        queue_floor=7,
+        queue_id=9,
+        cancel_code=ReasonCode.USER_CANCELLED,
+        submitted_at=NOON,
+        started_at=NOON + timedelta(microseconds=1),
+        ended_at=NOON + timedelta(seconds=1),
+        duration_s=1.25,
+        robot_delay_s=0.5,
+        schedule_id=None,
+        schedule="",
+    )
     stored = add(db, full)
     assert stored == replace(full, id=stored.id)
     assert EXECUTIONS.get(db.read(), stored.id) == stored == EXECUTIONS.by_token(db.read(), full.token)
@@ -109,7 +131,11 @@ def test_a_column_that_does_not_exist_is_a_mistake_in_the_program(db, row):
 
 
 def test_what_is_taken_back_of_a_schedule_ends_or_is_marked_and_what_the_robot_has_goes_on(db, row):
-    waiting, submitting, running = add(db, row()), add(db, row(state=State.SUBMITTING)), add(db, row(state=State.EXECUTING))
+    waiting, submitting, running = (
+        add(db, row()),
+        add(db, row(state=State.SUBMITTING)),
+        add(db, row(state=State.EXECUTING)),
+    )
     other, reason = add(db, row(schedule_id=2)), Reason(ReasonCode.SCHEDULE_CHANGED)
     assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1)) == [waiting.id]
     c = db.read()
@@ -121,10 +147,16 @@ def test_what_is_taken_back_of_a_schedule_ends_or_is_marked_and_what_the_robot_h
 def test_only_some_of_a_schedule_are_taken_back(db, row):
     rows = [add(db, row()) for _ in range(2)] + [add(db, row(state=State.SUBMITTING)) for _ in range(2)]
     reason = Reason(ReasonCode.SCHEDULE_CHANGED)
-    assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1, ids=[rows[0].id, rows[2].id])) == [rows[0].id]
+    assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1, ids=[rows[0].id, rows[2].id])) == [
+        rows[0].id
+    ]
     found = [EXECUTIONS.get(db.read(), row.id) for row in rows]
     assert [(each.state, each.revoked) for each in found] == [
-        (State.CANCELLED, None), (State.WAITING, None), (State.SUBMITTING, reason), (State.SUBMITTING, None)]
+        (State.CANCELLED, None),
+        (State.WAITING, None),
+        (State.SUBMITTING, reason),
+        (State.SUBMITTING, None),
+    ]
     assert db.write(lambda c: EXECUTIONS.take_back(c, reason, NOON, schedule_id=1, ids=[])) == []
 
 
@@ -139,8 +171,13 @@ def test_what_an_edit_ended_is_opened_again_also_when_the_history_has_forgotten_
     assert EXECUTIONS.get(db.read(), moved_on.id).state is State.COMPLETED
 
 
-@pytest.mark.parametrize(("first", "then", "left"), [
-    (ReasonCode.SCHEDULE_CHANGED, ReasonCode.HOLD, ReasonCode.HOLD), (ReasonCode.HOLD, ReasonCode.SCHEDULE_CHANGED, ReasonCode.HOLD)])
+@pytest.mark.parametrize(
+    ("first", "then", "left"),
+    [
+        (ReasonCode.SCHEDULE_CHANGED, ReasonCode.HOLD, ReasonCode.HOLD),
+        (ReasonCode.HOLD, ReasonCode.SCHEDULE_CHANGED, ReasonCode.HOLD),
+    ],
+)
 def test_a_change_of_the_plan_which_may_be_undone_covers_no_other_reason(db, row, first, then, left):
     on_its_way = add(db, row(state=State.SUBMITTING))
     for code in (first, then):
@@ -149,12 +186,19 @@ def test_a_change_of_the_plan_which_may_be_undone_covers_no_other_reason(db, row
 
 
 def test_an_instant_that_was_taken_back_makes_room_unless_something_was_sent(db, row):
-    before, taken_back, tried, sent = (add(db, row(planned_at=NOON + timedelta(minutes=minutes), attempts=attempts, queue_floor=floor))
-                                       for minutes, attempts, floor in ((-1, 0, None), (0, 0, 7), (1, 3, None), (2, 1, 7)))
+    before, taken_back, tried, sent = (
+        add(db, row(planned_at=NOON + timedelta(minutes=minutes), attempts=attempts, queue_floor=floor))
+        for minutes, attempts, floor in ((-1, 0, None), (0, 0, 7), (1, 3, None), (2, 1, 7))
+    )
     assert [each.was_never_sent for each in (before, taken_back, tried, sent)] == [True, True, True, False]
     db.write(lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1))
     db.write(lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON))
-    assert [EXECUTIONS.get(db.read(), each.id) is None for each in (before, taken_back, tried, sent)] == [False, True, True, False]
+    assert [EXECUTIONS.get(db.read(), each.id) is None for each in (before, taken_back, tried, sent)] == [
+        False,
+        True,
+        True,
+        False,
+    ]
 
 
 def test_what_a_robot_still_had_to_do_ends(db, row):
@@ -162,12 +206,19 @@ def test_what_a_robot_still_had_to_do_ends(db, row):
     reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": "Aino"})
     db.write(lambda c: EXECUTIONS.end_open_of_robot(c, 1, reason, NOON))
     c = db.read()
-    assert [EXECUTIONS.get(c, found.id).state for found in (waiting, running, other)] == [State.CANCELLED, State.CANCELLED, State.WAITING]
+    assert [EXECUTIONS.get(c, found.id).state for found in (waiting, running, other)] == [
+        State.CANCELLED,
+        State.CANCELLED,
+        State.WAITING,
+    ]
 
 
 # ---------------------------------------------------------------------- looking
 def test_open_ones_oldest_first(db, row):
-    second, first = add(db, row(planned_at=NOON + timedelta(minutes=2))), add(db, row(planned_at=NOON + timedelta(minutes=1)))
+    second, first = (
+        add(db, row(planned_at=NOON + timedelta(minutes=2))),
+        add(db, row(planned_at=NOON + timedelta(minutes=1))),
+    )
     other = add(db, row(robot_id=2, schedule_id=2, state=State.EXECUTING, planned_at=NOON + timedelta(minutes=3)))
     add(db, ended(row))
     c = db.read()
@@ -207,9 +258,15 @@ def history(db, row):
     for number in range(12):
         state = (*ENDED_STATES, State.WAITING)[number % 6]
         planned = NOON + timedelta(minutes=number // 2)
-        values = {"robot_id": number % 3 + 1, "robot": f"R{number % 3 + 1}", "schedule_id": number, "planned_at": planned,
-                  "trigger": Trigger.MANUAL if number % 4 == 0 else Trigger.SCHEDULED, "mission": "Päivä" if number < 6 else "Home",
-                  "parameters": {"Position": DOCK, "Pallets": 2, "Note": "Erä 7"} if number == 5 else {}}
+        values = {
+            "robot_id": number % 3 + 1,
+            "robot": f"R{number % 3 + 1}",
+            "schedule_id": number,
+            "planned_at": planned,
+            "trigger": Trigger.MANUAL if number % 4 == 0 else Trigger.SCHEDULED,
+            "mission": "Päivä" if number < 6 else "Home",
+            "parameters": {"Position": DOCK, "Pallets": 2, "Note": "Erä 7"} if number == 5 else {},
+        }
         rows.append(add(db, ended(row, state, **values) if state is not State.WAITING else row(**values)))
     return rows
 
@@ -227,22 +284,30 @@ def test_pages_join_to_the_whole_newest_first(db, history, size):
     assert pages(db, ExecutionFilter(), size) == history[::-1]
 
 
-@pytest.mark.parametrize(("wanted", "keeps"), [
-    (ExecutionFilter(robot_ids=[1, 2]), lambda e: e.robot_id in (1, 2)),
-    (ExecutionFilter(robot_ids=[]), lambda e: False),
-    (ExecutionFilter(mission="Home"), lambda e: e.mission == "Home"),
-    (ExecutionFilter(states=[State.FAILED, State.WAITING]), lambda e: e.state in (State.FAILED, State.WAITING)),
-    (ExecutionFilter(triggers=[Trigger.MANUAL]), lambda e: e.trigger is Trigger.MANUAL),
-    (ExecutionFilter(start=NOON + timedelta(minutes=2), end=NOON + timedelta(minutes=4)),
-     lambda e: timedelta(minutes=2) <= e.planned_at - NOON < timedelta(minutes=4)),
-    (ExecutionFilter(text="PÄIVÄ"), lambda e: e.mission == "Päivä"),
-    (ExecutionFilter(text=" r3 "), lambda e: e.robot == "R3"),
-    (ExecutionFilter(text="%"), lambda e: False),
-    (ExecutionFilter(text="ERÄ"), lambda e: e.schedule_id == 5),
-    (ExecutionFilter(text="dock", values=[DOCK]), lambda e: e.schedule_id == 5),       # as a robot calls it
-    (ExecutionFilter(text=DOCK[:8]), lambda e: False),                                 # nobody reads that
-    (ExecutionFilter(robot_ids=[1], text="home", states=[State.COMPLETED]),
-     lambda e: e.robot_id == 1 and e.mission == "Home" and e.state is State.COMPLETED)])
+@pytest.mark.parametrize(
+    ("wanted", "keeps"),
+    [
+        (ExecutionFilter(robot_ids=[1, 2]), lambda e: e.robot_id in (1, 2)),
+        (ExecutionFilter(robot_ids=[]), lambda e: False),
+        (ExecutionFilter(mission="Home"), lambda e: e.mission == "Home"),
+        (ExecutionFilter(states=[State.FAILED, State.WAITING]), lambda e: e.state in (State.FAILED, State.WAITING)),
+        (ExecutionFilter(triggers=[Trigger.MANUAL]), lambda e: e.trigger is Trigger.MANUAL),
+        (
+            ExecutionFilter(start=NOON + timedelta(minutes=2), end=NOON + timedelta(minutes=4)),
+            lambda e: timedelta(minutes=2) <= e.planned_at - NOON < timedelta(minutes=4),
+        ),
+        (ExecutionFilter(text="PÄIVÄ"), lambda e: e.mission == "Päivä"),
+        (ExecutionFilter(text=" r3 "), lambda e: e.robot == "R3"),
+        (ExecutionFilter(text="%"), lambda e: False),
+        (ExecutionFilter(text="ERÄ"), lambda e: e.schedule_id == 5),
+        (ExecutionFilter(text="dock", values=[DOCK]), lambda e: e.schedule_id == 5),  # as a robot calls it
+        (ExecutionFilter(text=DOCK[:8]), lambda e: False),  # nobody reads that
+        (
+            ExecutionFilter(robot_ids=[1], text="home", states=[State.COMPLETED]),
+            lambda e: e.robot_id == 1 and e.mission == "Home" and e.state is State.COMPLETED,
+        ),
+    ],
+)
 def test_filters_on_pages_counts_and_the_stream(db, history, wanted, keeps):
     expected = [execution for execution in history if keeps(execution)]
     assert pages(db, wanted, 2) == expected[::-1]
@@ -259,8 +324,10 @@ def test_rows_that_come_between_two_pages_shift_nothing(db, history, row):
 def test_a_stream_that_stands_still_keeps_the_log_of_changes_from_nothing(db, row, monkeypatch):
     """As one does that is written to a pager, which takes no more than what it shows."""
     monkeypatch.setattr(executions, "PIECE", 2)
-    rows = [add(db, row(planned_at=NOON + timedelta(minutes=minute), schedule_id=schedule))
-            for schedule, minute in enumerate((0, 0, 0, 5, 6), start=1)]
+    rows = [
+        add(db, row(planned_at=NOON + timedelta(minutes=minute), schedule_id=schedule))
+        for schedule, minute in enumerate((0, 0, 0, 5, 6), start=1)
+    ]
     stream = EXECUTIONS.stream(db.read())
     read = [next(stream)]
     add(db, row(planned_at=NOON + timedelta(hours=1), schedule_id=9))
@@ -272,11 +339,19 @@ def test_a_stream_that_stands_still_keeps_the_log_of_changes_from_nothing(db, ro
 
 # ---------------------------------------------------------------------- pruning
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(rows=st.lists(st.tuples(st.sampled_from([each for each in State if each is not State.SUBMITTING]), st.integers(0, 5)), max_size=25),
-       limit=st.integers(1, 6))
+@given(
+    rows=st.lists(
+        st.tuples(st.sampled_from([each for each in State if each is not State.SUBMITTING]), st.integers(0, 5)),
+        max_size=25,
+    ),
+    limit=st.integers(1, 6),
+)
 def test_the_newest_of_each_kind_stay_and_open_ones_always(db, row, rows, limit):
     db.write(lambda c: c.execute("DELETE FROM executions"))
-    stored = [add(db, row(state=state, ended_at=None if state.is_open else NOON + timedelta(minutes=minutes))) for state, minutes in rows]
+    stored = [
+        add(db, row(state=state, ended_at=None if state.is_open else NOON + timedelta(minutes=minutes)))
+        for state, minutes in rows
+    ]
     db.write(lambda c: EXECUTIONS.drop_oldest(c, EXECUTIONS.surplus(c, limit)))
     kept = {execution.id for execution in EXECUTIONS.stream(db.read())}
     for kind in ((State.COMPLETED, State.FAILED, State.CANCELLED), (State.SKIPPED, State.MISSED)):
@@ -305,23 +380,38 @@ def test_a_robot_with_an_unknown_outcome_keeps_all_that_it_had_of_ours(db, row):
 
 
 # ---------------------------------------------------------------------- cost
-SMALL = ("executions_open", "executions_open_of_schedule")      # indexes that hold few rows however long the history
+SMALL = ("executions_open", "executions_open_of_schedule")  # indexes that hold few rows however long the history
 
 
-@pytest.mark.parametrize("ask", [
-    lambda c: EXECUTIONS.get(c, 1), lambda c: EXECUTIONS.by_token(c, "t"), lambda c: EXECUTIONS.open_for(c, 1), EXECUTIONS.open_all,
-    lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]), lambda c: EXECUTIONS.has_sent(c, 1),
-    lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]), lambda c: EXECUTIONS.waited_for(c, [1, 2]),
-    lambda c: EXECUTIONS.unsent_of_schedule(c, 1), lambda c: EXECUTIONS.last_of_schedule(c, 1),
-    lambda c: EXECUTIONS.waiting_of_group(c, 1), EXECUTIONS.schedules_with_unsent,
-    lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON, NOON),
-    lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON), lambda c: EXECUTIONS.make_room_after(c, 1, NOON, NOON),
-    lambda c: EXECUTIONS.last_ended(c, 5), lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
-    lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9), lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
-    lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1),
-    lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1, ids=[1, 2]),
-    lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.ROBOT_REMOVED), NOON, robot_id=1),
-    lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON)], ids=range(23))
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda c: EXECUTIONS.get(c, 1),
+        lambda c: EXECUTIONS.by_token(c, "t"),
+        lambda c: EXECUTIONS.open_for(c, 1),
+        EXECUTIONS.open_all,
+        lambda c: EXECUTIONS.open_for(c, 1, [State.QUEUED]),
+        lambda c: EXECUTIONS.has_sent(c, 1),
+        lambda c: EXECUTIONS.open_of_schedules(c, [1, 2]),
+        lambda c: EXECUTIONS.waited_for(c, [1, 2]),
+        lambda c: EXECUTIONS.unsent_of_schedule(c, 1),
+        lambda c: EXECUTIONS.last_of_schedule(c, 1),
+        lambda c: EXECUTIONS.waiting_of_group(c, 1),
+        EXECUTIONS.schedules_with_unsent,
+        lambda c: EXECUTIONS.hold_late(c, NOON, NOON, NOON, NOON),
+        lambda c: EXECUTIONS.drop_taken_back(c, 1, NOON),
+        lambda c: EXECUTIONS.make_room_after(c, 1, NOON, NOON),
+        lambda c: EXECUTIONS.last_ended(c, 5),
+        lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
+        lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9),
+        lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
+        lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1),
+        lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.SCHEDULE_CHANGED), NOON, schedule_id=1, ids=[1, 2]),
+        lambda c: EXECUTIONS.take_back(c, Reason(ReasonCode.ROBOT_REMOVED), NOON, robot_id=1),
+        lambda c: EXECUTIONS.end_open_of_robot(c, 1, Reason(ReasonCode.ROBOT_REMOVED), NOON),
+    ],
+    ids=range(23),
+)
 def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     add(db, ended(row))
     asked = []
@@ -331,6 +421,7 @@ def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
         ask(c)
         c.set_trace_callback(None)
         return [plan["detail"] for sql in asked for plan in c.execute(f"EXPLAIN QUERY PLAN {sql}")]
+
     plans = [detail for detail in db.write(work) if "executions" in detail]
     assert plans
     for detail in plans:

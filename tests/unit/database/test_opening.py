@@ -1,4 +1,5 @@
 """Opening: settings of the connection, permissions, identity, migrations."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -12,7 +13,14 @@ from app.database.backups import BACKUPS, problem_of
 from app.database.connection import Database, DatabaseRefused, DatabaseUnavailable
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schema import _DRAIN, _NO_DECISION_READS_HISTORY, _SKIPPED_AHEAD, _TYPED_DURATIONS, APPLICATION_ID, MIGRATIONS
+from app.database.schema import (
+    _DRAIN,
+    _NO_DECISION_READS_HISTORY,
+    _SKIPPED_AHEAD,
+    _TYPED_DURATIONS,
+    APPLICATION_ID,
+    MIGRATIONS,
+)
 from app.database.settings import SettingsRepository
 from app.domain.drain import Drain
 
@@ -35,8 +43,18 @@ def pragma(c: sqlite3.Connection, name: str) -> object:
 
 def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(path, clock):
     db = Database.open(path, clock=clock)
-    wanted = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "busy_timeout": 5000, "trusted_schema": 0, "cell_size_check": 1,
-              "wal_autocheckpoint": 0, "temp_store": 2, "application_id": APPLICATION_ID, "user_version": len(MIGRATIONS)}
+    wanted = {
+        "journal_mode": "wal",
+        "synchronous": 2,
+        "foreign_keys": 1,
+        "busy_timeout": 5000,
+        "trusted_schema": 0,
+        "cell_size_check": 1,
+        "wal_autocheckpoint": 0,
+        "temp_store": 2,
+        "application_id": APPLICATION_ID,
+        "user_version": len(MIGRATIONS),
+    }
     assert db.write(lambda c: {name: pragma(c, name) for name in wanted}) == wanted
     db.close()
 
@@ -54,7 +72,10 @@ def test_everything_is_readable_by_its_owner_only(path, clock):
     db.read()
     assert mode(path.parent) == 0o700
     assert {file.name: mode(file) for file in path.parent.iterdir()} == {
-        path.name: 0o600, f"{path.name}-wal": 0o600, f"{path.name}-shm": 0o600}
+        path.name: 0o600,
+        f"{path.name}-wal": 0o600,
+        f"{path.name}-shm": 0o600,
+    }
     db.close()
 
 
@@ -167,12 +188,12 @@ def test_reading_leaves_an_older_database_to_the_app(path, clock, monkeypatch):
 
 def test_missions_of_before_have_no_typed_duration_and_can_get_one(tmp_path, clock):
     path = tmp_path / "a.db"
-    before = MIGRATIONS[:MIGRATIONS.index(_TYPED_DURATIONS)]
+    before = MIGRATIONS[: MIGRATIONS.index(_TYPED_DURATIONS)]
     old = Database.open(path, clock=clock, migrations=before)
     old.write(lambda c: c.execute("INSERT INTO missions (name, guid) VALUES ('Deliver', 'guid-1')"))
     old.close()
     db = Database.open(path, clock=clock)
-    mission, = MissionRepository().all(db.read())
+    (mission,) = MissionRepository().all(db.read())
     assert (mission.name, mission.usual_minutes) == ("Deliver", None)
     db.write(lambda c: MissionRepository().update(c, replace(mission, usual_minutes=90)))
     assert MissionRepository().get(db.read(), mission.id).usual_minutes == 90
@@ -189,25 +210,31 @@ INSERT INTO schedules (id, name, robot_id, mission_id, start, timezone, changed_
 ROW = """INSERT INTO executions (trigger, schedule_id, robot_id, robot, mission, mission_guid, timezone, token, closes_at, created_at,
                                  planned_at, state, reason_code, ended_at, queue_floor, queue_id)
          VALUES (?1, ?2, 1, 'Aino', 'Deliver', 'guid-1', 'UTC', ?3, 'x', 'x', ?3, ?4, ?5, ?6, ?7, ?8)"""
-ROWS = [      # trigger, schedule, planned_at (and token), state, reason, ended_at, queue floor, queue id
+ROWS = [  # trigger, schedule, planned_at (and token), state, reason, ended_at, queue floor, queue id
     ("scheduled", 1, "2026-11-23T01", "completed", None, "2026-11-23T02", 10, 11),
     ("scheduled", 1, "2026-11-24T01", "missed", "app_down", "2026-11-24T02", None, None),
-    ("scheduled", 2, "2026-11-23T03", "skipped", "hold", "2026-11-23T03", None, None),            # of a pause, when it fell due
-    ("scheduled", 2, "2026-11-25T03", "skipped", "hold", "2026-11-23T04", None, None),            # by a person, in advance
+    ("scheduled", 2, "2026-11-23T03", "skipped", "hold", "2026-11-23T03", None, None),  # of a pause, when it fell due
+    ("scheduled", 2, "2026-11-25T03", "skipped", "hold", "2026-11-23T04", None, None),  # by a person, in advance
     ("scheduled", 4, "2026-11-25T04", "skipped", "hold", "2026-11-23T05", None, None),
     ("idle", None, "2026-11-23T06", "completed", None, "2026-11-23T07", 11, 12),
-    ("idle", None, "2026-11-23T08", "failed", "retry_limit", "2026-11-23T09", 14, None)]
+    ("idle", None, "2026-11-23T08", "failed", "retry_limit", "2026-11-23T09", 14, None),
+]
 
 
 def test_what_decisions_read_from_the_history_before_is_kept_beside_what_they_are_about(tmp_path, clock):
     path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[:MIGRATIONS.index(_NO_DECISION_READS_HISTORY)])
+    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_NO_DECISION_READS_HISTORY)])
     old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))
     old.close()
     db = Database.open(path, clock=clock)
     c = db.read()
     plan = c.execute("SELECT planned_through, started_through FROM schedules ORDER BY id").fetchall()
-    assert [tuple(row) for row in plan] == [("2026-11-24T01", "2026-11-23T01"), ("2026-11-23T03", None), (None, None), (None, None)]
+    assert [tuple(row) for row in plan] == [
+        ("2026-11-24T01", "2026-11-23T01"),
+        ("2026-11-23T03", None),
+        (None, None),
+        (None, None),
+    ]
     skips = c.execute("SELECT schedule_id, planned_at FROM skips ORDER BY 1, 2").fetchall()
     assert [tuple(row) for row in skips] == [(2, "2026-11-25T03"), (4, "2026-11-25T04")]
     robots = c.execute("SELECT last_queue_id, last_token, idle_queue_id FROM robots ORDER BY id").fetchall()
@@ -218,7 +245,7 @@ def test_what_decisions_read_from_the_history_before_is_kept_beside_what_they_ar
 
 def test_of_robots_of_before_it_is_not_known_what_they_use(tmp_path, clock):
     path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[:MIGRATIONS.index(_DRAIN)])
+    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_DRAIN)])
     old.write(lambda c: c.execute("INSERT INTO robots (id, name, address) VALUES (1, 'Aino', 'http://a')"))
     old.close()
     db = Database.open(path, clock=clock)
@@ -228,15 +255,21 @@ def test_of_robots_of_before_it_is_not_known_what_they_use(tmp_path, clock):
 
 def test_a_start_skipped_ahead_before_counts_on_its_day_and_says_when_it_was_skipped(tmp_path, clock):
     path = tmp_path / "a.db"
-    old = Database.open(path, clock=clock, migrations=MIGRATIONS[:MIGRATIONS.index(_SKIPPED_AHEAD)])
+    old = Database.open(path, clock=clock, migrations=MIGRATIONS[: MIGRATIONS.index(_SKIPPED_AHEAD)])
     old.write(lambda c: [c.execute(statement) for statement in HISTORY.split(";")] and c.executemany(ROW, ROWS))
     old.close()
     db = Database.open(path, clock=clock)
-    rows = db.read().execute("""SELECT planned_at, ended_at, json_extract(reason_details, '$.skipped_at') FROM executions
-                                WHERE state = 'skipped' ORDER BY id""").fetchall()
+    rows = (
+        db.read()
+        .execute("""SELECT planned_at, ended_at, json_extract(reason_details, '$.skipped_at') FROM executions
+                                WHERE state = 'skipped' ORDER BY id""")
+        .fetchall()
+    )
     assert [tuple(row) for row in rows] == [
-        ("2026-11-23T03", "2026-11-23T03", None), ("2026-11-25T03", "2026-11-25T03", "2026-11-23T04"),
-        ("2026-11-25T04", "2026-11-25T04", "2026-11-23T05")]
+        ("2026-11-23T03", "2026-11-23T03", None),
+        ("2026-11-25T03", "2026-11-25T03", "2026-11-23T04"),
+        ("2026-11-25T04", "2026-11-25T04", "2026-11-23T05"),
+    ]
     days = db.read().execute("SELECT day, number FROM ended_days WHERE state = 'skipped' ORDER BY 1").fetchall()
     assert [tuple(row) for row in days] == [("2026-11-23", 1), ("2026-11-25", 2)]
     db.close()

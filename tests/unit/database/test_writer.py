@@ -1,4 +1,5 @@
 """One thread writes; a write is done when ``write`` returns, and undone when it raises."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -42,6 +43,7 @@ def test_a_work_that_raises_undoes_all_it_did_and_the_exception_reaches_the_call
     def work(c):
         put("a", 1)(c)
         raise KeyError("broken")
+
     with pytest.raises(KeyError, match="broken"):
         db.write(work)
     assert stored(db, "a") is None
@@ -71,6 +73,7 @@ def test_a_reader_does_not_see_a_write_that_is_not_committed(db):
     def work(c):
         put("a", 1)(c)
         seen.append(stored(db, "a"))
+
     db.write(work)
     assert seen == [None]
     assert stored(db, "a") == 1
@@ -83,6 +86,7 @@ def test_the_disk_being_full_is_reported_and_nothing_is_half_written(db):
     def work(c):
         for number in range(1000):
             put(f"name {number}", "x" * 1000)(c)
+
     with pytest.raises(DatabaseUnavailable, match="disk is full"):
         db.write(work)
     assert stored(db, "name 0") is None
@@ -160,6 +164,7 @@ def pile_up(db: Database, works) -> list[object]:
             outcomes[number] = db.write(work)
         except Exception as error:
             outcomes[number] = error
+
     threads = [threading.Thread(target=db.write, args=(hold,))]
     threads[0].start()
     assert holding.wait(10)
@@ -182,9 +187,11 @@ def test_works_that_wait_together_share_one_transaction(busy):
         def run(c):
             put(f"name {number}", number)(c)
             return c.execute(count).fetchone()[0], busy.read().execute(count).fetchone()[0]
+
         return run
+
     outcomes = pile_up(busy, [work(number) for number in range(50)])
-    assert outcomes == [(number + 1, 0) for number in range(50)]       # each sees those before it, nobody else sees any yet
+    assert outcomes == [(number + 1, 0) for number in range(50)]  # each sees those before it, nobody else sees any yet
     assert busy.read().execute(count).fetchone()[0] == 50
 
 
@@ -192,6 +199,7 @@ def test_one_that_raises_undoes_only_itself(busy):
     def broken(c):
         put("broken", 1)(c)
         raise KeyError("broken")
+
     works = [put("a", 1), broken, put("b", 2)]
     outcomes = pile_up(busy, works)
     assert [type(outcome) for outcome in outcomes] == [type(None), KeyError, type(None)]
@@ -227,7 +235,7 @@ def test_a_patient_work_goes_with_the_next_one_in_its_transaction(busy, monkeypa
     assert stored(busy, "patient") is None
     busy.write(lambda c: seen.append((SETTINGS.get(c, "patient"), stored(busy, "patient"))))
     patient.join(10)
-    assert seen == [(1, None)]                # done before it, and nobody else sees it yet
+    assert seen == [(1, None)]  # done before it, and nobody else sees it yet
     assert stored(busy, "patient") == 1
 
 

@@ -1,4 +1,5 @@
 """What a worker has in hand: when it is to be looked at again."""
+
 from __future__ import annotations
 
 import math

@@ -1,4 +1,5 @@
 """When the tablet's clock is believed: at the start, after a jump, and against the robots' clocks."""
+
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
@@ -45,7 +46,9 @@ class Tablet:
     def judge(self, *offsets: float, can_ask: bool = True, read_ago: float = 0.0) -> Judgement:
         """A round in which robots' clocks have just been read; s by which each is ahead of the tablet's."""
         read_at = self.clock.monotonic() - read_ago
-        judgement = self.guard.judge({number: ClockReading(offset, read_at) for number, offset in enumerate(offsets)}, can_ask)
+        judgement = self.guard.judge(
+            {number: ClockReading(offset, read_at) for number, offset in enumerate(offsets)}, can_ask
+        )
         if judgement.is_trusted:
             self.guard.acted()
         return judgement
@@ -66,18 +69,21 @@ def tablet(tmp_path):
 
 
 # ---------------------------------------------------------------------- at the start
-@pytest.mark.parametrize(("heartbeat", "offsets", "is_trusted"), [
-    (None, [], True),
-    (YESTERDAY, [], True),
-    (TOMORROW, [], False),
-    (NOW + timedelta(seconds=30), [], True),              # a few seconds lost over a restart
-    (TOMORROW, [1.0], True),                              # a robot's time agrees
-    (YESTERDAY, [HOUR], False),                           # until one has agreed, one that differs counts
-    (YESTERDAY, [HOUR, HOUR + 1], False),
-    (YESTERDAY, [HOUR, 1.0], True),                       # no majority
-    (YESTERDAY, [-HOUR, -HOUR, 1.0], False),
-    (YESTERDAY, [599.0, -599.0], True),
-])
+@pytest.mark.parametrize(
+    ("heartbeat", "offsets", "is_trusted"),
+    [
+        (None, [], True),
+        (YESTERDAY, [], True),
+        (TOMORROW, [], False),
+        (NOW + timedelta(seconds=30), [], True),  # a few seconds lost over a restart
+        (TOMORROW, [1.0], True),  # a robot's time agrees
+        (YESTERDAY, [HOUR], False),  # until one has agreed, one that differs counts
+        (YESTERDAY, [HOUR, HOUR + 1], False),
+        (YESTERDAY, [HOUR, 1.0], True),  # no majority
+        (YESTERDAY, [-HOUR, -HOUR, 1.0], False),
+        (YESTERDAY, [599.0, -599.0], True),
+    ],
+)
 def test_when_the_tablets_clock_is_believed_at_the_start(tablet, heartbeat, offsets, is_trusted):
     tablet.restart(heartbeat)
     assert tablet.judge(*offsets, can_ask=False).is_trusted is is_trusted
@@ -88,7 +94,7 @@ def test_when_the_tablets_clock_is_believed_at_the_start(tablet, heartbeat, offs
 def test_nothing_is_believed_until_a_robot_has_told_its_time(tablet):
     assert not tablet.judge().is_trusted
     assert tablet.holds.active().clock
-    assert tablet.codes() == []                           # that is no trouble yet
+    assert tablet.codes() == []  # that is no trouble yet
     tablet.clock.advance(FIRST_DOUBT - 1)
     assert not tablet.judge().is_trusted
     assert tablet.judge(1.0).is_trusted
@@ -107,7 +113,7 @@ def test_what_a_robot_said_before_the_doubt_began_ends_no_doubt(tablet):
 
 @pytest.mark.parametrize("step", [2 * HOUR, -2 * HOUR])
 def test_what_robots_said_before_the_clock_was_set_ends_no_doubt_even_before_the_first_round(tablet, step):
-    tablet.clock.advance(1.0)                             # robots answer, and the first round is late
+    tablet.clock.advance(1.0)  # robots answer, and the first round is late
     tablet.clock.step(step)
     tablet.clock.advance(1.0)
     assert not tablet.judge(0.0, 0.0, read_ago=1.5).is_trusted
@@ -213,7 +219,7 @@ def test_robots_against_which_a_person_decided_cannot_hold_the_plant_by_differin
     for hours in (2, -5, 0, 1, 300):
         tablet.clock.advance(60.0)
         assert tablet.judge(0.0, hours * HOUR, hours * HOUR).is_trusted
-    assert tablet.judge(2 * HOUR, HOUR, 0.0).is_trusted           # one other alone
+    assert tablet.judge(2 * HOUR, HOUR, 0.0).is_trusted  # one other alone
 
 
 def test_others_still_can(tablet):
@@ -247,9 +253,15 @@ def test_a_person_can_say_that_the_clock_is_right_whatever_robots_say(tablet):
     assert not tablet.judge(2 * HOUR, 2 * HOUR).is_trusted
 
 
-@pytest.mark.parametrize(("offsets", "sentence"), [
-    ((HOUR,), "the robot's clock is 60 min ahead of it"), ((-HOUR,), "the robot's clock is 60 min behind it"),
-    ((HOUR, HOUR), "most robots' clocks are 60 min ahead of it"), ((0.0, -HOUR, -HOUR), "most robots' clocks are 60 min behind it")])
+@pytest.mark.parametrize(
+    ("offsets", "sentence"),
+    [
+        ((HOUR,), "the robot's clock is 60 min ahead of it"),
+        ((-HOUR,), "the robot's clock is 60 min behind it"),
+        ((HOUR, HOUR), "most robots' clocks are 60 min ahead of it"),
+        ((0.0, -HOUR, -HOUR), "most robots' clocks are 60 min behind it"),
+    ],
+)
 def test_it_is_said_whose_clocks_differ(tablet, offsets, sentence):
     tablet.judge(*offsets)
     assert tablet.problem() == sentence
@@ -265,7 +277,7 @@ def test_what_was_said_before_the_start_ends_the_first_doubt(tablet):
     tablet.restart()
     assert tablet.judge(HOUR).is_trusted
     tablet.restart()
-    assert tablet.judge(HOUR).is_trusted                 # as it was then
+    assert tablet.judge(HOUR).is_trusted  # as it was then
     assert not tablet.judge(2 * HOUR, 2 * HOUR).is_trusted
 
 

@@ -13,7 +13,9 @@ from app.services.planning.working_days import WorkingCalendar
 MONDAY = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 READY = RobotStatus(state=RobotState.READY, battery_percentage=80.0)
 RULE = IdleRule(mission_id=1, after_minutes=10)
-LONG_ENOUGH = IdleSituation(600.0, READY, highest_queue_id=40, last_queue_id=None, next_planned_at=None, minimum_battery=None)
+LONG_ENOUGH = IdleSituation(
+    600.0, READY, highest_queue_id=40, last_queue_id=None, next_planned_at=None, minimum_battery=None
+)
 
 
 def test_time_counts_only_what_was_seen_without_a_break():
@@ -21,7 +23,7 @@ def test_time_counts_only_what_was_seen_without_a_break():
     watch.saw(True, 40, 0.0, 90.0)
     watch.saw(True, 40, 60.0, 90.0)
     assert watch.seconds(60.0) == 60.0
-    watch.saw(True, 40, 200.0, 90.0)        # not polled for 140 s
+    watch.saw(True, 40, 200.0, 90.0)  # not polled for 140 s
     assert watch.seconds(200.0) == 0.0
     watch.not_seen()
     watch.saw(True, 40, 210.0, 90.0)
@@ -48,27 +50,38 @@ def test_only_a_ready_robot_without_queue_is_idle(state):
     assert not is_idle(RobotStatus(state=state), has_queue_items=False)
 
 
-@pytest.mark.parametrize(("rule", "situation", "settings", "due"), [
-    (RULE, LONG_ENOUGH, Settings(), True),
-    (None, LONG_ENOUGH, Settings(), False),
-    (replace(RULE, enabled=False), LONG_ENOUGH, Settings(), False),
-    (RULE, replace(LONG_ENOUGH, idle_seconds=599.9), Settings(), False),
-    (RULE, replace(LONG_ENOUGH, last_queue_id=40), Settings(), False),                    # once per idle period
-    (RULE, replace(LONG_ENOUGH, last_queue_id=39), Settings(), True),                     # something else ran since
-    (RULE, replace(LONG_ENOUGH, last_queue_id=4000), Settings(), True),                   # the robot's queue began anew
-    (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=4)), Settings(), False),
-    (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=5)), Settings(), True),
-    (RULE, LONG_ENOUGH, Settings(working_days=("TU",)), False),
-    (RULE, replace(LONG_ENOUGH, minimum_battery=81), Settings(), False),
-    (RULE, replace(LONG_ENOUGH, status=replace(READY, battery_percentage=None), minimum_battery=1), Settings(), False),
-])
+@pytest.mark.parametrize(
+    ("rule", "situation", "settings", "due"),
+    [
+        (RULE, LONG_ENOUGH, Settings(), True),
+        (None, LONG_ENOUGH, Settings(), False),
+        (replace(RULE, enabled=False), LONG_ENOUGH, Settings(), False),
+        (RULE, replace(LONG_ENOUGH, idle_seconds=599.9), Settings(), False),
+        (RULE, replace(LONG_ENOUGH, last_queue_id=40), Settings(), False),  # once per idle period
+        (RULE, replace(LONG_ENOUGH, last_queue_id=39), Settings(), True),  # something else ran since
+        (RULE, replace(LONG_ENOUGH, last_queue_id=4000), Settings(), True),  # the robot's queue began anew
+        (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=4)), Settings(), False),
+        (RULE, replace(LONG_ENOUGH, next_planned_at=MONDAY + timedelta(minutes=5)), Settings(), True),
+        (RULE, LONG_ENOUGH, Settings(working_days=("TU",)), False),
+        (RULE, replace(LONG_ENOUGH, minimum_battery=81), Settings(), False),
+        (
+            RULE,
+            replace(LONG_ENOUGH, status=replace(READY, battery_percentage=None), minimum_battery=1),
+            Settings(),
+            False,
+        ),
+    ],
+)
 def test_when_the_idle_mission_starts(rule, situation, settings, due):
     assert idle_mission_is_due(rule, situation, settings, WorkingCalendar(settings), MONDAY) is due
 
 
 @pytest.mark.parametrize(("zone", "due"), [("Europe/Helsinki", True), ("UTC", False)])
 def test_the_working_day_is_the_local_one(zone, due):
-    sunday_night_utc, settings = datetime(2026, 11, 22, 23, 0, tzinfo=UTC), Settings(timezone=zone)       # Monday 01:00 in Helsinki
+    sunday_night_utc, settings = (
+        datetime(2026, 11, 22, 23, 0, tzinfo=UTC),
+        Settings(timezone=zone),
+    )  # Monday 01:00 in Helsinki
     assert idle_mission_is_due(RULE, LONG_ENOUGH, settings, WorkingCalendar(settings), sunday_night_utc) is due
 
 

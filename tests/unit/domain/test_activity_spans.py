@@ -1,4 +1,5 @@
 """Spans of what a robot did: recorded look by look, stored within bounds, read without gaps; against plain recounts."""
+
 from __future__ import annotations
 
 from datetime import datetime, timedelta
@@ -88,14 +89,17 @@ def test_spans_hold_the_same_seconds_as_a_recount(seen):
     found: dict[str, float] = {}
     for one in stored.values():
         found[one.activity] = found.get(one.activity, 0.0) + one.seconds
-    assert found == pytest.approx(expected, abs=.01)
+    assert found == pytest.approx(expected, abs=0.01)
     ordered = sorted(stored.values(), key=lambda one: one.start)
     assert all(first.end <= second.start for first, second in pairwise(ordered))
 
 
 # ---------------------------------------------------------------------- read
-STORED = st.lists(st.tuples(st.sampled_from(ACTIVITIES), st.integers(-20, 80), st.integers(1, 30)), max_size=15,
-                  unique_by=lambda one: one[1])
+STORED = st.lists(
+    st.tuples(st.sampled_from(ACTIVITIES), st.integers(-20, 80), st.integers(1, 30)),
+    max_size=15,
+    unique_by=lambda one: one[1],
+)
 
 
 @given(STORED)
@@ -134,7 +138,9 @@ def test_a_period_is_read_as_it_was_stored(tmp_path_factory, stored):
     aino, bella = RobotStates(world.db).timelines(at(0), at(60))
     world.db.close()
     ordered = sorted(spans, key=lambda one: one[1])
-    expected = [ActivitySpan(*one) for n, one in enumerate(ordered) if n + 1 == len(ordered) or ordered[n + 1][1] > at(0)]
+    expected = [
+        ActivitySpan(*one) for n, one in enumerate(ordered) if n + 1 == len(ordered) or ordered[n + 1][1] > at(0)
+    ]
     assert list(bella.spans) == without_gaps(expected, at(0), at(60))
     assert (aino.robot, dict(aino.seconds)) == ("Aino", {"error": 3600})
 

@@ -1,4 +1,5 @@
 """What a robot's runs use of its battery: learned from enough of them, weighted by time, and never beyond what a robot can use."""
+
 from __future__ import annotations
 
 import random

@@ -1,12 +1,20 @@
 """Wilson's interval against published values (Newcombe 1998, method 3, and R's binom.confint)."""
+
 import pytest
 
 from app.domain.intervals import wilson
 
 
-@pytest.mark.parametrize(("successes", "cases", "low", "high"), [
-    (81, 263, .2553, .3662), (15, 148, .0624, .1605), (0, 20, 0.0, .1611), (1, 29, .0061, .1718), (10, 10, .7225, 1.0),
-])
+@pytest.mark.parametrize(
+    ("successes", "cases", "low", "high"),
+    [
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+        (10, 10, 0.7225, 1.0),
+    ],
+)
 def test_the_interval_is_wilsons(successes, cases, low, high):
     found = wilson(successes, cases)
     assert found == (pytest.approx(low, abs=5e-5), pytest.approx(high, abs=5e-5))

@@ -1,4 +1,5 @@
 """Messages: what goes in, what is rendered, and that nothing that was stored ever fails."""
+
 from __future__ import annotations
 
 import errno
@@ -26,8 +27,12 @@ ERRORS = [
     Unreadable(address="10.1.1.1", problem=message("an entry of {what}", what=message("the mission list"))),
     RobotError("given whole, with {braces of its own"),
     AnotherRobot(address="10.1.1.1", expected="1", found="2"),
-    InvalidInput("path", "{path} can't be written: {problem}", path=Path("/x"),
-                 problem=message_of_system(OSError(errno.ENOSPC, "No space left on device"))),
+    InvalidInput(
+        "path",
+        "{path} can't be written: {problem}",
+        path=Path("/x"),
+        problem=message_of_system(OSError(errno.ENOSPC, "No space left on device")),
+    ),
     DatabaseUnavailable("{path} is closed", path=Path("/x/y.db")),
     DatabaseDamaged(Path("/x/y.db"), message("its content is gone"), Path("/x/damaged.db"), Path("/x/good.db")),
 ]
@@ -35,7 +40,9 @@ ERRORS = [
 
 def test_a_sentence_is_plain_json_of_text_and_values():
     assert message(REFUSED, address="10.1.1.1", n=3, at=Path("/x"), nothing=None) == {
-        "msgid": REFUSED, "params": {"address": "10.1.1.1", "n": 3, "at": "/x", "nothing": None}}
+        "msgid": REFUSED,
+        "params": {"address": "10.1.1.1", "n": 3, "at": "/x", "nothing": None},
+    }
 
 
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
@@ -46,14 +53,21 @@ def test_what_an_error_says_survives_the_database_word_for_word(error):
 
 
 def test_a_sentence_inside_another_is_translated_too():
-    assert render(message_of(ERRORS[2]), FINNISH) == "10.1.1.1 antoi vastauksen, jota ei voi lukea: tehtäväluettelo: yksi kohta"
+    assert (
+        render(message_of(ERRORS[2]), FINNISH)
+        == "10.1.1.1 antoi vastauksen, jota ei voi lukea: tehtäväluettelo: yksi kohta"
+    )
     assert render(message_of(ERRORS[5]), FINNISH) == "/x: kirjoittaminen ei onnistu: levy on täynnä"
     damaged = render(message_of(ERRORS[7]), FINNISH)
-    assert damaged.startswith("Tietokanta /x/y.db on vioittunut (sen sisältö on kadonnut), säilytetty nimellä /x/damaged.db; ")
+    assert damaged.startswith(
+        "Tietokanta /x/y.db on vioittunut (sen sisältö on kadonnut), säilytetty nimellä /x/damaged.db; "
+    )
 
 
 def test_an_error_inside_another_is_kept_in_its_parts():
-    outer = InvalidInput("path", "the backup could not be made: {problem}", problem=DatabaseUnavailable("{path} is closed", path="/x"))
+    outer = InvalidInput(
+        "path", "the backup could not be made: {problem}", problem=DatabaseUnavailable("{path} is closed", path="/x")
+    )
     assert outer.text == "the backup could not be made: /x is closed"
     assert render(outer.message, FINNISH) == "varmuuskopiota ei voitu tehdä: /x on suljettu"
 
@@ -63,7 +77,9 @@ def test_what_the_storage_says_is_reported_in_the_language():
     full.sqlite_errorcode = sqlite3.SQLITE_FULL
     problem = translated(full, Path("/x.db"))
     assert str(problem) == "The disk is full, so /x.db can't be written: free some space"
-    assert render(message_of(problem), FINNISH) == "Levy on täynnä, joten tiedostoa /x.db ei voi kirjoittaa: vapauta tilaa"
+    assert (
+        render(message_of(problem), FINNISH) == "Levy on täynnä, joten tiedostoa /x.db ei voi kirjoittaa: vapauta tilaa"
+    )
     assert sentence_of(problem) == str(problem)
 
 
@@ -85,9 +101,12 @@ def test_what_went_wrong_with_a_command_is_reported_by_its_cause():
 def test_the_command_that_restores_can_be_copied():
     damaged = DatabaseDamaged(Path("/my data/y.db"), "malformed", None, Path("/my data/backups/good.db"))
     assert str(damaged).endswith(
-        "with: python main.py --data-dir '/my data' --restore-backup '/my data/backups/good.db'")
+        "with: python main.py --data-dir '/my data' --restore-backup '/my data/backups/good.db'"
+    )
     assert "komennolla: python main.py --data-dir '/my data' " in render(damaged.message, FINNISH)
-    assert str(DatabaseDamaged(Path("/data/y.db"), "malformed")).endswith("with: python main.py --data-dir /data --restore-backup FILE")
+    assert str(DatabaseDamaged(Path("/data/y.db"), "malformed")).endswith(
+        "with: python main.py --data-dir /data --restore-backup FILE"
+    )
 
 
 def test_an_unknown_word_of_the_system_stays_as_it_is():
@@ -98,7 +117,9 @@ def test_an_unknown_word_of_the_system_stays_as_it_is():
 def test_texts_from_outside_stay_as_they_are():
     assert words_of("no answer") == render("no answer", FINNISH) == "no answer"
     assert render(None) == ""
-    assert words_of(message("there is no route to {address}; is the tablet on the robots' network?", address="A")).startswith("There is")
+    assert words_of(
+        message("there is no route to {address}; is the tablet on the robots' network?", address="A")
+    ).startswith("There is")
 
 
 def test_a_translation_with_a_wrong_placeholder_hides_nothing():
@@ -106,8 +127,11 @@ def test_a_translation_with_a_wrong_placeholder_hides_nothing():
     assert render(message("{path} is closed")) == "? is closed"
 
 
-VALUES = st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text(), lambda inner: st.lists(inner) | st.dictionaries(
-    st.sampled_from(["msgid", "params", "path", "x"]), inner), max_leaves=8)
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.sampled_from(["msgid", "params", "path", "x"]), inner),
+    max_leaves=8,
+)
 
 
 @given(VALUES)

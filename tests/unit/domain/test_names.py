@@ -1,4 +1,5 @@
 """Names that can be read: what is refused at the field, what is cleaned where a robot or a file gives it."""
+
 from __future__ import annotations
 
 import unicodedata
@@ -18,22 +19,44 @@ from app.services.catalogue import validation
 from tests.support.clock import VirtualClock
 
 FAMILY = "\U0001f468\u200d\U0001f469\u200d\U0001f467"
-PERSIAN = "می\u200cخواهم"                                  # a non-joiner inside a word
-SINHALA = "ශ්\u200dරී"                                      # a joiner inside a syllable
+PERSIAN = "می\u200cخواهم"  # a non-joiner inside a word
+SINHALA = "ශ්\u200dරී"  # a joiner inside a syllable
 
 
-@pytest.mark.parametrize("text", ["R1", "Kääpä", "Robot 7 – hall B", "电梯", "Ž", FAMILY, PERSIAN, SINHALA, "❤️", "#", "नमस्ते"])
+@pytest.mark.parametrize(
+    "text", ["R1", "Kääpä", "Robot 7 – hall B", "电梯", "Ž", FAMILY, PERSIAN, SINHALA, "❤️", "#", "नमस्ते"]
+)
 def test_what_people_write_stays(text):
     assert validation.name(f" \u3000{text}\n") == unicodedata.normalize("NFC", text)
     assert names.cleaned(text) == unicodedata.normalize("NFC", text)
 
 
-@pytest.mark.parametrize(("text", "code"), [
-    ("R1\u202e2R", "U+202E"), ("R\u200b1", "U+200B"), ("\u2066R1", "U+2066"), ("R\u00ad1", "U+00AD"), ("R1\ufeff", "U+FEFF"),
-    ("R\u200d1", "U+200D"), ("Rob\u200cot", "U+200C"), ("\u200dR", "U+200D"), ("می\u200c", "U+200C"), ("R\ue000", "U+E000"),
-    ("R\u0378", "U+0378"), ("\u3164", "U+3164"), ("R\u2800", "U+2800"), ("\u200b\u200b", "U+200B"), ("R\U000e0041", "U+E0041"),
-    ("\udc80", "U+DC80"), ("R1\ufe0f", "U+FE0F"), ("R\ufe001", "U+FE00"), ("R1\U000e0101", "U+E0101"), ("R\u180b1", "U+180B"),
-    ("\ufe0fR1", "U+FE0F")])
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("R1\u202e2R", "U+202E"),
+        ("R\u200b1", "U+200B"),
+        ("\u2066R1", "U+2066"),
+        ("R\u00ad1", "U+00AD"),
+        ("R1\ufeff", "U+FEFF"),
+        ("R\u200d1", "U+200D"),
+        ("Rob\u200cot", "U+200C"),
+        ("\u200dR", "U+200D"),
+        ("می\u200c", "U+200C"),
+        ("R\ue000", "U+E000"),
+        ("R\u0378", "U+0378"),
+        ("\u3164", "U+3164"),
+        ("R\u2800", "U+2800"),
+        ("\u200b\u200b", "U+200B"),
+        ("R\U000e0041", "U+E0041"),
+        ("\udc80", "U+DC80"),
+        ("R1\ufe0f", "U+FE0F"),
+        ("R\ufe001", "U+FE00"),
+        ("R1\U000e0101", "U+E0101"),
+        ("R\u180b1", "U+180B"),
+        ("\ufe0fR1", "U+FE0F"),
+    ],
+)
 def test_what_nobody_can_see_is_refused_and_named(text, code):
     with pytest.raises(InvalidInput) as refused:
         validation.name(text, "robots[0].name")
@@ -68,9 +91,19 @@ def test_two_ways_to_write_one_name_are_one_name(tmp_path):
     container.close()
 
 
-@pytest.mark.parametrize(("raw", "name"), [
-    ("R1\u202e2R", "R12R"), ("Go\u2028home\r\nnow", "Go home now"), ("\u200b", ""), ("\u3164 \u0301", ""), ("x" * 200, "x" * 80),
-    ("Do\u200dck", "Dock"), (f"{'x' * 79}{FAMILY}", f"{'x' * 79}\U0001f468"), (f" {PERSIAN}\u200c", PERSIAN)])
+@pytest.mark.parametrize(
+    ("raw", "name"),
+    [
+        ("R1\u202e2R", "R12R"),
+        ("Go\u2028home\r\nnow", "Go home now"),
+        ("\u200b", ""),
+        ("\u3164 \u0301", ""),
+        ("x" * 200, "x" * 80),
+        ("Do\u200dck", "Dock"),
+        (f"{'x' * 79}{FAMILY}", f"{'x' * 79}\U0001f468"),
+        (f" {PERSIAN}\u200c", PERSIAN),
+    ],
+)
 def test_names_from_outside_are_cleaned(raw, name):
     assert names.cleaned(raw) == name
 
@@ -105,13 +138,17 @@ def test_missions_of_a_robot_can_be_taken_over_whatever_they_are_called():
     offered = offers([MissionInfo(f"guid-{n}", name) for n, name in enumerate(called)], [], robot_id=1)
     assert len(offered) == len(called)
     assert sorted(validation.name(offer.name) for offer in offered) == sorted(
-        ["Go home", "Go home 2", "guid-1", "guid-2", "M" * 79 + "\U0001f468", "M\u00e4ki"])
+        ["Go home", "Go home 2", "guid-1", "guid-2", "M" * 79 + "\U0001f468", "M\u00e4ki"]
+    )
 
 
 def test_a_schedule_without_a_name_gets_one_that_can_be_entered():
     made = names.of_schedule("M" * 72 + FAMILY, "R")
     assert [validation.name(next(made)) for _ in range(3)] == [
-        f"{'M' * 72}{FAMILY} on"[:80].strip(), f"{'M' * 72}{FAMILY} 2", f"{'M' * 72}{FAMILY} 3"]
+        f"{'M' * 72}{FAMILY} on"[:80].strip(),
+        f"{'M' * 72}{FAMILY} 2",
+        f"{'M' * 72}{FAMILY} 3",
+    ]
 
 
 def test_parameters_keep_the_names_that_the_robot_gave_them():
@@ -122,7 +159,9 @@ def test_parameters_keep_the_names_that_the_robot_gave_them():
 
 
 # ---------------------------------------------------------------------- time zones
-@pytest.mark.parametrize("zone", ["localtime", "posixrules", "Factory", "posix/Europe/Helsinki", "Mars/Base", "EUROPE/HELSINKI", ""])
+@pytest.mark.parametrize(
+    "zone", ["localtime", "posixrules", "Factory", "posix/Europe/Helsinki", "Mars/Base", "EUROPE/HELSINKI", ""]
+)
 def test_only_zones_of_iana_are_taken(zone):
     with pytest.raises(InvalidInput, match="is no time zone"):
         validation.timezone(zone)
@@ -131,13 +170,17 @@ def test_only_zones_of_iana_are_taken(zone):
 @pytest.mark.parametrize("zone", ["localtime", "Mars/Base"])
 def test_a_stored_zone_that_is_none_is_left_at_the_start(tmp_path, monkeypatch, caplog, zone):
     monkeypatch.setenv("TZ", "Europe/Helsinki")
-    clock = VirtualClock()                                     # Monday 2026-11-23 06:00 UTC
+    clock = VirtualClock()  # Monday 2026-11-23 06:00 UTC
     container = Container(Database.open(tmp_path / "a.db", clock=clock, threaded=False, durable=False), clock)
     container.first_start()
     robot = container.catalogue.save_robot(Robot("R1", "10.0.0.1", "u"), password="p")
     mission = container.catalogue.save_mission(Mission("Go", "g"))
-    saved = [container.catalogue.save_schedule(Schedule(name, robot.id, mission.id, clock.now().replace(hour=9, tzinfo=None), "Asia/Tokyo",
-                                                        "FREQ=DAILY")) for name in ("Kept", "Lost")]
+    saved = [
+        container.catalogue.save_schedule(
+            Schedule(name, robot.id, mission.id, clock.now().replace(hour=9, tzinfo=None), "Asia/Tokyo", "FREQ=DAILY")
+        )
+        for name in ("Kept", "Lost")
+    ]
     container.db.write(lambda c: container.repositories.settings.save(c, timezone=zone))
     container.db.write(lambda c: c.execute("UPDATE schedules SET timezone = ? WHERE id = ?", (zone, saved[1].id)))
     container.first_start()
@@ -147,5 +190,6 @@ def test_a_stored_zone_that_is_none_is_left_at_the_start(tmp_path, monkeypatch, 
     assert (lost.timezone, lost.next_at.isoformat()) == ("Europe/Helsinki", "2026-11-23T07:00:00+00:00")
     assert [message for message in caplog.messages if zone in message] == [
         f"At the start the time zone {zone} is not known here; the settings take Europe/Helsinki",
-        f"At the start the time zone {zone} is not known here; the schedule Lost takes Europe/Helsinki"]
+        f"At the start the time zone {zone} is not known here; the schedule Lost takes Europe/Helsinki",
+    ]
     container.close()

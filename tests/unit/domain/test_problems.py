@@ -1,4 +1,5 @@
 """A robot's errors in words: short, with the codes under which its manual has them."""
+
 from __future__ import annotations
 
 import pytest
@@ -8,9 +9,16 @@ from app.domain.problems import LONGEST, in_words
 from app.domain.robot import RobotProblem
 
 
-@pytest.mark.parametrize(("problem", "words"), [
-    (RobotProblem(701, "Left motor too hot"), "Left motor too hot (701)"), (RobotProblem(701, "", "Motors"), "Motors (701)"),
-    (RobotProblem(701), "(701)"), (RobotProblem(None, "Left motor too hot"), "Left motor too hot"), (RobotProblem(), "")])
+@pytest.mark.parametrize(
+    ("problem", "words"),
+    [
+        (RobotProblem(701, "Left motor too hot"), "Left motor too hot (701)"),
+        (RobotProblem(701, "", "Motors"), "Motors (701)"),
+        (RobotProblem(701), "(701)"),
+        (RobotProblem(None, "Left motor too hot"), "Left motor too hot"),
+        (RobotProblem(), ""),
+    ],
+)
 def test_an_error_is_told_with_its_code(problem, words):
     assert in_words([problem]) == words
 
@@ -20,6 +28,9 @@ def test_the_same_error_twice_is_told_once_and_another_code_is_another_error():
 
 
 def test_of_many_and_of_endless_ones_the_codes_are_still_told():
-    assert render(in_words([RobotProblem(number, f"E{number}") for number in range(5)])) == "E0 (0); E1 (1); E2 (2) … and 2 more"
+    assert (
+        render(in_words([RobotProblem(number, f"E{number}") for number in range(5)]))
+        == "E0 (0); E1 (1); E2 (2) … and 2 more"
+    )
     endless = in_words([RobotProblem(701, "x" * 1000)])
     assert (len(endless), endless[-6:]) == (LONGEST, " (701)")

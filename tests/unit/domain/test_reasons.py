@@ -19,44 +19,124 @@ def told(code: ReasonCode, zone=HELSINKI, **details) -> str:
     return sentence(Reason(code, details), zone)
 
 
-@pytest.mark.parametrize(("code", "details", "expected"), [
-    (ReasonCode.BATTERY_LOW, {"battery": 12.0, "minimum": 30, "until": "2026-11-23T12:30:00+00:00"},
-     "Battery 12 % stayed under 30 % until 14:30"),
-    (ReasonCode.BATTERY_LOW, {"battery": 12.34, "minimum": 30.5, "until": NOON}, "Battery 12.3 % stayed under 30.5 % until 14:00"),
-    (ReasonCode.BATTERY_LOW, {"battery": None, "minimum": 30, "until": NOON}, "Battery unknown until 14:00, at least 30 % wanted"),
-    (ReasonCode.BATTERY_LOW, {"battery": float("nan"), "minimum": 30, "until": NOON}, "Battery unknown until 14:00, at least 30 % wanted"),
-    (ReasonCode.RETRY_LIMIT, {"attempts": 11, "problem": "no answer\n within 10 s"}, "Given up at attempt 11: no answer within 10 s"),
-    (ReasonCode.WINDOW_CLOSED, {"attempts": 0, "until": NOON, "problem": ""}, "Its start window closed at 14:00 before it could be sent"),
-    (ReasonCode.WINDOW_CLOSED, {"attempts": 2, "until": NOON, "problem": "busy"}, "Its start window closed at 14:00 after attempt 2: busy"),
-    (ReasonCode.ROBOT_ABORTED, {"message": "Failed to reach goal"}, "The robot ended it: Failed to reach goal"),
-    (ReasonCode.WRONG_ROBOT, {"found": "22", "expected": "11"}, "Another robot answered at this address: serial number 22 instead of 11"),
-    (ReasonCode.OVERLAP, {"planned_at": NOON}, "The run planned for 14:00 was not over yet"),
-    (ReasonCode.OVERLAP, {"idle": True}, "Overtaken: the robot was used, something is planned soon, or it is a day off"),
-    (ReasonCode.SCHEDULE_CHANGED, {"idle": True}, "Idle automation was changed or switched off while it waited"),
-    (ReasonCode.SCHEDULE_CHANGED, {"deleted": True}, "Its schedule was deleted while it waited"),
-    (ReasonCode.SCHEDULE_CHANGED, {"deleted": False}, "Its schedule was changed, switched off or deleted while it waited"),
-    (ReasonCode.UNKNOWN_MISSION, {"mission": True}, "The robot has no such mission: choose another or create it there"),
-    (ReasonCode.HOLD, {"until": NOON + timedelta(days=2)}, "Held back until 25 Nov 2026 14:00"),
-    (ReasonCode.HOLD, {"skipped_at": NOON}, "Skipped by a person on 23 Nov 2026 14:00"),
-    (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=1)}, "The app was off or asleep from 14:00 to 15:00"),
-    (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(hours=11)},
-     "The app was off or asleep from 2026-11-23 14:00 to 2026-11-24 01:00"),
-    (ReasonCode.APP_DOWN, {"start": NOON, "end": NOON + timedelta(days=14), "starts": 2016, "first": "2026-07-01T09:00:00+00:00",
-                           "last": "2026-07-14T20:50:00+00:00"}, "Missed 2,016 starts, 1–14 July: the app was off or asleep"),
-    (ReasonCode.APP_DOWN, {"starts": 5, "first": NOON, "last": NOON + timedelta(hours=1), "problem": "the disk is full"},
-     "Missed 5 starts, 23 November, 14:00–15:00: nothing could be written (the disk is full)"),
-    (ReasonCode.CLOCK_IMPLAUSIBLE, {"starts": 40, "first": NOON, "last": NOON + timedelta(days=10)},
-     "Missed 40 starts, 23 November – 3 December: the tablet's clock could not be trusted"),
-    (ReasonCode.HOLD, {"starts": 4000, "first": NOON, "last": NOON + timedelta(days=40), "paused_until": NOON + timedelta(days=60)},
-     "4,000 starts were skipped, 23 November 2026 – 2 January 2027: the schedule was paused until 22 Jan 2027 14:00"),
-    (ReasonCode.APP_DOWN, {"starts": "many", "first": NOON, "last": NOON}, "The app was off or asleep"),
-    (ReasonCode.VANISHED, {"queue_id": 0}, "Queue item 0 is gone from the robot")])
+@pytest.mark.parametrize(
+    ("code", "details", "expected"),
+    [
+        (
+            ReasonCode.BATTERY_LOW,
+            {"battery": 12.0, "minimum": 30, "until": "2026-11-23T12:30:00+00:00"},
+            "Battery 12 % stayed under 30 % until 14:30",
+        ),
+        (
+            ReasonCode.BATTERY_LOW,
+            {"battery": 12.34, "minimum": 30.5, "until": NOON},
+            "Battery 12.3 % stayed under 30.5 % until 14:00",
+        ),
+        (
+            ReasonCode.BATTERY_LOW,
+            {"battery": None, "minimum": 30, "until": NOON},
+            "Battery unknown until 14:00, at least 30 % wanted",
+        ),
+        (
+            ReasonCode.BATTERY_LOW,
+            {"battery": float("nan"), "minimum": 30, "until": NOON},
+            "Battery unknown until 14:00, at least 30 % wanted",
+        ),
+        (
+            ReasonCode.RETRY_LIMIT,
+            {"attempts": 11, "problem": "no answer\n within 10 s"},
+            "Given up at attempt 11: no answer within 10 s",
+        ),
+        (
+            ReasonCode.WINDOW_CLOSED,
+            {"attempts": 0, "until": NOON, "problem": ""},
+            "Its start window closed at 14:00 before it could be sent",
+        ),
+        (
+            ReasonCode.WINDOW_CLOSED,
+            {"attempts": 2, "until": NOON, "problem": "busy"},
+            "Its start window closed at 14:00 after attempt 2: busy",
+        ),
+        (ReasonCode.ROBOT_ABORTED, {"message": "Failed to reach goal"}, "The robot ended it: Failed to reach goal"),
+        (
+            ReasonCode.WRONG_ROBOT,
+            {"found": "22", "expected": "11"},
+            "Another robot answered at this address: serial number 22 instead of 11",
+        ),
+        (ReasonCode.OVERLAP, {"planned_at": NOON}, "The run planned for 14:00 was not over yet"),
+        (
+            ReasonCode.OVERLAP,
+            {"idle": True},
+            "Overtaken: the robot was used, something is planned soon, or it is a day off",
+        ),
+        (ReasonCode.SCHEDULE_CHANGED, {"idle": True}, "Idle automation was changed or switched off while it waited"),
+        (ReasonCode.SCHEDULE_CHANGED, {"deleted": True}, "Its schedule was deleted while it waited"),
+        (
+            ReasonCode.SCHEDULE_CHANGED,
+            {"deleted": False},
+            "Its schedule was changed, switched off or deleted while it waited",
+        ),
+        (
+            ReasonCode.UNKNOWN_MISSION,
+            {"mission": True},
+            "The robot has no such mission: choose another or create it there",
+        ),
+        (ReasonCode.HOLD, {"until": NOON + timedelta(days=2)}, "Held back until 25 Nov 2026 14:00"),
+        (ReasonCode.HOLD, {"skipped_at": NOON}, "Skipped by a person on 23 Nov 2026 14:00"),
+        (
+            ReasonCode.APP_DOWN,
+            {"start": NOON, "end": NOON + timedelta(hours=1)},
+            "The app was off or asleep from 14:00 to 15:00",
+        ),
+        (
+            ReasonCode.APP_DOWN,
+            {"start": NOON, "end": NOON + timedelta(hours=11)},
+            "The app was off or asleep from 2026-11-23 14:00 to 2026-11-24 01:00",
+        ),
+        (
+            ReasonCode.APP_DOWN,
+            {
+                "start": NOON,
+                "end": NOON + timedelta(days=14),
+                "starts": 2016,
+                "first": "2026-07-01T09:00:00+00:00",
+                "last": "2026-07-14T20:50:00+00:00",
+            },
+            "Missed 2,016 starts, 1–14 July: the app was off or asleep",
+        ),
+        (
+            ReasonCode.APP_DOWN,
+            {"starts": 5, "first": NOON, "last": NOON + timedelta(hours=1), "problem": "the disk is full"},
+            "Missed 5 starts, 23 November, 14:00–15:00: nothing could be written (the disk is full)",
+        ),
+        (
+            ReasonCode.CLOCK_IMPLAUSIBLE,
+            {"starts": 40, "first": NOON, "last": NOON + timedelta(days=10)},
+            "Missed 40 starts, 23 November – 3 December: the tablet's clock could not be trusted",
+        ),
+        (
+            ReasonCode.HOLD,
+            {
+                "starts": 4000,
+                "first": NOON,
+                "last": NOON + timedelta(days=40),
+                "paused_until": NOON + timedelta(days=60),
+            },
+            "4,000 starts were skipped, 23 November 2026 – 2 January 2027: the schedule was paused until 22 Jan 2027 14:00",
+        ),
+        (ReasonCode.APP_DOWN, {"starts": "many", "first": NOON, "last": NOON}, "The app was off or asleep"),
+        (ReasonCode.VANISHED, {"queue_id": 0}, "Queue item 0 is gone from the robot"),
+    ],
+)
 def test_numbers_and_times_are_in_the_sentence(code, details, expected):
     assert told(code, **details) == expected
 
 
 def test_times_are_reported_in_the_zone_that_is_asked_for():
-    assert told(ReasonCode.OVERLAP, ZoneInfo("Asia/Tokyo"), planned_at=NOON) == "The run planned for 21:00 was not over yet"
+    assert (
+        told(ReasonCode.OVERLAP, ZoneInfo("Asia/Tokyo"), planned_at=NOON)
+        == "The run planned for 21:00 was not over yet"
+    )
     assert told(ReasonCode.OVERLAP, "No/Where", planned_at=NOON) == "The run planned for 12:00 was not over yet"
 
 
@@ -70,8 +150,22 @@ def test_every_code_has_a_sentence_of_its_own_even_without_details(code):
 
 
 ODD = st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.lists(st.integers()) | st.datetimes()
-NAMES = st.sampled_from(["battery", "minimum", "until", "start", "end", "planned_at", "problem", "message", "attempts", "queue_id",
-                         "hold", "robot"])
+NAMES = st.sampled_from(
+    [
+        "battery",
+        "minimum",
+        "until",
+        "start",
+        "end",
+        "planned_at",
+        "problem",
+        "message",
+        "attempts",
+        "queue_id",
+        "hold",
+        "robot",
+    ]
+)
 
 
 @given(code=st.sampled_from(list(ReasonCode)), details=st.dictionaries(NAMES | st.text(), ODD))
@@ -90,33 +184,66 @@ def test_a_very_long_text_is_cut():
 
 
 def test_it_is_translated_before_the_numbers_are_put_in():
-    german = {"Battery {battery} % stayed under {minimum} % until {until}": "Akku {battery} % blieb bis {until} unter {minimum} %"}
+    german = {
+        "Battery {battery} % stayed under {minimum} % until {until}": "Akku {battery} % blieb bis {until} unter {minimum} %"
+    }
     reason = Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": NOON})
     assert sentence(reason, HELSINKI, lambda text: german.get(text, text)) == "Akku 12 % blieb bis 14:00 unter 30 %"
 
 
 def test_a_translation_with_a_wrong_placeholder_falls_back_to_english():
     reason = Reason(ReasonCode.VANISHED, {"queue_id": 7})
-    assert sentence(reason, HELSINKI, lambda text: text.replace("{queue_id}", "{nummer}")) == "Queue item 7 is gone from the robot"
+    assert (
+        sentence(reason, HELSINKI, lambda text: text.replace("{queue_id}", "{nummer}"))
+        == "Queue item 7 is gone from the robot"
+    )
 
 
 # ---------------------------------------------------------------------- waiting
 def row(**values) -> Execution:
-    return Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid", NOON, NOON + timedelta(minutes=15), NOON, "token", HELSINKI, **values)
+    return Execution(
+        Trigger.SCHEDULED,
+        1,
+        "Aino",
+        "Deliver",
+        "guid",
+        NOON,
+        NOON + timedelta(minutes=15),
+        NOON,
+        "token",
+        HELSINKI,
+        **values,
+    )
 
 
-@pytest.mark.parametrize(("values", "expected"), [
-    ({}, "Is being sent"),
-    ({"wait": Wait.RETRY, "wait_details": {"problem": "no answer"}, "attempts": 2},
-     "Attempt 2 failed: no answer; trying again until 14:15"),
-    ({"wait": Wait.BATTERY, "wait_details": {"battery": 12, "minimum": 30}}, "Battery 12 % is under 30 %; waits until 14:15"),
-    ({"wait": Wait.BATTERY, "wait_details": {"battery": None, "minimum": 30}}, "Battery unknown, at least 30 % wanted; waits until 14:15"),
-    ({"wait": Wait.HOLD, "wait_details": {"hold": ""}}, "Held back; waits until 14:15"),
-    ({"wait": Wait.CLOCK}, "The tablet's clock can't be trusted; waits until 14:15"),
-    ({"wait": Wait.ELSEWHERE, "wait_details": {"robots": "Aino"}}, "May have run already; waits until 14:15 for an answer from Aino"),
-    ({"wait": Wait.ELSEWHERE}, "Robots are being asked whether it has run already; waits until 14:15"),
-    ({"state": State.SUBMITTING}, "Checking with the robot"), ({"state": State.EXECUTING}, "Running on the robot"),
-    ({"state": State.COMPLETED}, "")])
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({}, "Is being sent"),
+        (
+            {"wait": Wait.RETRY, "wait_details": {"problem": "no answer"}, "attempts": 2},
+            "Attempt 2 failed: no answer; trying again until 14:15",
+        ),
+        (
+            {"wait": Wait.BATTERY, "wait_details": {"battery": 12, "minimum": 30}},
+            "Battery 12 % is under 30 %; waits until 14:15",
+        ),
+        (
+            {"wait": Wait.BATTERY, "wait_details": {"battery": None, "minimum": 30}},
+            "Battery unknown, at least 30 % wanted; waits until 14:15",
+        ),
+        ({"wait": Wait.HOLD, "wait_details": {"hold": ""}}, "Held back; waits until 14:15"),
+        ({"wait": Wait.CLOCK}, "The tablet's clock can't be trusted; waits until 14:15"),
+        (
+            {"wait": Wait.ELSEWHERE, "wait_details": {"robots": "Aino"}},
+            "May have run already; waits until 14:15 for an answer from Aino",
+        ),
+        ({"wait": Wait.ELSEWHERE}, "Robots are being asked whether it has run already; waits until 14:15"),
+        ({"state": State.SUBMITTING}, "Checking with the robot"),
+        ({"state": State.EXECUTING}, "Running on the robot"),
+        ({"state": State.COMPLETED}, ""),
+    ],
+)
 def test_what_holds_an_execution_is_reported(values, expected):
     assert waiting_sentence(row(**values)) == expected
 

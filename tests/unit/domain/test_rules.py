@@ -15,7 +15,9 @@ DELIVER = Mission("Deliver", "guid")
 
 def row(**changes) -> Execution:
     closes = NOON + timedelta(minutes=15)
-    return replace(Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid", NOON, closes, NOON, "token", "UTC"), **changes)
+    return replace(
+        Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid", NOON, closes, NOON, "token", "UTC"), **changes
+    )
 
 
 def schedule(**changes) -> Schedule:
@@ -40,8 +42,10 @@ def test_a_mission_that_runs_on_low_battery_has_only_the_limit_of_its_schedule(m
     assert rules.minimum_battery(schedule(minimum_battery_percent=40), mission, SETTINGS) == 40
 
 
-@pytest.mark.parametrize(("battery", "minimum", "allowed"), [
-    (30.0, 30.0, True), (29.9, 30.0, False), (None, 30.0, False), (float("nan"), 30.0, False), (None, None, True)])
+@pytest.mark.parametrize(
+    ("battery", "minimum", "allowed"),
+    [(30.0, 30.0, True), (29.9, 30.0, False), (None, 30.0, False), (float("nan"), 30.0, False), (None, None, True)],
+)
 def test_an_unknown_battery_never_satisfies_a_minimum(battery, minimum, allowed):
     assert rules.battery_allows(battery, minimum) is allowed
 
@@ -61,16 +65,24 @@ def test_retry_limit_n_allows_one_and_n_attempts(limit, attempts, ends):
         assert reason.details["attempts"] == attempts
 
 
-@pytest.mark.parametrize(("execution", "was_down", "code", "state"), [
-    (row(wait=Wait.BATTERY, wait_details={"battery": 12, "minimum": 30}), False, ReasonCode.BATTERY_LOW, State.SKIPPED),
-    (row(wait=Wait.HOLD), False, ReasonCode.HOLD, State.SKIPPED),
-    (row(wait=Wait.LATE_START), False, ReasonCode.HOLD, State.SKIPPED),
-    (row(wait=Wait.CLOCK), False, ReasonCode.CLOCK_IMPLAUSIBLE, State.MISSED),
-    (row(wait=Wait.ELSEWHERE), True, ReasonCode.WINDOW_CLOSED, State.FAILED),
-    (row(), True, ReasonCode.APP_DOWN, State.MISSED),
-    (row(), False, ReasonCode.WINDOW_CLOSED, State.FAILED),
-    (row(attempts=3, wait=Wait.RETRY), True, ReasonCode.WINDOW_CLOSED, State.FAILED),
-])
+@pytest.mark.parametrize(
+    ("execution", "was_down", "code", "state"),
+    [
+        (
+            row(wait=Wait.BATTERY, wait_details={"battery": 12, "minimum": 30}),
+            False,
+            ReasonCode.BATTERY_LOW,
+            State.SKIPPED,
+        ),
+        (row(wait=Wait.HOLD), False, ReasonCode.HOLD, State.SKIPPED),
+        (row(wait=Wait.LATE_START), False, ReasonCode.HOLD, State.SKIPPED),
+        (row(wait=Wait.CLOCK), False, ReasonCode.CLOCK_IMPLAUSIBLE, State.MISSED),
+        (row(wait=Wait.ELSEWHERE), True, ReasonCode.WINDOW_CLOSED, State.FAILED),
+        (row(), True, ReasonCode.APP_DOWN, State.MISSED),
+        (row(), False, ReasonCode.WINDOW_CLOSED, State.FAILED),
+        (row(attempts=3, wait=Wait.RETRY), True, ReasonCode.WINDOW_CLOSED, State.FAILED),
+    ],
+)
 def test_a_closed_window_ends_with_what_held_the_execution(execution, was_down, code, state):
     reason = rules.when_window_closed(execution, was_down)
     assert (reason.code, reason.state) == (code, state)
@@ -87,27 +99,70 @@ def test_a_token_belongs_to_install_schedule_and_instant():
     token = rules.token_of(install, 7, NOON)
     assert len(token) == 36
     assert token == rules.token_of(install, 7, NOON.astimezone())
-    assert len({token, rules.token_of(install, 8, NOON), rules.token_of(install, 7, NOON + timedelta(minutes=1)),
-                rules.token_of("5f0c2f0e-7f0a-4d8b-9a8a-0c1c2d3e4f51", 7, NOON)}) == 4
+    assert (
+        len(
+            {
+                token,
+                rules.token_of(install, 8, NOON),
+                rules.token_of(install, 7, NOON + timedelta(minutes=1)),
+                rules.token_of("5f0c2f0e-7f0a-4d8b-9a8a-0c1c2d3e4f51", 7, NOON),
+            }
+        )
+        == 4
+    )
 
 
 # ---------------------------------------------------------------------- new rows
-INSTALL, AINO, DELIVER = "5f0c2f0e-7f0a-4d8b-9a8a-0c1c2d3e4f50", Robot("Aino", "http://a", id=3), Mission("Deliver", "guid", id=8)
+INSTALL, AINO, DELIVER = (
+    "5f0c2f0e-7f0a-4d8b-9a8a-0c1c2d3e4f50",
+    Robot("Aino", "http://a", id=3),
+    Mission("Deliver", "guid", id=8),
+)
 
 
 def test_an_occurrence_takes_over_what_its_schedule_and_the_settings_say():
     own = schedule(id=7, priority=5, parameters={"cart": 1}, timezone="Europe/Helsinki", start_window_minutes=3)
     made = rules.scheduled(own, AINO, DELIVER, SETTINGS, INSTALL, NOON, NOON + timedelta(seconds=1))
     assert made == Execution(
-        Trigger.SCHEDULED, 3, "Aino", "Deliver", "guid", NOON, NOON + timedelta(minutes=3), NOON + timedelta(seconds=1),
-        rules.token_of(INSTALL, 7, NOON), "Europe/Helsinki", schedule_id=7, schedule="S", priority=5, parameters={"cart": 1},
-        minimum_battery_percent=30)
+        Trigger.SCHEDULED,
+        3,
+        "Aino",
+        "Deliver",
+        "guid",
+        NOON,
+        NOON + timedelta(minutes=3),
+        NOON + timedelta(seconds=1),
+        rules.token_of(INSTALL, 7, NOON),
+        "Europe/Helsinki",
+        schedule_id=7,
+        schedule="S",
+        priority=5,
+        parameters={"cart": 1},
+        minimum_battery_percent=30,
+    )
     ended = rules.ended(made, Reason(ReasonCode.HOLD), NOON)
-    assert (ended.state, ended.reason.code, ended.ended_at, ended.token) == (State.SKIPPED, ReasonCode.HOLD, NOON, made.token)
+    assert (ended.state, ended.reason.code, ended.ended_at, ended.token) == (
+        State.SKIPPED,
+        ReasonCode.HOLD,
+        NOON,
+        made.token,
+    )
 
 
 @pytest.mark.parametrize(("trigger", "minimum"), [(Trigger.MANUAL, None), (Trigger.IDLE, 30)])
 def test_what_has_no_schedule_is_due_now_in_the_zone_of_the_settings(trigger, minimum):
     made = rules.one_off(trigger, AINO, DELIVER, replace(SETTINGS, timezone="Asia/Tokyo"), NOON, "t", queue_floor=4)
-    assert made == Execution(trigger, 3, "Aino", "Deliver", "guid", NOON, NOON + timedelta(minutes=15), NOON, "t", "Asia/Tokyo",
-                             minimum_battery_percent=minimum, queue_floor=4)
+    assert made == Execution(
+        trigger,
+        3,
+        "Aino",
+        "Deliver",
+        "guid",
+        NOON,
+        NOON + timedelta(minutes=15),
+        NOON,
+        "t",
+        "Asia/Tokyo",
+        minimum_battery_percent=minimum,
+        queue_floor=4,
+    )

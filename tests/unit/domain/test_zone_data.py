@@ -1,4 +1,5 @@
 """The newer zone data count: the system's, or those that come with the app."""
+
 from __future__ import annotations
 
 import os
@@ -12,7 +13,7 @@ import pytest
 from app.domain.zone_data import use_newest
 from tests.support.zone_files import file_of_rule, put
 
-PACIFIC = "PST8PDT,M3.2.0,M11.1.0"        # Vancouver until 2026: in winter 8 h behind; since then 7 h all year
+PACIFIC = "PST8PDT,M3.2.0,M11.1.0"  # Vancouver until 2026: in winter 8 h behind; since then 7 h all year
 SIX = datetime(2026, 12, 1, 6, 0)
 
 
@@ -26,21 +27,25 @@ def zones(tmp_path):
         zoneinfo.reset_tzpath(to=[str(directory) for directory in directories or [tmp_path]])
         use_newest()
         return SIX.replace(tzinfo=zoneinfo.ZoneInfo("America/Vancouver")).astimezone(UTC).hour
+
     yield hour
     zoneinfo.reset_tzpath(to=path)
     zoneinfo.ZoneInfo.clear_cache()
 
 
-@pytest.mark.parametrize(("file", "text", "hour"), [
-    ("tzdata.zi", "# version 2025b\n# redo", 13),
-    ("tzdata.zi", "# version 2026a\n", 13),
-    ("tzdata.zi", "# version 2026za\n", 14),
-    ("tzdata.zi", "# version 2027a-dirty\n", 14),
-    ("+VERSION", "2025c\n", 13),
-    ("+VERSION", "2031a\n", 14),
-    ("+VERSION", "", 13),
-    ("zone.tab", "nothing says how old these are", 13),
-])
+@pytest.mark.parametrize(
+    ("file", "text", "hour"),
+    [
+        ("tzdata.zi", "# version 2025b\n# redo", 13),
+        ("tzdata.zi", "# version 2026a\n", 13),
+        ("tzdata.zi", "# version 2026za\n", 14),
+        ("tzdata.zi", "# version 2027a-dirty\n", 14),
+        ("+VERSION", "2025c\n", 13),
+        ("+VERSION", "2031a\n", 14),
+        ("+VERSION", "", 13),
+        ("zone.tab", "nothing says how old these are", 13),
+    ],
+)
 def test_the_newer_data_count(tmp_path, zones, file, text, hour):
     put(tmp_path, file, text)
     assert zones() == hour
@@ -57,6 +62,7 @@ def test_of_two_directories_the_newer_counts(tmp_path, zones):
 
 def test_data_as_old_as_the_apps_own_are_the_systems(tmp_path, zones):
     import tzdata
+
     put(tmp_path, "tzdata.zi", f"# version {tzdata.IANA_VERSION}\n")
     assert zones() == 14
 
@@ -73,6 +79,11 @@ from app.domain.models import Schedule
 schedule = Schedule("S", 1, 1, datetime(2026, 11, 1, 6), "America/Vancouver", "FREQ=DAILY", respect_working_days=False)
 print(next_occurrence(schedule, datetime(2026, 12, 1, tzinfo=UTC), None))
 """
-    done = subprocess.run([sys.executable, "-c", program], env={**os.environ, "PYTHONTZPATH": str(tmp_path)}, text=True,
-                          capture_output=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONTZPATH": str(tmp_path)},
+        text=True,
+        capture_output=True,
+        check=True,
+    )
     assert done.stdout == "2026-12-01 13:00:00+00:00\n"

@@ -1,4 +1,5 @@
 """Taking a calendar file in: what is stored and shown of the file itself."""
+
 from __future__ import annotations
 
 import os
@@ -19,8 +20,10 @@ def files(tmp_path):
     site.switch_off()
 
 
-@pytest.mark.parametrize(("name", "shown"), [
-    (b"kes\xe4.ics", "kesä.ics"), ("kesä.ics".encode(), "kesä.ics"), (b"ty\xc3\xb6 kes\xe4.ics", "työ kesä.ics")])
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [(b"kes\xe4.ics", "kesä.ics"), ("kesä.ics".encode(), "kesä.ics"), (b"ty\xc3\xb6 kes\xe4.ics", "työ kesä.ics")],
+)
 @pytest.mark.parametrize("summary", [b"", b"SUMMARY:Stop\r\n"])
 def test_the_name_of_a_file_is_stored_and_shown_as_text(files, tmp_path, name, shown, summary):
     path = os.fsencode(tmp_path) + b"/" + name

@@ -1,4 +1,5 @@
 """Files in and out of the tablet: where they go, what is refused, and that nothing is ever half written or written over."""
+
 from __future__ import annotations
 
 import json
@@ -58,7 +59,7 @@ def test_an_export_says_where_it_went_and_is_its_owners_alone(files, catalogue, 
 
 def test_the_history_goes_out_as_csv(files):
     path = files.export_history("runs")
-    assert path.name == "runs.csv"           # an ending is added where there is none
+    assert path.name == "runs.csv"  # an ending is added where there is none
     assert path.read_bytes().startswith(b"id,trigger,schedule,")
     assert path.read_bytes().endswith(b"\r\n")
 
@@ -83,10 +84,16 @@ def test_an_export_never_writes_over_a_file(files, tmp_path):
     assert kept.read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.parametrize(("path", "sentence"), [
-    ("", "enter the name of a file"), ("   ", "enter the name of a file"), ("a\0b", "is not the name of a file"),
-    ("/nowhere/at/all.json", "there is no directory /nowhere/at"), (".", "is a directory; add the name of a file"),
-])
+@pytest.mark.parametrize(
+    ("path", "sentence"),
+    [
+        ("", "enter the name of a file"),
+        ("   ", "enter the name of a file"),
+        ("a\0b", "is not the name of a file"),
+        ("/nowhere/at/all.json", "there is no directory /nowhere/at"),
+        (".", "is a directory; add the name of a file"),
+    ],
+)
 def test_a_path_that_cannot_be_is_one_sentence(files, path, sentence):
     assert sentence in refused(files, "export_configuration", path)
 
@@ -95,6 +102,7 @@ def test_a_failed_export_leaves_nothing_behind(files, tmp_path, monkeypatch):
     def full(_connection, file, **_options):
         file.write("half a")
         raise OSError(28, "No space left on device")
+
     monkeypatch.setattr(data_files, "write_history", full)
     assert "can't be written: No space left on device" in refused(files, "export_history", "log.csv")
     assert list((tmp_path / "Documents").iterdir()) == []
@@ -103,14 +111,19 @@ def test_a_failed_export_leaves_nothing_behind(files, tmp_path, monkeypatch):
 # ---------------------------------------------------------------------- in
 def test_an_import_lists_what_changed(files, catalogue, tmp_path):
     file = tmp_path / "Documents" / "in.json"
-    file.write_text(json.dumps({"format": "amr-scheduler/1", "missions": [{"name": "Deliver", "guid": "g-1"}]}), encoding="utf-8")
+    file.write_text(
+        json.dumps({"format": "amr-scheduler/1", "missions": [{"name": "Deliver", "guid": "g-1"}]}), encoding="utf-8"
+    )
     assert len(files.import_configuration("in.json")) == 1
     assert files.import_configuration(str(file)) == []
     assert catalogue.save_mission(Mission("Other", "g-2")).id == 2
 
 
 def test_what_cannot_be_imported_is_reported(files, tmp_path, monkeypatch):
-    assert refused(files, "import_configuration", "missing.json") == f"there is no file {tmp_path / 'Documents' / 'missing.json'}"
+    assert (
+        refused(files, "import_configuration", "missing.json")
+        == f"there is no file {tmp_path / 'Documents' / 'missing.json'}"
+    )
     assert "can't be read" in refused(files, "import_configuration", tmp_path / "Documents")
     monkeypatch.setattr(reading, "LARGEST_FILE", 10)
     (tmp_path / "Documents" / "big.json").write_text("x" * 11, encoding="utf-8")
@@ -126,23 +139,44 @@ def test_a_suggestion_may_lie_elsewhere(files, tmp_path):
 def test_sticks_and_shares_are_found_in_the_table_of_mounts(files, tmp_path, monkeypatch):
     table = tmp_path / "mounts"
     monkeypatch.setattr(places, "MOUNTS", table)
-    assert [place.kind for place in files.places()] == [PlaceKind.DOCUMENTS]          # no such table
-    table.write_text("\n".join(("/dev/sda1 / ext4 rw 0 0", "tmpfs /run/media tmpfs rw 0 0", "//plant/plans /mnt/plans cifs rw 0 0",
-                                "/dev/sdb1 /media/operator/KING\\040STON vfat rw 0 0", "/dev/sdc1 /run/media/me/BLUE exfat rw 0 0", "cut")))
+    assert [place.kind for place in files.places()] == [PlaceKind.DOCUMENTS]  # no such table
+    table.write_text(
+        "\n".join(
+            (
+                "/dev/sda1 / ext4 rw 0 0",
+                "tmpfs /run/media tmpfs rw 0 0",
+                "//plant/plans /mnt/plans cifs rw 0 0",
+                "/dev/sdb1 /media/operator/KING\\040STON vfat rw 0 0",
+                "/dev/sdc1 /run/media/me/BLUE exfat rw 0 0",
+                "cut",
+            )
+        )
+    )
     assert [(place.kind, place.path, place.name) for place in files.places()] == [
-        (PlaceKind.DOCUMENTS, tmp_path / "Documents", ""), (PlaceKind.USB, Path("/run/media/me/BLUE"), "BLUE"),
-        (PlaceKind.USB, Path("/media/operator/KING STON"), "KING STON"), (PlaceKind.SHARE, Path("/mnt/plans"), "plans")]
+        (PlaceKind.DOCUMENTS, tmp_path / "Documents", ""),
+        (PlaceKind.USB, Path("/run/media/me/BLUE"), "BLUE"),
+        (PlaceKind.USB, Path("/media/operator/KING STON"), "KING STON"),
+        (PlaceKind.SHARE, Path("/mnt/plans"), "plans"),
+    ]
 
 
 def test_files_of_a_place_are_listed_newest_first(tmp_path):
-    for name, at in (("old.json", 1_000), ("plans/new.json", 2_000), ("other.txt", 3_000), (".hidden.json", 4_000), ("a/b/c.json", 5_000)):
+    for name, at in (
+        ("old.json", 1_000),
+        ("plans/new.json", 2_000),
+        ("other.txt", 3_000),
+        (".hidden.json", 4_000),
+        ("a/b/c.json", 5_000),
+    ):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("{}", encoding="utf-8")
         os.utime(path, (at, at))
     found = places.found_in(tmp_path, ".json")
     assert [(file.path.relative_to(tmp_path), file.changed_at.timestamp(), file.size) for file in found] == [
-        (Path("plans/new.json"), 2_000, 2), (Path("old.json"), 1_000, 2)]
+        (Path("plans/new.json"), 2_000, 2),
+        (Path("old.json"), 1_000, 2),
+    ]
     assert places.found_in(tmp_path / "gone", ".json") == []
 
 
@@ -160,7 +194,7 @@ def test_a_backup_in_capitals_is_listed_and_hidden_files_are_not_counted(files):
 def test_backups_are_made_listed_and_checked(files, tmp_path):
     assert files.backups() == []
     first = files.back_up_now()
-    second = files.back_up_now()             # in the same second: both are kept
+    second = files.back_up_now()  # in the same second: both are kept
     assert first.path.name == "manual-2026-11-20T123800Z.db"
     assert {backup.path for backup in files.backups()} == {first.path, second.path}
     assert all(backup.size > 0 for backup in files.backups())

@@ -1,4 +1,5 @@
 """The execution history as CSV, to the letter of the contract."""
+
 from __future__ import annotations
 
 import codecs
@@ -19,10 +20,24 @@ from tests.support.clock import VirtualClock
 from tests.support.examples import examples
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
-HEADER = ("id,trigger,schedule,robot,mission,mission_guid,state,reason_code,reason,planned_at,created_at,submitted_at,started_at,ended_at,"
-          "duration_s,attempts,queue_id,group,choice,starts")
-PLAIN = Execution(Trigger.SCHEDULED, 1, "Aino", "Deliver", "guid-1", NOON, NOON + timedelta(minutes=15), NOON, "token", "Europe/Helsinki",
-                  schedule_id=1, schedule="Morning")
+HEADER = (
+    "id,trigger,schedule,robot,mission,mission_guid,state,reason_code,reason,planned_at,created_at,submitted_at,started_at,ended_at,"
+    "duration_s,attempts,queue_id,group,choice,starts"
+)
+PLAIN = Execution(
+    Trigger.SCHEDULED,
+    1,
+    "Aino",
+    "Deliver",
+    "guid-1",
+    NOON,
+    NOON + timedelta(minutes=15),
+    NOON,
+    "token",
+    "Europe/Helsinki",
+    schedule_id=1,
+    schedule="Morning",
+)
 
 
 @pytest.fixture
@@ -62,24 +77,38 @@ def test_for_excel_it_has_semicolons_and_a_byte_order_mark(db):
 
 
 def test_an_ended_row_in_full(db):
-    add(db, state=State.FAILED, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": "no way"}), submitted_at=NOON + timedelta(seconds=1.9),
-        started_at=NOON + timedelta(seconds=20), ended_at=NOON + timedelta(minutes=3), duration_s=159.6, attempts=2, queue_id=77)
+    add(
+        db,
+        state=State.FAILED,
+        reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": "no way"}),
+        submitted_at=NOON + timedelta(seconds=1.9),
+        started_at=NOON + timedelta(seconds=20),
+        ended_at=NOON + timedelta(minutes=3),
+        duration_s=159.6,
+        attempts=2,
+        queue_id=77,
+    )
     assert text_of(db).split("\r\n")[1] == (
         "1,scheduled,Morning,Aino,Deliver,guid-1,failed,robot_aborted,The robot ended it: no way,2026-11-23T14:00:00+02:00,"
-        "2026-11-23T14:00:00+02:00,2026-11-23T14:00:01+02:00,2026-11-23T14:00:20+02:00,2026-11-23T14:03:00+02:00,160,2,77,,,1")
+        "2026-11-23T14:00:00+02:00,2026-11-23T14:00:01+02:00,2026-11-23T14:00:20+02:00,2026-11-23T14:03:00+02:00,160,2,77,,,1"
+    )
 
 
 def test_an_open_row_has_empty_cells_where_there_is_nothing_yet(db):
     add(db, trigger=Trigger.MANUAL, schedule="", timezone="UTC")
     assert text_of(db).split("\r\n")[1:] == [
-        "1,manual,,Aino,Deliver,guid-1,waiting,,,2026-11-23T12:00:00+00:00,2026-11-23T12:00:00+00:00,,,,,0,,,,1", ""]
+        "1,manual,,Aino,Deliver,guid-1,waiting,,,2026-11-23T12:00:00+00:00,2026-11-23T12:00:00+00:00,,,,,0,,,,1",
+        "",
+    ]
 
 
 def test_of_a_group_it_is_told_which_and_why_that_robot(db):
     add(db, robot_group="Hall 1", choice={"robots": [{"robot": "Aino"}, {"robot": "Sisu", "out": "silent"}]})
     add(db, robot_group="Hall 1", robot_id=None, robot="")
     assert [(row["robot"], row["group"], row["choice"]) for row in cells(db)] == [
-        ("Aino", "Hall 1", "Aino: free now; Sisu silent"), ("", "Hall 1", "")]
+        ("Aino", "Hall 1", "Aino: free now; Sisu silent"),
+        ("", "Hall 1", ""),
+    ]
 
 
 def test_rows_are_oldest_first_each_in_its_own_zone(db):
@@ -100,11 +129,20 @@ def test_a_cell_never_runs_as_a_formula(db, text):
     assert row["schedule"] == row["robot"] == row["mission"] == f"'{text}"
 
 
-@pytest.mark.parametrize("text", [
-    "M;=cmd|'/C calc'!A0", "M; @SUM(1)", "M;;+1", "M\t=1", "M\n-1", "M\r\n=1", ";=1", 'M;"=1"', 'M";=1"', "M;＝1"])
+@pytest.mark.parametrize(
+    "text",
+    ["M;=cmd|'/C calc'!A0", "M; @SUM(1)", "M;;+1", "M\t=1", "M\n-1", "M\r\n=1", ";=1", 'M;"=1"', 'M";=1"', "M;＝1"],
+)
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 def test_nor_where_the_spreadsheet_of_another_country_separates_cells(db, text, separator):
-    add(db, schedule=text, robot=text, mission=text, state=State.FAILED, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": text}))
+    add(
+        db,
+        schedule=text,
+        robot=text,
+        mission=text,
+        state=State.FAILED,
+        reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": text}),
+    )
     for row in csv.reader(io.StringIO(text_of(db), newline=""), delimiter=separator):
         for cell in row:
             assert not cell.lstrip(' \t\r\n"').startswith(("=", "+", "-", "@", "＝")), row
@@ -112,7 +150,13 @@ def test_nor_where_the_spreadsheet_of_another_country_separates_cells(db, text, 
 
 
 def test_quotes_commas_and_other_letters_come_through(db):
-    add(db, mission='Vie "Ä", 漢字 🤖', state=State.CANCELLED, reason=Reason(ReasonCode.ROBOT_REMOVED, {"robot": 'a,"b'}), ended_at=NOON)
+    add(
+        db,
+        mission='Vie "Ä", 漢字 🤖',
+        state=State.CANCELLED,
+        reason=Reason(ReasonCode.ROBOT_REMOVED, {"robot": 'a,"b'}),
+        ended_at=NOON,
+    )
     assert '"Vie ""Ä"", 漢字 🤖"' in text_of(db)
     [row] = cells(db)
     assert (row["mission"], row["reason"]) == ('Vie "Ä", 漢字 🤖', 'Robot a,"b is switched off or was removed')
@@ -146,7 +190,10 @@ def test_whatever_the_texts_are_it_stays_a_table(db, schedule, mission, message)
     text = text_of(db)
     text.encode()
     [row] = csv.DictReader(io.StringIO(text, newline=""))
-    assert (row["schedule"].removeprefix("'"), row["mission"].removeprefix("'")) == (schedule.removeprefix("'"), mission.removeprefix("'"))
+    assert (row["schedule"].removeprefix("'"), row["mission"].removeprefix("'")) == (
+        schedule.removeprefix("'"),
+        mission.removeprefix("'"),
+    )
     assert None not in row
     for cell in row.values():
         assert not cell.startswith(("=", "+", "-", "@", "\t", "\r"))

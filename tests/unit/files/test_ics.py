@@ -1,4 +1,5 @@
 """Calendar files: what is written can be read again, an import takes what is chosen of it, and garbage is one sentence."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -27,31 +28,60 @@ def calendar(*events: str) -> bytes:
 
 
 def days(*events: str):
-    return [(day.name, day.first_day.isoformat(), day.last_day.isoformat(), day.yearly)
-            for event in read_days(calendar(*events), "plant", HELSINKI, TODAY).events for day in event.days]
+    return [
+        (day.name, day.first_day.isoformat(), day.last_day.isoformat(), day.yearly)
+        for event in read_days(calendar(*events), "plant", HELSINKI, TODAY).events
+        for day in event.days
+    ]
 
 
 # ---------------------------------------------------------------------- events
-@pytest.mark.parametrize(("event", "found"), [
-    ("SUMMARY:Break\nDTSTART;VALUE=DATE:20270705\nDTEND;VALUE=DATE:20270719", ("Break", "2027-07-05", "2027-07-18", False)),
-    ("SUMMARY:One day\nDTSTART;VALUE=DATE:20270705", ("One day", "2027-07-05", "2027-07-05", False)),
-    ("SUMMARY:One day\nDTSTART:20270705\nDTEND:20270705", ("One day", "2027-07-05", "2027-07-05", False)),     # as some programs write it
-    ("SUMMARY:Morning\nDTSTART:20270705T080000\nDTEND:20270705T120000", ("Morning", "2027-07-05", "2027-07-05", False)),
-    ("SUMMARY:Night\nDTSTART:20270705T200000\nDTEND:20270706T060000", ("Night", "2027-07-05", "2027-07-06", False)),
-    ("SUMMARY:To midnight\nDTSTART:20270705T080000\nDTEND:20270706T000000", ("To midnight", "2027-07-05", "2027-07-05", False)),
-    ("SUMMARY:UTC\nDTSTART:20270705T220000Z\nDTEND:20270706T200000Z", ("UTC", "2027-07-06", "2027-07-06", False)),   # 01:00 to 23:00 here
-    ("SUMMARY:Zone\nDTSTART;TZID=\"W. Europe Standard Time\":20270705T233000", ("Zone", "2027-07-06", "2027-07-06", False)),
-    ("SUMMARY:Weeks\nDTSTART;VALUE=DATE:20270705\nDURATION:P2W", ("Weeks", "2027-07-05", "2027-07-18", False)),
-    ("SUMMARY:Long\nDTSTART:20270705T080000\nDURATION:P1DT20H", ("Long", "2027-07-05", "2027-07-07", False)),
-    ("SUMMARY:Vappu\nDTSTART;VALUE=DATE:20200501\nRRULE:FREQ=YEARLY", ("Vappu", "2020-05-01", "2020-05-01", True)),
-    ("SUMMARY:Vappu\nDTSTART;VALUE=DATE:20200501\nRRULE:FREQ=YEARLY;WKST=SU;BYMONTH=5;BYMONTHDAY=1", ("Vappu", "2020-05-01", "2020-05-01",
-                                                                                                      True)),
-    ("SUMMARY:A\\, b\\; c\\\\d\\ne\nDTSTART:20270705", ("A, b; c\\d e", "2027-07-05", "2027-07-05", False)),
-    ("SUMMARY:Long na\n me folded\nDTSTART:20270705", ("Long name folded", "2027-07-05", "2027-07-05", False)),
-    ("DTSTART:20270705", ("plant", "2027-07-05", "2027-07-05", False)),
-    ("SUMMARY:" + "x" * 200 + "\nDTSTART:20270705", ("x" * 80, "2027-07-05", "2027-07-05", False)),
-    ("SUMMARY:Alarm\nDTSTART:20270705\nBEGIN:VALARM\nSUMMARY:Not this\nEND:VALARM", ("Alarm", "2027-07-05", "2027-07-05", False)),
-])
+@pytest.mark.parametrize(
+    ("event", "found"),
+    [
+        (
+            "SUMMARY:Break\nDTSTART;VALUE=DATE:20270705\nDTEND;VALUE=DATE:20270719",
+            ("Break", "2027-07-05", "2027-07-18", False),
+        ),
+        ("SUMMARY:One day\nDTSTART;VALUE=DATE:20270705", ("One day", "2027-07-05", "2027-07-05", False)),
+        (
+            "SUMMARY:One day\nDTSTART:20270705\nDTEND:20270705",
+            ("One day", "2027-07-05", "2027-07-05", False),
+        ),  # as some programs write it
+        (
+            "SUMMARY:Morning\nDTSTART:20270705T080000\nDTEND:20270705T120000",
+            ("Morning", "2027-07-05", "2027-07-05", False),
+        ),
+        ("SUMMARY:Night\nDTSTART:20270705T200000\nDTEND:20270706T060000", ("Night", "2027-07-05", "2027-07-06", False)),
+        (
+            "SUMMARY:To midnight\nDTSTART:20270705T080000\nDTEND:20270706T000000",
+            ("To midnight", "2027-07-05", "2027-07-05", False),
+        ),
+        (
+            "SUMMARY:UTC\nDTSTART:20270705T220000Z\nDTEND:20270706T200000Z",
+            ("UTC", "2027-07-06", "2027-07-06", False),
+        ),  # 01:00 to 23:00 here
+        (
+            'SUMMARY:Zone\nDTSTART;TZID="W. Europe Standard Time":20270705T233000',
+            ("Zone", "2027-07-06", "2027-07-06", False),
+        ),
+        ("SUMMARY:Weeks\nDTSTART;VALUE=DATE:20270705\nDURATION:P2W", ("Weeks", "2027-07-05", "2027-07-18", False)),
+        ("SUMMARY:Long\nDTSTART:20270705T080000\nDURATION:P1DT20H", ("Long", "2027-07-05", "2027-07-07", False)),
+        ("SUMMARY:Vappu\nDTSTART;VALUE=DATE:20200501\nRRULE:FREQ=YEARLY", ("Vappu", "2020-05-01", "2020-05-01", True)),
+        (
+            "SUMMARY:Vappu\nDTSTART;VALUE=DATE:20200501\nRRULE:FREQ=YEARLY;WKST=SU;BYMONTH=5;BYMONTHDAY=1",
+            ("Vappu", "2020-05-01", "2020-05-01", True),
+        ),
+        ("SUMMARY:A\\, b\\; c\\\\d\\ne\nDTSTART:20270705", ("A, b; c\\d e", "2027-07-05", "2027-07-05", False)),
+        ("SUMMARY:Long na\n me folded\nDTSTART:20270705", ("Long name folded", "2027-07-05", "2027-07-05", False)),
+        ("DTSTART:20270705", ("plant", "2027-07-05", "2027-07-05", False)),
+        ("SUMMARY:" + "x" * 200 + "\nDTSTART:20270705", ("x" * 80, "2027-07-05", "2027-07-05", False)),
+        (
+            "SUMMARY:Alarm\nDTSTART:20270705\nBEGIN:VALARM\nSUMMARY:Not this\nEND:VALARM",
+            ("Alarm", "2027-07-05", "2027-07-05", False),
+        ),
+    ],
+)
 def test_events_become_closed_days(event, found):
     assert days(event.replace("\n", "\r\n")) == [found] == days(event)
 
@@ -67,9 +97,17 @@ def test_days_that_a_repetition_excepts_are_left_out():
 
 def test_days_that_are_added_or_moved_are_where_they_are():
     assert [day[1] for day in days("DTSTART;VALUE=DATE:20260610\nRDATE;VALUE=DATE:20260812,20270113")] == [
-        "2026-06-10", "2026-08-12", "2027-01-13"]
-    assert [day[1] for day in days("UID:1\nDTSTART;VALUE=DATE:20260610\nRRULE:FREQ=YEARLY;COUNT=2",
-                                   "UID:1\nRECURRENCE-ID;VALUE=DATE:20270610\nDTSTART;VALUE=DATE:20270614")] == ["2026-06-10", "2027-06-14"]
+        "2026-06-10",
+        "2026-08-12",
+        "2027-01-13",
+    ]
+    assert [
+        day[1]
+        for day in days(
+            "UID:1\nDTSTART;VALUE=DATE:20260610\nRRULE:FREQ=YEARLY;COUNT=2",
+            "UID:1\nRECURRENCE-ID;VALUE=DATE:20270610\nDTSTART;VALUE=DATE:20270614",
+        )
+    ] == ["2026-06-10", "2027-06-14"]
 
 
 def test_a_yearly_rule_that_is_more_than_the_same_day_becomes_its_dates():
@@ -77,22 +115,43 @@ def test_a_yearly_rule_that_is_more_than_the_same_day_becomes_its_dates():
     assert thanksgiving[0] == ("Thanksgiving", "2026-11-26", "2026-11-26", False)
     assert (len(thanksgiving), thanksgiving[-1][1]) == (11, "2036-11-27")
     assert [day[1] for day in days("DTSTART:20240610\nDTEND:20240612\nRRULE:FREQ=YEARLY;COUNT=3")] == ["2026-06-10"]
-    assert [day[1] for day in days("DTSTART:20250610\nRRULE:FREQ=YEARLY;UNTIL=20270610T000000Z;INTERVAL=2")] == ["2027-06-10"]
+    assert [day[1] for day in days("DTSTART:20250610\nRRULE:FREQ=YEARLY;UNTIL=20270610T000000Z;INTERVAL=2")] == [
+        "2027-06-10"
+    ]
 
 
-@pytest.mark.parametrize("event", ["DTSTART:20270705\nDTEND:20290705", "DTSTART:22000705", "DTSTART:20270705\nDURATION:P99W"])
+@pytest.mark.parametrize(
+    "event", ["DTSTART:20270705\nDTEND:20290705", "DTSTART:22000705", "DTSTART:20270705\nDURATION:P99W"]
+)
 def test_what_the_calendar_has_no_room_for_is_counted_and_the_rest_is_taken(event):
     found = read_days(calendar(event, "SUMMARY:Good\nDTSTART:20270705"), "plant", HELSINKI, TODAY)
-    assert ([each.name for each in found.events], dict(found.left_out), found.past) == (["Good"], {LeftOut.OUT_OF_RANGE: 1}, 0)
+    assert ([each.name for each in found.events], dict(found.left_out), found.past) == (
+        ["Good"],
+        {LeftOut.OUT_OF_RANGE: 1},
+        0,
+    )
 
 
 def test_cancelled_events_are_passed_over_and_so_is_a_cancelled_day_of_a_repetition():
-    found = read_days(calendar("SUMMARY:Off\nDTSTART:20270705\nSTATUS:CANCELLED", "SUMMARY:Old\nDTSTART:20200705\nSTATUS:cancelled",
-                               "STATUS:CANCELLED", "SUMMARY:Good\nDTSTART:20270712"), "plant", HELSINKI, TODAY)
+    found = read_days(
+        calendar(
+            "SUMMARY:Off\nDTSTART:20270705\nSTATUS:CANCELLED",
+            "SUMMARY:Old\nDTSTART:20200705\nSTATUS:cancelled",
+            "STATUS:CANCELLED",
+            "SUMMARY:Good\nDTSTART:20270712",
+        ),
+        "plant",
+        HELSINKI,
+        TODAY,
+    )
     assert ([each.name for each in found.events], dict(found.left_out), found.past) == (["Good"], {}, 0)
-    assert [day[1] for day in days("UID:1\nDTSTART;VALUE=DATE:20270610\nRRULE:FREQ=YEARLY;COUNT=3",
-                                   "UID:1\nRECURRENCE-ID;VALUE=DATE:20280610\nDTSTART;VALUE=DATE:20280610\nSTATUS:CANCELLED")] == [
-        "2027-06-10", "2029-06-10"]
+    assert [
+        day[1]
+        for day in days(
+            "UID:1\nDTSTART;VALUE=DATE:20270610\nRRULE:FREQ=YEARLY;COUNT=3",
+            "UID:1\nRECURRENCE-ID;VALUE=DATE:20280610\nDTSTART;VALUE=DATE:20280610\nSTATUS:CANCELLED",
+        )
+    ] == ["2027-06-10", "2029-06-10"]
 
 
 @pytest.mark.parametrize("name", ["Europe", "Europe/", "x" * 300, "a/" * 3000, "..", "é", "", "//", "\x7f"])
@@ -101,21 +160,37 @@ def test_an_unknown_zone_is_taken_as_the_plants_whatever_its_name(name):
 
 
 def test_what_was_over_before_this_year_is_past_and_the_same_twice_is_once():
-    found = read_days(calendar("SUMMARY:Old\nDTSTART:20251224", "SUMMARY:A\nDTSTART:20260105", "SUMMARY:A\nDTSTART:20260105"), "plant",
-                      HELSINKI, TODAY)
+    found = read_days(
+        calendar("SUMMARY:Old\nDTSTART:20251224", "SUMMARY:A\nDTSTART:20260105", "SUMMARY:A\nDTSTART:20260105"),
+        "plant",
+        HELSINKI,
+        TODAY,
+    )
     assert ([each.name for each in found.events], found.past) == (["A"], 1)
 
 
-@pytest.mark.parametrize("content", [
-    b"", b"not a calendar", b"\xff\xfe\x00", b"<html></html>", b"BEGIN:VCARD\r\nEND:VCARD", b"END:VCALENDAR", b"{}",
-    b"BEGIN:VEVENT\r\nDTSTART:20270705\r\nEND:VEVENT"])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"not a calendar",
+        b"\xff\xfe\x00",
+        b"<html></html>",
+        b"BEGIN:VCARD\r\nEND:VCARD",
+        b"END:VCALENDAR",
+        b"{}",
+        b"BEGIN:VEVENT\r\nDTSTART:20270705\r\nEND:VEVENT",
+    ],
+)
 def test_garbage_is_no_calendar(content):
     with pytest.raises(ics.NotACalendar):
         read_days(content, "plant", HELSINKI, TODAY)
 
 
 # ---------------------------------------------------------------------- any text
-TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=300)     # a reader leaves out NUL
+TEXTS = st.text(
+    st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=300
+)  # a reader leaves out NUL
 
 
 @given(TEXTS)
@@ -130,27 +205,78 @@ def test_any_text_survives_writing_and_reading_and_no_line_is_too_long(text):
     assert cleaned(event.text("SUMMARY")) == cleaned(text)
 
 
-@given(st.binary(max_size=400) | st.lists(st.sampled_from([
-    "BEGIN:VCALENDAR", "END:VCALENDAR", "BEGIN:VEVENT", "END:VEVENT", "DTSTART:20270705", "DTSTART;VALUE=DATE:20271305", "DTEND:20270101",
-    "DURATION:P1W", "DURATION:-P1D", "RRULE:FREQ=YEARLY", "RRULE:FREQ=YEARLY;COUNT=99999", "RRULE:FREQ=YEARLY;BYDAY=53MO", "SUMMARY:a\\",
-    " folded", "\tfolded", "", ":", ";", "X", "DTSTART;TZID=:2", "RRULE:FREQ=SECONDLY", "RECURRENCE-ID:20270705", "UID:1",
-    "BEGIN:VTIMEZONE", "TZID:x", "BEGIN:STANDARD", "TZOFFSETTO:0100", "END:VTIMEZONE", "DTSTART;TZID=x:00020101T000000", "METHOD:CANCEL",
-    "RECURRENCE-ID;RANGE=THISANDFUTURE;TZID=x:89991231T235959", "EXDATE:20270705,x"]), max_size=30).map(
-        lambda lines: "\r\n".join(["BEGIN:VCALENDAR", *lines, "END:VCALENDAR"]).encode()))
+@given(
+    st.binary(max_size=400)
+    | st.lists(
+        st.sampled_from(
+            [
+                "BEGIN:VCALENDAR",
+                "END:VCALENDAR",
+                "BEGIN:VEVENT",
+                "END:VEVENT",
+                "DTSTART:20270705",
+                "DTSTART;VALUE=DATE:20271305",
+                "DTEND:20270101",
+                "DURATION:P1W",
+                "DURATION:-P1D",
+                "RRULE:FREQ=YEARLY",
+                "RRULE:FREQ=YEARLY;COUNT=99999",
+                "RRULE:FREQ=YEARLY;BYDAY=53MO",
+                "SUMMARY:a\\",
+                " folded",
+                "\tfolded",
+                "",
+                ":",
+                ";",
+                "X",
+                "DTSTART;TZID=:2",
+                "RRULE:FREQ=SECONDLY",
+                "RECURRENCE-ID:20270705",
+                "UID:1",
+                "BEGIN:VTIMEZONE",
+                "TZID:x",
+                "BEGIN:STANDARD",
+                "TZOFFSETTO:0100",
+                "END:VTIMEZONE",
+                "DTSTART;TZID=x:00020101T000000",
+                "METHOD:CANCEL",
+                "RECURRENCE-ID;RANGE=THISANDFUTURE;TZID=x:89991231T235959",
+                "EXDATE:20270705,x",
+            ]
+        ),
+        max_size=30,
+    ).map(lambda lines: "\r\n".join(["BEGIN:VCALENDAR", *lines, "END:VCALENDAR"]).encode())
+)
 def test_whatever_a_file_holds_reading_ends_with_days_or_says_no(content):
     try:
         found = read_days(content, "plant", HELSINKI, TODAY)
     except (ics.NotACalendar, ics.TooMuch):
         return
-    assert all(day.first_day <= day.last_day and 1 <= len(day.name) <= 80 for event in found.events for day in event.days)
+    assert all(
+        day.first_day <= day.last_day and 1 <= len(day.name) <= 80 for event in found.events for day in event.days
+    )
 
 
-@given(st.lists(st.tuples(st.text(st.characters(categories=["L", "N", "P", "Zs"]), min_size=1, max_size=80),
-                          st.dates(date(2026, 1, 1), date(2199, 1, 1)), st.integers(0, 100)), min_size=1, max_size=8))
+@given(
+    st.lists(
+        st.tuples(
+            st.text(st.characters(categories=["L", "N", "P", "Zs"]), min_size=1, max_size=80),
+            st.dates(date(2026, 1, 1), date(2199, 1, 1)),
+            st.integers(0, 100),
+        ),
+        min_size=1,
+        max_size=8,
+    )
+)
 def test_days_written_as_all_day_events_come_back(given_days):
-    events = "".join("BEGIN:VEVENT\r\n" + ics.text_line("SUMMARY", name) + ics.line("DTSTART;VALUE=DATE", f"{first:%Y%m%d}")
-                     + ics.line("DTEND;VALUE=DATE", f"{first + timedelta(days=length + 1):%Y%m%d}") + "END:VEVENT\r\n"
-                     for name, first, length in given_days)
+    events = "".join(
+        "BEGIN:VEVENT\r\n"
+        + ics.text_line("SUMMARY", name)
+        + ics.line("DTSTART;VALUE=DATE", f"{first:%Y%m%d}")
+        + ics.line("DTEND;VALUE=DATE", f"{first + timedelta(days=length + 1):%Y%m%d}")
+        + "END:VEVENT\r\n"
+        for name, first, length in given_days
+    )
     found = read_days(f"BEGIN:VCALENDAR\r\n{events}END:VCALENDAR\r\n".encode(), "plant", HELSINKI, TODAY)
     wanted = {(cleaned(name) or "plant", first, first + timedelta(days=length)) for name, first, length in given_days}
     assert {(day.name, day.first_day, day.last_day) for event in found.events for day in event.days} == wanted
@@ -167,9 +293,14 @@ def world(tmp_path):
 
 def test_an_import_takes_what_is_chosen_and_nothing_twice(world, tmp_path):
     daily = world.schedule()
-    (tmp_path / "plant.ics").write_bytes(calendar("SUMMARY:Audit\nDTSTART:20261124\nDTEND:20261126", "SUMMARY:Old\nDTSTART:20200101",
-                                                  "SUMMARY:Party\nDTSTART:20261127T180000",
-                                                  "SUMMARY:x\nDTSTART:20270705\nRRULE:FREQ=DAILY"))
+    (tmp_path / "plant.ics").write_bytes(
+        calendar(
+            "SUMMARY:Audit\nDTSTART:20261124\nDTEND:20261126",
+            "SUMMARY:Old\nDTSTART:20200101",
+            "SUMMARY:Party\nDTSTART:20261127T180000",
+            "SUMMARY:x\nDTSTART:20270705\nRRULE:FREQ=DAILY",
+        )
+    )
     found = world.files.read("plant.ics")
     assert [(event.name, event.whole) for event in found.events] == [("Audit", True), ("Party", False)]
     assert (found.known, found.left_out, found.past, found.is_whole) == (0, {LeftOut.ENDLESS: 1}, 1, True)
@@ -191,11 +322,17 @@ def test_of_a_series_that_is_partly_known_the_rest_is_offered(world, tmp_path):
     assert [day.first_day.year for day in rest.days] == [2028, 2029]
 
 
-@pytest.mark.parametrize(("content", "told"), [
-    (b"nonsense", "is not a calendar file"), (calendar(), "has no days to take$"),
-    (calendar("SUMMARY:Every week\nDTSTART:20270705\nRRULE:FREQ=WEEKLY"), "comes every year, or ends$"),
-    (calendar("DTSTART:20270705")[:-40], "ends in the middle"), (calendar("DTSTART:soon"), "that can be read$"),
-    (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB")])
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"nonsense", "is not a calendar file"),
+        (calendar(), "has no days to take$"),
+        (calendar("SUMMARY:Every week\nDTSTART:20270705\nRRULE:FREQ=WEEKLY"), "comes every year, or ends$"),
+        (calendar("DTSTART:20270705")[:-40], "ends in the middle"),
+        (calendar("DTSTART:soon"), "that can be read$"),
+        (b"x" * (5 * 1024 * 1024 + 1), "larger than 5 MiB"),
+    ],
+)
 def test_what_is_no_calendar_is_told_in_one_sentence_and_nothing_changes(world, tmp_path, content, told):
     (tmp_path / "plant.ics").write_bytes(content)
     with pytest.raises(InvalidInput, match=told) as caught:

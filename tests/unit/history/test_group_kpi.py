@@ -1,4 +1,5 @@
 """Figures of groups, and promised durations against what came."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -33,20 +34,33 @@ def start(world, hours, *, bound=0.0, sent=1.0, queued=0.0, state=State.COMPLETE
     """A start of the group: its robot was chosen ``bound`` s after its instant, which had it ``sent`` s after that, and ``queued`` it."""
     at = NOON + timedelta(hours=hours)
     bound_at = at + timedelta(seconds=bound)
-    return world.row(state, hours, **{
-        "group_id": 7, "robot_group": "Hall 1", "bound_at": bound_at, "submitted_at": bound_at + timedelta(seconds=sent),
-        "robot_delay_s": queued, "duration_s": 300.0, "ended_at": bound_at + timedelta(seconds=sent + queued + 300), **values})
+    return world.row(
+        state,
+        hours,
+        **{
+            "group_id": 7,
+            "robot_group": "Hall 1",
+            "bound_at": bound_at,
+            "submitted_at": bound_at + timedelta(seconds=sent),
+            "robot_delay_s": queued,
+            "duration_s": 300.0,
+            "ended_at": bound_at + timedelta(seconds=sent + queued + 300),
+            **values,
+        },
+    )
 
 
 def lost(world, hours, code, **values):
     reason = Reason(code)
-    return world.row(reason.state, hours, group_id=7, robot_group="Hall 1", reason=reason, robot_id=None, robot="", **values)
+    return world.row(
+        reason.state, hours, group_id=7, robot_group="Hall 1", reason=reason, robot_id=None, robot="", **values
+    )
 
 
 def test_starts_within_a_minute_and_waits_for_a_robot(world):
     for number, bound in enumerate((0, 0, 0, 20, 50, 58.9, 60, 200, 400, 1000)):
         start(world, -number - 1, bound=bound)
-    start(world, -11, bound=0, queued=60)                          # chosen at once, but stood in its queue
+    start(world, -11, bound=0, queued=60)  # chosen at once, but stood in its queue
     [found] = GroupFigures(world.db, world.clock).of()
     assert (found.group, found.starts, found.in_time, found.waited) == ("Hall 1", 11, 6, 11)
     assert (found.wait_p50_s, found.wait_p90_s) == (pytest.approx(50), pytest.approx(400))
@@ -55,11 +69,23 @@ def test_starts_within_a_minute_and_waits_for_a_robot(world):
 
 def test_what_never_ran_counts_unless_a_person_or_the_tablet_is_the_reason(world):
     start(world, -1)
-    for code in (ReasonCode.NO_ROBOT, ReasonCode.FINISH_BY, ReasonCode.PLACE_BUSY, ReasonCode.BATTERY_LOW, ReasonCode.OVERLAP):
+    for code in (
+        ReasonCode.NO_ROBOT,
+        ReasonCode.FINISH_BY,
+        ReasonCode.PLACE_BUSY,
+        ReasonCode.BATTERY_LOW,
+        ReasonCode.OVERLAP,
+    ):
         lost(world, -2, code)
-    for code in (ReasonCode.HOLD, ReasonCode.USER_CANCELLED, ReasonCode.SCHEDULE_CHANGED, ReasonCode.APP_DOWN, ReasonCode.ROBOT_REMOVED):
+    for code in (
+        ReasonCode.HOLD,
+        ReasonCode.USER_CANCELLED,
+        ReasonCode.SCHEDULE_CHANGED,
+        ReasonCode.APP_DOWN,
+        ReasonCode.ROBOT_REMOVED,
+    ):
         lost(world, -3, code)
-    start(world, -4, state=State.CANCELLED, reason=Reason(ReasonCode.USER_CANCELLED))      # while it ran
+    start(world, -4, state=State.CANCELLED, reason=Reason(ReasonCode.USER_CANCELLED))  # while it ran
     [found] = GroupFigures(world.db, world.clock).of()
     assert (found.starts, found.in_time, found.waited) == (7, 2, 2)
 
@@ -81,9 +107,10 @@ def test_the_use_of_its_robots_and_how_far_apart_they_are(world):
     for robot_id in (1, 2):
         world.observe(robot_id, "2026-11-23", idle=7200.0)
     [found] = GroupFigures(world.db, world.clock).of(robots=world.kpis.thesis().robots)
-    assert (dict(found.used), found.spread) == ({"Bella": .5, "Aino": .25}, .25)
+    assert (dict(found.used), found.spread) == ({"Bella": 0.5, "Aino": 0.25}, 0.25)
     assert line(found) == (
-        "Hall 1: 2 of 2 within 1 min of plan · waited for a robot: half 0 s, nine of ten 0 s · use of its robots 25–50 %")
+        "Hall 1: 2 of 2 within 1 min of plan · waited for a robot: half 0 s, nine of ten 0 s · use of its robots 25–50 %"
+    )
     assert line(replace(found, used=(), wait_p50_s=None)) == "Hall 1: 2 of 2 within 1 min of plan"
     assert GroupKpis(1, "x").in_time_share is None
 
@@ -109,7 +136,9 @@ def test_runs_that_stay_under_what_nine_of_ten_did_keep_the_promise(world):
     world.row(State.COMPLETED, -1, duration_s=999.0, mission_guid="another")
     world.row(State.FAILED, -1, duration_s=999.0, mission_guid="g")
     assert PromiseFigures(world.db, world.clock).of() == Kept(3, 2, 10.0, 30.0)
-    assert PromiseFigures(world.db, world.clock).of(KpiFilter(start=NOON - timedelta(hours=33))) == Kept(1, 0, 30.0, 30.0)
+    assert PromiseFigures(world.db, world.clock).of(KpiFilter(start=NOON - timedelta(hours=33))) == Kept(
+        1, 0, 30.0, 30.0
+    )
     assert PromiseFigures(world.db, world.clock).of(KpiFilter(robot_ids=(2,))) == Kept()
     assert Kept().share is None
 
@@ -121,7 +150,7 @@ def test_a_promise_is_what_the_twenty_runs_before_say(histories, since):
     off, number, held = [], 0, 0
     for each in histories:
         for place in range(max(since, LEAST), len(each)):
-            before = sorted(each[max(0, place - 20):place])
+            before = sorted(each[max(0, place - 20) : place])
             number, held = number + 1, held + (sum(one < each[place] for one in before) * 10 < 9 * len(before))
             off.append(abs(each[place] - median(before)))
     found = kept(timed, f"{since:03}")
@@ -135,15 +164,23 @@ def test_a_promise_is_what_the_twenty_runs_before_say(histories, since):
 def hall_and_others(world):
     """Of Hall 1: three that ran, by plan and by hand, one that failed and two that got no robot. Of others: runs of the same robots."""
     of_hall = {"robot_group": "Hall 1", "group_id": 7}
-    world.row(State.COMPLETED, -2, duration_s=100.0, submitted_at=NOON - timedelta(hours=2), robot_delay_s=30.0, **of_hall)
+    world.row(
+        State.COMPLETED, -2, duration_s=100.0, submitted_at=NOON - timedelta(hours=2), robot_delay_s=30.0, **of_hall
+    )
     world.row(State.COMPLETED, -26, duration_s=300.0, robot_id=2, robot="Aino", **of_hall)
     world.row(State.COMPLETED, -3, duration_s=200.0, trigger=Trigger.MANUAL, schedule_id=None, **of_hall)
     world.row(State.FAILED, -1, **of_hall)
     world.row(State.FAILED, -4, robot_id=None, robot="", reason=Reason(ReasonCode.NO_ROBOT), **of_hall)
     world.row(State.SKIPPED, -5, robot_id=None, robot="", reason=Reason(ReasonCode.FINISH_BY), **of_hall)
     for hours in range(1, 6):
-        world.row(State.COMPLETED, -hours, duration_s=1000.0, mission_guid="other", robot_delay_s=900.0,
-                  submitted_at=NOON - timedelta(hours=hours))
+        world.row(
+            State.COMPLETED,
+            -hours,
+            duration_s=1000.0,
+            mission_guid="other",
+            robot_delay_s=900.0,
+            submitted_at=NOON - timedelta(hours=hours),
+        )
         world.row(State.FAILED, -hours, robot_group="Office", group_id=8)
     return KpiFilter(robot_ids=(1, 2), group="Hall 1")
 
@@ -151,13 +188,22 @@ def hall_and_others(world):
 def test_the_figures_of_a_group_are_of_the_runs_that_its_list_has(world):
     wanted, kpis = hall_and_others(world), world.kpis
     thesis, days = kpis.thesis(wanted), kpis.per_day(wanted)
-    assert (thesis.completed, thesis.failed, thesis.completed_s, thesis.timed, thesis.recorded_days) == (3, 2, 600.0, 3, 2)
+    assert (thesis.completed, thesis.failed, thesis.completed_s, thesis.timed, thesis.recorded_days) == (
+        3,
+        2,
+        600.0,
+        3,
+        2,
+    )
     listed = ExecutionRepository().count(world.db.read(), ExecutionFilter(group="Hall 1"))
     assert sum(day.total for day in days) == thesis.completed + thesis.failed + 1 == listed
     assert [(day.completed, day.failed, day.skipped) for day in days] == [(1, 0, 0), (2, 2, 1)]
     assert (kpis.adherence(wanted).planned, kpis.adherence(wanted).ran) == (5, 3)
     assert (kpis.delays(wanted).count, kpis.delays(wanted).p50_s) == (1, 30.0)
-    assert {cause.code: cause.number for cause in kpis.failures(wanted)} == {ReasonCode.ROBOT_ABORTED: 1, ReasonCode.NO_ROBOT: 1}
+    assert {cause.code: cause.number for cause in kpis.failures(wanted)} == {
+        ReasonCode.ROBOT_ABORTED: 1,
+        ReasonCode.NO_ROBOT: 1,
+    }
     assert len(kpis.not_completed(wanted)) == 3
     assert [(trend.guid, trend.count) for trend in kpis.trends(wanted)] == [("g", 3)]
 
@@ -176,7 +222,13 @@ def test_what_ended_without_a_robot_counts_on_its_day_and_among_the_reasons(worl
 def test_the_shift_report_of_a_group_is_of_its_runs(world):
     wanted = hall_and_others(world)
     report = ShiftReports(world.db, world.clock).make(ReportPeriod.WEEK, group="Hall 1", members=wanted.robot_ids)
-    assert (report.group, report.thesis.completed, report.thesis.failed, report.skipped, len(report.runs)) == ("Hall 1", 3, 2, 1, 3)
+    assert (report.group, report.thesis.completed, report.thesis.failed, report.skipped, len(report.runs)) == (
+        "Hall 1",
+        3,
+        2,
+        1,
+        3,
+    )
     assert report.more_runs == 0
     assert [group.group for group in report.groups] == ["Hall 1"]
     assert "Any of Hall 1" in report_page.page(report)

@@ -1,4 +1,5 @@
 """KPIs by SQL against a plain recount in Python, and against figures worked out by hand."""
+
 from __future__ import annotations
 
 from datetime import UTC, date, datetime, timedelta
@@ -24,16 +25,30 @@ def world(tmp_path):
 # ---------------------------------------------------------------------- by hand
 def test_without_history_nothing_is_claimed(world):
     kpis = world.kpis.thesis()
-    assert (kpis.success_rate, kpis.mean_duration_s, kpis.completed_per_day, kpis.recorded_days) == (None, None, None, 0)
-    assert [(robot.robot, robot.mission_s, robot.utilisation) for robot in kpis.robots] == [("Aino", 0, None), ("Bella", 0, None)]
+    assert (kpis.success_rate, kpis.mean_duration_s, kpis.completed_per_day, kpis.recorded_days) == (
+        None,
+        None,
+        None,
+        0,
+    )
+    assert [(robot.robot, robot.mission_s, robot.utilisation) for robot in kpis.robots] == [
+        ("Aino", 0, None),
+        ("Bella", 0, None),
+    ]
     assert world.kpis.per_day() == []
     assert world.kpis.adherence().rate is None
     assert world.kpis.delays().p50_s is None
 
 
 def test_the_five_of_the_thesis(world):
-    for hours, state, seconds in ((0, State.COMPLETED, 100.0), (1, State.COMPLETED, 200.0), (2, State.COMPLETED, None),
-                                  (3, State.FAILED, 50.0), (24, State.CANCELLED, 30.0), (72, State.SKIPPED, None)):
+    for hours, state, seconds in (
+        (0, State.COMPLETED, 100.0),
+        (1, State.COMPLETED, 200.0),
+        (2, State.COMPLETED, None),
+        (3, State.FAILED, 50.0),
+        (24, State.CANCELLED, 30.0),
+        (72, State.SKIPPED, None),
+    ):
         world.row(state, hours, duration_s=seconds)
     world.row(State.COMPLETED, 25, robot_id=2, robot="Aino", duration_s=1000.0)
     world.row(State.EXECUTING, 25)
@@ -42,31 +57,44 @@ def test_the_five_of_the_thesis(world):
     world.observe(2, "2026-11-24", executing=900.0)
     kpis = world.kpis.thesis()
     assert (kpis.completed, kpis.failed, kpis.cancelled) == (4, 1, 1)
-    assert kpis.success_rate == 4 / 5                                 # cancelled left out
+    assert kpis.success_rate == 4 / 5  # cancelled left out
     assert (kpis.timed, kpis.mean_duration_s) == (3, 1300 / 3)
     assert (kpis.recorded_days, kpis.completed_per_day) == (3, 4 / 3)
     assert kpis.mission_s == 1380
     aino, bella = kpis.robots
-    assert (bella.robot, bella.completed, bella.failed, bella.cancelled, bella.mission_s, bella.observed_s) == ("Bella", 3, 1, 1, 380, 3600)
+    assert (bella.robot, bella.completed, bella.failed, bella.cancelled, bella.mission_s, bella.observed_s) == (
+        "Bella",
+        3,
+        1,
+        1,
+        380,
+        3600,
+    )
     assert (bella.utilisation, aino.utilisation) == (380 / 3600, 1.0)
 
 
 def test_a_removed_robot_keeps_its_share_and_name(world):
     world.row(State.COMPLETED, duration_s=10.0, robot_id=9, robot="Old one")
     assert [(robot.robot_id, robot.robot, robot.mission_s) for robot in world.kpis.thesis().robots] == [
-        (2, "Aino", 0), (1, "Bella", 0), (9, "Old one", 10)]
+        (2, "Aino", 0),
+        (1, "Bella", 0),
+        (9, "Old one", 10),
+    ]
 
 
 def test_days_are_local_days(world):
-    world.row(State.COMPLETED, 9.9)                                   # 23:54 in Helsinki
-    world.row(State.COMPLETED, 10.1)                                  # 00:06
+    world.row(State.COMPLETED, 9.9)  # 23:54 in Helsinki
+    world.row(State.COMPLETED, 10.1)  # 00:06
     world.afterwards()
     assert world.kpis.thesis().recorded_days == 2
-    assert [(day.day, day.completed) for day in world.kpis.per_day()] == [(date(2026, 11, 23), 1), (date(2026, 11, 24), 1)]
+    assert [(day.day, day.completed) for day in world.kpis.per_day()] == [
+        (date(2026, 11, 23), 1),
+        (date(2026, 11, 24), 1),
+    ]
 
 
 def test_a_day_of_25_hours_is_one_day(world):
-    start = datetime(2026, 10, 24, 21, 0, tzinfo=UTC)                 # midnight in Helsinki, the night of the change
+    start = datetime(2026, 10, 24, 21, 0, tzinfo=UTC)  # midnight in Helsinki, the night of the change
     for hours in (0, 24.9):
         world.row(State.COMPLETED, planned_at=start + timedelta(hours=hours), ended_at=start + timedelta(hours=hours))
     assert [(day.day, day.completed) for day in world.kpis.per_day()] == [(date(2026, 10, 25), 2)]
@@ -75,9 +103,13 @@ def test_a_day_of_25_hours_is_one_day(world):
 def test_days_without_anything_are_zero_between_recorded_ones(world):
     world.row(State.COMPLETED, 0, duration_s=5.0)
     world.row(State.SKIPPED, 48)
-    assert [day.day.day for day in world.kpis.per_day()] == [23]      # no days to come
+    assert [day.day.day for day in world.kpis.per_day()] == [23]  # no days to come
     world.afterwards()
-    assert [(day.day.day, day.total, day.completed_s) for day in world.kpis.per_day()] == [(23, 1, 5.0), (24, 0, 0.0), (25, 1, 0.0)]
+    assert [(day.day.day, day.total, day.completed_s) for day in world.kpis.per_day()] == [
+        (23, 1, 5.0),
+        (24, 0, 0.0),
+        (25, 1, 0.0),
+    ]
 
 
 def test_the_working_days_of_the_period_are_counted_in_hours(world):
@@ -85,22 +117,22 @@ def test_the_working_days_of_the_period_are_counted_in_hours(world):
     friday, monday = datetime(2026, 11, 20, tzinfo=HELSINKI), datetime(2026, 11, 24, tzinfo=HELSINKI)
     world.clock.advance(10 * 86400)
     [_, bella] = world.kpis.thesis(KpiFilter(friday, monday)).robots
-    assert bella.working_s == 2 * 86400                               # Friday and Monday
+    assert bella.working_s == 2 * 86400  # Friday and Monday
     assert bella.utilisation_of_working_days == 1 / 48
 
 
 def test_a_period_that_has_not_ended_counts_up_to_now(world):
     world.row(State.COMPLETED, -1, duration_s=3600.0)
     [_, bella] = world.kpis.thesis(KpiFilter(start=datetime(2026, 11, 23, tzinfo=HELSINKI))).robots
-    assert bella.working_s == 14 * 3600                               # midnight to 14:00 in Helsinki
+    assert bella.working_s == 14 * 3600  # midnight to 14:00 in Helsinki
 
 
 def test_adherence_says_why_the_others_did_not_run(world):
     world.row(State.COMPLETED)
-    world.row(State.FAILED)                                           # aborted by the robot: it ran
+    world.row(State.FAILED)  # aborted by the robot: it ran
     world.row(State.FAILED, reason=Reason(ReasonCode.RETRY_LIMIT))
-    world.row(State.CANCELLED, submitted_at=NOON)                     # cancelled on the robot
-    world.row(State.CANCELLED)                                        # cancelled while it waited
+    world.row(State.CANCELLED, submitted_at=NOON)  # cancelled on the robot
+    world.row(State.CANCELLED)  # cancelled while it waited
     for _ in range(2):
         world.row(State.SKIPPED)
     world.row(State.MISSED)
@@ -109,13 +141,22 @@ def test_adherence_says_why_the_others_did_not_run(world):
     adherence = world.kpis.adherence()
     assert (adherence.planned, adherence.ran, adherence.rate) == (8, 3, 3 / 8)
     assert list(adherence.not_run.items()) == [
-        (ReasonCode.BATTERY_LOW, 2), (ReasonCode.RETRY_LIMIT, 1), (ReasonCode.USER_CANCELLED, 1), (ReasonCode.APP_DOWN, 1)]
+        (ReasonCode.BATTERY_LOW, 2),
+        (ReasonCode.RETRY_LIMIT, 1),
+        (ReasonCode.USER_CANCELLED, 1),
+        (ReasonCode.APP_DOWN, 1),
+    ]
 
 
 def test_delays_add_what_the_app_and_what_the_robots_queue_took(world):
     for number in range(1, 11):
-        world.row(State.COMPLETED, number, submitted_at=NOON + timedelta(hours=number, seconds=number), robot_delay_s=10.0 * number)
-    world.row(State.COMPLETED, submitted_at=NOON)                     # never seen to start
+        world.row(
+            State.COMPLETED,
+            number,
+            submitted_at=NOON + timedelta(hours=number, seconds=number),
+            robot_delay_s=10.0 * number,
+        )
+    world.row(State.COMPLETED, submitted_at=NOON)  # never seen to start
     world.row(State.COMPLETED, trigger=Trigger.MANUAL, submitted_at=NOON, robot_delay_s=1.0)
     world.afterwards()
     delays = world.kpis.delays()
@@ -124,15 +165,33 @@ def test_delays_add_what_the_app_and_what_the_robots_queue_took(world):
     assert (delays.app_p50_s, delays.queue_p50_s) == (pytest.approx(5, abs=0.01), 50)
 
 
-@pytest.mark.parametrize(("values", "percent", "expected"), [
-    ([], 50, None), ([7], 50, 7), ([7], 90, 7), ([1, 2], 50, 1), ([1, 2, 3], 50, 2), (list(range(1, 101)), 90, 90), ([1, 2], 0, 1)])
+@pytest.mark.parametrize(
+    ("values", "percent", "expected"),
+    [
+        ([], 50, None),
+        ([7], 50, 7),
+        ([7], 90, 7),
+        ([1, 2], 50, 1),
+        ([1, 2, 3], 50, 2),
+        (list(range(1, 101)), 90, 90),
+        ([1, 2], 0, 1),
+    ],
+)
 def test_percentiles_are_values_that_occurred(values, percent, expected):
     assert percentile(values, percent) == expected
 
 
 # ---------------------------------------------------------------------- recounted
-ROWS = st.lists(st.tuples(st.sampled_from(list(State)), st.integers(1, 4), st.integers(-600, 600), st.none() | st.floats(0, 5000),
-                          st.sampled_from(list(Trigger))), max_size=40)
+ROWS = st.lists(
+    st.tuples(
+        st.sampled_from(list(State)),
+        st.integers(1, 4),
+        st.integers(-600, 600),
+        st.none() | st.floats(0, 5000),
+        st.sampled_from(list(Trigger)),
+    ),
+    max_size=40,
+)
 ENDS = st.none() | st.integers(-400, 400)
 
 
@@ -140,21 +199,35 @@ ENDS = st.none() | st.integers(-400, 400)
 @given(rows=ROWS, start=ENDS, end=ENDS, robots=st.none() | st.lists(st.integers(1, 4), unique=True, max_size=3))
 def test_sql_says_what_a_recount_says(world, rows, start, end, robots):
     world.db.write(lambda c: c.execute("DELETE FROM executions"))
-    stored = [world.row(state, hours, robot_id=robot, duration_s=seconds, trigger=trigger)
-              for state, robot, hours, seconds, trigger in rows]
+    stored = [
+        world.row(state, hours, robot_id=robot, duration_s=seconds, trigger=trigger)
+        for state, robot, hours, seconds, trigger in rows
+    ]
     bounds = [None if hours is None else NOON + timedelta(hours=hours) for hours in (start, end)]
     wanted = KpiFilter(*bounds, robots)
-    counted = [row for row in stored if row.ended_at is not None and row.ended_at <= NOON
-               and (bounds[0] is None or row.ended_at >= bounds[0])
-               and (bounds[1] is None or row.ended_at < bounds[1]) and (robots is None or row.robot_id in robots)]
+    counted = [
+        row
+        for row in stored
+        if row.ended_at is not None
+        and row.ended_at <= NOON
+        and (bounds[0] is None or row.ended_at >= bounds[0])
+        and (bounds[1] is None or row.ended_at < bounds[1])
+        and (robots is None or row.robot_id in robots)
+    ]
 
     def of(state: State) -> list[Execution]:
         return [row for row in counted if row.state is state]
+
     days = {row.ended_at.astimezone(HELSINKI).date() for row in counted}
     timed = [row.duration_s for row in of(State.COMPLETED) if row.duration_s is not None]
     kpis = world.kpis.thesis(wanted)
-    assert [kpis.completed, kpis.failed, kpis.cancelled] == [len(of(state)) for state in (State.COMPLETED, State.FAILED, State.CANCELLED)]
-    assert (kpis.timed, kpis.completed_s) == (len(timed), pytest.approx(sum(timed), abs=1e-4))         # days keep whole microseconds
+    assert [kpis.completed, kpis.failed, kpis.cancelled] == [
+        len(of(state)) for state in (State.COMPLETED, State.FAILED, State.CANCELLED)
+    ]
+    assert (kpis.timed, kpis.completed_s) == (
+        len(timed),
+        pytest.approx(sum(timed), abs=1e-4),
+    )  # days keep whole microseconds
     assert kpis.recorded_days == len(days)
     for robot in kpis.robots:
         own = [row.duration_s for row in counted if row.robot_id == robot.robot_id and row.duration_s is not None]

@@ -1,4 +1,5 @@
 """The figures beyond the thesis's five: why runs failed, how long missions take, waiting against running."""
+
 from __future__ import annotations
 
 from collections import Counter
@@ -37,15 +38,28 @@ def test_the_most_frequent_cause_comes_first_with_its_share(world):
     world.row(State.SKIPPED, 7)
     world.afterwards()
     assert world.kpis.failures() == [
-        Cause(ReasonCode.ROBOT_ABORTED, "Failed to reach goal position …", 3, .6, .6,
-              (("Dock 1", 1), ("Dock 2", 1), ("Dock 3", 1))),
-        Cause(ReasonCode.RETRY_LIMIT, "", 2, .4, 1.0)]
+        Cause(
+            ReasonCode.ROBOT_ABORTED,
+            "Failed to reach goal position …",
+            3,
+            0.6,
+            0.6,
+            (("Dock 1", 1), ("Dock 2", 1), ("Dock 3", 1)),
+        ),
+        Cause(ReasonCode.RETRY_LIMIT, "", 2, 0.4, 1.0),
+    ]
     assert world.kpis.failures(KpiFilter(end=NOON)) == []
 
 
-@pytest.mark.parametrize(("message", "kind"), [
-    ("Failed to reach goal position 'Dock 3'", "Failed to reach goal position …"),
-    ("Lost at 12.5, 3.1 after 40 s", "Lost at … after … s"), ("  Blocked \n by \"Pallet\"  ", "Blocked by …"), ("Stopped", "Stopped")])
+@pytest.mark.parametrize(
+    ("message", "kind"),
+    [
+        ("Failed to reach goal position 'Dock 3'", "Failed to reach goal position …"),
+        ("Lost at 12.5, 3.1 after 40 s", "Lost at … after … s"),
+        ('  Blocked \n by "Pallet"  ', "Blocked by …"),
+        ("Stopped", "Stopped"),
+    ],
+)
 def test_a_message_is_reported_without_what_is_particular(message, kind):
     assert kind_of(message) == kind
 
@@ -59,9 +73,13 @@ def test_rare_causes_are_summed_up_at_the_end():
     assert len(found) == MOST_CAUSES + 1
 
 
-COUNTED = st.lists(st.tuples(st.sampled_from([ReasonCode.ROBOT_ABORTED, ReasonCode.RETRY_LIMIT, ReasonCode.REFUSED, ReasonCode.VANISHED]),
-                             st.none() | st.sampled_from(["Lost", "Blocked 1", "Blocked 2", "'x'", "Wheel", "Brake", "Lift", "Laser"]),
-                             st.integers(1, 9)))
+COUNTED = st.lists(
+    st.tuples(
+        st.sampled_from([ReasonCode.ROBOT_ABORTED, ReasonCode.RETRY_LIMIT, ReasonCode.REFUSED, ReasonCode.VANISHED]),
+        st.none() | st.sampled_from(["Lost", "Blocked 1", "Blocked 2", "'x'", "Wheel", "Brake", "Lift", "Laser"]),
+        st.integers(1, 9),
+    )
+)
 
 
 @given(COUNTED)
@@ -77,12 +95,13 @@ def test_causes_are_a_ranked_recount(counted):
     if found:
         assert found[-1].cumulative == pytest.approx(1.0)
         assert [cause.cumulative for cause in found] == pytest.approx(
-            [sum(cause.share for cause in found[:n + 1]) for n in range(len(found))])
+            [sum(cause.share for cause in found[: n + 1]) for n in range(len(found))]
+        )
 
 
 # ---------------------------------------------------------------------- how long missions take
 def test_a_mission_is_compared_with_what_it_took_before(world):
-    for n in range(10):                                              # before: 100, 110 … 190 s
+    for n in range(10):  # before: 100, 110 … 190 s
         world.row(State.COMPLETED, -100 - n, duration_s=100.0 + 10 * n)
     for hours, seconds in ((1, 200.0), (2, 210.0), (3, 230.0), (25, 190.0)):
         world.row(State.COMPLETED, hours, duration_s=seconds)
@@ -125,23 +144,55 @@ def test_waiting_is_set_against_running(world):
 
 # ---------------------------------------------------------------------- recounted
 STATES = (State.COMPLETED, State.FAILED, State.CANCELLED, State.SKIPPED, State.EXECUTING)
-ROWS = st.lists(st.tuples(
-    st.sampled_from(STATES), st.integers(1, 3), st.integers(-300, 300), st.none() | st.floats(0, 5000), st.sampled_from(["g", "h", "i"]),
-    st.sampled_from(["Lost at 1", "Lost at 2", None]), st.none() | st.floats(0, 60), st.sampled_from(list(Trigger))), max_size=40)
+ROWS = st.lists(
+    st.tuples(
+        st.sampled_from(STATES),
+        st.integers(1, 3),
+        st.integers(-300, 300),
+        st.none() | st.floats(0, 5000),
+        st.sampled_from(["g", "h", "i"]),
+        st.sampled_from(["Lost at 1", "Lost at 2", None]),
+        st.none() | st.floats(0, 60),
+        st.sampled_from(list(Trigger)),
+    ),
+    max_size=40,
+)
 
 
 @examples(80, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(rows=ROWS, start=st.none() | st.integers(-200, 200), robots=st.none() | st.lists(st.integers(1, 3), unique=True, max_size=2))
+@given(
+    rows=ROWS,
+    start=st.none() | st.integers(-200, 200),
+    robots=st.none() | st.lists(st.integers(1, 3), unique=True, max_size=2),
+)
 def test_sql_says_what_a_recount_says(world, rows, start, robots):
     world.empty()
     stored = []
     for state, robot, hours, seconds, guid, message, delay, trigger in rows:
-        reason = {"reason": aborted(message) if message else Reason(ReasonCode.RETRY_LIMIT)} if state is State.FAILED else {}
+        reason = (
+            {"reason": aborted(message) if message else Reason(ReasonCode.RETRY_LIMIT)} if state is State.FAILED else {}
+        )
         submitted = None if delay is None else NOON + timedelta(hours=hours, seconds=2)
-        stored.append(world.row(state, hours, robot_id=robot, duration_s=seconds, mission_guid=guid, mission=guid.upper(), trigger=trigger,
-                                submitted_at=submitted, robot_delay_s=delay, **reason))
+        stored.append(
+            world.row(
+                state,
+                hours,
+                robot_id=robot,
+                duration_s=seconds,
+                mission_guid=guid,
+                mission=guid.upper(),
+                trigger=trigger,
+                submitted_at=submitted,
+                robot_delay_s=delay,
+                **reason,
+            )
+        )
     begin = None if start is None else NOON + timedelta(hours=start)
-    ours = [row for row in stored if row.ended_at is not None and row.ended_at <= NOON and (robots is None or row.robot_id in robots)]
+    ours = [
+        row
+        for row in stored
+        if row.ended_at is not None and row.ended_at <= NOON and (robots is None or row.robot_id in robots)
+    ]
     counted = [row for row in ours if begin is None or row.ended_at >= begin]
     wanted = KpiFilter(start=begin, robot_ids=robots)
 
@@ -162,11 +213,22 @@ def test_sql_says_what_a_recount_says(world, rows, start, robots):
         for day in trend.days:
             of_day = sorted(row.duration_s for row in runs if row.ended_at.astimezone(HELSINKI).date() == day.day)
             assert day.median_s == percentile(of_day, 50)
-        earlier = [row.duration_s for row in ours if row.state is State.COMPLETED and row.mission_guid == guid and begin is not None
-                   and row.ended_at < begin and row.duration_s is not None]
+        earlier = [
+            row.duration_s
+            for row in ours
+            if row.state is State.COMPLETED
+            and row.mission_guid == guid
+            and begin is not None
+            and row.ended_at < begin
+            and row.duration_s is not None
+        ]
         assert trend.usual == band(earlier)
 
-    timed = [row for row in counted if row.trigger is Trigger.SCHEDULED and row.submitted_at and row.robot_delay_s is not None]
+    timed = [
+        row
+        for row in counted
+        if row.trigger is Trigger.SCHEDULED and row.submitted_at and row.robot_delay_s is not None
+    ]
     delays = world.kpis.delays(wanted)
     assert delays.count == len(timed)
     assert delays.queue_s == pytest.approx(sum(row.robot_delay_s for row in timed if row.duration_s is not None))

@@ -1,4 +1,5 @@
 """What is kept per day of the history: always what a recount says, and long periods give the same as from the rows themselves."""
+
 from __future__ import annotations
 
 import sqlite3
@@ -24,10 +25,25 @@ from tests.support.stored import bring_over
 
 ENDED = [state for state in State if not state.is_open]
 CODES = {state: [code for code in ReasonCode if Reason(code).state is state] for state in ENDED}
-ROWS = st.lists(st.tuples(st.sampled_from(list(State)), st.integers(1, 4), st.integers(-600, 600), st.none() | st.floats(0, 5000),
-                          st.sampled_from(list(Trigger))), max_size=40)
-CHANGES = st.lists(st.tuples(st.integers(0, 39), st.sampled_from(["state", "ended_at", "submitted_at", "duration_s", "gone"]),
-                             st.integers(-600, 600), st.sampled_from(ENDED)), max_size=30)
+ROWS = st.lists(
+    st.tuples(
+        st.sampled_from(list(State)),
+        st.integers(1, 4),
+        st.integers(-600, 600),
+        st.none() | st.floats(0, 5000),
+        st.sampled_from(list(Trigger)),
+    ),
+    max_size=40,
+)
+CHANGES = st.lists(
+    st.tuples(
+        st.integers(0, 39),
+        st.sampled_from(["state", "ended_at", "submitted_at", "duration_s", "gone"]),
+        st.integers(-600, 600),
+        st.sampled_from(ENDED),
+    ),
+    max_size=30,
+)
 KEPT = """SELECT day, robot_id, is_scheduled, state, reason_code, is_submitted, number, timed, microseconds, starts FROM ended_days
           ORDER BY 1, 2, 3, 4, 5, 6"""
 COUNTED = """SELECT substr(ended_at, 1, 10), coalesce(robot_id, 0), trigger = 'scheduled', state, coalesce(reason_code, ''),
@@ -51,9 +67,17 @@ def is_true(c: sqlite3.Connection) -> bool:
 @given(rows=ROWS, changes=CHANGES, starts=st.integers(1, 3000))
 def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, rows, changes, starts):
     world.empty()
-    stored = [world.row(state, hours, robot_id=robot, duration_s=seconds, trigger=trigger,
-                        starts=starts if state is State.MISSED else 1)
-              for state, robot, hours, seconds, trigger in rows]
+    stored = [
+        world.row(
+            state,
+            hours,
+            robot_id=robot,
+            duration_s=seconds,
+            trigger=trigger,
+            starts=starts if state is State.MISSED else 1,
+        )
+        for state, robot, hours, seconds, trigger in rows
+    ]
     assert is_true(world.db.read())
     for number, column, hours, state in changes:
         if number >= len(stored):
@@ -63,10 +87,13 @@ def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, row
         if column == "gone":
             world.db.write(lambda c, n=number: c.execute("DELETE FROM executions WHERE id = ?", (stored[n].id,)))
         else:
-            world.db.write(lambda c, n=number, column=column, value=value: c.execute(
-                f"UPDATE executions SET {column} = ? WHERE id = ?", (value, stored[n].id)))
+            world.db.write(
+                lambda c, n=number, column=column, value=value: c.execute(
+                    f"UPDATE executions SET {column} = ? WHERE id = ?", (value, stored[n].id)
+                )
+            )
         assert is_true(world.db.read())
-    again = [replace(row, id=0) for row in stored if row.ended_at is not None]       # nothing is new, or everything again
+    again = [replace(row, id=0) for row in stored if row.ended_at is not None]  # nothing is new, or everything again
     world.db.write(lambda c: ExecutionRepository().add_many(c, again))
     assert is_true(world.db.read())
     world.empty()
@@ -75,10 +102,15 @@ def test_what_is_kept_per_day_is_what_a_recount_says_whatever_changes(world, row
 
 def test_history_of_before_is_counted_when_the_database_is_brought_up_to_date(tmp_path):
     path, clock = tmp_path / "old.db", VirtualClock(NOON)
-    old = Database.open(path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[:MIGRATIONS.index(_ENDED_DAYS)])
+    old = Database.open(
+        path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[: MIGRATIONS.index(_ENDED_DAYS)]
+    )
     made = World(tmp_path / "other")
-    rows = [made.row(state, hours, duration_s=None if hours % 3 else hours * 1.5) for hours in range(60) for state in
-            (State.COMPLETED, State.FAILED, State.SKIPPED, State.WAITING)]
+    rows = [
+        made.row(state, hours, duration_s=None if hours % 3 else hours * 1.5)
+        for hours in range(60)
+        for state in (State.COMPLETED, State.FAILED, State.SKIPPED, State.WAITING)
+    ]
     assert len(rows) == 240
     bring_over(made.db, old)
     made.db.close()
@@ -99,19 +131,40 @@ def test_adding_many_counts_rows_and_not_what_they_bring_along(world):
 
 
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(rows=st.lists(st.tuples(st.sampled_from(ENDED), st.integers(0, 20), st.integers(1, 3), st.integers(-30_000, 30_000), st.booleans(),
-                               st.none() | st.floats(0, 5000), st.sampled_from(list(Trigger))), max_size=50),
-       start=st.none() | st.integers(-30_000, 30_000), end=st.none() | st.integers(-30_000, 30_000),
-       robots=st.none() | st.lists(st.integers(1, 3), unique=True, max_size=2))
+@given(
+    rows=st.lists(
+        st.tuples(
+            st.sampled_from(ENDED),
+            st.integers(0, 20),
+            st.integers(1, 3),
+            st.integers(-30_000, 30_000),
+            st.booleans(),
+            st.none() | st.floats(0, 5000),
+            st.sampled_from(list(Trigger)),
+        ),
+        max_size=50,
+    ),
+    start=st.none() | st.integers(-30_000, 30_000),
+    end=st.none() | st.integers(-30_000, 30_000),
+    robots=st.none() | st.lists(st.integers(1, 3), unique=True, max_size=2),
+)
 def test_a_long_period_is_the_sum_of_its_days(world, rows, start, end, robots):
     """A local day of Helsinki has no whole UTC day in it, so its figures come from the rows. Minutes before and after noon."""
     world.empty()
     for state, code, robot, minutes, submitted, seconds, trigger in rows:
         codes = CODES[state]
         at = NOON + timedelta(minutes=minutes)
-        world.row(state, minutes / 60, robot_id=robot, trigger=trigger, duration_s=seconds, ended_at=at,
-                  starts=1 + minutes % 7 if state is State.MISSED else 1,
-                  submitted_at=at if submitted else None, reason=Reason(codes[code % len(codes)]) if codes else None)
+        world.row(
+            state,
+            minutes / 60,
+            robot_id=robot,
+            trigger=trigger,
+            duration_s=seconds,
+            ended_at=at,
+            starts=1 + minutes % 7 if state is State.MISSED else 1,
+            submitted_at=at if submitted else None,
+            reason=Reason(codes[code % len(codes)]) if codes else None,
+        )
     since, until = (None if minutes is None else NOON + timedelta(minutes=minutes) for minutes in (start, end))
     told = world.kpis.adherence(KpiFilter(since, until, robots))
     five = world.kpis.thesis(KpiFilter(since, until, robots))

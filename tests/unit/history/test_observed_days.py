@@ -1,4 +1,5 @@
 """For how long robots were seen: one truth, which the states' timeline, the figures per day and the KPIs of a period all show."""
+
 from __future__ import annotations
 
 from datetime import date, datetime, timedelta
@@ -21,11 +22,14 @@ from tests.support.examples import examples
 from tests.support.kpi_world import HELSINKI, NOON, World
 
 DAY, TODAY = timedelta(days=1), date(2026, 11, 23)
-BACK = 40                                                            # days; a clock change is among them
-SPANS = st.lists(st.tuples(st.sampled_from(ACTIVITIES), st.integers(-BACK * 24 * 60, 300), st.integers(1, 4000)), max_size=12,
-                 unique_by=lambda one: one[1])                       # activity, minutes after noon, minutes
+BACK = 40  # days; a clock change is among them
+SPANS = st.lists(
+    st.tuples(st.sampled_from(ACTIVITIES), st.integers(-BACK * 24 * 60, 300), st.integers(1, 4000)),
+    max_size=12,
+    unique_by=lambda one: one[1],
+)  # activity, minutes after noon, minutes
 KEPT = activities.KEPT_FOR.days
-PRUNED_AFTER = st.lists(st.integers(KEPT - BACK, KEPT), min_size=1, max_size=3).map(sorted)      # days
+PRUNED_AFTER = st.lists(st.integers(KEPT - BACK, KEPT), min_size=1, max_size=3).map(sorted)  # days
 REPOSITORY = ActivityRepository()
 
 
@@ -40,8 +44,13 @@ def watched(world: World, spans: list[tuple[str, int, int]]) -> None:
     world.db.write(lambda c: c.execute("DELETE FROM activity_spans"))
     world.db.write(lambda c: c.execute("DELETE FROM activity_days"))
     starts = [NOON + timedelta(minutes=start) for _, start, _ in spans]
-    world.watch(1, *(ActivitySpan(activity, at, at + timedelta(minutes=length))
-                     for at, (activity, _, length) in zip(starts, spans, strict=True)))
+    world.watch(
+        1,
+        *(
+            ActivitySpan(activity, at, at + timedelta(minutes=length))
+            for at, (activity, _, length) in zip(starts, spans, strict=True)
+        ),
+    )
 
 
 def prune(world: World, now: datetime, robot_id: int = 1) -> None:
@@ -54,15 +63,26 @@ def seconds(world: World, end: datetime = NOON, robot_id: int = 1) -> dict[date,
 
 def test_how_long_robots_ran_is_asked_of_all_at_once(world):
     """To the minute; what lies outside of the period is cut off, as of spans that begin before it or in the future."""
+
     def at(minutes):
         return NOON + timedelta(minutes=minutes)
-    world.watch(1, ActivitySpan("executing", at(-300), at(-200)), ActivitySpan("executing", at(-90), at(-30.2)),
-                ActivitySpan("idle", at(-30.2), at(-10)), ActivitySpan("executing", at(-10), at(-4.6)),
-                ActivitySpan("executing", at(-1), at(60)), ActivitySpan("executing", at(70), at(80)))
+
+    world.watch(
+        1,
+        ActivitySpan("executing", at(-300), at(-200)),
+        ActivitySpan("executing", at(-90), at(-30.2)),
+        ActivitySpan("idle", at(-30.2), at(-10)),
+        ActivitySpan("executing", at(-10), at(-4.6)),
+        ActivitySpan("executing", at(-1), at(60)),
+        ActivitySpan("executing", at(70), at(80)),
+    )
     world.watch(2, ActivitySpan("executing", at(-300), at(-200)), ActivitySpan("idle", at(-200), at(0)))
-    world.watch(3, ActivitySpan("executing", at(-50), at(-10)))                              # which has been removed
+    world.watch(3, ActivitySpan("executing", at(-50), at(-10)))  # which has been removed
     assert REPOSITORY.hours_executing(world.db.read(), at(-60), NOON) == {1: pytest.approx((29.8 + 5.4 + 1 - 0.2) / 60)}
-    assert REPOSITORY.hours_executing(world.db.read(), at(-240), NOON) == {1: pytest.approx(106 / 60), 2: pytest.approx(40 / 60)}
+    assert REPOSITORY.hours_executing(world.db.read(), at(-240), NOON) == {
+        1: pytest.approx(106 / 60),
+        2: pytest.approx(40 / 60),
+    }
 
 
 @examples(60, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -104,26 +124,36 @@ def test_of_too_many_spans_the_newest_days_stay(world, monkeypatch):
     before = seconds(world, NOON + DAY)
     prune(world, NOON + 2 * hour)
     assert [span.start for span in REPOSITORY.between(world.db.read(), 1, NOON - 9 * DAY, NOON + DAY)] == [
-        NOON - 2 * DAY + hour, *(NOON - back * DAY + n * hour for back in (1, 0) for n in (0, 1))]
+        NOON - 2 * DAY + hour,
+        *(NOON - back * DAY + n * hour for back in (1, 0) for n in (0, 1)),
+    ]
     assert seconds(world, NOON + DAY) == before
     monkeypatch.setattr(activities, "KEPT_ROWS", 1)
-    prune(world, NOON + 2 * hour)                           # today's stay, however many
+    prune(world, NOON + 2 * hour)  # today's stay, however many
     assert len(REPOSITORY.between(world.db.read(), 1, NOON, NOON + DAY)) == 2
     assert seconds(world, NOON + DAY) == before
 
 
 def test_a_removed_robots_spans_become_sums_too(world):
     for robot_id in (1, 9):
-        world.watch(robot_id, ActivitySpan("idle", NOON, NOON + timedelta(hours=1)), ActivitySpan("error", NOON + DAY, NOON + 2 * DAY))
+        world.watch(
+            robot_id,
+            ActivitySpan("idle", NOON, NOON + timedelta(hours=1)),
+            ActivitySpan("error", NOON + DAY, NOON + 2 * DAY),
+        )
     world.row(State.COMPLETED, duration_s=60.0, robot_id=9, robot="Old one")
     prune(world, NOON + 200 * DAY, robot_id=2)
-    assert [robot_id for robot_id in (1, 9) if len(REPOSITORY.between(world.db.read(), robot_id, NOON, NOON + 2 * DAY)) > 1] == [1]
+    assert [
+        robot_id for robot_id in (1, 9) if len(REPOSITORY.between(world.db.read(), robot_id, NOON, NOON + 2 * DAY)) > 1
+    ] == [1]
     world.clock.advance(200 * 86400)
     assert [robot.observed_s for robot in world.kpis.thesis().robots] == [0.0, 90000.0, 90000.0]
 
 
 def test_a_period_that_cuts_a_day_without_spans_leaves_that_day_out(world):
-    world.watch(1, *(ActivitySpan("idle", NOON - back * DAY, NOON - back * DAY + timedelta(hours=1)) for back in (3, 2, 1, 0)))
+    world.watch(
+        1, *(ActivitySpan("idle", NOON - back * DAY, NOON - back * DAY + timedelta(hours=1)) for back in (3, 2, 1, 0))
+    )
     prune(world, NOON + activities.KEPT_FOR)
     [_, bella] = world.kpis.thesis(KpiFilter(NOON - 2 * DAY + timedelta(minutes=30), NOON)).robots
     assert bella.observed_s == 3600
@@ -146,23 +176,32 @@ def test_sums_of_days_to_come_hide_nothing(world):
 
 def test_days_observed_before_there_were_spans_are_carried_over(tmp_path):
     path, clock = tmp_path / "old.db", VirtualClock(NOON)
-    old = Database.open(path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[:MIGRATIONS.index(_ACTIVITY_DAYS)])
-    begins = datetime(2026, 11, 10, 12, tzinfo=HELSINKI)              # of the spans, in the middle of a day
+    old = Database.open(
+        path, clock=clock, threaded=False, durable=False, migrations=MIGRATIONS[: MIGRATIONS.index(_ACTIVITY_DAYS)]
+    )
+    begins = datetime(2026, 11, 10, 12, tzinfo=HELSINKI)  # of the spans, in the middle of a day
 
     def fill(c):
         c.execute("INSERT INTO settings VALUES ('timezone', '\"Europe/Helsinki\"')")
         c.executemany("INSERT INTO robots (id, name, address) VALUES (?, ?, '10.0.0.1')", [(1, "Aino"), (2, "Bella")])
-        c.executemany("INSERT INTO observed VALUES (?, ?, 'idle', ?)",
-                      [(robot, (TODAY - n * DAY).isoformat(), 36_000.0) for robot in (1, 2) for n in range(20)])
-        REPOSITORY.save(c, 1, [ActivitySpan("idle", begins + n * DAY, begins + n * DAY + timedelta(hours=1)) for n in range(13)])
+        c.executemany(
+            "INSERT INTO observed VALUES (?, ?, 'idle', ?)",
+            [(robot, (TODAY - n * DAY).isoformat(), 36_000.0) for robot in (1, 2) for n in range(20)],
+        )
+        REPOSITORY.save(
+            c, 1, [ActivitySpan("idle", begins + n * DAY, begins + n * DAY + timedelta(hours=1)) for n in range(13)]
+        )
 
     old.write(fill)
     old.close()
     db = Database.open(path, clock=clock, threaded=False, durable=False)
     observed = Kpis(db, clock).observed_seconds(date(2026, 1, 1), TODAY - DAY, HELSINKI)
     db.close()
-    assert observed[2] == {TODAY - n * DAY: 36_000.0 for n in range(1, 20)}            # never had spans
+    assert observed[2] == {TODAY - n * DAY: 36_000.0 for n in range(1, 20)}  # never had spans
     assert sorted(observed[1]) == [TODAY - n * DAY for n in range(19, 0, -1)]
     whole = [day for day, value in observed[1].items() if value == 36_000.0]
-    assert (min(whole), max(whole)) == (date(2026, 11, 4), date(2026, 11, 11))         # the day with the first spans was seen whole
+    assert (min(whole), max(whole)) == (
+        date(2026, 11, 4),
+        date(2026, 11, 11),
+    )  # the day with the first spans was seen whole
     assert {value for day, value in observed[1].items() if day not in whole} == {3600.0}

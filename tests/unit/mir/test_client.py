@@ -1,4 +1,5 @@
 """Each call: what it sends, what it makes of the answer. Without sockets; tests/integration/mir has those."""
+
 import json
 import re
 import traceback
@@ -41,7 +42,9 @@ def body(responses: RequestsMock, number: int = -1) -> Any:
 
 # ---------------------------------------------------------------------- who and how
 def test_status(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(f"{API}/status", json=STATUS, headers={"Robot-Version": "2.13.1.4", "Date": "Thu, 07 Dec 2023 10:54:31 GMT"})
+    responses.get(
+        f"{API}/status", json=STATUS, headers={"Robot-Version": "2.13.1.4", "Date": "Thu, 07 Dec 2023 10:54:31 GMT"}
+    )
     status = robot.status()
     assert (status.robot_name, status.state, status.software) == ("R1", RobotState.EXECUTING, "2.13.1.4")
     assert status.date is not None
@@ -58,7 +61,9 @@ def test_identify_asks_with_credentials(robot: RobotClient, responses: RequestsM
     assert (identity.user_name, identity.software) == ("Distributor", "3.5.4")
 
 
-def test_identify_takes_the_version_from_the_header_when_there_is_one(robot: RobotClient, responses: RequestsMock) -> None:
+def test_identify_takes_the_version_from_the_header_when_there_is_one(
+    robot: RobotClient, responses: RequestsMock
+) -> None:
     responses.get(f"{API}/status", json=STATUS, headers={"Robot-Version": "2.13.1.4"})
     responses.get(f"{API}/users/me", json=[{"guid": "u", "name": "Admin"}])
     assert robot.identify().software == "2.13.1.4"
@@ -72,7 +77,9 @@ def test_a_wrong_password_shows_although_status_answers(robot: RobotClient, resp
 
 
 @pytest.mark.parametrize("password_holds", [True, False])
-def test_a_robot_without_users_me_is_asked_for_its_queue(robot: RobotClient, responses: RequestsMock, password_holds: bool) -> None:
+def test_a_robot_without_users_me_is_asked_for_its_queue(
+    robot: RobotClient, responses: RequestsMock, password_holds: bool
+) -> None:
     responses.get(f"{API}/status", json={**STATUS, "serial_number": None, "robot_model": ""})
     responses.get(f"{API}/users/me", status=404)
     responses.get(f"{API}/mission_queue", json=[] if password_holds else {}, status=200 if password_holds else 401)
@@ -95,16 +102,39 @@ def test_something_without_the_interface_is_no_mir(robot: RobotClient, responses
 
 # ---------------------------------------------------------------------- missions
 def test_missions(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(f"{API}/missions", json=[{"url": f"/v2.0.0/missions/{MISSION}", "guid": MISSION, "name": "Deliver\n"},
-                                           {"name": "no guid"}, {"guid": "g", "name": None}])
-    assert robot.missions() == [MissionInfo(MISSION, "Deliver", f"/api/v2.0.0/missions/{MISSION}"), MissionInfo("g", "g")]
+    responses.get(
+        f"{API}/missions",
+        json=[
+            {"url": f"/v2.0.0/missions/{MISSION}", "guid": MISSION, "name": "Deliver\n"},
+            {"name": "no guid"},
+            {"guid": "g", "name": None},
+        ],
+    )
+    assert robot.missions() == [
+        MissionInfo(MISSION, "Deliver", f"/api/v2.0.0/missions/{MISSION}"),
+        MissionInfo("g", "g"),
+    ]
 
 
 def test_mission(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver", "valid": True, "has_user_parameters": False,
-                                                     "definition": f"/v2.0.0/missions/{MISSION}/definition", "hidden": False})
+    responses.get(
+        f"{API}/missions/{MISSION}",
+        json={
+            "guid": MISSION,
+            "name": "Deliver",
+            "valid": True,
+            "has_user_parameters": False,
+            "definition": f"/v2.0.0/missions/{MISSION}/definition",
+            "hidden": False,
+        },
+    )
     mission = robot.mission(MISSION)
-    assert (mission.name, mission.valid, mission.has_user_parameters, mission.group_id) == ("Deliver", True, False, None)
+    assert (mission.name, mission.valid, mission.has_user_parameters, mission.group_id) == (
+        "Deliver",
+        True,
+        False,
+        None,
+    )
     assert mission.definition_url == f"/api/v2.0.0/missions/{MISSION}/definition"
 
 
@@ -115,29 +145,61 @@ def test_a_guid_cannot_lead_anywhere_else(robot: RobotClient, responses: Request
 
 
 def test_parameters_are_asked_for_where_the_mission_says(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver", "has_user_parameters": True,
-                                                     "definition": f"/v2.0.0/missions/{MISSION}/definition"})
-    responses.get(f"{API}/missions/{MISSION}/definition", json=[{"parameters": [{"id": "goal", "name": "Goal", "type": "Reference"}]}])
+    responses.get(
+        f"{API}/missions/{MISSION}",
+        json={
+            "guid": MISSION,
+            "name": "Deliver",
+            "has_user_parameters": True,
+            "definition": f"/v2.0.0/missions/{MISSION}/definition",
+        },
+    )
+    responses.get(
+        f"{API}/missions/{MISSION}/definition",
+        json=[{"parameters": [{"id": "goal", "name": "Goal", "type": "Reference"}]}],
+    )
     responses.get(f"{API}/missions/{MISSION}/actions", status=404)
     assert robot.parameters(MISSION) == [MissionParameter("goal", "Goal", "Reference")]
 
 
 def test_what_a_parameter_sets_is_known_by_the_missions_actions(robot: RobotClient, responses: RequestsMock) -> None:
     responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver"})
-    responses.get(f"{API}/missions/{MISSION}/definition", json=[{"parameters": [
-        {"id": "goal", "name": "Goal", "type": "Reference"}, {"id": "charge", "type": "Integer", "constraints": {"minimum": 20}},
-        {"id": "note", "type": "String"}]}])
-    responses.get(f"{API}/missions/{MISSION}/actions", json=[{"parameters": [
-        {"id": "position", "input_name": "goal", "value": None}, {"id": "minimum_percentage", "input_name": "charge", "value": 50}]}])
+    responses.get(
+        f"{API}/missions/{MISSION}/definition",
+        json=[
+            {
+                "parameters": [
+                    {"id": "goal", "name": "Goal", "type": "Reference"},
+                    {"id": "charge", "type": "Integer", "constraints": {"minimum": 20}},
+                    {"id": "note", "type": "String"},
+                ]
+            }
+        ],
+    )
+    responses.get(
+        f"{API}/missions/{MISSION}/actions",
+        json=[
+            {
+                "parameters": [
+                    {"id": "position", "input_name": "goal", "value": None},
+                    {"id": "minimum_percentage", "input_name": "charge", "value": 50},
+                ]
+            }
+        ],
+    )
     goal, charge, note = robot.parameters(MISSION)
     assert (goal.sets, goal.is_position, charge.is_position, note.sets) == ("position", True, False, "")
     assert (charge.unit, charge.minimum, charge.maximum) == ("%", 20, 100)
 
 
-def test_parameters_are_found_in_the_actions_when_the_definition_has_none(robot: RobotClient, responses: RequestsMock) -> None:
+def test_parameters_are_found_in_the_actions_when_the_definition_has_none(
+    robot: RobotClient, responses: RequestsMock
+) -> None:
     responses.get(f"{API}/missions/{MISSION}", json={"guid": MISSION, "name": "Deliver"})
     responses.get(f"{API}/missions/{MISSION}/definition", status=404)
-    responses.get(f"{API}/missions/{MISSION}/actions", json=[{"parameters": [{"id": "x", "input_name": "Where", "value": 2.0}]}])
+    responses.get(
+        f"{API}/missions/{MISSION}/actions", json=[{"parameters": [{"id": "x", "input_name": "Where", "value": 2.0}]}]
+    )
     assert robot.parameters(MISSION) == [MissionParameter("Where", type="x", default=2.0, sets="x", unit="m")]
 
 
@@ -148,10 +210,17 @@ def test_a_mission_without_parameters_is_asked_no_further(robot: RobotClient, re
 
 # ---------------------------------------------------------------------- queueing
 def test_enqueue(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.post(f"{API}/mission_queue", status=201, json={"id": 724, "state": "Pending", "url": "/v2.0.0/mission_queue/724"})
+    responses.post(
+        f"{API}/mission_queue", status=201, json={"id": 724, "state": "Pending", "url": "/v2.0.0/mission_queue/724"}
+    )
     assert robot.enqueue(MISSION, description="token", text="Morning" * 100, priority=2, parameters={"count": 3}) == 724
-    assert body(responses) == {"mission_id": MISSION, "description": "token", "message": ("Morning" * 100)[:200], "priority": 2,
-                               "parameters": [{"input_name": "count", "value": 3}]}
+    assert body(responses) == {
+        "mission_id": MISSION,
+        "description": "token",
+        "message": ("Morning" * 100)[:200],
+        "priority": 2,
+        "parameters": [{"input_name": "count", "value": 3}],
+    }
 
 
 def test_enqueue_leaves_out_what_is_not_given(robot: RobotClient, responses: RequestsMock) -> None:
@@ -161,7 +230,9 @@ def test_enqueue_leaves_out_what_is_not_given(robot: RobotClient, responses: Req
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), object(), b"x"])
-def test_parameters_that_are_no_json_are_refused_before_anything_is_sent(robot: RobotClient, responses: RequestsMock, value: Any) -> None:
+def test_parameters_that_are_no_json_are_refused_before_anything_is_sent(
+    robot: RobotClient, responses: RequestsMock, value: Any
+) -> None:
     with pytest.raises(Rejected) as refused:
         robot.enqueue(MISSION, parameters={"x": value})
     assert refused.value.delivery is Delivery.REFUSED
@@ -169,14 +240,32 @@ def test_parameters_that_are_no_json_are_refused_before_anything_is_sent(robot: 
 
 
 NOT_ACCEPTED: list[tuple[int, str]] = [
-    (201, ""), (201, "null"), (201, "[]"), (201, "{}"), (201, '{"id": null}'), (201, '{"id": "7"}'), (201, '{"id": 7.0}'),
-    (201, '{"id": true}'), (201, '{"id": -1}'), (201, '[{"id": 7}]'), (201, '{"id": 7, "id": 8}'), (201, '{"id": 7, "x": NaN}'),
-    (201, '{"id": 7'), (201, '{"id": 9999999999999999999}'), (201, "<html>Sign in</html>"), (200, '{"id": 7}'), (202, '{"id": 7}'),
-    (204, ""), (206, '{"id": 7}')]
+    (201, ""),
+    (201, "null"),
+    (201, "[]"),
+    (201, "{}"),
+    (201, '{"id": null}'),
+    (201, '{"id": "7"}'),
+    (201, '{"id": 7.0}'),
+    (201, '{"id": true}'),
+    (201, '{"id": -1}'),
+    (201, '[{"id": 7}]'),
+    (201, '{"id": 7, "id": 8}'),
+    (201, '{"id": 7, "x": NaN}'),
+    (201, '{"id": 7'),
+    (201, '{"id": 9999999999999999999}'),
+    (201, "<html>Sign in</html>"),
+    (200, '{"id": 7}'),
+    (202, '{"id": 7}'),
+    (204, ""),
+    (206, '{"id": 7}'),
+]
 
 
 @pytest.mark.parametrize(("status", "text"), NOT_ACCEPTED)
-def test_only_201_with_an_integer_id_is_accepted(robot: RobotClient, responses: RequestsMock, status: int, text: str) -> None:
+def test_only_201_with_an_integer_id_is_accepted(
+    robot: RobotClient, responses: RequestsMock, status: int, text: str
+) -> None:
     responses.post(f"{API}/mission_queue", status=status, body=text)
     with pytest.raises(RobotError) as failed:
         robot.enqueue(MISSION)
@@ -207,19 +296,27 @@ def test_cancel_and_clear(robot: RobotClient, responses: RequestsMock) -> None:
 
 
 # ---------------------------------------------------------------------- the robot
-@pytest.mark.parametrize(("call", "expected"), [
-    (lambda robot: robot.set_state(RobotState.PAUSE), {"state_id": 4}),
-    (lambda robot: robot.set_state(RobotState.READY), {"state_id": 3}),
-    (lambda robot: robot.clear_error(), {"clear_error": True}),
-    (lambda robot: robot.answer_prompt("g-1", "Y" * 255), {"guid": "g-1", "answer": "Y" * 255})])
-def test_putting_the_status(robot: RobotClient, responses: RequestsMock, call: Callable[[RobotClient], Any], expected: Any) -> None:
+@pytest.mark.parametrize(
+    ("call", "expected"),
+    [
+        (lambda robot: robot.set_state(RobotState.PAUSE), {"state_id": 4}),
+        (lambda robot: robot.set_state(RobotState.READY), {"state_id": 3}),
+        (lambda robot: robot.clear_error(), {"clear_error": True}),
+        (lambda robot: robot.answer_prompt("g-1", "Y" * 255), {"guid": "g-1", "answer": "Y" * 255}),
+    ],
+)
+def test_putting_the_status(
+    robot: RobotClient, responses: RequestsMock, call: Callable[[RobotClient], Any], expected: Any
+) -> None:
     responses.put(f"{API}/status", json=STATUS)
     assert call(robot).robot_name == "R1"
     assert body(responses) == expected
-    assert len(responses.calls) == 1                # clear_error doesn't set the robot going
+    assert len(responses.calls) == 1  # clear_error doesn't set the robot going
 
 
-def test_a_status_put_that_is_not_answered_with_the_status_has_been_done_all_the_same(robot: RobotClient, responses: RequestsMock) -> None:
+def test_a_status_put_that_is_not_answered_with_the_status_has_been_done_all_the_same(
+    robot: RobotClient, responses: RequestsMock
+) -> None:
     responses.put(f"{API}/status", json={"state": "ok"})
     assert robot.clear_error() is None
 
@@ -231,18 +328,31 @@ def test_no_other_state_can_be_set(robot: RobotClient, responses: RequestsMock, 
 
 
 def test_map_and_positions(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(f"{API}/maps/{MAP}", json={"guid": MAP, "name": "Hall", "base_map": png(), "resolution": 0.05, "origin_x": 1})
-    responses.get(f"{API}/maps/{MAP}/positions", json=[
-        {"guid": "p", "name": "Dock", "type_id": 7, "pos_x": 1.5, "pos_y": -2, "orientation": 90}, {"guid": "q", "name": "Door"}, {}])
+    responses.get(
+        f"{API}/maps/{MAP}", json={"guid": MAP, "name": "Hall", "base_map": png(), "resolution": 0.05, "origin_x": 1}
+    )
+    responses.get(
+        f"{API}/maps/{MAP}/positions",
+        json=[
+            {"guid": "p", "name": "Dock", "type_id": 7, "pos_x": 1.5, "pos_y": -2, "orientation": 90},
+            {"guid": "q", "name": "Door"},
+            {},
+        ],
+    )
     responses.get(f"{API}/positions", json=[{"guid": "r", "name": "A", "map_id": "m"}])
     assert (robot.map(MAP).name, robot.map(MAP).width_px) == ("Hall", 4)
-    assert robot.positions(MAP) == [MapPosition("p", "Dock", 7, MAP, Pose(1.5, -2.0, 90.0)), MapPosition("q", "Door", None, MAP)]
+    assert robot.positions(MAP) == [
+        MapPosition("p", "Dock", 7, MAP, Pose(1.5, -2.0, 90.0)),
+        MapPosition("q", "Door", None, MAP),
+    ]
     assert robot.positions() == [MapPosition("r", "A", None, "m")]
 
 
 def test_one_position_comes_with_its_coordinates(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.get(f"{API}/positions/p", json={
-        "guid": "p", "name": "Dock", "type_id": 11, "map_id": "m", "pos_x": 1.5, "pos_y": -2, "orientation": 90})
+    responses.get(
+        f"{API}/positions/p",
+        json={"guid": "p", "name": "Dock", "type_id": 11, "map_id": "m", "pos_x": 1.5, "pos_y": -2, "orientation": 90},
+    )
     responses.get(f"{API}/positions/q", json={"guid": "q", "name": "Door", "map": "/v2.0.0/maps/m"})
     responses.get(f"{API}/positions/r", json={"name": "Nowhere"})
     assert (robot.position("p").spot, robot.position("p").name) == (Spot("m", 1.5, -2.0), "Dock")
@@ -255,16 +365,24 @@ def test_one_position_comes_with_its_coordinates(robot: RobotClient, responses: 
 STATUSES: list[tuple[int, type[RobotError], Delivery]] = [
     *((status, Rejected, Delivery.REFUSED) for status in (400, 404, 405, 409, 410, 418, 422)),
     *((status, Rejected, Delivery.UNKNOWN) for status in (408, 425, 429)),
-    (401, Unauthorized, Delivery.REFUSED), (403, Unauthorized, Delivery.REFUSED),
-    *((status, RobotFault, Delivery.UNKNOWN) for status in (500, 501, 502, 504, 599)), (503, Busy, Delivery.UNKNOWN),
-    *((status, NotAMir, Delivery.UNKNOWN) for status in (300, 301, 302, 303, 307, 308))]
+    (401, Unauthorized, Delivery.REFUSED),
+    (403, Unauthorized, Delivery.REFUSED),
+    *((status, RobotFault, Delivery.UNKNOWN) for status in (500, 501, 502, 504, 599)),
+    (503, Busy, Delivery.UNKNOWN),
+    *((status, NotAMir, Delivery.UNKNOWN) for status in (300, 301, 302, 303, 307, 308)),
+]
 
 
 @pytest.mark.parametrize(("status", "kind", "delivery"), STATUSES)
-def test_every_status_of_failure(robot: RobotClient, responses: RequestsMock, status: int, kind: type[RobotError],
-                                 delivery: Delivery) -> None:
-    responses.post(f"{API}/mission_queue", status=status, headers={"Location": "http://elsewhere.test/login"},
-                   json={"error_code": "word", "error_human": "Some text"})
+def test_every_status_of_failure(
+    robot: RobotClient, responses: RequestsMock, status: int, kind: type[RobotError], delivery: Delivery
+) -> None:
+    responses.post(
+        f"{API}/mission_queue",
+        status=status,
+        headers={"Location": "http://elsewhere.test/login"},
+        json={"error_code": "word", "error_human": "Some text"},
+    )
     with pytest.raises(RobotError) as failed:
         robot.enqueue(MISSION)
     assert type(failed.value) is kind
@@ -276,7 +394,9 @@ def test_every_status_of_failure(robot: RobotClient, responses: RequestsMock, st
         assert failed.value.reason == "Some text"  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("text", ["", "null", "[]", "5", "<html>", "{", '{"error_human": 5}', '{"error_human": null, "error_code": []}'])
+@pytest.mark.parametrize(
+    "text", ["", "null", "[]", "5", "<html>", "{", '{"error_human": 5}', '{"error_human": null, "error_code": []}']
+)
 def test_an_error_without_readable_words(robot: RobotClient, responses: RequestsMock, text: str) -> None:
     responses.post(f"{API}/mission_queue", status=400, body=text)
     with pytest.raises(Rejected) as refused:
@@ -290,7 +410,10 @@ def test_a_secret_that_the_robot_echoes_stays_hidden(robot: RobotClient, respons
     for call in (lambda: robot.enqueue(MISSION), robot.status):
         with pytest.raises(RobotError) as failed:
             call()
-        assert TOKEN.header.removeprefix("Basic ") not in f"{failed.value!r} {failed.value} {dict(failed.value.params)} {failed.value.args}"
+        assert (
+            TOKEN.header.removeprefix("Basic ")
+            not in f"{failed.value!r} {failed.value} {dict(failed.value.params)} {failed.value.args}"
+        )
     assert TOKEN.header not in repr(robot) + repr(vars(robot))
 
 
@@ -302,7 +425,9 @@ def test_a_web_page_is_no_mir(robot: RobotClient, responses: RequestsMock, text:
     assert refused.value.code == "web_page"
 
 
-@pytest.mark.parametrize("text", ["", "noise", "{", "NaN", '{"state_id": NaN}', "[" * 100_000, '{"state_id": 3, "state_id": 4}'])
+@pytest.mark.parametrize(
+    "text", ["", "noise", "{", "NaN", '{"state_id": NaN}', "[" * 100_000, '{"state_id": 3, "state_id": 4}']
+)
 def test_an_unreadable_answer(robot: RobotClient, responses: RequestsMock, text: str) -> None:
     responses.get(f"{API}/status", body=text)
     with pytest.raises(Unreadable) as refused:
@@ -310,12 +435,24 @@ def test_an_unreadable_answer(robot: RobotClient, responses: RequestsMock, text:
     assert refused.value.text.startswith("robot.test gave an answer that can't be read: it ")
 
 
-@pytest.mark.parametrize("call", [
-    lambda robot: robot.missions(), lambda robot: robot.mission(MISSION), lambda robot: robot.queue_item(5),
-    lambda robot: robot.open_items(), lambda robot: robot.items_after(5), lambda robot: robot.highest_queue_id(),
-    lambda robot: robot.map(MAP), lambda robot: robot.positions(), lambda robot: robot.status()])
-@pytest.mark.parametrize("text", ['"text"', "5", "null", "true", '{"a": 1}', "[5]", "[null]", '[{"id": "x"}]', '[[]]'])
-def test_an_answer_of_the_wrong_shape(robot: RobotClient, responses: RequestsMock, call: Callable[[RobotClient], Any], text: str) -> None:
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda robot: robot.missions(),
+        lambda robot: robot.mission(MISSION),
+        lambda robot: robot.queue_item(5),
+        lambda robot: robot.open_items(),
+        lambda robot: robot.items_after(5),
+        lambda robot: robot.highest_queue_id(),
+        lambda robot: robot.map(MAP),
+        lambda robot: robot.positions(),
+        lambda robot: robot.status(),
+    ],
+)
+@pytest.mark.parametrize("text", ['"text"', "5", "null", "true", '{"a": 1}', "[5]", "[null]", '[{"id": "x"}]', "[[]]"])
+def test_an_answer_of_the_wrong_shape(
+    robot: RobotClient, responses: RequestsMock, call: Callable[[RobotClient], Any], text: str
+) -> None:
     responses.assert_all_requests_are_fired = False
     responses.get(re.compile(f"{API}/.*"), body=text)
     responses.post(re.compile(f"{API}/.*"), body=text, status=201)
@@ -323,14 +460,21 @@ def test_an_answer_of_the_wrong_shape(robot: RobotClient, responses: RequestsMoc
         found = call(robot)
     except (Unreadable, NotAMir):
         return
-    assert found == []                                # lists skip entries without an identity
+    assert found == []  # lists skip entries without an identity
 
 
 def test_the_search_is_asked_as_clients_on_robots_do(robot: RobotClient, responses: RequestsMock) -> None:
-    responses.post(f"{API}/mission_queue/search", status=201, json=[item(7, "Pending")],
-                   match=[matchers.query_param_matcher({"whitelist": "all", "sort_by": "id,desc", "limit": "200", "offset": "0"}),
-                          matchers.json_params_matcher({"filters": [{"fieldname": "state", "operator": "IN",
-                                                                     "value": ["Pending", "Executing"]}]})])
+    responses.post(
+        f"{API}/mission_queue/search",
+        status=201,
+        json=[item(7, "Pending")],
+        match=[
+            matchers.query_param_matcher({"whitelist": "all", "sort_by": "id,desc", "limit": "200", "offset": "0"}),
+            matchers.json_params_matcher(
+                {"filters": [{"fieldname": "state", "operator": "IN", "value": ["Pending", "Executing"]}]}
+            ),
+        ],
+    )
     assert [found.id for found in robot.open_items()] == [7]
 
 
@@ -352,13 +496,22 @@ def test_an_answer_that_asks_for_a_retry_gets_none(robot: RobotClient, responses
     assert len(responses.calls) == 2
 
 
-RAISED = [requests.ConnectionError, requests.ReadTimeout, requests.exceptions.ChunkedEncodingError, requests.exceptions.InvalidHeader,
-          requests.exceptions.ContentDecodingError, urllib3.exceptions.HTTPError, ValueError, ConnectionResetError]
+RAISED = [
+    requests.ConnectionError,
+    requests.ReadTimeout,
+    requests.exceptions.ChunkedEncodingError,
+    requests.exceptions.InvalidHeader,
+    requests.exceptions.ContentDecodingError,
+    urllib3.exceptions.HTTPError,
+    ValueError,
+    ConnectionResetError,
+]
 
 
 @pytest.mark.parametrize("kind", RAISED)
-def test_whatever_requests_raises_leaves_the_outcome_unknown_and_shows_no_secret(robot: RobotClient, responses: RequestsMock,
-                                                                                 kind: type[Exception]) -> None:
+def test_whatever_requests_raises_leaves_the_outcome_unknown_and_shows_no_secret(
+    robot: RobotClient, responses: RequestsMock, kind: type[Exception]
+) -> None:
     responses.post(f"{API}/mission_queue", body=kind(f"header {TOKEN.header}"))
     with pytest.raises(Unreadable) as failed:
         robot.enqueue(MISSION)

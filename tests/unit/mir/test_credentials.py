@@ -6,7 +6,9 @@ import pytest
 from app.domain.models import InvalidInput
 from app.mir.credentials import Token, normalise_fingerprint
 
-HEADER = "Basic ZGlzdHJpYnV0b3I6NjJmMmYwZjFlZmYxMGQzMTUyYzk1ZjZmMDU5NjU3NmU0ODJiYjhlNDQ4MDY0MzNmNGNmOTI5NzkyODM0YjAxNA=="
+HEADER = (
+    "Basic ZGlzdHJpYnV0b3I6NjJmMmYwZjFlZmYxMGQzMTUyYzk1ZjZmMDU5NjU3NmU0ODJiYjhlNDQ4MDY0MzNmNGNmOTI5NzkyODM0YjAxNA=="
+)
 
 
 def test_the_token_is_user_and_lower_case_hex_sha256_in_base64() -> None:
@@ -50,7 +52,9 @@ def test_a_user_name_without_colon_is_needed(user: str) -> None:
     assert "secret" not in refused.value.text
 
 
-@pytest.mark.parametrize("header", ["Bearer abc", "Basic", "Basic !!", "Basic YWJj", "Basic ä", "Basic YTpi\r\nX: y", "nonsense"])
+@pytest.mark.parametrize(
+    "header", ["Bearer abc", "Basic", "Basic !!", "Basic YWJj", "Basic ä", "Basic YTpi\r\nX: y", "nonsense"]
+)
 def test_a_damaged_stored_header_is_refused_without_showing_it(header: str) -> None:
     with pytest.raises(InvalidInput) as refused:
         Token.from_header(header)
@@ -64,10 +68,17 @@ def test_published_defaults_are_known() -> None:
     assert not Token().is_published_default
 
 
-
-
-@pytest.mark.parametrize("text", [
-    "ab" * 32, "AB" * 32, ":".join(["aB"] * 32), "SHA256:" + "ab" * 32, "sha-256 = " + " ".join(["AB"] * 32), "  " + "ab" * 32 + "\n"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "ab" * 32,
+        "AB" * 32,
+        ":".join(["aB"] * 32),
+        "SHA256:" + "ab" * 32,
+        "sha-256 = " + " ".join(["AB"] * 32),
+        "  " + "ab" * 32 + "\n",
+    ],
+)
 def test_fingerprints_are_taken_as_people_copy_them(text: str) -> None:
     assert normalise_fingerprint(text) == "ab" * 32
 

@@ -22,24 +22,27 @@ from app.mir.errors import (
 )
 
 
-@pytest.mark.parametrize(("error", "delivery"), [
-    (Unreachable(), Delivery.NOT_SENT),
-    (Unreachable(code="refused"), Delivery.NOT_SENT),
-    (CertificateProblem(), Delivery.NOT_SENT),
-    (CertificateMismatch(), Delivery.NOT_SENT),
-    (Unauthorized(), Delivery.REFUSED),
-    (Unauthorized(status=403), Delivery.REFUSED),
-    *((Rejected(status=status), Delivery.REFUSED) for status in (400, 402, 404, 405, 409, 410, 422)),
-    *((Rejected(status=status), Delivery.UNKNOWN) for status in (408, 425, 429)),
-    (Busy(), Delivery.UNKNOWN),
-    *((RobotFault(status=status), Delivery.UNKNOWN) for status in (500, 501, 502, 504)),
-    (ConnectionLost(), Delivery.UNKNOWN),
-    (TimedOut(), Delivery.UNKNOWN),
-    (NotAMir(), Delivery.UNKNOWN),
-    (AnotherRobot(expected="1", found="2"), Delivery.NOT_SENT),
-    (Unreadable(problem="it is no JSON"), Delivery.UNKNOWN),
-    (RobotError(), Delivery.UNKNOWN),
-])
+@pytest.mark.parametrize(
+    ("error", "delivery"),
+    [
+        (Unreachable(), Delivery.NOT_SENT),
+        (Unreachable(code="refused"), Delivery.NOT_SENT),
+        (CertificateProblem(), Delivery.NOT_SENT),
+        (CertificateMismatch(), Delivery.NOT_SENT),
+        (Unauthorized(), Delivery.REFUSED),
+        (Unauthorized(status=403), Delivery.REFUSED),
+        *((Rejected(status=status), Delivery.REFUSED) for status in (400, 402, 404, 405, 409, 410, 422)),
+        *((Rejected(status=status), Delivery.UNKNOWN) for status in (408, 425, 429)),
+        (Busy(), Delivery.UNKNOWN),
+        *((RobotFault(status=status), Delivery.UNKNOWN) for status in (500, 501, 502, 504)),
+        (ConnectionLost(), Delivery.UNKNOWN),
+        (TimedOut(), Delivery.UNKNOWN),
+        (NotAMir(), Delivery.UNKNOWN),
+        (AnotherRobot(expected="1", found="2"), Delivery.NOT_SENT),
+        (Unreadable(problem="it is no JSON"), Delivery.UNKNOWN),
+        (RobotError(), Delivery.UNKNOWN),
+    ],
+)
 def test_every_error_says_what_it_may_have_done(error: RobotError, delivery: Delivery) -> None:
     assert error.delivery is delivery
     assert error.certainly_without_effect is (delivery is not Delivery.UNKNOWN)
@@ -50,7 +53,9 @@ def test_an_error_has_code_sentence_and_values() -> None:
     assert error.code == "refused"
     assert error.msgid == SENTENCES["refused"]
     assert error.params["address"] == "10.0.0.7"
-    assert error.text == str(error) == "10.0.0.7 refused the connection; is the robot switched on and its address right?"
+    assert (
+        error.text == str(error) == "10.0.0.7 refused the connection; is the robot switched on and its address right?"
+    )
 
 
 def test_the_robots_own_words_come_along() -> None:
@@ -83,4 +88,6 @@ def test_every_class_has_a_sentence() -> None:
         return [kind, *(below for child in kind.__subclasses__() for below in tree(child))]
 
     assert {kind.code for kind in tree(RobotError)} <= set(SENTENCES)
-    assert len(tree(RobotError)) == sum(isinstance(value, type) and issubclass(value, RobotError) for value in vars(errors).values())
+    assert len(tree(RobotError)) == sum(
+        isinstance(value, type) and issubclass(value, RobotError) for value in vars(errors).values()
+    )

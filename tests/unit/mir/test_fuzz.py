@@ -1,4 +1,5 @@
 """Whatever a robot answers, a call returns its type or raises RobotError, and a POST is only accepted when it certainly was."""
+
 from __future__ import annotations
 
 import json as json_module
@@ -21,23 +22,39 @@ from tests.unit.mir.answers import STATUS, item
 
 TOKEN = Token.derive("distributor", "distributor")
 
-SCALARS = (st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20)
-           | st.sampled_from(['{"message": "%(a)s", "args": {"a": 1}}', '{"message": 5', "Pending", "\ud800", "-1", 10**30, -1, 2**63]))
-VALUES = st.recursive(SCALARS, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
-                      max_leaves=8)
+SCALARS = (
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=20)
+    | st.sampled_from(
+        ['{"message": "%(a)s", "args": {"a": 1}}', '{"message": 5', "Pending", "\ud800", "-1", 10**30, -1, 2**63]
+    )
+)
+VALUES = st.recursive(
+    SCALARS,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
+    max_leaves=8,
+)
 
 
 def like(template: dict[str, Any]) -> st.SearchStrategy[dict[str, Any]]:
     """Objects of the right keys with some values replaced by anything."""
-    return st.dictionaries(st.sampled_from(sorted(template)), VALUES, max_size=6).map(lambda changes: {**template, **changes})
+    return st.dictionaries(st.sampled_from(sorted(template)), VALUES, max_size=6).map(
+        lambda changes: {**template, **changes}
+    )
 
 
 ITEMS = like(item())
-BODIES = (
-    st.one_of(VALUES, like(STATUS), ITEMS, st.lists(ITEMS | VALUES, max_size=3)).map(lambda value: json_module.dumps(value).encode())
-    | st.binary(max_size=60))
-STATUSES = (st.sampled_from([200, 201]) | st.sampled_from([100, 202, 204, 206, 301, 304, 400, 401, 404, 408, 429, 500, 503])
-            | st.integers(100, 999))
+BODIES = st.one_of(VALUES, like(STATUS), ITEMS, st.lists(ITEMS | VALUES, max_size=3)).map(
+    lambda value: json_module.dumps(value).encode()
+) | st.binary(max_size=60)
+STATUSES = (
+    st.sampled_from([200, 201])
+    | st.sampled_from([100, 202, 204, 206, 301, 304, 400, 401, 404, 408, 429, 500, 503])
+    | st.integers(100, 999)
+)
 HEADERS = st.dictionaries(st.sampled_from(["Date", "Robot-Version", "Location", "x"]), st.text(max_size=40), max_size=4)
 ANSWERS = st.builds(Response, STATUSES, BODIES, HEADERS)
 
@@ -45,11 +62,21 @@ ANSWERS = st.builds(Response, STATUSES, BODIES, HEADERS)
 @dataclass
 class Scripted:
     """Gives the answers in turn, the last one for ever."""
+
     answers: list[Response]
     methods: list[str] = field(default_factory=list)
 
-    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: object = None, with_credentials: bool = True) -> Response:
+    def send(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: Mapping[str, str] | None = None,
+        json: Any = None,
+        timeout: Timeouts,
+        is_wanted: object = None,
+        with_credentials: bool = True,
+    ) -> Response:
         self.methods.append(method)
         path.encode("ascii")
         return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
@@ -67,12 +94,20 @@ def robot_that_says(answers: list[Response]) -> tuple[RobotClient, Scripted]:
 
 
 READS = {
-    "status": lambda robot: robot.status(), "identify": lambda robot: robot.identify(), "missions": lambda robot: robot.missions(),
-    "mission": lambda robot: robot.mission("g"), "parameters": lambda robot: robot.parameters("g"),
-    "queue_item": lambda robot: robot.queue_item(7), "open_items": lambda robot: robot.open_items(),
-    "items_after": lambda robot: robot.items_after(7), "highest_queue_id": lambda robot: robot.highest_queue_id(),
-    "map": lambda robot: robot.map("g"), "positions": lambda robot: robot.positions("g"),
-    "position": lambda robot: robot.position("g"), "actions": lambda robot: robot.actions("g")}
+    "status": lambda robot: robot.status(),
+    "identify": lambda robot: robot.identify(),
+    "missions": lambda robot: robot.missions(),
+    "mission": lambda robot: robot.mission("g"),
+    "parameters": lambda robot: robot.parameters("g"),
+    "queue_item": lambda robot: robot.queue_item(7),
+    "open_items": lambda robot: robot.open_items(),
+    "items_after": lambda robot: robot.items_after(7),
+    "highest_queue_id": lambda robot: robot.highest_queue_id(),
+    "map": lambda robot: robot.map("g"),
+    "positions": lambda robot: robot.positions("g"),
+    "position": lambda robot: robot.position("g"),
+    "actions": lambda robot: robot.actions("g"),
+}
 
 
 @examples(150)
@@ -108,9 +143,12 @@ def _is_sound(value: Any) -> None:
 
 
 WRITES = {
-    "set_state": lambda robot: robot.set_state(RobotState.READY), "clear_error": lambda robot: robot.clear_error(),
-    "answer_prompt": lambda robot: robot.answer_prompt("g", "Yes"), "cancel": lambda robot: robot.cancel(7),
-    "clear_queue": lambda robot: robot.clear_queue()}
+    "set_state": lambda robot: robot.set_state(RobotState.READY),
+    "clear_error": lambda robot: robot.clear_error(),
+    "answer_prompt": lambda robot: robot.answer_prompt("g", "Yes"),
+    "cancel": lambda robot: robot.cancel(7),
+    "clear_queue": lambda robot: robot.clear_queue(),
+}
 
 
 @examples(60)

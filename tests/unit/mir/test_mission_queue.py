@@ -1,4 +1,5 @@
 """Reading the queue of robots that know more or less of search, filters, order, paging and whitelist."""
+
 import json as json_module
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -23,6 +24,7 @@ from tests.unit.mir.answers import item, short
 @dataclass
 class QueueTransport:
     """A robot's queue with the features that it has been given. It also proves that a client runs on any transport."""
+
     items: list[dict[str, Any]]
     has_search: bool = True
     filters: bool = True
@@ -35,8 +37,17 @@ class QueueTransport:
     missing_status: int = 404
     requests: list[str] = field(default_factory=list)
 
-    def send(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None, timeout: Timeouts,
-             is_wanted: object = None, with_credentials: bool = True) -> Response:
+    def send(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: Mapping[str, str] | None = None,
+        json: Any = None,
+        timeout: Timeouts,
+        is_wanted: object = None,
+        with_credentials: bool = True,
+    ) -> Response:
         self.requests.append(f"{method} {path}")
         if path == "/mission_queue/search" and not self.has_search:
             return Response(self.missing_status)
@@ -54,10 +65,14 @@ class QueueTransport:
             entries.reverse()
         if self.pages and "limit" in query:
             offset = int(query.get("offset", "0")) if self.offsets else 0
-            entries = entries[offset:offset + min(int(query["limit"]), self.page_limit or 5000)]
+            entries = entries[offset : offset + min(int(query["limit"]), self.page_limit or 5000)]
         elif "limit" not in query and self.page_of_bare_list is not None:
-            entries = entries[:self.page_of_bare_list]
-        return entries if self.whitelists and query.get("whitelist") == "all" else [short(entry["id"], entry["state"]) for entry in entries]
+            entries = entries[: self.page_of_bare_list]
+        return (
+            entries
+            if self.whitelists and query.get("whitelist") == "all"
+            else [short(entry["id"], entry["state"]) for entry in entries]
+        )
 
     @staticmethod
     def _fits(entry: dict[str, Any], wanted: dict[str, Any]) -> bool:
@@ -93,26 +108,45 @@ FEATURES = {name: st.booleans() for name in ("has_search", "filters", "sorts", "
 
 @example(done=0, executing=0, pending=2, above=7, features=dict.fromkeys(FEATURES, False))
 @examples(100)
-@given(done=st.integers(0, 450), executing=st.integers(0, 1), pending=st.integers(0, 30), above=st.integers(0, 40),
-       features=st.fixed_dictionaries(FEATURES))
-def test_open_and_newer_items_are_found_whatever_the_robot_knows(done: int, executing: int, pending: int, above: int,
-                                                                 features: dict[str, Any]) -> None:
+@given(
+    done=st.integers(0, 450),
+    executing=st.integers(0, 1),
+    pending=st.integers(0, 30),
+    above=st.integers(0, 40),
+    features=st.fixed_dictionaries(FEATURES),
+)
+def test_open_and_newer_items_are_found_whatever_the_robot_knows(
+    done: int, executing: int, pending: int, above: int, features: dict[str, Any]
+) -> None:
     everything = history(done, executing, pending, first=5000)
     robot = client(QueueTransport(everything, **features))
     open_ids = [entry["id"] for entry in everything if entry["state"] != "Done"]
     assert [found.id for found in robot.open_items()] == open_ids
     floor = 5000 + len(everything) - 1 - above
     found = robot.items_after(floor)
-    assert [(one.id, one.description) for one in found] == [(n, f"token {n}") for n in range(max(floor + 1, 5000), 5000 + len(everything))]
+    assert [(one.id, one.description) for one in found] == [
+        (n, f"token {n}") for n in range(max(floor + 1, 5000), 5000 + len(everything))
+    ]
     highest = robot.highest_queue_id()
     assert highest == max((entry["id"] for entry in everything), default=None)
 
 
-@pytest.mark.parametrize("features", [
-    {"page_limit": 50}, {"offsets": False}, {"page_limit": 50, "offsets": False}, {"page_limit": 50, "sorts": False},
-    {"page_limit": 50, "filters": False}, {"page_limit": 50, "has_search": False}, {"offsets": False, "has_search": False},
-    {"page_limit": 1}, {"page_limit": 1, "sorts": False, "filters": False}, {"page_limit": 1, "sorts": False, "has_search": False},
-    {"page_limit": 1, "sorts": False, "filters": False, "offsets": False}])
+@pytest.mark.parametrize(
+    "features",
+    [
+        {"page_limit": 50},
+        {"offsets": False},
+        {"page_limit": 50, "offsets": False},
+        {"page_limit": 50, "sorts": False},
+        {"page_limit": 50, "filters": False},
+        {"page_limit": 50, "has_search": False},
+        {"offsets": False, "has_search": False},
+        {"page_limit": 1},
+        {"page_limit": 1, "sorts": False, "filters": False},
+        {"page_limit": 1, "sorts": False, "has_search": False},
+        {"page_limit": 1, "sorts": False, "filters": False, "offsets": False},
+    ],
+)
 @pytest.mark.parametrize("profile", [None, RobotProfile(None, None, page_limit=50)])
 def test_a_list_that_ends_early_hides_nothing(features: dict[str, Any], profile: RobotProfile | None) -> None:
     """What is wanted is found, or it is said that it can't be; a start that is not found is sent again."""
@@ -125,7 +159,11 @@ def test_a_list_that_ends_early_hides_nothing(features: dict[str, Any], profile:
             assert [found.id for found in robot.items_after(340, known)] == list(range(341, 601))
             break
         except Unreadable:
-            assert features.get("offsets") is False or features.get("sorts") is False or features.get("has_search") is False
+            assert (
+                features.get("offsets") is False
+                or features.get("sorts") is False
+                or features.get("has_search") is False
+            )
     else:
         pytest.fail("not even in several calls")
 
@@ -191,7 +229,11 @@ def test_other_refusals_of_the_search_are_no_reason_to_read_the_list() -> None:
 
 def test_short_lists_are_completed_one_by_one() -> None:
     transport = QueueTransport(history(100, 0, 3), whitelists=False)
-    assert [found.description for found in client(transport).items_after(100)] == ["token 101", "token 102", "token 103"]
+    assert [found.description for found in client(transport).items_after(100)] == [
+        "token 101",
+        "token 102",
+        "token 103",
+    ]
     assert transport.requests == ["POST /mission_queue/search", *(f"GET /mission_queue/{n}" for n in (103, 102, 101))]
 
 
@@ -208,11 +250,13 @@ def test_a_bare_list_that_is_paged_does_not_hide_the_newest() -> None:
     assert [found.id for found in robot.open_items()] == [901, 902, 903]
 
 
-@pytest.mark.parametrize("deleted", [set(), {60, 61, 200}, {50, 100, 150, 903}, {51}, {899, 900, 901, 902}, {49, 50, 51, 52, 901}])
+@pytest.mark.parametrize(
+    "deleted", [set(), {60, 61, 200}, {50, 100, 150, 903}, {51}, {899, 900, 901, 902}, {49, 50, 51, 52, 901}]
+)
 def test_above_a_list_of_the_oldest_the_highest_number_is_climbed_to(deleted: set[int]) -> None:
     items = [entry for entry in history(903) if entry["id"] not in deleted]
     transport = QueueTransport(items, has_search=False, sorts=False, pages=False, page_of_bare_list=50)
-    transport._listed = lambda query, json: items[:48]      # type: ignore[method-assign]
+    transport._listed = lambda query, json: items[:48]  # type: ignore[method-assign]
     robot, newest = client(transport), items[-1]["id"]
     assert robot.highest_queue_id() == newest
     asked = len(transport.requests)
@@ -222,16 +266,19 @@ def test_above_a_list_of_the_oldest_the_highest_number_is_climbed_to(deleted: se
     assert robot.highest_queue_id() == items[47]["id"], "its numbers began anew"
 
 
-@pytest.mark.parametrize("said", [lambda asked: asked, lambda asked: 7], ids=["has every number", "always gives one item"])
+@pytest.mark.parametrize(
+    "said", [lambda asked: asked, lambda asked: 7], ids=["has every number", "always gives one item"]
+)
 def test_a_climb_ends(said: Callable[[int], int]) -> None:
     transport = QueueTransport([])
-    transport._listed = lambda query, json: history(3)      # type: ignore[method-assign]
+    transport._listed = lambda query, json: history(3)  # type: ignore[method-assign]
     send = transport.send
 
     def answer(method: str, path: str, **asked: Any) -> Response:
         number = path.removeprefix("/mission_queue").lstrip("/")
         return transport._answer(item(said(int(number)), "Done")) if number.isdecimal() else send(method, path, **asked)
-    transport.send = answer                                 # type: ignore[method-assign, assignment]
+
+    transport.send = answer  # type: ignore[method-assign, assignment]
     robot = client(transport)
     if said(1) == 1:
         with pytest.raises(Unreadable, match="the queue has no end"):
@@ -266,6 +313,7 @@ def test_an_item_that_appears_twice_while_paging_counts_once() -> None:
 
 def reader_of(there: set[int], read: Callable[[int], QueueItem] = QueueItem) -> mission_queue.QueueReader:
     """Of a robot that lists its ten oldest items only, whatever it is asked."""
+
     def ask(_method: str, path: str, _query: Mapping[str, str], _json: Any) -> list[dict[str, Any]]:
         if path.endswith("search"):
             raise Rejected(status=404, address="r1")
@@ -275,10 +323,13 @@ def reader_of(there: set[int], read: Callable[[int], QueueItem] = QueueItem) -> 
         if number not in there:
             raise Rejected(status=404, address="r1")
         return read(number)
+
     return mission_queue.QueueReader(ask, read_item)
 
 
-@pytest.mark.parametrize("there", [set(range(1, 451)), {*range(1, 12), *range(301, 451)}, {*range(1, 12), *range(40, 451, 7), 450}])
+@pytest.mark.parametrize(
+    "there", [set(range(1, 451)), {*range(1, 12), *range(301, 451)}, {*range(1, 12), *range(40, 451, 7), 450}]
+)
 def test_what_is_read_one_by_one_is_read_in_several_calls_however_many_numbers_are_missing(there: set[int]) -> None:
     reader, known, calls = reader_of(there), dict[int, QueueItem | None](), 0
     while (calls := calls + 1) < 10:
@@ -304,10 +355,25 @@ def test_another_item_than_the_one_that_was_asked_for_proves_nothing() -> None:
         reader.items_after(12)
 
 
-@pytest.mark.parametrize("states", [
-    {"Ausstehend": "Pending", "Fertig": "Done"}, {"Aktiv": "Executing"}, {"Ausstehend": "Pending", "Wartend": "Pending"}])
-def test_what_is_open_is_found_where_a_check_up_has_learned_only_some_of_the_robot_s_words(states: dict[str, str]) -> None:
-    robot = QueueTransport([item(1, state="Fertig"), item(2, state="Aktiv") | {"finished": None},
-                            item(3, state="Ausstehend") | {"finished": None}])
-    client = RobotClient(Address.parse("r1"), Token(""), transport=robot, profile=RobotProfile(None, None, item_states=states))
+@pytest.mark.parametrize(
+    "states",
+    [
+        {"Ausstehend": "Pending", "Fertig": "Done"},
+        {"Aktiv": "Executing"},
+        {"Ausstehend": "Pending", "Wartend": "Pending"},
+    ],
+)
+def test_what_is_open_is_found_where_a_check_up_has_learned_only_some_of_the_robot_s_words(
+    states: dict[str, str],
+) -> None:
+    robot = QueueTransport(
+        [
+            item(1, state="Fertig"),
+            item(2, state="Aktiv") | {"finished": None},
+            item(3, state="Ausstehend") | {"finished": None},
+        ]
+    )
+    client = RobotClient(
+        Address.parse("r1"), Token(""), transport=robot, profile=RobotProfile(None, None, item_states=states)
+    )
     assert {entry.id for entry in client.open_items()} >= {2, 3}

@@ -1,4 +1,5 @@
 """A robot that bears little is asked less; what a person orders goes at once all the same."""
+
 from __future__ import annotations
 
 from collections.abc import Callable

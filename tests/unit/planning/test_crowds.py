@@ -1,4 +1,5 @@
 """When more runs want something than there is room for, against counting minute by minute."""
+
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
@@ -39,7 +40,9 @@ def test_the_load_of_an_hour_is_runs_times_duration_by_room():
     assert load(spans, 2, at(30)) == (15 + 30 + 15) / 120
 
 
-SPANS = st.lists(st.tuples(st.integers(0, 120), st.integers(0, 40)).map(lambda one: span(one[0], one[0] + one[1])), max_size=12)
+SPANS = st.lists(
+    st.tuples(st.integers(0, 120), st.integers(0, 40)).map(lambda one: span(one[0], one[0] + one[1])), max_size=12
+)
 
 
 @examples(100)
@@ -48,10 +51,12 @@ def test_crowds_are_those_of_a_plain_count(spans, room, begins, lasts):
     demand = Demand(spans)
     count = [sum(one.begins <= at(minute) < one.ends for one in spans) for minute in range(-1, 200)]
     assert [demand.at(at(minute)) for minute in range(-1, 200)] == count
-    assert demand.most(at(begins), at(begins + lasts)) == max(count[begins + 1:begins + lasts + 1])
+    assert demand.most(at(begins), at(begins + lasts)) == max(count[begins + 1 : begins + lasts + 1])
     crowded = [minute for minute, number in enumerate(count, -1) if number > room]
     found = list(demand.crowds(room))
-    assert sorted(crowded) == [minute for crowd in found for minute in range(-1, 200) if crowd.at <= at(minute) < crowd.until]
+    assert sorted(crowded) == [
+        minute for crowd in found for minute in range(-1, 200) if crowd.at <= at(minute) < crowd.until
+    ]
     assert all(crowd.number == demand.at(crowd.at) > room for crowd in found)
     within = [minute for minute in crowded if begins <= minute < begins + lasts]
     first = demand.first_crowd(room, at(begins), at(begins + lasts))

@@ -1,4 +1,5 @@
 """Which robot of a group a planned start will probably get."""
+
 from __future__ import annotations
 
 from itertools import pairwise
@@ -39,7 +40,12 @@ def whose(found, number):
 
 def test_starts_at_one_instant_go_to_different_robots_and_the_fourth_to_the_one_that_is_free_first():
     found = forecast([kits(0.0) for _ in range(4)], site(taking(Sisu=200.0)))
-    assert sorted((whose(found, n), found[n].begins) for n in range(4)) == [("Aino", 0.0), ("Sisu", 0.0), ("Sisu", 200.0), ("Veikko", 0.0)]
+    assert sorted((whose(found, n), found[n].begins) for n in range(4)) == [
+        ("Aino", 0.0),
+        ("Sisu", 0.0),
+        ("Sisu", 200.0),
+        ("Veikko", 0.0),
+    ]
     assert all(one.in_time for one in found.values())
 
 
@@ -58,13 +64,17 @@ def test_the_robot_that_a_fixed_start_wants_soon_is_left_to_it():
 
 
 def test_a_start_that_finds_nobody_within_its_window_goes_into_a_queue_at_the_last_call():
-    found = forecast([kits(0.0, members=(1, 2)), kits(0.0, members=(1, 2)), kits(10.0, members=(1, 2), window=60.0)], site())
+    found = forecast(
+        [kits(0.0, members=(1, 2)), kits(0.0, members=(1, 2)), kits(10.0, members=(1, 2), window=60.0)], site()
+    )
     assert (found[2].in_time, found[2].begins) == (False, 300.0)
     assert found[0].in_time
 
 
 def test_a_robot_that_is_held_gets_nothing_until_that_ends():
-    found = forecast([kits(0.0, members=(1, 2)), kits(700.0, members=(1, 2))], site(taking(Aino=250.0), held={1: [(-10.0, 600.0)]}))
+    found = forecast(
+        [kits(0.0, members=(1, 2)), kits(700.0, members=(1, 2))], site(taking(Aino=250.0), held={1: [(-10.0, 600.0)]})
+    )
     assert [whose(found, n) for n in range(2)] == ["Sisu", "Aino"]
     assert forecast([kits(0.0)], site(held={robot_id: [(-1.0, 1e9)] for robot_id in HALL})) == {}
     [late] = forecast([kits(0.0, members=(1,))], site(held={1: [(-10.0, 600.0)]})).values()
@@ -82,7 +92,11 @@ def test_a_group_without_a_usable_robot_finds_none_and_disturbs_nobody():
 
 def test_what_is_handed_over_at_once_waits_in_the_queue_of_the_robot_that_is_done_first():
     found = forecast([kits(0.0, members=(1, 2), at_once=True) for _ in range(3)], site(taking(Sisu=200.0)))
-    assert sorted((whose(found, n), found[n].begins) for n in range(3)) == [("Aino", 0.0), ("Sisu", 0.0), ("Sisu", 200.0)]
+    assert sorted((whose(found, n), found[n].begins) for n in range(3)) == [
+        ("Aino", 0.0),
+        ("Sisu", 0.0),
+        ("Sisu", 200.0),
+    ]
 
 
 def test_a_full_place_keeps_a_start_waiting_but_no_robot_from_another_one():
@@ -93,11 +107,15 @@ def test_a_full_place_keeps_a_start_waiting_but_no_robot_from_another_one():
 
 
 def test_whoever_uses_a_place_uses_it_also_robots_of_other_groups_and_of_none():
-    wanted = [fixed(0.0, 4, places=("Dock",)), kits(10.0, members=(1, 2), places=("Dock",)), kits(10.0, members=(3,), places=("Dock",))]
+    wanted = [
+        fixed(0.0, 4, places=("Dock",)),
+        kits(10.0, members=(1, 2), places=("Dock",)),
+        kits(10.0, members=(3,), places=("Dock",)),
+    ]
     found = forecast(wanted, site(room={"Dock": 1}))
     assert [found[number].begins for number in range(3)] == [0.0, 300.0, 600.0]
     short = [each._replace(closes=200.0) for each in wanted]
-    assert sorted(forecast(short, site(room={"Dock": 1}))) == [0]          # never in a queue, as the place is full
+    assert sorted(forecast(short, site(room={"Dock": 1}))) == [0]  # never in a queue, as the place is full
 
 
 # ---------------------------------------------------------------------- whatever the plan
@@ -116,7 +134,18 @@ def plans(draw):
         is_fixed = len(members) == 1 and draw(st.booleans())
         finish = None if is_fixed or draw(st.booleans()) else at + float(draw(LASTS))
         places = draw(st.sampled_from(((), (), ("Dock",), ("Dock", "Gate"))))
-        wanted.append(Wanted(float(at), mission, members, is_fixed, priority, at + 60.0 * draw(st.integers(1, 30)), finish, places=places))
+        wanted.append(
+            Wanted(
+                float(at),
+                mission,
+                members,
+                is_fixed,
+                priority,
+                at + 60.0 * draw(st.integers(1, 30)),
+                finish,
+                places=places,
+            )
+        )
     return wanted, lasts
 
 
@@ -147,7 +176,9 @@ def test_only_what_cannot_be_done_in_time_or_waits_for_a_place_gets_nobody(plan)
     wanted, lasts = plan
     found = forecast(wanted, of(lasts))
     in_groups = {robot_id for each in wanted if not each.fixed for robot_id in each.members}
-    lost = [each for number, each in enumerate(wanted) if number not in found and not in_groups.isdisjoint(each.members)]
+    lost = [
+        each for number, each in enumerate(wanted) if number not in found and not in_groups.isdisjoint(each.members)
+    ]
     assert all((each.finish is not None or each.places) and not each.fixed for each in lost)
 
 
@@ -158,8 +189,12 @@ def test_a_start_of_a_group_begins_only_where_there_is_room_at_its_places(plan):
     found = forecast(wanted, of(lasts))
     for number, one in found.items():
         for name in wanted[number].places if one.in_time and not wanted[number].fixed else ():
-            there = sum(name in wanted[other].places and each.ends > one.begins
-                        and (wanted[other].at if wanted[other].fixed else each.begins) <= one.begins for other, each in found.items())
+            there = sum(
+                name in wanted[other].places
+                and each.ends > one.begins
+                and (wanted[other].at if wanted[other].fixed else each.begins) <= one.begins
+                for other, each in found.items()
+            )
             assert there <= ROOM[name]
 
 
@@ -168,16 +203,29 @@ def test_a_start_of_a_group_begins_only_where_there_is_room_at_its_places(plan):
 def test_each_choice_is_the_one_of_the_decision_code_at_that_moment(plan, last):
     """The newest start of a plan, where nothing else waits: the robots as the starts before it leave them."""
     wanted, lasts = plan
-    wanted = [*wanted[:last], wanted[last % len(wanted)]._replace(at=9000.0, closes=9900.0, finish=None, fixed=False, members=(1, 2, 3),
-                                                                      places=())]
+    wanted = [
+        *wanted[:last],
+        wanted[last % len(wanted)]._replace(
+            at=9000.0, closes=9900.0, finish=None, fixed=False, members=(1, 2, 3), places=()
+        ),
+    ]
     found = forecast(wanted, of(lasts))
     earlier = [found[number] for number in range(len(wanted) - 1) if number in found]
     if any(one.begins >= 9000.0 for one in earlier):
         return
-    free = {robot_id: max((one.ends - 9000.0 for one in earlier if one.robot_id == robot_id), default=-1.0) for robot_id in HALL}
-    hours = {robot_id: sum(one.ends - one.begins for one in earlier if one.robot_id == robot_id) / 3600 for robot_id in HALL}
-    members = {robot_id: Member(robot_id, NAMES[robot_id], free[robot_id] <= 0, max(0.0, free[robot_id]), hours=hours[robot_id])
-               for robot_id in HALL}
+    free = {
+        robot_id: max((one.ends - 9000.0 for one in earlier if one.robot_id == robot_id), default=-1.0)
+        for robot_id in HALL
+    }
+    hours = {
+        robot_id: sum(one.ends - one.begins for one in earlier if one.robot_id == robot_id) / 3600 for robot_id in HALL
+    }
+    members = {
+        robot_id: Member(
+            robot_id, NAMES[robot_id], free[robot_id] <= 0, max(0.0, free[robot_id]), hours=hours[robot_id]
+        )
+        for robot_id in HALL
+    }
     start = Start(0, wanted[-1].mission, HALL, wanted[-1].priority)
     [decision] = decide(Situation(members, [start], of(lasts).takes))
     mine = found[len(wanted) - 1]
@@ -192,10 +240,13 @@ def test_each_choice_is_the_one_of_the_decision_code_at_that_moment(plan, last):
 def test_the_forecast_of_the_first_hour_is_the_same_however_far_it_reaches(plan):
     wanted, lasts = plan
     near = [each for each in wanted if each.at <= 3600 + AHEAD]
-    first = [number for number, each in enumerate(near) if each.at <= 3600 and not each.fixed]     # those only where a group needs them
+    first = [
+        number for number, each in enumerate(near) if each.at <= 3600 and not each.fixed
+    ]  # those only where a group needs them
     long, short = forecast(wanted, of(lasts)), forecast(near, of(lasts))
-    assert [long.get(number) for number in first if long.get(number) and long[number].begins <= 3600] == \
-        [short.get(number) for number in first if long.get(number) and long[number].begins <= 3600]
+    assert [long.get(number) for number in first if long.get(number) and long[number].begins <= 3600] == [
+        short.get(number) for number in first if long.get(number) and long[number].begins <= 3600
+    ]
 
 
 def test_more_starts_than_robots_can_ever_do_are_given_up_instead_of_computed_for_minutes():

@@ -1,4 +1,5 @@
 """Runs of other schedules around the starts of a new one, against the plainest way to find them: one by one from the beginning."""
+
 from __future__ import annotations
 
 from datetime import UTC, datetime, time, timedelta
@@ -14,10 +15,19 @@ from app.services.planning.working_days import WorkingCalendar
 from tests.support.examples import examples
 
 ZONE = "Europe/Helsinki"
-NOW = datetime(2026, 10, 23, 9, 0, tzinfo=UTC)                         # a Friday; clocks go back on Sunday
+NOW = datetime(2026, 10, 23, 9, 0, tzinfo=UTC)  # a Friday; clocks go back on Sunday
 CALENDAR = WorkingCalendar(Settings(timezone=ZONE))
-RULES = ["FREQ=DAILY", "FREQ=WEEKLY;BYDAY=MO,WE,FR", "FREQ=HOURLY;INTERVAL=6", "FREQ=MINUTELY;INTERVAL=7", "FREQ=MONTHLY;BYDAY=-1FR", None]
-USUAL = st.none() | st.floats(60, 30_000).map(lambda seconds: DurationEstimate(seconds / 2, seconds, (seconds / 2, seconds)))
+RULES = [
+    "FREQ=DAILY",
+    "FREQ=WEEKLY;BYDAY=MO,WE,FR",
+    "FREQ=HOURLY;INTERVAL=6",
+    "FREQ=MINUTELY;INTERVAL=7",
+    "FREQ=MONTHLY;BYDAY=-1FR",
+    None,
+]
+USUAL = st.none() | st.floats(60, 30_000).map(
+    lambda seconds: DurationEstimate(seconds / 2, seconds, (seconds / 2, seconds))
+)
 
 
 @st.composite
@@ -32,7 +42,10 @@ def schedules(draw) -> Schedule:
 
 def runs(other: Other, end: datetime) -> list[datetime]:
     """All that are to come before ``end``."""
-    return [found.instant for found in takewhile(lambda found: found.instant < end, occurrences(other.schedule, NOW, CALENDAR))]
+    return [
+        found.instant
+        for found in takewhile(lambda found: found.instant < end, occurrences(other.schedule, NOW, CALENDAR))
+    ]
 
 
 @examples(80)
@@ -53,7 +66,8 @@ def test_runs_that_meet_and_the_free_time_are_those_of_a_plain_search(draft, usu
     shifts = [sign * n * STEP for n in range(1, int(FURTHEST / STEP) + 1) for sign in (1, -1)]
     fitting = [shift for shift in shifts if all(stays(start, shift) for start in starts)]
     assert free_shift(starts, usual, near, NOW) == next(
-        (shift for shift in fitting if not any(in_the_way(start.instant + shift) for start in starts)), None)
+        (shift for shift in fitting if not any(in_the_way(start.instant + shift) for start in starts)), None
+    )
 
 
 def stays(start: Occurrence, shift: timedelta) -> bool:

@@ -1,4 +1,5 @@
 """Working days: exceptions beat the weekly rule, the shorter of two holds, holidays of a country lie below what was entered."""
+
 from __future__ import annotations
 
 import subprocess
@@ -48,7 +49,7 @@ def test_of_two_equally_long_the_newer_holds():
 
 
 def test_public_holidays_close_and_an_own_working_day_beats_them():
-    independence = date(2027, 12, 6)                       # a Monday
+    independence = date(2027, 12, 6)  # a Monday
     assert WorkingCalendar(FINLAND).day_status(independence) == DayStatus(False, "Independence Day", Ground.HOLIDAY)
     open_then = DayException("Fair", independence, independence, is_working=True, id=4)
     assert WorkingCalendar(FINLAND, [open_then]).day_status(independence).is_working
@@ -57,11 +58,14 @@ def test_public_holidays_close_and_an_own_working_day_beats_them():
 def test_the_names_of_holidays_follow_the_language():
     finnish = Settings(holiday_country="FI", language="fi")
     assert WorkingCalendar(finnish).day_status(date(2026, 12, 6)).name == "Itsenäisyyspäivä"
-    assert WorkingCalendar(Settings(holiday_country="DE", language="fi")).day_status(date(2026, 10, 3)).name == "Tag der Deutschen Einheit"
+    assert (
+        WorkingCalendar(Settings(holiday_country="DE", language="fi")).day_status(date(2026, 10, 3)).name
+        == "Tag der Deutschen Einheit"
+    )
 
 
 def test_a_region_has_holidays_of_its_own():
-    epiphany = date(2027, 1, 6)                            # a Wednesday, closed in Bavaria but not in all of Germany
+    epiphany = date(2027, 1, 6)  # a Wednesday, closed in Bavaria but not in all of Germany
     assert WorkingCalendar(Settings(holiday_country="DE")).is_working_day(epiphany)
     assert not WorkingCalendar(Settings(holiday_country="DE", holiday_subdivision="BY")).is_working_day(epiphany)
 
@@ -73,8 +77,10 @@ def test_countries_and_regions_have_names():
     assert public_holidays.subdivisions("nowhere") == {}
 
 
-@pytest.mark.parametrize(("country", "region", "field"), [
-    ("XX", "", "holiday_country"), ("FI", "BY", "holiday_subdivision"), ("", "BY", "holiday_subdivision")])
+@pytest.mark.parametrize(
+    ("country", "region", "field"),
+    [("XX", "", "holiday_country"), ("FI", "BY", "holiday_subdivision"), ("", "BY", "holiday_subdivision")],
+)
 def test_a_country_or_region_nobody_knows_is_refused(country, region, field):
     with pytest.raises(InvalidInput) as caught:
         public_holidays.check(country, region)
@@ -106,10 +112,17 @@ def test_the_exceptional_days_of_a_span_come_in_order():
 
 
 # ---------------------------------------------------------------------- what an exception can be
-@pytest.mark.parametrize(("values", "field"), [
-    ({"name": " "}, "name"), ({"name": "x" * 81}, "name"), ({"last_day": date(2026, 7, 5)}, "last_day"),
-    ({"first_day": date(1969, 12, 31)}, "first_day"), ({"last_day": date(2200, 1, 1)}, "last_day"),
-    ({"last_day": MONDAY + timedelta(days=366)}, "last_day")])
+@pytest.mark.parametrize(
+    ("values", "field"),
+    [
+        ({"name": " "}, "name"),
+        ({"name": "x" * 81}, "name"),
+        ({"last_day": date(2026, 7, 5)}, "last_day"),
+        ({"first_day": date(1969, 12, 31)}, "first_day"),
+        ({"last_day": date(2200, 1, 1)}, "last_day"),
+        ({"last_day": MONDAY + timedelta(days=366)}, "last_day"),
+    ],
+)
 def test_what_an_exception_cannot_be_is_reported_at_its_field(values, field):
     with pytest.raises(InvalidInput) as caught:
         validation.day_exception(DayException(**{"name": "Break", "first_day": MONDAY, "last_day": MONDAY, **values}))
@@ -117,10 +130,20 @@ def test_what_an_exception_cannot_be_is_reported_at_its_field(values, field):
 
 
 DAYS = st.dates(date(2020, 1, 1), date(2032, 12, 31))
-EXCEPTIONS = st.lists(st.builds(
-    lambda first, length, is_working, yearly, number: DayException(f"E{number}", first, first + timedelta(days=length), is_working, yearly,
-                                                                   id=number),
-    DAYS, st.integers(0, 40), st.booleans(), st.booleans(), st.integers(1, 50)), max_size=6, unique_by=lambda e: e.id)
+EXCEPTIONS = st.lists(
+    st.builds(
+        lambda first, length, is_working, yearly, number: DayException(
+            f"E{number}", first, first + timedelta(days=length), is_working, yearly, id=number
+        ),
+        DAYS,
+        st.integers(0, 40),
+        st.booleans(),
+        st.booleans(),
+        st.integers(1, 50),
+    ),
+    max_size=6,
+    unique_by=lambda e: e.id,
+)
 
 
 def holds_on(exception: DayException, day: date) -> bool:
@@ -174,5 +197,7 @@ container.close()
 
 
 def test_the_library_of_holidays_is_read_only_when_a_country_is_chosen(tmp_path):
-    told = subprocess.run([sys.executable, "-c", START, str(tmp_path)], capture_output=True, text=True, check=True, timeout=60)
+    told = subprocess.run(
+        [sys.executable, "-c", START, str(tmp_path)], capture_output=True, text=True, check=True, timeout=60
+    )
     assert told.stdout.split() == ["False", "True"]

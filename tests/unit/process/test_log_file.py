@@ -1,4 +1,5 @@
 """The log file: one physical line for each event, whatever a robot says and whatever breaks."""
+
 from __future__ import annotations
 
 import logging
@@ -55,7 +56,10 @@ def test_every_event_is_one_line(directory, capfd):
     written()
     watched = capfd.readouterr().err.splitlines()
     assert [line[20:] for line in watched] == [
-        "INFO    R1 says: left wheel again \\x1b[31mred \\u202eturned \\udc80", "ERROR   It broke", "CRITICAL Unexpected error"]
+        "INFO    R1 says: left wheel again \\x1b[31mred \\u202eturned \\udc80",
+        "ERROR   It broke",
+        "CRITICAL Unexpected error",
+    ]
 
 
 def test_a_long_line_is_shortened_where_it_is_watched_too(directory, capfd):

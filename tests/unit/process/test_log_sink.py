@@ -1,4 +1,5 @@
 """A console, pipe or disk that stands still: whoever logs goes on, and what was left out is said once it works again."""
+
 from __future__ import annotations
 
 import errno
@@ -52,15 +53,20 @@ def written(log) -> bool:
 
 def test_whoever_logs_goes_on_and_what_found_no_room_is_counted(log, place):
     log.info("first")
-    assert place.hangs.wait(WITHIN)                  # the thread has taken it, so that the whole queue is free
+    assert place.hangs.wait(WITHIN)  # the thread has taken it, so that the whole queue is free
     for number in range(MOST_WAITING + 212):
         log.info("%d", number)
-    assert not log.handlers[0].is_written()          # nor does the end of the process wait for long
+    assert not log.handlers[0].is_written()  # nor does the end of the process wait for long
     place.works.set()
     assert written(log)
     log.info("last")
     assert written(log)
-    assert place.lines == ["first\n", *(f"{number}\n" for number in range(MOST_WAITING)), "212 lines were left out\n", "last\n"]
+    assert place.lines == [
+        "first\n",
+        *(f"{number}\n" for number in range(MOST_WAITING)),
+        "212 lines were left out\n",
+        "last\n",
+    ]
 
 
 def test_what_could_not_be_written_is_counted_until_it_works(log, place):
@@ -98,7 +104,7 @@ def test_a_line_whose_arguments_do_not_fit_is_no_error_of_the_thread_that_logs(l
     place.works.set()
     log.info("%d robots", "two")
     assert written(log)
-    line, = place.lines
+    (line,) = place.lines
     assert line.startswith("'%d robots' could not be formatted: TypeError(")
 
 
@@ -125,7 +131,11 @@ def test_a_full_file_is_followed_by_a_new_one_and_the_oldest_goes(tmp_path):
     path.write_bytes(b"0 older\n")
     for number in range(1, 5):
         RotatingFile(path, most=8, kept=2).write(f"{number} line\n".encode() + b"x" * 8)
-    assert {file.name: file.read_bytes()[:6] for file in tmp_path.iterdir()} == {"log": b"4 line", "log.1": b"3 line", "log.2": b"2 line"}
+    assert {file.name: file.read_bytes()[:6] for file in tmp_path.iterdir()} == {
+        "log": b"4 line",
+        "log.1": b"3 line",
+        "log.2": b"2 line",
+    }
     assert {file.stat().st_mode & 0o777 for file in tmp_path.iterdir()} == {0o600}
 
 

@@ -1,4 +1,5 @@
 """Maps are asked for once in a while, kept beside the database, and never in the way: whatever a robot answers."""
+
 from __future__ import annotations
 
 import logging
@@ -31,7 +32,7 @@ class FakeClient:
         self.asked.append(map_id)
         found = self.maps[map_id]
         if isinstance(found, RobotError):
-            raise found.with_traceback(None)          # it may be raised again
+            raise found.with_traceback(None)  # it may be raised again
         return found
 
     def positions(self, _map_id: str) -> list[MapPosition]:
@@ -51,7 +52,7 @@ class Site:
         self.maps = self.restarted()
 
     def restarted(self) -> RobotMaps:
-        return RobotMaps(self.directory, self.robots.get, lambda _robot: self.client, self.clock)      # type: ignore[arg-type, return-value]
+        return RobotMaps(self.directory, self.robots.get, lambda _robot: self.client, self.clock)  # type: ignore[arg-type, return-value]
 
 
 @pytest.fixture
@@ -89,7 +90,7 @@ def test_after_a_restart_the_kept_map_is_there_at_once_and_the_robot_is_asked_a_
 
 def test_files_are_private_and_written_whole(site: Site) -> None:
     site.maps.learn(1, "m")
-    file, = site.directory.iterdir()
+    (file,) = site.directory.iterdir()
     assert file.suffix == ".json"
     if os.name == "posix":
         assert file.stat().st_mode & 0o777 == 0o600
@@ -104,7 +105,9 @@ def test_another_machine_behind_the_same_name_does_not_get_this_map(site: Site) 
 
 
 @pytest.mark.parametrize("problem", [Unreachable(code="unreachable", address="a"), TimedOut(address="a", seconds="5")])
-def test_a_robot_that_does_not_answer_is_asked_again_after_a_minute_and_its_map_stays(site: Site, problem: RobotError) -> None:
+def test_a_robot_that_does_not_answer_is_asked_again_after_a_minute_and_its_map_stays(
+    site: Site, problem: RobotError
+) -> None:
     picture = site.maps.learn(1, "m")
     site.clock.advance(REFRESH_AFTER)
     site.client.maps = {"m": problem}
@@ -115,7 +118,9 @@ def test_a_robot_that_does_not_answer_is_asked_again_after_a_minute_and_its_map_
     assert site.client.closed == 2
 
 
-def test_garbage_is_reported_in_one_line_of_the_log_and_not_asked_for_every_second(site: Site, caplog: pytest.LogCaptureFixture) -> None:
+def test_garbage_is_reported_in_one_line_of_the_log_and_not_asked_for_every_second(
+    site: Site, caplog: pytest.LogCaptureFixture
+) -> None:
     site.client.maps = {"m": RobotMap("m", "Hall", b"\x89PNG\r\n\x1a\n" + bytes(64), 400, 300)}
     with caplog.at_level(logging.WARNING):
         for _n in range(3):
@@ -136,20 +141,21 @@ def shown_for(site: Site, seconds: int) -> None:
 
 
 def test_a_robot_that_names_another_map_each_time_is_asked_once_a_minute_and_complained_of_once(
-        site: Site, caplog: pytest.LogCaptureFixture) -> None:
+    site: Site, caplog: pytest.LogCaptureFixture
+) -> None:
     garbage = Unreadable(address="a", problem="the map has no PNG picture")
     site.client.maps = dict.fromkeys(map(str, range(36_000)), garbage)
     shown_for(site, 600)
     assert len(site.client.asked) == 10
     assert len(caplog.records) == 1
-    assert site.maps.is_due(2, "m")                  # other robots' turn is not over
+    assert site.maps.is_due(2, "m")  # other robots' turn is not over
     tracemalloc.start()
     shown_for(site, 36_000)
     grown = tracemalloc.take_snapshot().filter_traces([tracemalloc.Filter(True, robot_maps.__file__)])
     tracemalloc.stop()
     assert len(site.client.asked) == 610
     assert len(caplog.records) == 1
-    assert sum(trace.size for trace in grown.traces) < 64 * 1024         # bytes
+    assert sum(trace.size for trace in grown.traces) < 64 * 1024  # bytes
 
 
 def test_after_a_good_map_the_next_bad_one_is_reported_again(site: Site, caplog: pytest.LogCaptureFixture) -> None:
@@ -190,7 +196,7 @@ def test_a_robot_that_has_been_removed_has_no_map(site: Site) -> None:
 
 def test_a_damaged_file_is_as_good_as_none(site: Site) -> None:
     site.maps.learn(1, "m")
-    file, = site.directory.iterdir()
+    (file,) = site.directory.iterdir()
     file.write_bytes(b"{" + os.urandom(50))
     assert site.restarted().learn(1, "m") is not None
     assert site.client.asked == ["m", "m"]

@@ -1,4 +1,5 @@
 """Words are compared in the source's language, whatever the test before has left."""
+
 from __future__ import annotations
 
 import gc

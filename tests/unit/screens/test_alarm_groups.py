@@ -1,4 +1,5 @@
 """One cause, one line: robots that fall silent together share one, and nothing else does."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -20,31 +21,68 @@ from tests.support.home_facts import NOW, SETTINGS, ago
 
 def silent(n: int, apart: timedelta = timedelta(seconds=20), code: str = "no_answer", **values) -> list[Alarm]:
     """``n`` robots, one after the other, the first 36 minutes ago."""
+
     def details(i: int) -> dict:
         return {"robot": f"R{i}", "problem": message(SENTENCES[code], address=f"10.1.1.{i}", seconds=5)}
-    return [alarm("unreachable", f"robot:{i}", id=i, raised_at=ago(minutes=36) + i * apart, details=details(i), **values)
-            for i in range(1, n + 1)]
+
+    return [
+        alarm("unreachable", f"robot:{i}", id=i, raised_at=ago(minutes=36) + i * apart, details=details(i), **values)
+        for i in range(1, n + 1)
+    ]
 
 
-def failed(n: int, robot: str = "Aino", code: str = "execution_failed", reason: Reason | None = None, **values) -> list[Alarm]:
+def failed(
+    n: int, robot: str = "Aino", code: str = "execution_failed", reason: Reason | None = None, **values
+) -> list[Alarm]:
     """As many schedules of one robot, the last a minute ago."""
-    reason = reason or Reason(ReasonCode.WINDOW_CLOSED, {"until": "2026-11-20T12:15:00+00:00",
-                                                         "problem": message(SENTENCES["no_answer"], address="10.1.1.7")})
-    return [alarm(code, f"schedule:{i}", id=i, raised_at=ago(minutes=n + 1 - i), last_at=ago(minutes=n + 1 - i),
-                  details={"robot": robot, "robot_id": len(robot), "mission": f"M{i}", "reason": to_store(reason)}, **values)
-            for i in range(1, n + 1)]
+    reason = reason or Reason(
+        ReasonCode.WINDOW_CLOSED,
+        {"until": "2026-11-20T12:15:00+00:00", "problem": message(SENTENCES["no_answer"], address="10.1.1.7")},
+    )
+    return [
+        alarm(
+            code,
+            f"schedule:{i}",
+            id=i,
+            raised_at=ago(minutes=n + 1 - i),
+            last_at=ago(minutes=n + 1 - i),
+            details={"robot": robot, "robot_id": len(robot), "mission": f"M{i}", "reason": to_store(reason)},
+            **values,
+        )
+        for i in range(1, n + 1)
+    ]
 
 
-def broken(message: str = "Failed to reach goal position 'Dock'", apart: timedelta = timedelta(seconds=4), **values) -> list[Alarm]:
+def broken(
+    message: str = "Failed to reach goal position 'Dock'", apart: timedelta = timedelta(seconds=4), **values
+) -> list[Alarm]:
     """Aino's error, the mission that it ended as it says so, ``apart`` before, and another's."""
     reason = to_store(Reason(ReasonCode.ROBOT_ABORTED, {"message": message}))
     details = {"robot": "Aino", "robot_id": 1, "mission": "Deliver", "reason": reason}
     at = ago(minutes=2)
-    return [alarm("execution_failed", "schedule:1", id=1, raised_at=at - apart, last_at=at - apart, details=details, **values),
-            alarm("robot_error", "robot:1", id=2, raised_at=at, last_at=at,
-                  details={"robot": "Aino", "problem": "Failed to reach goal position 'Dock'"}, **values),
-            alarm("execution_failed", "schedule:2", id=3, raised_at=at, last_at=at, details={**details, "robot": "Veikko", "robot_id": 2},
-                  **values)]
+    return [
+        alarm(
+            "execution_failed", "schedule:1", id=1, raised_at=at - apart, last_at=at - apart, details=details, **values
+        ),
+        alarm(
+            "robot_error",
+            "robot:1",
+            id=2,
+            raised_at=at,
+            last_at=at,
+            details={"robot": "Aino", "problem": "Failed to reach goal position 'Dock'"},
+            **values,
+        ),
+        alarm(
+            "execution_failed",
+            "schedule:2",
+            id=3,
+            raised_at=at,
+            last_at=at,
+            details={**details, "robot": "Veikko", "robot_id": 2},
+            **values,
+        ),
+    ]
 
 
 def sizes(alarms) -> list[int]:
@@ -59,42 +97,56 @@ def test_many_that_fall_silent_together_are_one_line_in_list_and_banner():
     assert (issue.view.action, issue.view.act, issue.view.about) == ("Show all", Act.SHOW_ALARMS, 1)
     assert banner(issues, {}, SETTINGS, NOW) == issue.view
     entry = issue_entry(issue, {}, SETTINGS, NOW)
-    assert (entry.key, entry.text, entry.action, entry.fold) == (("group", 1), issue.view.text, "Acknowledge", "chevron-down")
+    assert (entry.key, entry.text, entry.action, entry.fold) == (
+        ("group", 1),
+        issue.view.text,
+        "Acknowledge",
+        "chevron-down",
+    )
     assert issue_entry(issue, {}, SETTINGS, NOW, unfolded=True).fold == "chevron-up"
 
 
-@pytest.mark.parametrize(("alarms", "expected"), [
-    (silent(2), [1, 1]),                                                             # these may have failed themselves
-    (silent(5, apart=APART + timedelta(seconds=1)), [1] * 5),
-    ([*silent(3), *silent(3, acknowledged_at=NOW)], [3, 3]),
-    ([*silent(3), *silent(4, cleared_at=NOW)], [3, 4]),
-    ([*silent(3), *silent(3, shelved_until=NOW + timedelta(hours=1))], [3, 3]),
-    ([*silent(3), *silent(3, code="refused")], [3, 3]),
-    ([*silent(2), *silent(2, code="refused")], [1] * 4),
-    ([*silent(2), *silent(2, code="timed_out")], [4]),
-    (failed(6), [6]),
-    (broken(), [1, 2]),
-    (broken(""), [1, 2]),                                                            # it did not say why
-    (broken("The path is blocked"), [1, 1, 1]),
-    (broken(apart=APART + timedelta(seconds=1)), [1, 1, 1]),
-    ([replace(each, acknowledged_at=NOW) if each.code == "robot_error" else each for each in broken()], [1, 1, 1]),
-    ([replace(each, shelved_until=NOW + timedelta(hours=1)) if each.id == 1 else each for each in broken()], [1, 1, 1]),
-    ([replace(each, details={"robot_id": ["hostile"], "reason": ["hostile"]}) for each in broken()], [1, 1, 1]),
-    ([replace(each, key="hostile", details={**each.details, "robot_id": None}) for each in broken()], [1, 1, 1]),
-    (failed(2), [1, 1]),
-    ([*failed(3), *failed(3, "Veikko")], [3, 3]),
-    ([*failed(3), *failed(3, reason=Reason(ReasonCode.UNAUTHORIZED))], [3, 3]),
-    ([*failed(3), *failed(4, acknowledged_at=NOW)], [3, 4]),
-    ([*failed(3), *failed(3, code="execution_skipped")], [3, 3]),
-    ([replace(each, details={"robot_id": ["hostile"], "reason": ["hostile"]}) for each in failed(3)], [1] * 3),
-    ([replace(each, details={"robot_id": 1, "reason": {"code": ["hostile"]}}) for each in failed(3)], [3]),
-    ([alarm("robot_error", f"robot:{n}", id=n) for n in range(1, 5)], [1] * 4)])
+@pytest.mark.parametrize(
+    ("alarms", "expected"),
+    [
+        (silent(2), [1, 1]),  # these may have failed themselves
+        (silent(5, apart=APART + timedelta(seconds=1)), [1] * 5),
+        ([*silent(3), *silent(3, acknowledged_at=NOW)], [3, 3]),
+        ([*silent(3), *silent(4, cleared_at=NOW)], [3, 4]),
+        ([*silent(3), *silent(3, shelved_until=NOW + timedelta(hours=1))], [3, 3]),
+        ([*silent(3), *silent(3, code="refused")], [3, 3]),
+        ([*silent(2), *silent(2, code="refused")], [1] * 4),
+        ([*silent(2), *silent(2, code="timed_out")], [4]),
+        (failed(6), [6]),
+        (broken(), [1, 2]),
+        (broken(""), [1, 2]),  # it did not say why
+        (broken("The path is blocked"), [1, 1, 1]),
+        (broken(apart=APART + timedelta(seconds=1)), [1, 1, 1]),
+        ([replace(each, acknowledged_at=NOW) if each.code == "robot_error" else each for each in broken()], [1, 1, 1]),
+        (
+            [replace(each, shelved_until=NOW + timedelta(hours=1)) if each.id == 1 else each for each in broken()],
+            [1, 1, 1],
+        ),
+        ([replace(each, details={"robot_id": ["hostile"], "reason": ["hostile"]}) for each in broken()], [1, 1, 1]),
+        ([replace(each, key="hostile", details={**each.details, "robot_id": None}) for each in broken()], [1, 1, 1]),
+        (failed(2), [1, 1]),
+        ([*failed(3), *failed(3, "Veikko")], [3, 3]),
+        ([*failed(3), *failed(3, reason=Reason(ReasonCode.UNAUTHORIZED))], [3, 3]),
+        ([*failed(3), *failed(4, acknowledged_at=NOW)], [3, 4]),
+        ([*failed(3), *failed(3, code="execution_skipped")], [3, 3]),
+        ([replace(each, details={"robot_id": ["hostile"], "reason": ["hostile"]}) for each in failed(3)], [1] * 3),
+        ([replace(each, details={"robot_id": 1, "reason": {"code": ["hostile"]}}) for each in failed(3)], [3]),
+        ([alarm("robot_error", f"robot:{n}", id=n) for n in range(1, 5)], [1] * 4),
+    ],
+)
 def test_what_has_another_cause_or_state_has_a_line_of_its_own(alarms, expected):
     assert sizes(alarms) == expected
 
 
 def test_what_is_shelved_one_after_the_other_is_one_line():
-    shelved = [replace(each, shelved_until=NOW + timedelta(hours=4, milliseconds=n)) for n, each in enumerate(silent(12))]
+    shelved = [
+        replace(each, shelved_until=NOW + timedelta(hours=4, milliseconds=n)) for n, each in enumerate(silent(12))
+    ]
     assert sizes(shelved) == [12]
 
 
@@ -114,16 +166,30 @@ def test_a_shelved_group_comes_back_by_its_button():
     assert (entry.tone, entry.action, entry.has_menu) == ("neutral", "Unshelve", False)
 
 
-@pytest.mark.parametrize(("code", "text", "note", "over"), [
-    ("timed_out", "Wi-Fi: 3 robots unreachable since 14:02", "is the access point on, and this tablet on its network? · R1, R2, R3",
-     "Wi-Fi: 3 robots were unreachable from 14:02"),
-    ("refused", "3 robots refuse connections since 14:02",
-     "the network works; are the robots starting, and are their ports right? · R1, R2, R3",
-     "3 robots refused connections from 14:02"),
-    ("unknown_name", "The names of 3 robots are not found since 14:02",
-     "does this network know names? Enter the robots' IP addresses instead · R1, R2, R3",
-     "The names of 3 robots were not found from 14:02"),
-    ("busy", "3 robots unreachable since 14:02", "R1, R2, R3", "3 robots were unreachable from 14:02")])
+@pytest.mark.parametrize(
+    ("code", "text", "note", "over"),
+    [
+        (
+            "timed_out",
+            "Wi-Fi: 3 robots unreachable since 14:02",
+            "is the access point on, and this tablet on its network? · R1, R2, R3",
+            "Wi-Fi: 3 robots were unreachable from 14:02",
+        ),
+        (
+            "refused",
+            "3 robots refuse connections since 14:02",
+            "the network works; are the robots starting, and are their ports right? · R1, R2, R3",
+            "3 robots refused connections from 14:02",
+        ),
+        (
+            "unknown_name",
+            "The names of 3 robots are not found since 14:02",
+            "does this network know names? Enter the robots' IP addresses instead · R1, R2, R3",
+            "The names of 3 robots were not found from 14:02",
+        ),
+        ("busy", "3 robots unreachable since 14:02", "R1, R2, R3", "3 robots were unreachable from 14:02"),
+    ],
+)
 def test_the_line_names_the_cause_that_the_problems_have_in_common(code, text, note, over):
     group = tuple(silent(3, code=code))
     assert (group_text(group, SETTINGS, NOW), group_note(group, SETTINGS, NOW)) == (text, note)
@@ -134,8 +200,10 @@ def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reaso
     alarms = [replace(each, count=2) for each in failed(4)]
     [issue] = open_issues(OpenIssues(alarms), {}, SETTINGS, NOW)
     assert issue.view.text == "8 missions on Aino failed"
-    assert issue.view.note == ("Its start window closed at 14:15: 10.1.1.7 doesn't answer; is the robot switched on and on this network? · "
-                               "last 14:37 · M1, M2, M3 …")
+    assert issue.view.note == (
+        "Its start window closed at 14:15: 10.1.1.7 doesn't answer; is the robot switched on and on this network? · "
+        "last 14:37 · M1, M2, M3 …"
+    )
     assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "3 missions on Aino were not run"
 
 
@@ -169,7 +237,13 @@ def test_when_the_error_is_over_the_mission_leads_and_it_is_still_one_line():
 
 def test_several_missions_that_it_ended_are_named():
     first, error, _other = broken()
-    several = [error, *(replace(first, id=10 + n, key=f"schedule:{n}", details={**first.details, "mission": f"M{n}"}) for n in range(2))]
+    several = [
+        error,
+        *(
+            replace(first, id=10 + n, key=f"schedule:{n}", details={**first.details, "mission": f"M{n}"})
+            for n in range(2)
+        ),
+    ]
     [issue] = open_issues(OpenIssues(several), ROBOTS, SETTINGS, NOW)
     assert issue.view.note.startswith("Missions failed: M0, M1 · ")
     over = [replace(each, cleared_at=ago(minutes=1)) for each in several]

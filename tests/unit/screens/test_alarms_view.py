@@ -1,4 +1,5 @@
 """Alarms in words: the state of each, since when and how often, and that every kind leads somewhere sensible."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -46,10 +47,17 @@ def note(given: Alarm, whole: bool = True) -> str:
 
 # ---------------------------------------------------------------------- its state
 def test_active_or_over_and_acknowledged_or_not_are_four_words_and_four_icons():
-    looks = {state_words(alarm("unreachable", cleared_at=cleared, acknowledged_at=seen), SETTINGS, NOW)
-             for cleared in (None, NOW) for seen in (None, NOW)}
-    assert {word for _icon, word in looks} == {"Active, not acknowledged", "Active, acknowledged", "Over, not acknowledged",
-                                               "Over, acknowledged"}
+    looks = {
+        state_words(alarm("unreachable", cleared_at=cleared, acknowledged_at=seen), SETTINGS, NOW)
+        for cleared in (None, NOW)
+        for seen in (None, NOW)
+    }
+    assert {word for _icon, word in looks} == {
+        "Active, not acknowledged",
+        "Active, acknowledged",
+        "Over, not acknowledged",
+        "Over, acknowledged",
+    }
     assert len({icon for icon, _word in looks}) == 4
 
 
@@ -67,13 +75,18 @@ def test_a_shelved_one_says_until_when():
 def test_repeats_are_counted_and_the_last_one_has_its_time():
     again = alarm("unreachable", raised_at=ago(hours=2), last_at=ago(minutes=36), count=4)
     assert note(again) == "Since 12:38 · 4 times, last 14:02 · is it switched on, and on this network?"
-    assert note(replace(again, last_at=None)).startswith("Since 12:38 · 4 times · ")          # of a version that did not note it
+    assert note(replace(again, last_at=None)).startswith(
+        "Since 12:38 · 4 times · "
+    )  # of a version that did not note it
 
 
 def test_a_silent_robot_comes_with_what_was_tried_and_what_to_check():
     refused = alarm("unreachable", details={"robot": "Aino", "problem": message_of(UNKNOWN_NAME.at("mir7.plant"))})
     assert alarm_text(refused, SETTINGS, NOW) == "Aino doesn't answer"
-    assert note(refused) == "Since 14:36 · the name mir7.plant is not known on this network; check it or enter the robot's IP address"
+    assert (
+        note(refused)
+        == "Since 14:36 · the name mir7.plant is not known on this network; check it or enter the robot's IP address"
+    )
 
 
 def test_recovery_is_reported_in_the_list_with_both_ends_and_in_the_banner_with_the_last():
@@ -101,27 +114,47 @@ def test_of_what_was_started_twice_one_may_have_run_already():
 
 # ---------------------------------------------------------------------- where it leads
 HOME, SETUP, DATA, LOGS = Act.SHOW_ROBOT, Act.ROBOT_SETTINGS, Act.DATA_SETTINGS, Act.LOGS
-DESTINATIONS = {                         # code: (key as the services give it, what the button does, about what)
+DESTINATIONS = {  # code: (key as the services give it, what the button does, about what)
     "question": ("robot:1", HOME, 1),
-    "robot_error": ("robot:1", HOME, 1), "emergency_stop": ("robot:1", HOME, 1), "unreachable": ("robot:1", HOME, 1),
-    "unauthorized": ("robot:1", SETUP, 1), "not_a_robot": ("robot:1", SETUP, 1), "wrong_robot": ("robot:1", SETUP, 1),
-    "certificate_changed": ("robot:1", SETUP, 1), "certificate_untrusted": ("robot:1", SETUP, 1),
-    "same_machine": ("serial:25", SETUP, 1), "serial_hidden": ("robot:1", SETUP, 1), "needs_password": ("robot:1", SETUP, 1),
-    "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7), "execution_skipped": ("manual:1", LOGS, None),
+    "robot_error": ("robot:1", HOME, 1),
+    "emergency_stop": ("robot:1", HOME, 1),
+    "unreachable": ("robot:1", HOME, 1),
+    "unauthorized": ("robot:1", SETUP, 1),
+    "not_a_robot": ("robot:1", SETUP, 1),
+    "wrong_robot": ("robot:1", SETUP, 1),
+    "certificate_changed": ("robot:1", SETUP, 1),
+    "certificate_untrusted": ("robot:1", SETUP, 1),
+    "same_machine": ("serial:25", SETUP, 1),
+    "serial_hidden": ("robot:1", SETUP, 1),
+    "needs_password": ("robot:1", SETUP, 1),
+    "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7),
+    "execution_skipped": ("manual:1", LOGS, None),
     "start_refused": ("schedule:7:robot:1", LOGS, None),
-    "executions_missed": ("plan", LOGS, None), "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
-    "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9), "duplicate_running": ("execution:9", HOME, 1),
+    "executions_missed": ("plan", LOGS, None),
+    "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
+    "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9),
+    "duplicate_running": ("execution:9", HOME, 1),
     "started_twice": ("execution:9", HOME, 1),
     "robot_fails": ("robot:1", HOME, 1),
-    "unmarked_copy": ("execution:9", HOME, 1), "check_up_outdated": ("robot:1", SETUP, 1), "check_up_left": ("robot:1", HOME, 1),
-    "database": ("database", DATA, None), "backup_failed": ("backup", DATA, None),
-    "late_cancelled": ("execution:9", Act.SHOW_RUN, 9), "adopted_unproven": ("execution:9", Act.SHOW_RUN, 9),
-    "item_unreadable": ("execution:9", Act.SHOW_RUN, 9), "clock_implausible": ("clock", Act.CLOCK_IS_RIGHT, None),
-    "app_was_off": ("app", None, None), "backup_restored": ("app", None, None),
-    "clock_stepped": ("clock", None, None), "two_tablets": ("tablet", None, None),
-    "chore_failed": ("chore:Serving commands", None, None), "pin_guessed": ("settings", None, None),
-    "zone_guessed": ("tablet", Act.TIME_ZONE, None), "zone_unknown": ("zone:7", None, None),
-    "lock_lost": ("app", None, None), "too_few_files": ("app", None, None),
+    "unmarked_copy": ("execution:9", HOME, 1),
+    "check_up_outdated": ("robot:1", SETUP, 1),
+    "check_up_left": ("robot:1", HOME, 1),
+    "database": ("database", DATA, None),
+    "backup_failed": ("backup", DATA, None),
+    "late_cancelled": ("execution:9", Act.SHOW_RUN, 9),
+    "adopted_unproven": ("execution:9", Act.SHOW_RUN, 9),
+    "item_unreadable": ("execution:9", Act.SHOW_RUN, 9),
+    "clock_implausible": ("clock", Act.CLOCK_IS_RIGHT, None),
+    "app_was_off": ("app", None, None),
+    "backup_restored": ("app", None, None),
+    "clock_stepped": ("clock", None, None),
+    "two_tablets": ("tablet", None, None),
+    "chore_failed": ("chore:Serving commands", None, None),
+    "pin_guessed": ("settings", None, None),
+    "zone_guessed": ("tablet", Act.TIME_ZONE, None),
+    "zone_unknown": ("zone:7", None, None),
+    "lock_lost": ("app", None, None),
+    "too_few_files": ("app", None, None),
 }
 
 
@@ -177,8 +210,13 @@ def test_the_button_acknowledges_and_the_menu_has_the_rest():
     row = open_entry(alarm("emergency_stop"), ROBOTS, SETTINGS, NOW)
     assert (row.key, row.action, row.has_menu, row.tone) == (("alarm", 1), "Acknowledge", True, "fault")
     assert [(item.key, item.text) for item in menu_of(alarm("emergency_stop"), ROBOTS)] == [
-        ("way", "Show Aino"), ("note", "Acknowledge with a note"), (1, "Shelve for 1 hour"), (4, "Shelve for 4 hours"),
-        (8, "Shelve for 8 hours"), (24, "Shelve for 24 hours")]
+        ("way", "Show Aino"),
+        ("note", "Acknowledge with a note"),
+        (1, "Shelve for 1 hour"),
+        (4, "Shelve for 4 hours"),
+        (8, "Shelve for 8 hours"),
+        (24, "Shelve for 24 hours"),
+    ]
 
 
 def test_an_acknowledged_one_says_when_and_with_what_note():
@@ -186,7 +224,9 @@ def test_an_acknowledged_one_says_when_and_with_what_note():
     row = open_entry(seen, ROBOTS, SETTINGS, NOW)
     assert (row.action, row.answer) == ("", "Acknowledged 14:37: Pallet fell over")
     assert "note" not in [item.key for item in menu_of(seen, ROBOTS)]
-    assert open_entry(alarm("emergency_stop", acknowledged_at=NOW), ROBOTS, SETTINGS, NOW).answer == "Acknowledged 14:38"
+    assert (
+        open_entry(alarm("emergency_stop", acknowledged_at=NOW), ROBOTS, SETTINGS, NOW).answer == "Acknowledged 14:38"
+    )
 
 
 def test_the_alarm_that_cannot_be_written_can_be_neither_acknowledged_nor_shelved():

@@ -1,4 +1,5 @@
 """What Settings says of check-ups, and the page that is printed of one."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -18,16 +19,27 @@ from tests.support.html_page import Strict
 
 ZONE = "Europe/Helsinki"
 NOW = datetime(2026, 11, 24, 8, 20, tzinfo=UTC)
-AINO = Robot("Aino", "http://10.40.12.21", "scheduler", id=1, serial_number="200104012", model="MiR250", software="3.5.4")
+AINO = Robot(
+    "Aino", "http://10.40.12.21", "scheduler", id=1, serial_number="200104012", model="MiR250", software="3.5.4"
+)
 HTTP = Finding(Topic.CERTIFICATE, Level.AMBER, "It is asked over http", "Change its address to https")
-CLOCK = Finding(Topic.CLOCK, Level.AMBER, message("Its clock is {seconds} s ahead of the tablet's", seconds=42), "Set it")
+CLOCK = Finding(
+    Topic.CLOCK, Level.AMBER, message("Its clock is {seconds} s ahead of the tablet's", seconds=42), "Set it"
+)
 LOAD = Finding(Topic.LOAD, Level.RED, message("It booted when it was asked {n} times within 10 s", n=31), "Ask it less")
 MAPS = Finding(Topic.MAPS, Level.GREEN, "It drives on the map Hall 1")
 
 
 def report(*findings: Finding, **values) -> Report:
-    given = {"robot": "Aino", "address": AINO.address, "model": "MiR250", "began_at": NOW - timedelta(days=1), "took_s": 95.0,
-             "findings": findings, "profile": RobotProfile("200104012", "3.5.4")}
+    given = {
+        "robot": "Aino",
+        "address": AINO.address,
+        "model": "MiR250",
+        "began_at": NOW - timedelta(days=1),
+        "took_s": 95.0,
+        "findings": findings,
+        "profile": RobotProfile("200104012", "3.5.4"),
+    }
     return Report(**{**given, **values})
 
 
@@ -37,21 +49,30 @@ def line(robot: Robot, found: Report | None) -> tuple[str, str]:
     return notice.text, notice.tone
 
 
-@pytest.mark.parametrize(("found", "shown"), [
-    (None, ("Never checked up", "neutral")),
-    (report(MAPS), ("Checked up Mon 23 Nov: all fine", "done")),
-    (report(MAPS, HTTP, CLOCK), ("Checked up Mon 23 Nov: 2 to know", "attention")),
-    (report(HTTP, LOAD), ("Checked up Mon 23 Nov: 1 to put right, 1 to know", "fault")),
-    (report(MAPS, began_at=NOW - timedelta(hours=2)), ("Checked up today: all fine", "done")),
-    (report(MAPS, began_at=NOW - timedelta(days=365)), ("Checked up Mon 24 Nov 2025: all fine", "done")),
-])
+@pytest.mark.parametrize(
+    ("found", "shown"),
+    [
+        (None, ("Never checked up", "neutral")),
+        (report(MAPS), ("Checked up Mon 23 Nov: all fine", "done")),
+        (report(MAPS, HTTP, CLOCK), ("Checked up Mon 23 Nov: 2 to know", "attention")),
+        (report(HTTP, LOAD), ("Checked up Mon 23 Nov: 1 to put right, 1 to know", "fault")),
+        (report(MAPS, began_at=NOW - timedelta(hours=2)), ("Checked up today: all fine", "done")),
+        (report(MAPS, began_at=NOW - timedelta(days=365)), ("Checked up Mon 24 Nov 2025: all fine", "done")),
+    ],
+)
 def test_a_robot_says_when_it_was_checked_up_and_how_it_stands(found, shown):
     assert line(AINO, found) == shown
 
 
 def test_what_is_another_machine_or_another_software_by_now_has_to_be_checked_up_again():
-    assert line(replace(AINO, software="3.8.1"), report(LOAD)) == ("Software is 3.8.1 now: check it up again", "attention")
-    assert line(replace(AINO, serial_number="9"), report(MAPS)) == ("It is another machine now: check it up", "attention")
+    assert line(replace(AINO, software="3.8.1"), report(LOAD)) == (
+        "Software is 3.8.1 now: check it up again",
+        "attention",
+    )
+    assert line(replace(AINO, serial_number="9"), report(MAPS)) == (
+        "It is another machine now: check it up",
+        "attention",
+    )
 
 
 def test_what_is_still_to_be_put_back_is_said_before_all_else():
@@ -64,14 +85,21 @@ def test_as_many_missions_are_named_as_are_queued():
 
 
 def test_why_it_cannot_be_now_is_nobodys_fault():
-    later = check_up_view.refused(InvalidInput("robot", "{robot} is held back: check up when it is released", robot="Aino"))
+    later = check_up_view.refused(
+        InvalidInput("robot", "{robot} is held back: check up when it is released", robot="Aino")
+    )
     assert (later.text, later.tone) == ("Aino is held back: check up when it is released", "attention")
     assert check_up_view.refused(Unreachable(code="no_answer", address="10.40.12.21")).tone == "fault"
 
 
 def test_no_two_levels_share_an_icon_or_a_word():
     seen = [check_up_view.appearance(level) for level in Level]
-    assert len({look.icon for look in seen}) == len({look.word for look in seen}) == len({look.tone for look in seen}) == len(Level)
+    assert (
+        len({look.icon for look in seen})
+        == len({look.word for look in seen})
+        == len({look.tone for look in seen})
+        == len(Level)
+    )
 
 
 def test_the_worst_comes_first_and_what_is_in_order_is_counted():
@@ -116,14 +144,22 @@ def test_the_page_has_the_machine_and_every_finding_the_worst_first():
     assert "Made Mon 23 Nov 2026 10:20, Europe/Helsinki" in text
     assert "1 to put right, 1 to know" in text
     assert text.index("asked 31 times within 10 s") < text.index("asked over http") < text.index("map Hall 1")
-    assert [cell for cell in cells if cell in ("To put right", "To know", "Fine")] == ["To put right", "To know", "Fine"]
+    assert [cell for cell in cells if cell in ("To put right", "To know", "Fine")] == [
+        "To put right",
+        "To know",
+        "Fine",
+    ]
 
 
 def test_what_a_robot_says_is_text_and_nothing_else_on_the_page():
     evil = "<script>alert('x')</script> & \"Aino\""
-    page = check_up_page.page(report(Finding(Topic.LANGUAGE, Level.AMBER, evil, evil), robot=evil, model=evil, mission=evil), ZONE)
+    page = check_up_page.page(
+        report(Finding(Topic.LANGUAGE, Level.AMBER, evil, evil), robot=evil, model=evil, mission=evil), ZONE
+    )
     assert "<script" not in page
-    assert sum(evil in cell for cell in Strict(page).cells) == 6         # title, heading, machine, mission, and the two of the finding
+    assert (
+        sum(evil in cell for cell in Strict(page).cells) == 6
+    )  # title, heading, machine, mission, and the two of the finding
 
 
 def test_the_page_is_in_the_language_of_the_app():

@@ -1,4 +1,5 @@
 """Words for instants, spans and numbers, in both languages."""
+
 from __future__ import annotations
 
 from datetime import UTC, date, datetime, time, timedelta
@@ -9,7 +10,7 @@ from app.i18n import translator
 from app.screens.common import formats
 
 ZONE = "Europe/Helsinki"
-NOW = datetime(2026, 11, 20, 12, 38, 5, tzinfo=UTC)      # 14:38:05 in Helsinki
+NOW = datetime(2026, 11, 20, 12, 38, 5, tzinfo=UTC)  # 14:38:05 in Helsinki
 
 
 @pytest.fixture
@@ -19,23 +20,53 @@ def finnish():
     translator.language = "en"
 
 
-@pytest.mark.parametrize(("seconds", "words"), [
-    (None, "–"), (0, "0 s"), (59.9, "59 s"), (60, "1 min"), (200, "3 min 20 s"), (485, "8 min 05 s"), (3600, "1 h"), (7800, "2 h 10 min"),
-    (86400, "1 d"), (273600, "3 d 4 h"), (-3, "0 s")])
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (None, "–"),
+        (0, "0 s"),
+        (59.9, "59 s"),
+        (60, "1 min"),
+        (200, "3 min 20 s"),
+        (485, "8 min 05 s"),
+        (3600, "1 h"),
+        (7800, "2 h 10 min"),
+        (86400, "1 d"),
+        (273600, "3 d 4 h"),
+        (-3, "0 s"),
+    ],
+)
 def test_durations(seconds, words):
     assert formats.duration(seconds) == words
 
 
-@pytest.mark.parametrize(("seconds", "words"), [
-    (None, "–"), (0.4, "now"), (9.9, "now"), (10, "10 s ago"), (59.9, "50 s ago"), (185, "3 min ago"),
-    (7800, "2 h 10 min ago"), (180000, "2 d 2 h ago")])
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (None, "–"),
+        (0.4, "now"),
+        (9.9, "now"),
+        (10, "10 s ago"),
+        (59.9, "50 s ago"),
+        (185, "3 min ago"),
+        (7800, "2 h 10 min ago"),
+        (180000, "2 d 2 h ago"),
+    ],
+)
 def test_ages(seconds, words):
     assert formats.ago(seconds) == words
 
 
-@pytest.mark.parametrize(("ahead", "words"), [
-    (timedelta(0), "now"), (timedelta(minutes=22, seconds=40), "in 22 min"), (timedelta(hours=2, minutes=10), "in 2 h 10 min"),
-    (timedelta(days=3), "Mon 23 Nov 14:38"), (timedelta(days=60), "Tue 19 Jan 2027 14:38")])
+@pytest.mark.parametrize(
+    ("ahead", "words"),
+    [
+        (timedelta(0), "now"),
+        (timedelta(minutes=22, seconds=40), "in 22 min"),
+        (timedelta(hours=2, minutes=10), "in 2 h 10 min"),
+        (timedelta(days=3), "Mon 23 Nov 14:38"),
+        (timedelta(days=60), "Tue 19 Jan 2027 14:38"),
+    ],
+)
 def test_how_soon_within_a_day_and_when_beyond_it(ahead, words):
     assert formats.until(NOW + ahead, NOW, ZONE) == words
 
@@ -57,9 +88,17 @@ def test_wall_clock_times_and_days_stay_what_they_are():
 
 
 def test_what_is_not_known_is_a_dash():
-    assert {formats.clock_time(None, ZONE), formats.day(None, ZONE), formats.day_and_time(None, ZONE), formats.until(None, NOW, ZONE),
-            formats.wall_time(None), formats.wall_day(None), formats.rough_duration(None), formats.number(None, 1, "%"),
-            formats.percent(None)} == {"–"}
+    assert {
+        formats.clock_time(None, ZONE),
+        formats.day(None, ZONE),
+        formats.day_and_time(None, ZONE),
+        formats.until(None, NOW, ZONE),
+        formats.wall_time(None),
+        formats.wall_day(None),
+        formats.rough_duration(None),
+        formats.number(None, 1, "%"),
+        formats.percent(None),
+    } == {"–"}
 
 
 def test_numbers():
@@ -68,8 +107,14 @@ def test_numbers():
     assert formats.percent(78) == "78 %"
 
 
-@pytest.mark.parametrize(("url", "words"), [
-    ("http://10.40.12.21", "10.40.12.21"), ("http://robot.local:8080/", "robot.local:8080"), ("https://robot.local", "https://robot.local")])
+@pytest.mark.parametrize(
+    ("url", "words"),
+    [
+        ("http://10.40.12.21", "10.40.12.21"),
+        ("http://robot.local:8080/", "robot.local:8080"),
+        ("https://robot.local", "https://robot.local"),
+    ],
+)
 def test_addresses_without_what_goes_without_saying(url, words):
     assert formats.address(url) == words
 
@@ -86,5 +131,10 @@ def test_finnish_writes_differently():
 
 def test_every_language_has_complete_tables():
     for table in formats.LANGUAGES.values():
-        assert [len(table.months), len(table.months_short), len(table.weekdays), len(table.weekdays_short), len(table.weekdays_date)] == \
-            [12, 12, 7, 7, 7]
+        assert [
+            len(table.months),
+            len(table.months_short),
+            len(table.weekdays),
+            len(table.weekdays_short),
+            len(table.weekdays_date),
+        ] == [12, 12, 7, 7, 7]

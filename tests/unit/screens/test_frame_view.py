@@ -1,4 +1,5 @@
 """Top bar and banner: the most serious thing first, with the way to where it is solved."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -50,10 +51,14 @@ def test_without_a_robot_the_bar_says_so():
 
 
 def test_the_list_of_robots_shows_state_and_battery():
-    assert robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Hold(robot_id=1)]).note.startswith("Executing, held · ")
+    assert robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW, [Hold(robot_id=1)]).note.startswith(
+        "Executing, held · "
+    )
     option = robot_option(AINO, snapshot(1, EXECUTING), SETTINGS, NOW)
     assert (option.text, option.note) == ("Aino", "Executing · 78 %")
-    assert robot_option(AINO, silent(AINO, EXECUTING, minutes=4), SETTINGS, NOW).note == "No answer · –"      # old, not as it is now
+    assert (
+        robot_option(AINO, silent(AINO, EXECUTING, minutes=4), SETTINGS, NOW).note == "No answer · –"
+    )  # old, not as it is now
 
 
 def test_the_robots_that_need_help_stand_out_among_those_to_choose_from():
@@ -92,15 +97,22 @@ def test_an_error_is_told_in_full_by_the_banner_or_by_the_card_below_it():
 
 def test_one_that_was_acknowledged_is_calm_and_says_when_first():
     view = show(alarm("emergency_stop", acknowledged_at=NOW, note="Pallet fell over"))
-    assert view.note == "Acknowledged 14:38: Pallet fell over · Since 14:36 · release the red button, then press Reset on the robot"
+    assert (
+        view.note
+        == "Acknowledged 14:38: Pallet fell over · Since 14:36 · release the red button, then press Reset on the robot"
+    )
     assert (view.tone, view.calm, view.icon) == ("fault", True, "bell-check-outline")
     assert not show(alarm("emergency_stop")).calm
-    several = show(*(alarm("unreachable", f"robot:{n}", id=n, acknowledged_at=NOW, details={"robot": f"R{n}"}) for n in range(3)))
+    several = show(
+        *(alarm("unreachable", f"robot:{n}", id=n, acknowledged_at=NOW, details={"robot": f"R{n}"}) for n in range(3))
+    )
     assert (several.calm, several.icon) == (True, "bell-check-outline")
     assert several.note.startswith("Acknowledged 14:38 · ")
 
 
-@pytest.mark.parametrize("code", ["unauthorized", "wrong_robot", "not_a_robot", "certificate_changed", "certificate_untrusted"])
+@pytest.mark.parametrize(
+    "code", ["unauthorized", "wrong_robot", "not_a_robot", "certificate_changed", "certificate_untrusted"]
+)
 def test_a_problem_of_the_configuration_leads_to_settings(code):
     assert (show(alarm(code)).act, show(alarm(code)).about) == (Act.ROBOT_SETTINGS, 1)
 
@@ -112,14 +124,22 @@ def test_the_most_serious_comes_first_and_the_others_are_counted():
 
 
 def test_an_emergency_stop_comes_before_errors_that_came_later():
-    view = show(alarm("emergency_stop", "robot:2", raised_at=ago(minutes=9), details={"robot": "Veikko"}), alarm("robot_error", id=2))
+    view = show(
+        alarm("emergency_stop", "robot:2", raised_at=ago(minutes=9), details={"robot": "Veikko"}),
+        alarm("robot_error", id=2),
+    )
     assert (view.text, view.others) == ("Veikko is stopped: emergency stop pressed", "+1 more")
-    over = show(alarm("emergency_stop", "robot:2", cleared_at=NOW, details={"robot": "Veikko"}), alarm("robot_error", id=2))
+    over = show(
+        alarm("emergency_stop", "robot:2", cleared_at=NOW, details={"robot": "Veikko"}), alarm("robot_error", id=2)
+    )
     assert over.text == "Aino: it broke"
 
 
 def test_a_new_alarm_comes_before_a_more_serious_one_that_was_acknowledged():
-    assert show(alarm("emergency_stop", acknowledged_at=NOW), alarm("unreachable", "robot:2")).text == "Aino doesn't answer"
+    assert (
+        show(alarm("emergency_stop", acknowledged_at=NOW), alarm("unreachable", "robot:2")).text
+        == "Aino doesn't answer"
+    )
 
 
 def test_a_cleared_alarm_stays_until_acknowledged_and_says_that_it_is_over():
@@ -181,8 +201,17 @@ def test_late_starts_come_before_everything_and_count_down():
 
 
 def test_a_late_start_that_no_robot_has_yet_names_its_group():
-    late = replace(HELD, robot_id=None, robot="", robot_group="Hall 1", wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
-    assert show(late=late_starts([late], ROBOTS)).note == "Due while the app was off: Waste to compactor on Hall 1 (14:35)"
+    late = replace(
+        HELD,
+        robot_id=None,
+        robot="",
+        robot_group="Hall 1",
+        wait=Wait.LATE_START,
+        hold_until=NOW + timedelta(seconds=24),
+    )
+    assert (
+        show(late=late_starts([late], ROBOTS)).note == "Due while the app was off: Waste to compactor on Hall 1 (14:35)"
+    )
 
 
 def test_of_several_late_starts_the_button_says_that_it_holds_all_of_them():
@@ -195,7 +224,10 @@ def test_of_several_late_starts_the_button_says_that_it_holds_all_of_them():
 def test_a_late_start_is_called_by_what_it_was_given_too():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24), parameters={"goal": DOCK})
     issues = OpenIssues(late_starts=[late], given=Given(names={DOCK: "Dock 3"}))
-    assert banner(issues, ROBOTS, SETTINGS, NOW).note == "Due while the app was off: Waste to compactor · Dock 3 on Aino (14:35)"
+    assert (
+        banner(issues, ROBOTS, SETTINGS, NOW).note
+        == "Due while the app was off: Waste to compactor · Dock 3 on Aino (14:35)"
+    )
 
 
 def test_late_starts_that_are_held_are_neither_counted_down_nor_forgotten():
@@ -204,19 +236,40 @@ def test_late_starts_that_are_held_are_neither_counted_down_nor_forgotten():
     assert late_starts([RUNNING, held, late], ROBOTS) == [held, late]
     assert banner(OpenIssues(late_starts=[held, late]), ROBOTS, SETTINGS, NOW).text == "1 late mission starts in 21 s"
     assert show(alarm("emergency_stop"), late=[held, late]).text == "1 late mission starts in 21 s"
-    assert show(alarm("emergency_stop"), late=[held]).tone == "fault"             # nothing runs away
+    assert show(alarm("emergency_stop"), late=[held]).tone == "fault"  # nothing runs away
     view = banner(OpenIssues(late_starts=[held]), ROBOTS, SETTINGS, NOW)
     assert (view.text, view.act, view.action) == ("1 late mission is held", Act.LATE_STARTS, "Show")
 
 
 def test_the_banner_counts_what_the_list_shows_and_shows_its_first_line():
     late = replace(HELD, wait=Wait.LATE_START, hold_until=NOW + timedelta(seconds=24))
-    issues = OpenIssues((alarm("app_was_off", "app", id=1), alarm("emergency_stop", id=2), alarm("unreachable", "robot:2", id=3),
-                       alarm("robot_error", id=4, shelved_until=NOW + timedelta(hours=1))),
-                      [Hold("fire drill", None), Hold("", None, robot_id=2), Hold("", clock=True)], [late])
+    issues = OpenIssues(
+        (
+            alarm("app_was_off", "app", id=1),
+            alarm("emergency_stop", id=2),
+            alarm("unreachable", "robot:2", id=3),
+            alarm("robot_error", id=4, shelved_until=NOW + timedelta(hours=1)),
+        ),
+        [Hold("fire drill", None), Hold("", None, robot_id=2), Hold("", clock=True)],
+        [late],
+    )
     lines = [issue_entry(issue, ROBOTS, SETTINGS, NOW) for issue in open_issues(issues, ROBOTS, SETTINGS, NOW)]
-    assert [line.key for line in lines] == [("late", 0), ("alarm", 2), ("hold", 0), ("hold", 2), ("alarm", 3), ("alarm", 1)]
-    assert [line.action for line in lines] == ["Hold", "Acknowledge", "Release", "Release", "Acknowledge", "Acknowledge"]
+    assert [line.key for line in lines] == [
+        ("late", 0),
+        ("alarm", 2),
+        ("hold", 0),
+        ("hold", 2),
+        ("alarm", 3),
+        ("alarm", 1),
+    ]
+    assert [line.action for line in lines] == [
+        "Hold",
+        "Acknowledge",
+        "Release",
+        "Release",
+        "Acknowledge",
+        "Acknowledge",
+    ]
     view = banner(issues, ROBOTS, SETTINGS, NOW)
     assert (view.text, view.others) == (lines[0].text, "+5 more")
 

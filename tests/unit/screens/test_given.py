@@ -1,4 +1,5 @@
 """What a mission was given, in words: never an identifier, and asked for at a robot that is switched on, seldom."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -10,7 +11,10 @@ from app.domain.robot import MissionParameter
 from app.screens.common.given import ASK_AGAIN_AFTER, Given, GivenNames, Learnt
 
 DOCK, NOWHERE, MISSION = "a1c4e008-5d0f-11ef-93c1-0001297b6e20", "b2c4e008-5d0f-11ef-93c1-0001297b6e20", "m-1"
-ASKED = (MissionParameter("goal", "Position", choices=((DOCK, "Dock 3"),), sets="position"), MissionParameter("gap", "Distance", unit="m"))
+ASKED = (
+    MissionParameter("goal", "Position", choices=((DOCK, "Dock 3"),), sets="position"),
+    MissionParameter("gap", "Distance", unit="m"),
+)
 KNOWN = Given({MISSION: ASKED}, {DOCK: "Dock 3"})
 GO, HOME = Mission("Go to position", MISSION, id=3), Mission("Home", "m-2", id=4)
 AINO, OFF = Robot("Aino", "http://aino", "user", id=1), Robot("Veikko", "http://veikko", "user", id=2, enabled=False)
@@ -28,7 +32,9 @@ def test_the_name_of_a_position_is_known_for_any_mission_and_without_one_nothing
 
 def test_runs_and_schedules_are_called_by_what_they_were_given_too():
     at = datetime(2026, 11, 20, 12, tzinfo=UTC)
-    run = Execution(Trigger.MANUAL, 1, "Aino", "Go to position", MISSION, at, at, at, "t", "UTC", parameters={"goal": DOCK})
+    run = Execution(
+        Trigger.MANUAL, 1, "Aino", "Go to position", MISSION, at, at, at, "t", "UTC", parameters={"goal": DOCK}
+    )
     schedule = Schedule("Go to position on Aino", 1, 3, at.replace(tzinfo=None), "UTC", parameters={"goal": DOCK})
     assert KNOWN.run(run) == "Go to position · Dock 3"
     assert KNOWN.schedule(schedule, GO, AINO) == "Go to position · Dock 3 on Aino"
@@ -74,8 +80,13 @@ class Asking:
 
 def test_a_robot_is_asked_once_for_what_is_shown():
     asking = Asking()
-    starts = [*2 * [(1, MISSION, {"goal": DOCK})], (2, MISSION, {"goal": NOWHERE}), (None, MISSION, {"goal": NOWHERE}),
-              (1, "m-2", {"count": 3}), (1, "m-3", {})]
+    starts = [
+        *2 * [(1, MISSION, {"goal": DOCK})],
+        (2, MISSION, {"goal": NOWHERE}),
+        (None, MISSION, {"goal": NOWHERE}),
+        (1, "m-2", {"count": 3}),
+        (1, "m-3", {}),
+    ]
     for _n in range(2):
         asking.names.look([AINO, OFF], starts)
     assert (asking.asked, asking.learnt) == ([(1, MISSION)], 1)

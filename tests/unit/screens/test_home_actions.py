@@ -1,4 +1,5 @@
 """What Home offers for each state of the robot: the way out, the controls, the button that runs a mission."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -37,7 +38,7 @@ def test_emergency_stop_says_what_hands_must_do_and_offers_nothing_that_cannot_w
     shown = view(with_aino(STOPPED))
     assert (shown.card.state, shown.card.tone, shown.card.loud) == ("Emergency stop", "fault", True)
     assert shown.card.mission.name == "Release the red button, then press Reset on the robot"
-    assert shown.card.mission.note == ""                      # the state's word says it
+    assert shown.card.mission.note == ""  # the state's word says it
     assert shown.controls.next_step == "hands"
     assert shown.controls.pause == "Resume"
     assert shown.controls.pause_off
@@ -60,16 +61,25 @@ def test_an_error_that_can_be_reset_lights_reset_up_and_resume_only_after_it():
 
 def test_the_way_out_of_a_stop_is_loud_and_only_one_step_at_a_time():
     paused = replace(EXECUTING, state=RobotState.PAUSE)
-    steps = [view(with_aino(status)).controls.next_step for status in (
-        EXECUTING, FAILED, replace(paused, errors=FAILED.errors), paused, replace(paused, user_prompt=ASKING.user_prompt))]
+    steps = [
+        view(with_aino(status)).controls.next_step
+        for status in (
+            EXECUTING,
+            FAILED,
+            replace(paused, errors=FAILED.errors),
+            paused,
+            replace(paused, user_prompt=ASKING.user_prompt),
+        )
+    ]
     assert steps == ["", "reset", "reset", "resume", "answer"]
     assert view(with_aino(FAILED, age=300, connection=Connection.UNREACHABLE)).controls.next_step == ""
 
 
 def test_while_a_robot_needs_a_person_nothing_else_is_loud():
     paused = replace(EXECUTING, state=RobotState.PAUSE)
-    assert [view(with_aino(status)).controls.next_step for status in (READY, EXECUTING, ASKING, FAILED, STOPPED, paused)] == [
-        "", "", "answer", "reset", "hands", "resume"]
+    assert [
+        view(with_aino(status)).controls.next_step for status in (READY, EXECUTING, ASKING, FAILED, STOPPED, paused)
+    ] == ["", "", "answer", "reset", "hands", "resume"]
     assert not view(with_aino(ASKING, age=300)).controls.next_step
 
 
@@ -81,7 +91,7 @@ def test_an_error_that_needs_hands_on_the_robot_says_so():
     assert shown.card.mission.name == "It can't be reset from here: check the robot itself"
     assert shown.card.mission.note == "Scanner broken (9000)"
     assert not can_reset(hardware)
-    assert can_reset(replace(FAILED, errors=()))             # some software names no error
+    assert can_reset(replace(FAILED, errors=()))  # some software names no error
 
 
 def test_a_paused_robot_offers_to_go_on():
@@ -110,14 +120,17 @@ def test_a_question_of_the_robot_can_be_answered():
     assert shown.prompt.question == "Is the pallet loaded at Dock 3?"
     assert shown.prompt.options == ("Yes", "No", "Skip this stop")
     assert shown.card.state == "Waits for an answer"
-    assert not view(with_aino(ASKING, age=300)).prompt.guid   # an old question may have been answered at the robot
+    assert not view(with_aino(ASKING, age=300)).prompt.guid  # an old question may have been answered at the robot
 
 
 # ---------------------------------------------------------------------- run now
 def test_favourites_are_offered_by_one_tap_and_the_chosen_one_is_marked():
     run = view(FACTS, chosen=2).run
     assert [(row.text, row.icon, row.selected) for row in run.chips] == [
-        ("Collect empties", "star", False), ("Deliver kits to line 2", "star", True), ("Return to charger", "star", False)]
+        ("Collect empties", "star", False),
+        ("Deliver kits to line 2", "star", True),
+        ("Return to charger", "star", False),
+    ]
     assert run.text == "Run on Aino"
     assert not run.off
 
@@ -127,7 +140,7 @@ def test_nothing_is_chosen_for_the_operator_unless_there_is_only_one():
     assert view(FACTS).run.off
     assert view(replace(FACTS, missions=(KITS,))).run.mission_id == KITS.id
     assert view(replace(FACTS, missions=())).run.text == "No missions yet"
-    assert view(replace(FACTS, missions=(), is_new=True)).run.text == "Choose a mission"        # until they are read
+    assert view(replace(FACTS, missions=(), is_new=True)).run.text == "Choose a mission"  # until they are read
 
 
 def held_run(**values):
@@ -136,7 +149,12 @@ def held_run(**values):
 
 def test_while_starts_are_held_the_button_queues_and_says_until_when():
     run = held_run(until=NOW + timedelta(minutes=10))
-    assert (run.text, run.icon, run.off, run.note) == ("Queue, held until 14:48", "hand-back-right-outline", False, "on Aino")
+    assert (run.text, run.icon, run.off, run.note) == (
+        "Queue, held until 14:48",
+        "hand-back-right-outline",
+        False,
+        "on Aino",
+    )
     assert held_run(until=NOW + timedelta(minutes=10), robot_id=VEIKKO.id).text == "Run on Aino"
     assert held_run(until=NOW - timedelta(seconds=1)).text == "Run on Aino"
 
@@ -164,6 +182,8 @@ def test_under_the_minimum_the_operator_is_asked():
     low = with_aino(replace(READY, battery_percentage=12.0), ())
     assert view(low, 2).run.low_battery == "The battery of Aino is at 12 %, under the minimum of 30 %."
     assert not view(low, 2).run.off
-    assert view(with_aino(replace(READY, battery_percentage=None), ()), 2).run.low_battery.startswith("The battery of Aino is not known")
+    assert view(with_aino(replace(READY, battery_percentage=None), ()), 2).run.low_battery.startswith(
+        "The battery of Aino is not known"
+    )
     assert view(FACTS, 2).run.low_battery == ""
     assert view(replace(low, settings=replace(SETTINGS, minimum_battery_percent=None)), 2).run.low_battery == ""

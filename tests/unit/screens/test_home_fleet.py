@@ -1,4 +1,5 @@
 """All robots in one look: groups, tiles, counts, filter and order."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -17,7 +18,9 @@ from tests.support import home_facts as sample
 from tests.support.home_facts import AINO, NOW, SETTINGS, snapshot
 
 
-def look(status: RobotStatus | None, robot: Robot = AINO, doing: Work | None = None, **values) -> tuple[Group, RobotTile]:
+def look(
+    status: RobotStatus | None, robot: Robot = AINO, doing: Work | None = None, **values
+) -> tuple[Group, RobotTile]:
     seen = snapshot(robot.id, status, **values)
     old = is_old(seen, NOW, SETTINGS)
     group = group_of(robot, seen, old, SETTINGS)
@@ -39,21 +42,29 @@ def in_state(state: RobotState, **values) -> RobotStatus:
 
 
 # ---------------------------------------------------------------------- one robot
-@pytest.mark.parametrize(("status", "group", "tone", "detail"), [
-    (sample.STOPPED, Group.STOPPED, "fault", "Emergency stop"),
-    (sample.FAILED, Group.STOPPED, "fault", "Failed to reach goal position 'Line 2' (10120)"),
-    (sample.ASKING, Group.ASKS, "action", "Is the pallet loaded at Dock 3?"),
-    (in_state(RobotState.PAUSE), Group.PAUSED, "action", ""),
-    (in_state(RobotState.MANUAL_CONTROL), Group.LOOK, "attention", "Manual control"),
-    (in_state(RobotState.UNKNOWN, state_text="Levitating"), Group.LOOK, "attention", "Levitating"),
-    (in_state(RobotState.EXECUTING, errors=(RobotProblem(1, "Lidar is dirty"),)), Group.LOOK, "attention", "Lidar is dirty (1)"),
-    (in_state(RobotState.READY, battery_percentage=29.0), Group.LOOK, "attention", "Battery under 30 %"),
-    (sample.READY, Group.READY, "neutral", ""),
-    (in_state(RobotState.COMPLETED), Group.READY, "neutral", ""),
-    (sample.CHARGING, Group.CHARGING, "neutral", ""),
-    (in_state(RobotState.SHUTTING_DOWN), Group.STARTING, "neutral", "Shutting down"),
-    (in_state(RobotState.DOCKING), Group.WORKING, "neutral", ""),
-])
+@pytest.mark.parametrize(
+    ("status", "group", "tone", "detail"),
+    [
+        (sample.STOPPED, Group.STOPPED, "fault", "Emergency stop"),
+        (sample.FAILED, Group.STOPPED, "fault", "Failed to reach goal position 'Line 2' (10120)"),
+        (sample.ASKING, Group.ASKS, "action", "Is the pallet loaded at Dock 3?"),
+        (in_state(RobotState.PAUSE), Group.PAUSED, "action", ""),
+        (in_state(RobotState.MANUAL_CONTROL), Group.LOOK, "attention", "Manual control"),
+        (in_state(RobotState.UNKNOWN, state_text="Levitating"), Group.LOOK, "attention", "Levitating"),
+        (
+            in_state(RobotState.EXECUTING, errors=(RobotProblem(1, "Lidar is dirty"),)),
+            Group.LOOK,
+            "attention",
+            "Lidar is dirty (1)",
+        ),
+        (in_state(RobotState.READY, battery_percentage=29.0), Group.LOOK, "attention", "Battery under 30 %"),
+        (sample.READY, Group.READY, "neutral", ""),
+        (in_state(RobotState.COMPLETED), Group.READY, "neutral", ""),
+        (sample.CHARGING, Group.CHARGING, "neutral", ""),
+        (in_state(RobotState.SHUTTING_DOWN), Group.STARTING, "neutral", "Shutting down"),
+        (in_state(RobotState.DOCKING), Group.WORKING, "neutral", ""),
+    ],
+)
 def test_a_robot_is_in_the_group_that_its_state_says(status, group, tone, detail):
     found, tile = look(status)
     assert (found, tile.tone, tile.detail) == (group, tone, detail)
@@ -87,8 +98,10 @@ def test_a_reading_that_is_too_old_is_no_answer():
     assert (group, tile.detail) == (Group.SILENT, "No update · 6 min ago")
 
 
-@pytest.mark.parametrize(("robot", "group"), [(replace(AINO, enabled=False), Group.OFF),
-                                              (replace(AINO, enabled=False, needs_password=True), Group.LOOK)])
+@pytest.mark.parametrize(
+    ("robot", "group"),
+    [(replace(AINO, enabled=False), Group.OFF), (replace(AINO, enabled=False, needs_password=True), Group.LOOK)],
+)
 def test_one_that_is_switched_off_needs_nobody_unless_its_password_is_missing(robot, group):
     found, tile = look(sample.STOPPED, robot)
     assert (found, tile.detail) == (group, "Needs its password" if robot.needs_password else "")
@@ -99,11 +112,19 @@ def test_one_that_was_not_asked_yet_is_starting():
     assert group_of(AINO, unknown, is_old(unknown, NOW, SETTINGS), SETTINGS) is Group.STARTING
 
 
-@pytest.mark.parametrize(("elapsed", "usual", "detail"), [
-    (60.0, 420.0, "6 min left · Deliver"), (301.0, 420.0, "2 min left · Deliver"), (419.0, 420.0, "1 min left · Deliver"),
-    (430.0, 420.0, "soon done · Deliver"), (700.0, 420.0, "longer than usual · Deliver"), (60.0, 9000.0, "2 h 29 min left · Deliver"),
-    (60.0, None, "Deliver"), (None, 420.0, "Deliver"),
-])
+@pytest.mark.parametrize(
+    ("elapsed", "usual", "detail"),
+    [
+        (60.0, 420.0, "6 min left · Deliver"),
+        (301.0, 420.0, "2 min left · Deliver"),
+        (419.0, 420.0, "1 min left · Deliver"),
+        (430.0, 420.0, "soon done · Deliver"),
+        (700.0, 420.0, "longer than usual · Deliver"),
+        (60.0, 9000.0, "2 h 29 min left · Deliver"),
+        (60.0, None, "Deliver"),
+        (None, 420.0, "Deliver"),
+    ],
+)
 def test_what_runs_says_how_long_yet(elapsed, usual, detail):
     doing = fleet.work("Deliver", elapsed, usual)
     _group, tile = look(sample.EXECUTING, doing=doing)
@@ -111,7 +132,9 @@ def test_what_runs_says_how_long_yet(elapsed, usual, detail):
 
 
 def test_words_of_many_lines_become_one():
-    _group, tile = look(replace(sample.ASKING, user_prompt=replace(sample.ASKING.user_prompt, question="Is it\n  there?")))
+    _group, tile = look(
+        replace(sample.ASKING, user_prompt=replace(sample.ASKING.user_prompt, question="Is it\n  there?"))
+    )
     assert tile.detail == "Is it there?"
 
 

@@ -1,4 +1,5 @@
 """Home's words about groups: what waits for a robot, for what one is kept, whom Run now starts on."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -23,9 +24,21 @@ LOW = {"robot": "Veikko", "out": "low_battery", "battery": 18.2}
 
 
 def row(number: int = 50, **values):
-    return replace(execution(number, AINO, "Kits", State.WAITING), **({
-        "robot_id": None, "robot": "", "group_id": 5, "robot_group": "Hall 1", "wait": Wait.ROBOT,
-        "wait_details": {"group": "Hall 1", "robots": [BUSY, LOW]}, "closes_at": NOW + timedelta(minutes=22)} | values))
+    return replace(
+        execution(number, AINO, "Kits", State.WAITING),
+        **(
+            {
+                "robot_id": None,
+                "robot": "",
+                "group_id": 5,
+                "robot_group": "Hall 1",
+                "wait": Wait.ROBOT,
+                "wait_details": {"group": "Hall 1", "robots": [BUSY, LOW]},
+                "closes_at": NOW + timedelta(minutes=22),
+            }
+            | values
+        ),
+    )
 
 
 def facts(*rows, **values):
@@ -38,29 +51,55 @@ def test_what_waits_says_what_each_robot_does_and_when_it_is_put_into_a_queue():
     assert start.note == "Aino busy until about 14:52; Veikko 18 % battery. Goes into a queue at 14:59 at the latest"
 
 
-@pytest.mark.parametrize(("values", "note"), [
-    ({"finish_by": NOW + timedelta(minutes=23)}, "Aino busy until about 14:52; Veikko 18 % battery. Skipped if it can't be done by 15:01"),
-    ({"wait": Wait.PLACE, "wait_details": {"place": "Dock 2"}}, "Waits for Dock 2 until 15:00"),
-    ({"wait_details": {"group": "Hall 1"}}, "Waits for a robot of Hall 1 until 15:00"),
-    ({"wait_details": {"group": "Hall 1", "robots": [BUSY], "kept_for": "Shift bus"}},
-     "kept for Shift bus; Aino busy until about 14:52. Goes into a queue at 14:59 at the latest"),
-    ({"wait_details": {"group": "Hall 1"}, "tried": {"1": {"tries": 1, "robot": "Aino", "problem": ""}}},
-     "Aino refused it or did not answer. Waits for a robot of Hall 1 until 15:00")])
+@pytest.mark.parametrize(
+    ("values", "note"),
+    [
+        (
+            {"finish_by": NOW + timedelta(minutes=23)},
+            "Aino busy until about 14:52; Veikko 18 % battery. Skipped if it can't be done by 15:01",
+        ),
+        ({"wait": Wait.PLACE, "wait_details": {"place": "Dock 2"}}, "Waits for Dock 2 until 15:00"),
+        ({"wait_details": {"group": "Hall 1"}}, "Waits for a robot of Hall 1 until 15:00"),
+        (
+            {"wait_details": {"group": "Hall 1", "robots": [BUSY], "kept_for": "Shift bus"}},
+            "kept for Shift bus; Aino busy until about 14:52. Goes into a queue at 14:59 at the latest",
+        ),
+        (
+            {"wait_details": {"group": "Hall 1"}, "tried": {"1": {"tries": 1, "robot": "Aino", "problem": ""}}},
+            "Aino refused it or did not answer. Waits for a robot of Hall 1 until 15:00",
+        ),
+    ],
+)
 def test_whatever_it_waits_for_has_its_sentence(values, note):
     assert waiting.waits_for(row(**values), SETTINGS) == note
 
 
 def test_the_most_important_is_first_and_nothing_with_a_robot_is_among_them():
-    rows = [row(1), row(2, priority=2), row(3, priority=-1), row(4, robot_id=1, robot="Aino"), row(5, state=State.SUBMITTING)]
-    assert [(start.key, start.priority, start.urgent) for start in waiting.waiting_starts(waiting.waiting_of(rows), SETTINGS)] == [
-        (2, "Critical", True), (1, "Normal", False), (3, "Low", False)]
+    rows = [
+        row(1),
+        row(2, priority=2),
+        row(3, priority=-1),
+        row(4, robot_id=1, robot="Aino"),
+        row(5, state=State.SUBMITTING),
+    ]
+    assert [
+        (start.key, start.priority, start.urgent)
+        for start in waiting.waiting_starts(waiting.waiting_of(rows), SETTINGS)
+    ] == [(2, "Critical", True), (1, "Normal", False), (3, "Low", False)]
 
 
-@pytest.mark.parametrize(("rows", "title"), [
-    ([], ""), ([row()], "Waiting for a robot (1)"), ([row(1), row(2, wait=Wait.DUE)], "Waiting for a robot (2)"),
-    ([row(1, wait=Wait.PLACE)], "Waiting for a place (1)"), ([row(1), row(2, wait=Wait.PLACE)], "Waiting to start (2)"),
-    ([row(1, wait=Wait.HOLD)], "Waiting to start (1)"),
-    ([row(1, wait=Wait.PLACE), row(2, robot_id=2, robot="Veikko", state=State.SUBMITTING)], "Waiting to start (2)")])
+@pytest.mark.parametrize(
+    ("rows", "title"),
+    [
+        ([], ""),
+        ([row()], "Waiting for a robot (1)"),
+        ([row(1), row(2, wait=Wait.DUE)], "Waiting for a robot (2)"),
+        ([row(1, wait=Wait.PLACE)], "Waiting for a place (1)"),
+        ([row(1), row(2, wait=Wait.PLACE)], "Waiting to start (2)"),
+        ([row(1, wait=Wait.HOLD)], "Waiting to start (1)"),
+        ([row(1, wait=Wait.PLACE), row(2, robot_id=2, robot="Veikko", state=State.SUBMITTING)], "Waiting to start (2)"),
+    ],
+)
 def test_for_what_and_how_many_wait(rows, title):
     assert waiting.waiting_title(rows) == title
 
@@ -72,15 +111,21 @@ def test_what_is_not_shown_is_counted():
 def test_it_can_be_given_to_members_that_are_on_with_what_each_does():
     off = replace(VEIKKO, enabled=False)
     assert [(option.key, option.note) for option in robots_for(row(), (AINO, off), (HALL,), (), SETTINGS, NOW)] == [
-        (1, "Aino busy until about 14:52")]
+        (1, "Aino busy until about 14:52")
+    ]
 
 
 def test_a_robot_that_can_not_have_it_says_why():
     place = row(wait=Wait.PLACE, wait_details={"place": "Dock 1", "robot": "Sisu"})
     held = Hold("Maintenance", until=NOW + timedelta(minutes=38), robot_id=2)
     assert [option.note for option in robots_for(place, (AINO, VEIKKO), (HALL,), (held,), SETTINGS, NOW)] == [
-        "Dock 1 is full: Sisu uses it", "held until 15:16"]
-    assert robots_for(row(), (AINO, VEIKKO), (HALL,), (replace(held, until=None),), SETTINGS, NOW)[1].note == "held until released"
+        "Dock 1 is full: Sisu uses it",
+        "held until 15:16",
+    ]
+    assert (
+        robots_for(row(), (AINO, VEIKKO), (HALL,), (replace(held, until=None),), SETTINGS, NOW)[1].note
+        == "held until released"
+    )
 
 
 def test_the_card_says_for_what_the_robot_is_kept():
@@ -96,7 +141,9 @@ def test_the_card_says_for_what_the_robot_is_kept():
 
 def test_what_another_robot_may_take_is_probably_next():
     kits = Schedule("", None, KITS.id, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
-    coming = PlannedRun(NOW + timedelta(minutes=22), kits, AINO, KITS, 300.0, group=HALL, begins_at=NOW + timedelta(minutes=22))
+    coming = PlannedRun(
+        NOW + timedelta(minutes=22), kits, AINO, KITS, 300.0, group=HALL, begins_at=NOW + timedelta(minutes=22)
+    )
     given = facts(planned=(coming,), snapshots={1: snapshot(1, READY)})
     assert present(given, NOW).card.mission.note.startswith(f"probably next: {KITS.name}, in 22 min")
     assert present(replace(given, planned=(replace(coming, group=None),)), NOW).card.mission.note.startswith("next: ")
@@ -105,7 +152,7 @@ def test_what_another_robot_may_take_is_probably_next():
 def test_a_run_of_a_group_says_why_it_came_here():
     chosen = replace(RUNNING, choice={"robots": [{"robot": "Aino"}, LOW]})
     [entry, *_rest] = queue_entries(replace(FACTS, open=(chosen,)), NOW)
-    assert entry.origin.endswith(" · Aino: free now")          # of the others tells its story in Logs
+    assert entry.origin.endswith(" · Aino: free now")  # of the others tells its story in Logs
 
 
 def test_a_start_that_a_silent_robot_may_have_is_told_and_others_are_offered():
@@ -115,7 +162,9 @@ def test_a_start_that_a_silent_robot_may_have_is_told_and_others_are_offered():
     [(found, start)] = waiting.starts_with_a_robot(given, NOW)
     assert (found, start.is_stuck) == (lost, True)
     assert start.note.startswith("Aino may have it: silent since ")
-    assert [(option.key, option.text) for option in waiting.others_for(lost, (AINO, VEIKKO), (HALL,))] == [(2, "Veikko")]
+    assert [(option.key, option.text) for option in waiting.others_for(lost, (AINO, VEIKKO), (HALL,))] == [
+        (2, "Veikko")
+    ]
     [(_found, start)] = waiting.starts_with_a_robot(replace(given, snapshots={1: snapshot(1, READY)}), NOW)
     assert not start.is_stuck
     assert waiting.starts_with_a_robot(facts(replace(lost, group_id=None), snapshots={1: silent}), NOW) == []
@@ -129,7 +178,7 @@ def test_a_start_that_is_being_sent_to_a_robot_is_there_until_that_has_it(state)
     [(found, start)] = waiting.starts_with_a_robot(given, NOW)
     assert (found, start.note, start.is_stuck, start.can_give) == (sent, "Being sent to Veikko", False, False)
     assert waiting.starts_with_a_robot(facts(replace(sent, state=State.QUEUED, queue_id=7)), NOW) == []
-    assert waiting.starts_with_a_robot(given, sent.planned_at + timedelta(seconds=1)) == []      # mostly it has it by then
+    assert waiting.starts_with_a_robot(given, sent.planned_at + timedelta(seconds=1)) == []  # mostly it has it by then
 
 
 @pytest.mark.parametrize("wait", [Wait.HOLD, Wait.BATTERY, Wait.PLACE, Wait.CLOCK, Wait.ELSEWHERE, Wait.LATE_START])
@@ -141,7 +190,9 @@ def test_what_a_person_gave_to_a_robot_on_which_it_waits_is_not_said_to_be_sent(
 
 def test_what_is_not_sent_again_is_not_said_to_be_sent():
     """It was started on another robot, while the first was silent."""
-    revoked = replace(row(60), state=State.SUBMITTING, robot_id=1, robot="Aino", revoked=Reason(ReasonCode.USER_CANCELLED))
+    revoked = replace(
+        row(60), state=State.SUBMITTING, robot_id=1, robot="Aino", revoked=Reason(ReasonCode.USER_CANCELLED)
+    )
     silent = snapshot(1, READY, connection=Connection.UNREACHABLE)
     assert waiting.starts_with_a_robot(facts(revoked, snapshots={1: silent}), NOW) == []
 
@@ -164,21 +215,34 @@ def test_groups_come_first_and_the_robot_is_chosen_as_long_as_nobody_chooses_a_g
     assert (view.text, view.can_be_first) == ("Run on Aino", False)
     view = aimed(facts())
     assert [(option.text, option.selected) for option in view.targets] == [("Any of Hall 1", True), ("Aino", False)]
-    assert (view.text, view.off, view.can_be_first, view.note) == ("Run on any of Hall 1", False, True, "waits until 14:53 at most")
+    assert (view.text, view.off, view.can_be_first, view.note) == (
+        "Run on any of Hall 1",
+        False,
+        True,
+        "waits until 14:53 at most",
+    )
 
 
 def test_without_groups_run_now_is_as_ever():
     assert run_now.aimed(present(FACTS, NOW, KITS.id).run, FACTS, Target(5), NOW) == present(FACTS, NOW, KITS.id).run
 
 
-@pytest.mark.parametrize(("change", "text", "off"), [
-    ({"robots": (replace(AINO, enabled=False), replace(VEIKKO, enabled=False))}, "No robot of Hall 1 is switched on", True),
-    ({"groups": (Group("Hall 1", id=5),)}, "Hall 1 has no robot", True),
-    ({"known": {1: {"other"}, 2: {"other"}}}, "No robot of Hall 1 has this mission", True),
-    ({"known": {1: {"other"}, 2: {KITS.guid}}}, "Run on any of Hall 1", False),
-    ({"known": {1: {"other"}}}, "Run on any of Hall 1", False),                       # the other one may have it
-    ({"missions": (Mission("Own", "g", 77, robot_id=1),)}, "This mission is for one robot only", True),
-    ({"holds": (Hold("Audit"),)}, "Queue, held", False)])
+@pytest.mark.parametrize(
+    ("change", "text", "off"),
+    [
+        (
+            {"robots": (replace(AINO, enabled=False), replace(VEIKKO, enabled=False))},
+            "No robot of Hall 1 is switched on",
+            True,
+        ),
+        ({"groups": (Group("Hall 1", id=5),)}, "Hall 1 has no robot", True),
+        ({"known": {1: {"other"}, 2: {"other"}}}, "No robot of Hall 1 has this mission", True),
+        ({"known": {1: {"other"}, 2: {KITS.guid}}}, "Run on any of Hall 1", False),
+        ({"known": {1: {"other"}}}, "Run on any of Hall 1", False),  # the other one may have it
+        ({"missions": (Mission("Own", "g", 77, robot_id=1),)}, "This mission is for one robot only", True),
+        ({"holds": (Hold("Audit"),)}, "Queue, held", False),
+    ],
+)
 def test_what_stands_in_the_way_is_on_the_button(change, text, off):
     given = replace(facts(), **change)
     view = aimed(given, mission=77 if "missions" in change else KITS.id)
@@ -206,10 +270,15 @@ def test_before_everything_else_is_critical():
     assert (Target(5).priority, Target(5, first=True).priority) == (1, 2)
 
 
-@pytest.mark.parametrize(("values", "holds", "words"), [
-    ({}, (), "in 5 min"), ({"lacking": True}, (), "no robot of the group has the mission"),
-    ({}, (Hold(since=NOW, robot_id=1),), "in 5 min"),
-    ({}, (Hold(since=NOW, robot_id=1), Hold(since=NOW, robot_id=2)), "held until released")])
+@pytest.mark.parametrize(
+    ("values", "holds", "words"),
+    [
+        ({}, (), "in 5 min"),
+        ({"lacking": True}, (), "no robot of the group has the mission"),
+        ({}, (Hold(since=NOW, robot_id=1),), "in 5 min"),
+        ({}, (Hold(since=NOW, robot_id=1), Hold(since=NOW, robot_id=2)), "held until released"),
+    ],
+)
 def test_a_planned_start_says_that_no_robot_of_its_group_can_take_it(values, holds, words):
     schedule = Schedule("Kits", None, 1, NOW.replace(tzinfo=None), "UTC", id=9, group_id=5)
     run = PlannedRun(NOW + timedelta(minutes=5), schedule, nobody(HALL), KITS, 300.0, group=HALL, **values)

@@ -1,4 +1,5 @@
 """Home's lists in words: the queue, what is planned and what has just finished."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -45,16 +46,27 @@ def test_what_missions_are_given_stands_beside_their_names():
     here = {"goal": "a1c4e008-5d0f-11ef-93c1-0001297b6e20"}
     run = replace(FACTS.planned[0], schedule=replace(FACTS.planned[0].schedule, parameters=here))
     rows = [replace(row, parameters=here) for row in (RUNNING, QUEUED, HELD)]
-    facts = replace(FACTS, open=tuple(rows), planned=(run,), finished=(replace(FACTS.finished[0], parameters=here),),
-                    given=Given(names={here["goal"]: "Dock 3"}))
+    facts = replace(
+        FACTS,
+        open=tuple(rows),
+        planned=(run,),
+        finished=(replace(FACTS.finished[0], parameters=here),),
+        given=Given(names={here["goal"]: "Dock 3"}),
+    )
     named = (*queue_entries(facts, NOW), *planned_starts(facts, NOW), *finished_runs(facts, NOW))
     assert [row.mission.partition(" · ")[2] for row in named] == ["Dock 3", "Dock 3", "", "Dock 3", "Dock 3", "Dock 3"]
     assert present(facts, NOW).card.mission.name == f"{RUNNING.mission} · Dock 3"
 
 
-@pytest.mark.parametrize(("minutes", "held", "words"), [
-    (None, False, "Held back: Audit; skipped at 14:50 unless released"), (5, False, "Held until 14:43: Audit"),
-    (30, False, "Held back: Audit; skipped at 14:50 unless released"), (None, True, "Held back; skipped at 14:50 unless released")])
+@pytest.mark.parametrize(
+    ("minutes", "held", "words"),
+    [
+        (None, False, "Held back: Audit; skipped at 14:50 unless released"),
+        (5, False, "Held until 14:43: Audit"),
+        (30, False, "Held back: Audit; skipped at 14:50 unless released"),
+        (None, True, "Held back; skipped at 14:50 unless released"),
+    ],
+)
 def test_a_start_that_is_held_says_as_run_now_what_becomes_of_it(minutes, held, words):
     kept = replace(HELD, wait=Wait.HOLD, wait_details={} if held else {"hold": "Audit"}, held=held)
     hold = Hold("Audit", NOW + timedelta(minutes=minutes) if minutes else None, robot_id=AINO.id)
@@ -63,8 +75,13 @@ def test_a_start_that_is_held_says_as_run_now_what_becomes_of_it(minutes, held, 
 
 
 def test_of_two_holds_the_one_that_ends_last_counts():
-    short, long = Hold("Audit", NOW + timedelta(minutes=5)), Hold("Cleaning", NOW + timedelta(minutes=60), robot_id=AINO.id)
-    row = queue_entries(replace(FACTS, open=(replace(HELD, wait=Wait.HOLD, wait_details={"hold": "Audit"}),), holds=(short, long)), NOW)[-1]
+    short, long = (
+        Hold("Audit", NOW + timedelta(minutes=5)),
+        Hold("Cleaning", NOW + timedelta(minutes=60), robot_id=AINO.id),
+    )
+    row = queue_entries(
+        replace(FACTS, open=(replace(HELD, wait=Wait.HOLD, wait_details={"hold": "Audit"}),), holds=(short, long)), NOW
+    )[-1]
     assert row.origin == "Waste, extra round · Held back: Cleaning; skipped at 14:50 unless released"
 
 
@@ -85,8 +102,11 @@ def test_what_is_blocked_is_said_above_the_queue():
     assert present(FACTS, NOW).queue_blocked == Blocked("1 blocked: battery", ("execution", 3))
     silent = replace(HELD, id=4, wait=Wait.RETRY)
     assert present(replace(FACTS, open=(silent, HELD, replace(HELD, id=5))), NOW).queue_blocked == Blocked(
-        "3 blocked: no answer, battery", ("execution", 4))
-    assert present(replace(FACTS, open=(RUNNING, QUEUED, replace(HELD, wait=Wait.DUE))), NOW).queue_blocked == NOT_BLOCKED
+        "3 blocked: no answer, battery", ("execution", 4)
+    )
+    assert (
+        present(replace(FACTS, open=(RUNNING, QUEUED, replace(HELD, wait=Wait.DUE))), NOW).queue_blocked == NOT_BLOCKED
+    )
 
 
 def test_an_item_without_a_creator_belongs_to_the_robot():
@@ -96,7 +116,10 @@ def test_an_item_without_a_creator_belongs_to_the_robot():
 
 def test_a_submission_of_ours_is_known_by_its_token_before_its_number_is_written_down():
     ours = execution(5, AINO, KITS.name, State.SUBMITTING, guid=KITS.guid, schedule="Kits")
-    facts = replace(with_aino(READY, (QueueItem(110, QueueState.PENDING, mission_id=KITS.guid, description="token-5"),)), open=(ours,))
+    facts = replace(
+        with_aino(READY, (QueueItem(110, QueueState.PENDING, mission_id=KITS.guid, description="token-5"),)),
+        open=(ours,),
+    )
     rows = queue_entries(facts, NOW)
     assert len(rows) == 1
     assert rows[0].origin.startswith("Kits")
@@ -104,7 +127,7 @@ def test_a_submission_of_ours_is_known_by_its_token_before_its_number_is_written
 
 def test_a_row_stays_while_the_robot_has_taken_it_but_its_queue_was_not_read_yet():
     taken = execution(5, AINO, KITS.name, State.QUEUED, guid=KITS.guid, schedule="Kits", queue_id=111, submitted_at=NOW)
-    row, = queue_entries(replace(with_aino(READY, ()), open=(taken,)), NOW)
+    (row,) = queue_entries(replace(with_aino(READY, ()), open=(taken,)), NOW)
     assert (row.key, row.number, row.origin) == (("execution", 5), "1", "Kits · since 14:38")
 
 
@@ -127,7 +150,9 @@ def test_what_the_robot_has_dropped_waits_for_nothing_while_its_end_is_not_seen_
 def test_robots_number_their_items_alike():
     facts = replace(FACTS, cancelling=frozenset({(VEIKKO.id, 103)}))
     assert "Being cancelled" not in [row.origin for row in queue_entries(facts, NOW)]
-    assert "Being cancelled" in [row.origin for row in queue_entries(replace(facts, cancelling=frozenset({(AINO.id, 103)})), NOW)]
+    assert "Being cancelled" in [
+        row.origin for row in queue_entries(replace(facts, cancelling=frozenset({(AINO.id, 103)})), NOW)
+    ]
 
 
 def test_a_late_start_counts_down():
@@ -157,17 +182,25 @@ def test_a_mission_nobody_entered_here_is_called_as_the_robot_does():
 def test_planned_starts_say_when_and_where():
     rows = planned_starts(FACTS, NOW)
     assert [(row.time, row.mission, row.note) for row in rows[:2]] == [
-        ("15:00", "Deliver kits to line 2", "Aino · in 22 min"), ("15:10", "Collect empties", "Veikko · in 32 min")]
+        ("15:00", "Deliver kits to line 2", "Aino · in 22 min"),
+        ("15:10", "Collect empties", "Veikko · in 32 min"),
+    ]
     assert [row.day for row in rows] == ["", "", "", "", ""]
     [tomorrow] = planned_starts(replace(FACTS, planned=(replace(FACTS.planned[4], at=NOW + timedelta(hours=26)),)), NOW)
-    assert (tomorrow.day, tomorrow.note) == ("Sat 21 Nov", "Veikko")                       # how soon it is, its day says
+    assert (tomorrow.day, tomorrow.note) == ("Sat 21 Nov", "Veikko")  # how soon it is, its day says
     early = replace(FACTS.planned[0], at=NOW + timedelta(hours=16))
     [row] = planned_starts(replace(FACTS, planned=(early,)), NOW)
     assert (row.day, row.note) == ("Sat 21 Nov", "Aino · in 16 h")
 
 
-@pytest.mark.parametrize(("until", "words"), [(None, "held until released"), (NOW + timedelta(minutes=60), "skipped: held until 15:38"),
-                                              (NOW + timedelta(minutes=30), "held until 15:08")])
+@pytest.mark.parametrize(
+    ("until", "words"),
+    [
+        (None, "held until released"),
+        (NOW + timedelta(minutes=60), "skipped: held until 15:38"),
+        (NOW + timedelta(minutes=30), "held until 15:08"),
+    ],
+)
 def test_a_planned_start_in_a_hold_says_so_instead_of_how_soon_it_comes(until, words):
     held = replace(FACTS, holds=(Hold("Maintenance", until, ago(minutes=1), robot_id=AINO.id),))
     rows = planned_starts(held, NOW)
@@ -177,23 +210,43 @@ def test_a_planned_start_in_a_hold_says_so_instead_of_how_soon_it_comes(until, w
     assert present(idle, NOW).card.mission.note == f"next: Deliver kits to line 2, {words}"
 
 
-@pytest.mark.parametrize(("connection", "words"), [
-    (Connection.UNREACHABLE, "No answer · "), (Connection.UNAUTHORIZED, "Wrong password · "), (Connection.WRONG_ROBOT, "Another robot · "),
-    (Connection.UNTRUSTED, "Unknown certificate · "), (Connection.SLOW, ""), (Connection.UNKNOWN, "")])
+@pytest.mark.parametrize(
+    ("connection", "words"),
+    [
+        (Connection.UNREACHABLE, "No answer · "),
+        (Connection.UNAUTHORIZED, "Wrong password · "),
+        (Connection.WRONG_ROBOT, "Another robot · "),
+        (Connection.UNTRUSTED, "Unknown certificate · "),
+        (Connection.SLOW, ""),
+        (Connection.UNKNOWN, ""),
+    ],
+)
 def test_a_planned_start_of_a_robot_that_gives_no_answer_to_trust_says_why(connection, words):
-    silent = replace(FACTS, snapshots={**FACTS.snapshots, 1: replace(FACTS.snapshots[1], connection=connection, since=ago(minutes=4))})
+    silent = replace(
+        FACTS,
+        snapshots={**FACTS.snapshots, 1: replace(FACTS.snapshots[1], connection=connection, since=ago(minutes=4))},
+    )
     rows = planned_starts(silent, NOW)
     assert [row.note for row in rows[:2]] == [f"Aino · {words}in 22 min", "Veikko · in 32 min"]
     of_group = replace(FACTS.planned[0], group=Group("Hall", (1, 2)), begins_at=FACTS.planned[0].at)
-    assert planned_starts(replace(silent, planned=(of_group,)), NOW)[0].note == "any of Hall (≈ Aino) · in 22 min"      # or another one
+    assert (
+        planned_starts(replace(silent, planned=(of_group,)), NOW)[0].note == "any of Hall (≈ Aino) · in 22 min"
+    )  # or another one
     held = replace(silent, holds=(Hold("Maintenance", None, ago(minutes=1), robot_id=AINO.id),))
     assert planned_starts(held, NOW)[0].note == "Aino · held until released"
 
 
 def test_an_old_level_of_a_battery_is_not_shown_as_one_of_now():
-    silent = replace(FACTS.snapshots[2], connection=Connection.UNREACHABLE, since=ago(minutes=4), read_at=ago(minutes=5))
+    silent = replace(
+        FACTS.snapshots[2], connection=Connection.UNREACHABLE, since=ago(minutes=4), read_at=ago(minutes=5)
+    )
     chip = robot_summaries(replace(FACTS, snapshots={**FACTS.snapshots, 2: silent}), NOW)[1]
-    assert (chip.word, chip.battery, chip.battery_icon, chip.battery_tone) == ("No answer", "–", "battery-unknown", "offline")
+    assert (chip.word, chip.battery, chip.battery_icon, chip.battery_tone) == (
+        "No answer",
+        "–",
+        "battery-unknown",
+        "offline",
+    )
 
 
 def test_so_does_one_that_a_person_keeps_back_alone():
@@ -206,14 +259,19 @@ def test_so_does_one_that_a_person_keeps_back_alone():
 def test_finished_runs_carry_their_reason_and_only_the_abnormal_ones_colour():
     rows = finished_runs(FACTS, NOW)
     assert [row.reason for row in rows[:4]] == [
-        "Not run: Battery 12 % stayed under 30 % until 14:30", "Completed in 8 min 05 s", "Completed in 5 min 55 s",
-        "Failed: Failed to reach goal position 'Dock 3'"]
+        "Not run: Battery 12 % stayed under 30 % until 14:30",
+        "Completed in 8 min 05 s",
+        "Completed in 5 min 55 s",
+        "Failed: Failed to reach goal position 'Dock 3'",
+    ]
     assert [row.abnormal for row in rows[:4]] == [True, False, False, True]
     assert rows[0].when == "Sisu 14:30"
 
 
 def test_what_ended_without_a_robot_names_its_group():
-    ended = execution(20, AINO, "M", State.FAILED, ended_at=NOW, reason=Reason(ReasonCode.NO_ROBOT), robot_group="Hall 1")
+    ended = execution(
+        20, AINO, "M", State.FAILED, ended_at=NOW, reason=Reason(ReasonCode.NO_ROBOT), robot_group="Hall 1"
+    )
     [row] = finished_runs(replace(FACTS, finished=(replace(ended, robot_id=None, robot=""),)), NOW)
     assert row.when == "Hall 1 14:38"
 
@@ -234,14 +292,18 @@ def test_the_source_of_an_item_is_a_name_that_a_person_gave_and_none_that_was_ma
     given = execution(5, AINO, KITS.name, State.WAITING, schedule="Night kits 2")
     made = [replace(given, schedule=f"{KITS.name} on Aino{number}") for number in ("", " 2")]
     assert [trigger_words(row) for row in (given, *made)] == ["Night kits 2", "Schedule", "Schedule"]
-    of_group = replace(given, schedule=f"{KITS.name} on Hall 1 2", robot_group="Hall 1")          # whichever robot took it
+    of_group = replace(given, schedule=f"{KITS.name} on Hall 1 2", robot_group="Hall 1")  # whichever robot took it
     assert trigger_words(of_group) == "Schedule"
 
 
-@pytest.mark.parametrize(("details", "line"), [
-    ({"skipped_at": NOW.isoformat()}, "Not run: Skipped by a person on 20 Nov 2026 14:38"),
-    ({}, "Not run: Skipped or held back by a person"),
-    ({"paused_until": NOW.isoformat()}, "Not run: The schedule was paused until 20 Nov 2026 14:38")])
+@pytest.mark.parametrize(
+    ("details", "line"),
+    [
+        ({"skipped_at": NOW.isoformat()}, "Not run: Skipped by a person on 20 Nov 2026 14:38"),
+        ({}, "Not run: Skipped or held back by a person"),
+        ({"paused_until": NOW.isoformat()}, "Not run: The schedule was paused until 20 Nov 2026 14:38"),
+    ],
+)
 def test_what_a_person_skipped_was_not_run(details, line):
     assert outcome_line(execution(5, AINO, KITS.name, State.SKIPPED, reason=Reason(ReasonCode.HOLD, details))) == line
 

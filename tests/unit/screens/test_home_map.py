@@ -1,4 +1,5 @@
 """The robot on its own map: what is shown of it, and when nothing is."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -38,8 +39,10 @@ def test_a_stopped_robot_is_as_red_on_the_map_as_elsewhere() -> None:
     assert present(with_aino(READY), NOW).map.tone == "accent"
 
 
-@pytest.mark.parametrize(("words", "shown"), [("Failed to reach goal position 'Line 2'", ""), ("Failed to reach goal", ""),
-                                              ("Waiting", "Waiting")])
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [("Failed to reach goal position 'Line 2'", ""), ("Failed to reach goal", ""), ("Waiting", "Waiting")],
+)
 def test_words_that_are_those_of_the_error_are_not_repeated(words: str, shown: str) -> None:
     view = present(with_aino(replace(FAILED, mission_text=words)), NOW)
     assert view.card.mission.name == "Failed to reach goal position 'Line 2' (10120)"
@@ -67,11 +70,18 @@ def test_nor_without_a_map_or_a_status() -> None:
 # ---------------------------------------------------------------------- all robots on it
 def test_all_robots_on_the_map_are_there_the_abnormal_ones_in_words() -> None:
     elsewhere = replace(READY, map_id="another map")
-    facts = replace(with_aino(STOPPED), snapshots={
-        1: snapshot(1, STOPPED), 2: snapshot(2, READY, age=900, connection=Connection.UNREACHABLE),
-        3: snapshot(3, elsewhere)})
+    facts = replace(
+        with_aino(STOPPED),
+        snapshots={
+            1: snapshot(1, STOPPED),
+            2: snapshot(2, READY, age=900, connection=Connection.UNREACHABLE),
+            3: snapshot(3, elsewhere),
+        },
+    )
     assert [(marker.name, marker.tone) for marker in robots_on_map(facts, NOW)] == [
-        ("Aino · Stopped", "fault"), ("Veikko · No answer", "offline")]
+        ("Aino · Stopped", "fault"),
+        ("Veikko · No answer", "offline"),
+    ]
     well = with_aino(EXECUTING)
     marker = robots_on_map(well, NOW)[0]
     assert (marker.name, marker.tone, marker.heading) == ("Aino", "accent", 0.0)
@@ -79,10 +89,16 @@ def test_all_robots_on_the_map_are_there_the_abnormal_ones_in_words() -> None:
 
 
 def test_those_that_need_help_come_first_and_then_the_one_that_is_shown() -> None:
-    facts = replace(FACTS, settings=replace(FACTS.settings, selected_robot_id=2), snapshots={
-        1: snapshot(1, READY), 2: snapshot(2, EXECUTING), 3: snapshot(3, STOPPED)})
+    facts = replace(
+        FACTS,
+        settings=replace(FACTS.settings, selected_robot_id=2),
+        snapshots={1: snapshot(1, READY), 2: snapshot(2, EXECUTING), 3: snapshot(3, STOPPED)},
+    )
     assert [marker.name.split(" ")[0] for marker in robots_on_map(facts, NOW)] == [
-        FACTS.robots[2].name, FACTS.robots[1].name, FACTS.robots[0].name]
+        FACTS.robots[2].name,
+        FACTS.robots[1].name,
+        FACTS.robots[0].name,
+    ]
 
 
 def test_without_a_map_nobody_is_on_it() -> None:

@@ -1,4 +1,5 @@
 """Home's words: what a person reads off each state of the robot, and of what is run now."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -59,12 +60,15 @@ def test_a_robot_that_is_gone_gives_its_place_to_the_first():
 def test_every_robot_has_a_chip_with_state_and_battery():
     rows = robot_summaries(replace(FACTS, settings=replace(SETTINGS, selected_robot_id=2)), NOW)
     assert [(row.name, row.battery, row.selected) for row in rows] == [
-        ("Aino", "78 %", False), ("Veikko", "64 %", True), ("Sisu", "19 %", False)]
+        ("Aino", "78 %", False),
+        ("Veikko", "64 %", True),
+        ("Sisu", "19 %", False),
+    ]
     assert [row.word for row in rows] == ["Working", "Ready", "Charging"]
     assert rows[0].tone == "accent"
-    assert rows[1].tone == "neutral"                      # normal is grey
+    assert rows[1].tone == "neutral"  # normal is grey
     assert rows[2].battery_icon.startswith("battery-charging")
-    assert rows[2].battery_tone == "attention"            # under the minimum of 30 %
+    assert rows[2].battery_tone == "attention"  # under the minimum of 30 %
 
 
 # ---------------------------------------------------------------------- the card
@@ -91,11 +95,17 @@ def test_a_mission_that_charges_is_not_compared_with_earlier_runs():
     """It ends when the robot is charged or gets another one."""
     charging = replace(EXECUTING, mission_text="Charging... Waiting for new mission...")
     card = view(replace(with_aino(charging), expected={KITS.guid: DurationEstimate(100.0, 110.0)})).card
-    assert (card.mission.tone, card.mission.note, card.mission.progress) == ("neutral", "charging: not compared with earlier runs", -1)
+    assert (card.mission.tone, card.mission.note, card.mission.progress) == (
+        "neutral",
+        "charging: not compared with earlier runs",
+        -1,
+    )
     assert card.beside.label == "Address"
 
 
-@pytest.mark.parametrize(("state", "word"), [(RobotState.PAUSE, "Paused"), (RobotState.MANUAL_CONTROL, "Manual control")])
+@pytest.mark.parametrize(
+    ("state", "word"), [(RobotState.PAUSE, "Paused"), (RobotState.MANUAL_CONTROL, "Manual control")]
+)
 def test_a_robot_that_is_held_does_not_charge_whatever_its_text_still_says(state, word):
     card = view(with_aino(replace(EXECUTING, state=state, mission_text="Charging... Waiting for new mission..."))).card
     assert card.state == word
@@ -108,9 +118,16 @@ def test_a_mission_that_charges_and_is_paused_is_held_by_the_pause_alone():
     assert (mission.label, mission.note, mission.progress) == ("Mission, held by the pause", "", -1)
 
 
-@pytest.mark.parametrize("facts", [
-    replace(FACTS, expected={}), with_aino(READY, ()), with_aino(replace(EXECUTING, state=RobotState.PAUSE)), with_aino(STOPPED),
-    with_aino(EXECUTING, age=1200)])
+@pytest.mark.parametrize(
+    "facts",
+    [
+        replace(FACTS, expected={}),
+        with_aino(READY, ()),
+        with_aino(replace(EXECUTING, state=RobotState.PAUSE)),
+        with_aino(STOPPED),
+        with_aino(EXECUTING, age=1200),
+    ],
+)
 def test_nobody_knows_the_end_of_what_is_new_or_held_or_not_heard_of(facts):
     assert view(facts).card.beside.label == "Address"
 
@@ -133,13 +150,26 @@ def test_elapsed_runs_on_between_two_readings():
     assert present(FACTS, NOW + timedelta(seconds=3), None).card.mission.elapsed == "4 min 15 s"
 
 
-@pytest.mark.parametrize(("state", "activities", "elapsed", "left"), [
-    ("paused", [("executing", 252, 120), ("paused", 120, 60)], "2 min 12 s", ""),              # still: stored only once a minute
-    ("paused", [("executing", 252, 60)], "4 min 10 s", ""),                                    # it was read a moment ago
-    ("paused", [("executing", 252, 200), ("paused", 200, 100), ("executing", 100, 30)], "2 min 30 s", ""),
-    ("executing", [("executing", 252, 120), ("paused", 120, 60), ("executing", 60, 0)], "3 min 12 s", "3 min left"),
-    ("executing", [("executing", 252, 120), ("paused", 120, 60)], "2 min 14 s", "4 min left"),     # going on was read 2 s ago
-])
+@pytest.mark.parametrize(
+    ("state", "activities", "elapsed", "left"),
+    [
+        (
+            "paused",
+            [("executing", 252, 120), ("paused", 120, 60)],
+            "2 min 12 s",
+            "",
+        ),  # still: stored only once a minute
+        ("paused", [("executing", 252, 60)], "4 min 10 s", ""),  # it was read a moment ago
+        ("paused", [("executing", 252, 200), ("paused", 200, 100), ("executing", 100, 30)], "2 min 30 s", ""),
+        ("executing", [("executing", 252, 120), ("paused", 120, 60), ("executing", 60, 0)], "3 min 12 s", "3 min left"),
+        (
+            "executing",
+            [("executing", 252, 120), ("paused", 120, 60)],
+            "2 min 14 s",
+            "4 min left",
+        ),  # going on was read 2 s ago
+    ],
+)
 def test_the_time_of_a_pause_does_not_count(state, activities, elapsed, left):
     status = replace(EXECUTING, state=RobotState.PAUSE if state == "paused" else RobotState.EXECUTING)
     spans = tuple(ActivitySpan(activity, ago(seconds=start), ago(seconds=end)) for activity, start, end in activities)
@@ -170,21 +200,30 @@ def test_a_first_run_has_nothing_to_compare_with():
 
 
 def test_somebody_elses_mission_counts_from_when_this_tablet_saw_it():
-    facts = replace(with_aino(EXECUTING, (QueueItem(7, QueueState.EXECUTING, mission_id="strange"),)), open=(),
-                    names={"strange": "Wash the floor"}, seen_running={(AINO.id, 7): ago(seconds=65)})
+    facts = replace(
+        with_aino(EXECUTING, (QueueItem(7, QueueState.EXECUTING, mission_id="strange"),)),
+        open=(),
+        names={"strange": "Wash the floor"},
+        seen_running={(AINO.id, 7): ago(seconds=65)},
+    )
     card = view(facts).card
     assert card.mission.name == "Wash the floor"
     assert card.mission.elapsed == "1 min 05 s"
 
 
 def test_when_an_item_of_that_number_was_seen_on_another_robot_says_nothing():
-    facts = replace(with_aino(EXECUTING, (QueueItem(7, QueueState.EXECUTING, mission_id="strange"),)), open=(),
-                    seen_running={(VEIKKO.id, 7): ago(seconds=65)})
+    facts = replace(
+        with_aino(EXECUTING, (QueueItem(7, QueueState.EXECUTING, mission_id="strange"),)),
+        open=(),
+        seen_running={(VEIKKO.id, 7): ago(seconds=65)},
+    )
     assert facts.running_since(facts.running) is None
 
 
 def test_unknown_values_are_a_dash_and_never_zero():
-    facts = with_aino(replace(READY, battery_percentage=None, linear_velocity=None, distance_to_next_target=None, moved=None), ())
+    facts = with_aino(
+        replace(READY, battery_percentage=None, linear_velocity=None, distance_to_next_target=None, moved=None), ()
+    )
     card = view(facts).card
     assert card.battery.text == "–"
     assert card.battery.level == -1
@@ -223,7 +262,10 @@ def test_nobody_says_that_a_silent_robot_has_nothing_to_do():
 def test_what_is_wrong_is_reported_in_the_language_of_the_screen():
     problem = Unreachable(code="refused", address="10.40.12.21").message
     facts = with_aino(EXECUTING, age=300, connection=Connection.UNREACHABLE, problem=problem)
-    assert view(facts).card.message == "10.40.12.21 refused the connection; is the robot switched on and its address right?"
+    assert (
+        view(facts).card.message
+        == "10.40.12.21 refused the connection; is the robot switched on and its address right?"
+    )
     translator.use("fi")
     try:
         assert view(facts).card.message == "10.40.12.21 ei ota yhteyttä vastaan; onko robotti päällä ja osoite oikein?"
@@ -239,21 +281,31 @@ def test_connected_but_silent_for_three_polls_is_old_too():
     assert link_appearance(AINO, snapshot(1, EXECUTING, age=89), NOW, SETTINGS).tone == "neutral"
 
 
-@pytest.mark.parametrize(("connection", "words"), [
-    (Connection.UNAUTHORIZED, "Wrong password"), (Connection.WRONG_ROBOT, "Another robot"), (Connection.UNTRUSTED, "Unknown certificate"),
-    (Connection.NOT_A_ROBOT, "Not a MiR robot")])
+@pytest.mark.parametrize(
+    ("connection", "words"),
+    [
+        (Connection.UNAUTHORIZED, "Wrong password"),
+        (Connection.WRONG_ROBOT, "Another robot"),
+        (Connection.UNTRUSTED, "Unknown certificate"),
+        (Connection.NOT_A_ROBOT, "Not a MiR robot"),
+    ],
+)
 def test_each_problem_with_the_connection_has_its_words(connection, words):
     seen = snapshot(1, EXECUTING, connection=connection)
     look = link_appearance(AINO, seen, NOW, SETTINGS)
     assert look.word.startswith(words)
     assert look.tone == "attention"
-    assert state_appearance(AINO, seen, stale=False).word == words        # the same as what the robot does
+    assert state_appearance(AINO, seen, stale=False).word == words  # the same as what the robot does
 
 
 def test_a_robot_that_needs_its_password_says_so_everywhere():
     waiting = replace(AINO, enabled=False, needs_password=True, token=None)
     shown = view(replace(FACTS, robots=(waiting, VEIKKO), planned=()))
-    assert (shown.card.state, shown.card.beside.note, shown.card.tone) == ("Needs its password", "Needs its password", "attention")
+    assert (shown.card.state, shown.card.beside.note, shown.card.tone) == (
+        "Needs its password",
+        "Needs its password",
+        "attention",
+    )
     assert shown.card.mission.note == "Its password has to be entered in Settings"
     assert shown.run.text == "Aino needs its password"
     assert shown.planned_empty == "Nothing starts on Aino before its password is entered in Settings."
@@ -265,10 +317,16 @@ def test_an_idle_robot_says_what_comes_next():
     assert card.mission.note == "next: Deliver kits to line 2, in 22 min"
 
 
-@pytest.mark.parametrize(("battery", "mission", "words"), [
-    (12.0, CHARGER, "Return to charger when idle waits: battery 12 %, 30 % wanted"),
-    (None, CHARGER, "Return to charger when idle waits: battery unknown"),
-    (12.0, replace(CHARGER, charges=True), ""), (12.0, replace(CHARGER, on_low_battery=True), ""), (80.0, CHARGER, "")])
+@pytest.mark.parametrize(
+    ("battery", "mission", "words"),
+    [
+        (12.0, CHARGER, "Return to charger when idle waits: battery 12 %, 30 % wanted"),
+        (None, CHARGER, "Return to charger when idle waits: battery unknown"),
+        (12.0, replace(CHARGER, charges=True), ""),
+        (12.0, replace(CHARGER, on_low_battery=True), ""),
+        (80.0, CHARGER, ""),
+    ],
+)
 def test_an_idle_robot_says_what_keeps_its_idle_mission(battery, mission, words):
     aino = replace(AINO, idle=IdleRule(mission.id))
     ready = with_aino(replace(READY, battery_percentage=battery), ())
@@ -281,12 +339,19 @@ def test_an_idle_robot_says_what_keeps_its_idle_mission(battery, mission, words)
 
 def test_an_idle_robot_says_that_nothing_starts_on_a_day_off():
     ready = with_aino(READY, ())
-    facts = replace(ready, robots=(replace(AINO, idle=IdleRule(CHARGER.id)), *ready.robots[1:]), entered=(CHARGER,), planned=(),
-                    calendar=WorkingCalendar(replace(SETTINGS, working_days=("MO",))))
+    facts = replace(
+        ready,
+        robots=(replace(AINO, idle=IdleRule(CHARGER.id)), *ready.robots[1:]),
+        entered=(CHARGER,),
+        planned=(),
+        calendar=WorkingCalendar(replace(SETTINGS, working_days=("MO",))),
+    )
     assert view(facts).card.mission.note == "Return to charger when idle: not today, a day off"
 
 
-@pytest.mark.parametrize(("percent", "icon"), [(100.0, "battery"), (78.0, "battery-80"), (3.0, "battery-alert-variant-outline")])
+@pytest.mark.parametrize(
+    ("percent", "icon"), [(100.0, "battery"), (78.0, "battery-80"), (3.0, "battery-alert-variant-outline")]
+)
 def test_battery_icons(percent, icon):
     assert battery_appearance(replace(READY, battery_percentage=percent), Settings()).icon == icon
 
@@ -303,6 +368,12 @@ def test_a_held_robot_says_so_on_its_card_and_its_tile():
     given = replace(FACTS, settings=replace(FACTS.settings, selected_robot_id=2), holds=(until,))
     shown = present(given, NOW)
     assert (shown.card.state, shown.card.note) == ("Ready, held", "Veikko · MiR100 · held until 15:16")
-    assert [(robot.name, robot.word) for robot in shown.robots] == [("Aino", "Working"), ("Veikko", "Held"), ("Sisu", "Charging")]
-    assert present(replace(given, holds=(replace(until, until=None),)), NOW).card.note.endswith(" · held until released")
+    assert [(robot.name, robot.word) for robot in shown.robots] == [
+        ("Aino", "Working"),
+        ("Veikko", "Held"),
+        ("Sisu", "Charging"),
+    ]
+    assert present(replace(given, holds=(replace(until, until=None),)), NOW).card.note.endswith(
+        " · held until released"
+    )
     assert present(replace(given, holds=()), NOW).card.state == "Ready"

@@ -1,4 +1,5 @@
 """The page of figures in words."""
+
 from __future__ import annotations
 
 from datetime import date
@@ -14,9 +15,15 @@ from app.services.history.pareto import causes
 from app.services.planning.durations import Band, DayMedian, Trend
 
 
-@pytest.mark.parametrize(("ran", "planned", "text"), [
-    (0, 0, "Nothing was planned"), (23, 25, "92.0 % of 25 planned (75–98 %)"), (25, 25, "100 % of 25 planned (87–100 %)"),
-    (90, 94, "95.7 % of 94 planned")])
+@pytest.mark.parametrize(
+    ("ran", "planned", "text"),
+    [
+        (0, 0, "Nothing was planned"),
+        (23, 25, "92.0 % of 25 planned (75–98 %)"),
+        (25, 25, "100 % of 25 planned (87–100 %)"),
+        (90, 94, "95.7 % of 94 planned"),
+    ],
+)
 def test_adherence_with_its_count_and_with_few_cases_how_far_it_holds(ran, planned, text):
     assert view.adherence_head(Adherence(planned, ran, {})) == text
 
@@ -30,15 +37,23 @@ def test_an_interval_is_shown_for_few_cases_only():
 def test_reasons_of_not_running_with_their_share_of_what_was_planned():
     rows = view.adherence_rows(Adherence(50, 47, {ReasonCode.BATTERY_LOW: 2, ReasonCode.APP_DOWN: 1}))
     assert [(row.label, row.value, row.note) for row in rows] == [
-        ("Battery stayed under the minimum for its whole start window", "2", "4.0 %"), ("The app was off or asleep", "1", "2.0 %")]
+        ("Battery stayed under the minimum for its whole start window", "2", "4.0 %"),
+        ("The app was off or asleep", "1", "2.0 %"),
+    ]
 
 
 def test_each_cause_has_its_own_share_and_what_the_robot_named():
-    found = causes([("robot_aborted", "No way to 'Dock 3'", 4), ("robot_aborted", "No way to 'Dock 1'", 2), ("retry_limit", None, 3),
-                    ("refused", None, 1)])
+    found = causes(
+        [
+            ("robot_aborted", "No way to 'Dock 3'", 4),
+            ("robot_aborted", "No way to 'Dock 1'", 2),
+            ("retry_limit", None, 3),
+            ("refused", None, 1),
+        ]
+    )
     rows = view.cause_rows(found)
     assert [(row.value, row.note) for row in rows] == [("6", "60 %"), ("3", "30 %"), ("1", "10 %")]
-    assert [row.share for row in rows] == pytest.approx([.6, .3, .1])
+    assert [row.share for row in rows] == pytest.approx([0.6, 0.3, 0.1])
     assert (rows[0].label, rows[0].detail, rows[1].detail) == ("No way to …", "Dock 3 ×4, Dock 1 ×2", "")
     assert view.cause_summary(found) == "The first 2 reasons make up 90 % of all failures."
     assert view.cause_head(found) == "10 failed runs"
@@ -49,16 +64,23 @@ def test_no_words_where_all_reasons_are_needed():
     assert view.cause_summary([]) == "No run failed."
 
 
-@pytest.mark.parametrize(("median", "beginning", "tone"), [
-    (100, "As usual", "neutral"), (107, "A little longer", "neutral"), (93, "A little shorter", "neutral"),
-    (121, "Clearly longer", "attention"), (79, "Clearly shorter", "neutral")])
+@pytest.mark.parametrize(
+    ("median", "beginning", "tone"),
+    [
+        (100, "As usual", "neutral"),
+        (107, "A little longer", "neutral"),
+        (93, "A little shorter", "neutral"),
+        (121, "Clearly longer", "attention"),
+        (79, "Clearly shorter", "neutral"),
+    ],
+)
 def test_a_median_is_set_against_the_usual_band(median, beginning, tone):
     trend = Trend("g", "Deliver", 3, median, Band(50, 80, 100, 120), [DayMedian(date(2026, 11, 16), 3, median)])
     [row] = view.trend_rows([trend], date(2026, 11, 14), date(2026, 11, 18))
     assert row.note.startswith(beginning)
     assert row.note.endswith("1 min 40 s (1 min 20 s to 2 min)")
     assert row.tone == tone
-    assert row.points == (view.Point(.5, median),)
+    assert row.points == (view.Point(0.5, median),)
     assert bool(row.icon) == ("Clearly" in beginning)
 
 
@@ -75,7 +97,7 @@ def test_a_chart_of_durations_says_its_scale_and_its_days_and_leaves_gaps_open()
     assert [point.joined for point in row.points] == [False, True, False]
 
 
-@pytest.mark.parametrize(("waited", "drawn"), [(1.0, 0.0), (40.0, .2)])
+@pytest.mark.parametrize(("waited", "drawn"), [(1.0, 0.0), (40.0, 0.2)])
 def test_a_share_that_is_hardly_anything_is_a_sentence_and_no_bar(waited, drawn):
     delays = Delays(3, 5, 9, 1, 4, waited, 160.0 if drawn else 249.0, 80, 120)
     nothing = ThesisKpis(0, 0, 0, 0, 0.0, 0, ())

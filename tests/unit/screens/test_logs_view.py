@@ -1,4 +1,5 @@
 """The words of the Logs from plain values: rows, stories, filters, figures."""
+
 from dataclasses import astuple, replace
 from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
@@ -19,17 +20,47 @@ from app.services.history.kpi import Adherence, DayKpis, Delays, RobotKpis, Thes
 
 ZONE = ZoneInfo("Europe/Helsinki")
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
-PLANNED = datetime(2026, 11, 20, 11, 30, tzinfo=UTC)                   # 13:30 local
+PLANNED = datetime(2026, 11, 20, 11, 30, tzinfo=UTC)  # 13:30 local
 USUAL = {(1, "g"): 360.0}
 DONE = Execution(
-    trigger=Trigger.SCHEDULED, robot_id=1, robot="Aino", mission="Deliver kits", mission_guid="g", planned_at=PLANNED, created_at=PLANNED,
-    closes_at=PLANNED + timedelta(minutes=15), token="t", timezone="Europe/Helsinki", id=7, schedule_id=3, schedule="Kits",
-    state=State.COMPLETED, attempts=1, queue_id=14026, submitted_at=PLANNED + timedelta(seconds=2),
-    started_at=PLANNED + timedelta(seconds=9), ended_at=PLANNED + timedelta(seconds=387), duration_s=378.0, robot_delay_s=7.0)
-FAILED = replace(DONE, state=State.FAILED, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": "Failed to reach goal position 'Dock 3'"}))
-SKIPPED = replace(DONE, state=State.SKIPPED, attempts=0, queue_id=None, submitted_at=None, started_at=None, duration_s=None,
-                  robot_delay_s=None, reason=Reason(
-                      ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": "2026-11-20T11:45:00+00:00"}))
+    trigger=Trigger.SCHEDULED,
+    robot_id=1,
+    robot="Aino",
+    mission="Deliver kits",
+    mission_guid="g",
+    planned_at=PLANNED,
+    created_at=PLANNED,
+    closes_at=PLANNED + timedelta(minutes=15),
+    token="t",
+    timezone="Europe/Helsinki",
+    id=7,
+    schedule_id=3,
+    schedule="Kits",
+    state=State.COMPLETED,
+    attempts=1,
+    queue_id=14026,
+    submitted_at=PLANNED + timedelta(seconds=2),
+    started_at=PLANNED + timedelta(seconds=9),
+    ended_at=PLANNED + timedelta(seconds=387),
+    duration_s=378.0,
+    robot_delay_s=7.0,
+)
+FAILED = replace(
+    DONE,
+    state=State.FAILED,
+    reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": "Failed to reach goal position 'Dock 3'"}),
+)
+SKIPPED = replace(
+    DONE,
+    state=State.SKIPPED,
+    attempts=0,
+    queue_id=None,
+    submitted_at=None,
+    started_at=None,
+    duration_s=None,
+    robot_delay_s=None,
+    reason=Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30, "until": "2026-11-20T11:45:00+00:00"}),
+)
 
 
 GOAL = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
@@ -43,42 +74,61 @@ def test_a_run_says_what_it_was_given():
     assert (row.mission, row.message) == ("Deliver kits · Dock 3", "Position: Dock 3\nQueue item 14026 of the robot")
     cache = view.RowCache()
     assert [cache.rows([run], NOW, ZONE, USUAL, None, {}, {}, given)[0].mission for given in (Given(), TO_DOCK)] == [
-        "Deliver kits", "Deliver kits · Dock 3"]
+        "Deliver kits",
+        "Deliver kits · Dock 3",
+    ]
 
 
 def test_a_completed_run_says_when_and_how_long_and_only_what_was_out_of_the_ordinary():
     row = view.row(DONE, NOW, ZONE, USUAL, opened=False)
     assert (row.outcome, row.tone, row.mission, row.robot, row.trigger) == (
-        "Completed", "done", "Deliver kits", "Aino", "Schedule")
+        "Completed",
+        "done",
+        "Deliver kits",
+        "Aino",
+        "Schedule",
+    )
     assert (row.when, row.took, row.reason) == ("13:30", "6 min 18 s", "")
     assert (row.steps, row.message) == ((), "")
 
 
-@pytest.mark.parametrize(("changes", "usual", "line"), [
-    ({}, {}, ""),
-    ({}, USUAL, ""),
-    ({"duration_s": 600.0}, USUAL, "Longer than usual"),
-    ({"duration_s": 60.0}, USUAL, "Shorter than usual"),
-    ({"submitted_at": PLANNED + timedelta(minutes=4)}, USUAL, "Started 4 min late"),
-    ({"robot_delay_s": 300.0}, {}, "Started 5 min late"),
-    ({"submitted_at": PLANNED + timedelta(minutes=4), "duration_s": 600.0}, USUAL, "Started 4 min late, longer than usual"),
-    ({"trigger": Trigger.MANUAL}, {}, ""),
-    ({"trigger": Trigger.IDLE}, USUAL, ""),
-    ({"trigger": Trigger.IDLE, "duration_s": 600.0}, USUAL, "Longer than usual"),
-])
+@pytest.mark.parametrize(
+    ("changes", "usual", "line"),
+    [
+        ({}, {}, ""),
+        ({}, USUAL, ""),
+        ({"duration_s": 600.0}, USUAL, "Longer than usual"),
+        ({"duration_s": 60.0}, USUAL, "Shorter than usual"),
+        ({"submitted_at": PLANNED + timedelta(minutes=4)}, USUAL, "Started 4 min late"),
+        ({"robot_delay_s": 300.0}, {}, "Started 5 min late"),
+        (
+            {"submitted_at": PLANNED + timedelta(minutes=4), "duration_s": 600.0},
+            USUAL,
+            "Started 4 min late, longer than usual",
+        ),
+        ({"trigger": Trigger.MANUAL}, {}, ""),
+        ({"trigger": Trigger.IDLE}, USUAL, ""),
+        ({"trigger": Trigger.IDLE, "duration_s": 600.0}, USUAL, "Longer than usual"),
+    ],
+)
 def test_the_reason_line_of_a_completed_run(changes, usual, line):
     assert view.reason_line(replace(DONE, **changes), ZONE, usual) == line
 
 
 def test_what_did_not_complete_says_why_and_what_is_open_what_it_waits_for():
     assert view.reason_line(SKIPPED, ZONE, USUAL) == "Battery 12 % stayed under 30 % until 13:45"
-    waiting = replace(SKIPPED, state=State.WAITING, reason=None, wait=Wait.BATTERY, wait_details={"battery": 12, "minimum": 30})
+    waiting = replace(
+        SKIPPED, state=State.WAITING, reason=None, wait=Wait.BATTERY, wait_details={"battery": 12, "minimum": 30}
+    )
     assert view.reason_line(waiting, ZONE, USUAL) == "Battery 12 % is under 30 %; waits until 13:45"
     assert view.row(SKIPPED, NOW, ZONE, USUAL, opened=False).took == "–"
 
 
 def test_a_run_of_another_day_has_its_date():
-    shown = [view.row(replace(DONE, planned_at=PLANNED - timedelta(days=days)), NOW, ZONE, USUAL, False).when for days in (1, 6, 7, 400)]
+    shown = [
+        view.row(replace(DONE, planned_at=PLANNED - timedelta(days=days)), NOW, ZONE, USUAL, False).when
+        for days in (1, 6, 7, 400)
+    ]
     assert shown == ["Thu 13:30", "Sat 13:30", "13 Nov 13:30", "16 Oct 2025 14:30"]
 
 
@@ -126,8 +176,11 @@ def test_rows_are_built_again_in_another_language(finnish):
 def test_a_story_has_four_steps_and_ends_in_its_outcome():
     row = view.row(FAILED, NOW, ZONE, USUAL, opened=True)
     assert [(step.label, step.time, step.note) for step in row.steps] == [
-        ("Planned", "13:30:00", "Kits"), ("Submitted", "13:30:02", "1 attempt"), ("Started", "13:30:09", "after 7 s in the queue"),
-        ("Failed", "13:36:27", "after 6 min 18 s")]
+        ("Planned", "13:30:00", "Kits"),
+        ("Submitted", "13:30:02", "1 attempt"),
+        ("Started", "13:30:09", "after 7 s in the queue"),
+        ("Failed", "13:36:27", "after 6 min 18 s"),
+    ]
     assert [step.tone for step in row.steps] == ["neutral", "neutral", "neutral", "fault"]
     assert [step.last for step in row.steps] == [False, False, False, True]
     assert row.message == "Robot: Failed to reach goal position 'Dock 3' (queue item 14026)"
@@ -142,23 +195,37 @@ def test_a_story_goes_only_as_far_as_the_run_came():
     assert [step.label for step in view.story(SKIPPED, ZONE, USUAL)] == ["Planned", "Not run"]
     refused = replace(SKIPPED, state=State.FAILED, attempts=3, reason=Reason(ReasonCode.RETRY_LIMIT))
     assert [(step.label, step.time) for step in view.story(refused, ZONE, USUAL)] == [
-        ("Planned", "13:30:00"), ("Tried", "3 attempts"), ("Failed", "13:36:27")]
+        ("Planned", "13:30:00"),
+        ("Tried", "3 attempts"),
+        ("Failed", "13:36:27"),
+    ]
     running = replace(DONE, state=State.EXECUTING, ended_at=None, duration_s=None, robot_delay_s=0.2)
     assert [(step.label, step.note) for step in view.story(running, ZONE, USUAL)][2:] == [
-        ("Started", "no wait"), ("Running", "not ended yet")]
+        ("Started", "no wait"),
+        ("Running", "not ended yet"),
+    ]
     assert view.message(SKIPPED) == ""
 
 
 def test_the_row_of_an_absence_says_how_many_starts_it_stands_for_and_is_planned_for_the_last():
-    missed = replace(SKIPPED, state=State.MISSED, starts=2016, reason=Reason(ReasonCode.APP_DOWN, {
-        "starts": 2016, "first": "2026-11-06T11:30:00+00:00", "last": PLANNED.isoformat()}))
+    missed = replace(
+        SKIPPED,
+        state=State.MISSED,
+        starts=2016,
+        reason=Reason(
+            ReasonCode.APP_DOWN, {"starts": 2016, "first": "2026-11-06T11:30:00+00:00", "last": PLANNED.isoformat()}
+        ),
+    )
     row = view.row(missed, NOW, ZONE, USUAL, opened=True)
     assert (row.reason, row.when) == ("Missed 2,016 starts, 6–20 November: the app was off or asleep", "13:30")
     assert (row.steps[0].time, row.steps[0].note) == ("13:30:00", "the last of 2,016 · Kits")
 
 
 def test_a_story_says_that_a_person_had_it_started_on_another_robot():
-    doubted, run = replace(DONE, id=4, started_at=None, ended_at=None, duration_s=None, state=State.SUBMITTING), replace(DONE, id=5)
+    doubted, run = (
+        replace(DONE, id=4, started_at=None, ended_at=None, duration_s=None, state=State.SUBMITTING),
+        replace(DONE, id=5),
+    )
     found = Elsewhere(4, "Aino", 5, "Veikko", PLANNED + timedelta(minutes=2))
     step = view.story(doubted, ZONE, USUAL, elsewhere=found)[2]
     assert (step.label, step.time, step.note) == ("Elsewhere", "13:32:00", "a person started it on Veikko instead")
@@ -172,30 +239,48 @@ def test_a_story_that_was_found_late_has_the_times_of_the_robot():
     found = DONE.ended_at + timedelta(minutes=40)
     seen = replace(DONE, started_at=found, ended_at=found)
     assert [(step.label, step.time, step.note) for step in view.story(seen, ZONE, USUAL)][1:] == [
-        ("Submitted", "13:30:02", "1 attempt"), ("Started", "13:30:09", "after 7 s in the queue"),
-        ("Completed", "13:36:27", "after 6 min 18 s, usually 6 min · seen at 14:16:27")]
-    started = replace(DONE, ended_at=found)                          # it saw it start, and then was off
+        ("Submitted", "13:30:02", "1 attempt"),
+        ("Started", "13:30:09", "after 7 s in the queue"),
+        ("Completed", "13:36:27", "after 6 min 18 s, usually 6 min · seen at 14:16:27"),
+    ]
+    started = replace(DONE, ended_at=found)  # it saw it start, and then was off
     assert [step.time for step in view.story(started, ZONE, USUAL)] == ["13:30:00", "13:30:02", "13:30:09", "13:36:27"]
     runs = replace(DONE, state=State.EXECUTING, started_at=found, ended_at=None, duration_s=None)
     assert [step.time for step in view.story(runs, ZONE, USUAL)] == ["13:30:00", "13:30:02", "13:30:09", "–"]
 
 
 def test_a_story_over_several_days_has_their_dates():
-    midnight = replace(DONE, planned_at=PLANNED + timedelta(hours=10, minutes=29), submitted_at=PLANNED + timedelta(hours=10, minutes=29),
-                       started_at=None, ended_at=PLANNED + timedelta(hours=10, minutes=31))
+    midnight = replace(
+        DONE,
+        planned_at=PLANNED + timedelta(hours=10, minutes=29),
+        submitted_at=PLANNED + timedelta(hours=10, minutes=29),
+        started_at=None,
+        ended_at=PLANNED + timedelta(hours=10, minutes=31),
+    )
     assert [step.time for step in view.story(midnight, ZONE, USUAL)] == [
-        "Fri 20 Nov 23:59:00", "Fri 20 Nov 23:59:00", "Sat 21 Nov 00:01:00"]
+        "Fri 20 Nov 23:59:00",
+        "Fri 20 Nov 23:59:00",
+        "Sat 21 Nov 00:01:00",
+    ]
     tomorrow = PLANNED + timedelta(days=1)
-    ahead = replace(SKIPPED, planned_at=tomorrow, ended_at=tomorrow, reason=Reason(ReasonCode.HOLD, {"skipped_at": NOW.isoformat()}))
+    ahead = replace(
+        SKIPPED, planned_at=tomorrow, ended_at=tomorrow, reason=Reason(ReasonCode.HOLD, {"skipped_at": NOW.isoformat()})
+    )
     assert [(step.label, step.time) for step in view.story(ahead, ZONE, USUAL)] == [
-        ("Planned", "Sat 21 Nov 13:30:00"), ("Not run", "Fri 20 Nov 14:38:00")]
+        ("Planned", "Sat 21 Nov 13:30:00"),
+        ("Not run", "Fri 20 Nov 14:38:00"),
+    ]
     later_today = replace(ahead, planned_at=PLANNED + timedelta(hours=5), ended_at=PLANNED + timedelta(hours=5))
     assert [step.time for step in view.story(later_today, ZONE, USUAL)] == ["18:30:00", "14:38:00"]
 
 
-@pytest.mark.parametrize(("expected", "note"), [
-    (DurationEstimate(360.0, 400.0, (360.0,)), "not ended yet, usually 6 min"),
-    (DurationEstimate(1500.0, 1500.0, typed=True), "not ended yet, 25 min as typed in Settings")])
+@pytest.mark.parametrize(
+    ("expected", "note"),
+    [
+        (DurationEstimate(360.0, 400.0, (360.0,)), "not ended yet, usually 6 min"),
+        (DurationEstimate(1500.0, 1500.0, typed=True), "not ended yet, 25 min as typed in Settings"),
+    ],
+)
 def test_what_has_not_ended_says_how_long_it_will_take_and_who_says_so(expected, note):
     running = replace(DONE, state=State.EXECUTING, ended_at=None, duration_s=None)
     row = view.row(running, NOW, ZONE, USUAL, opened=True, expected=expected)
@@ -206,13 +291,23 @@ def test_what_has_not_ended_says_how_long_it_will_take_and_who_says_so(expected,
 def test_periods_are_whole_local_days():
     assert view.period_start(Period.TODAY, NOW, ZONE) == datetime(2026, 11, 19, 22, 0, tzinfo=UTC)
     assert view.period_start(Period.WEEK, NOW, ZONE) == datetime(2026, 11, 13, 22, 0, tzinfo=UTC)
-    assert view.period_start(Period.MONTH, NOW, ZONE) == datetime(2026, 10, 21, 21, 0, tzinfo=UTC)          # before the clock change
+    assert view.period_start(Period.MONTH, NOW, ZONE) == datetime(
+        2026, 10, 21, 21, 0, tzinfo=UTC
+    )  # before the clock change
     assert view.period_start(Period.ALL, NOW, ZONE) is None
 
 
-@pytest.mark.parametrize(("ago", "period"), [(timedelta(hours=1), Period.TODAY), (timedelta(days=2), Period.WEEK),
-                                             (timedelta(days=20), Period.MONTH), (timedelta(days=300), Period.ALL),
-                                             (timedelta(hours=-3), Period.TODAY), (timedelta(hours=-10), Period.ALL)])
+@pytest.mark.parametrize(
+    ("ago", "period"),
+    [
+        (timedelta(hours=1), Period.TODAY),
+        (timedelta(days=2), Period.WEEK),
+        (timedelta(days=20), Period.MONTH),
+        (timedelta(days=300), Period.ALL),
+        (timedelta(hours=-3), Period.TODAY),
+        (timedelta(hours=-10), Period.ALL),
+    ],
+)
 def test_the_shortest_period_with_an_instant(ago, period):
     assert period_with(NOW - ago, NOW, ZONE) is period
 
@@ -220,11 +315,19 @@ def test_the_shortest_period_with_an_instant(ago, period):
 def test_the_filters_become_those_of_the_history():
     filters = Filters(Period.TODAY, 2, ("failed", UNDER_WAY), "Deliver kits", (Trigger.IDLE,), " dock ")
     wanted = execution_filter(filters, NOW, ZONE)
-    assert (wanted.robot_ids, wanted.mission, wanted.triggers, wanted.text) == ((2,), "Deliver kits", (Trigger.IDLE,), "dock")
+    assert (wanted.robot_ids, wanted.mission, wanted.triggers, wanted.text) == (
+        (2,),
+        "Deliver kits",
+        (Trigger.IDLE,),
+        "dock",
+    )
     assert set(wanted.states) == {State.FAILED, State.WAITING, State.SUBMITTING, State.QUEUED, State.EXECUTING}
     [not_run] = [option.key for option in view.outcome_options() if option.text == "Not run"]
     assert view.Filters(outcomes=(not_run,)).states == (State.SKIPPED, State.MISSED)
-    assert (wanted.start, wanted.end) == (datetime(2026, 11, 19, 22, 0, tzinfo=UTC), datetime(2026, 11, 20, 22, 0, tzinfo=UTC))
+    assert (wanted.start, wanted.end) == (
+        datetime(2026, 11, 19, 22, 0, tzinfo=UTC),
+        datetime(2026, 11, 20, 22, 0, tzinfo=UTC),
+    )
     everything = execution_filter(Filters(Period.ALL), NOW, ZONE)
     assert (everything.robot_ids, everything.states, everything.start, everything.end) == (None, None, None, None)
 
@@ -250,10 +353,26 @@ def test_the_list_says_how_many_it_has_and_what_to_do_when_it_is_empty():
 # ---------------------------------------------------------------------- figures
 AINO = RobotKpis(1, "Aino", 405, 8, 2, 150_000.0, 326_000.0, 46_000.0, 432_000.0)
 THESIS = ThesisKpis(405, 8, 2, 405, 150_660.0, 7, (AINO, RobotKpis(2, "Veikko")))
-DAYS = tuple(DayKpis(date(2026, 11, 14 + n), completed=n, failed=1 if n == 3 else 0, skipped=1, missed=1, timed=n, completed_s=360.0 * n)
-             for n in range(7))
-FIGURES = Figures(THESIS, Adherence(380, 372, {ReasonCode.BATTERY_LOW: 6, ReasonCode.HOLD: 2}), Delays(300, 4.0, 65.0, 1.0, 3.0),
-                  DAYS, (None, .9, 1.0, .8, 1.0, 1.0, .97), (None, .3, .4, .5, .5, .4, .46))
+DAYS = tuple(
+    DayKpis(
+        date(2026, 11, 14 + n),
+        completed=n,
+        failed=1 if n == 3 else 0,
+        skipped=1,
+        missed=1,
+        timed=n,
+        completed_s=360.0 * n,
+    )
+    for n in range(7)
+)
+FIGURES = Figures(
+    THESIS,
+    Adherence(380, 372, {ReasonCode.BATTERY_LOW: 6, ReasonCode.HOLD: 2}),
+    Delays(300, 4.0, 65.0, 1.0, 3.0),
+    DAYS,
+    (None, 0.9, 1.0, 0.8, 1.0, 1.0, 0.97),
+    (None, 0.3, 0.4, 0.5, 0.5, 0.4, 0.46),
+)
 NONE = ThesisKpis(0, 0, 0, 0, 0.0, 0, ())
 EMPTY = Figures(NONE, Adherence(0, 0, {}), Delays(0, None, None, None, None))
 
@@ -265,46 +384,69 @@ def plain(markup):
 def test_five_cards_each_with_its_count():
     cards = kpi_view.cards(FIGURES)
     assert [(card.label, plain(card.value), card.note) for card in cards] == [
-        ("Success rate", "98.1 %", "405 of 413 ended runs"), ("Mean duration", "6 min 12 s", "405 completed runs"),
-        ("Missions per day", "58", "7 recorded days"), ("Utilisation", "46 %", "of 3 d 18 h observed"),
-        ("Schedule adherence", "97.9 %", "372 of 380 planned")]
-    assert cards[0].history == (None, 1.0, 1.0, .75, 1.0, 1.0, 1.0)
+        ("Success rate", "98.1 %", "405 of 413 ended runs"),
+        ("Mean duration", "6 min 12 s", "405 completed runs"),
+        ("Missions per day", "58", "7 recorded days"),
+        ("Utilisation", "46 %", "of 3 d 18 h observed"),
+        ("Schedule adherence", "97.9 %", "372 of 380 planned"),
+    ]
+    assert cards[0].history == (None, 1.0, 1.0, 0.75, 1.0, 1.0, 1.0)
     assert cards[1].history == (None, 360.0, 360.0, 360.0, 360.0, 360.0, 360.0)
     assert cards[2].history == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
 
-@pytest.mark.parametrize(("days", "before", "words"), [
-    (7, 398, "+1.7 points against the 7 days before"), (30, 413, "−1.9 points against the 30 days before"),
-    (1, 405, "As yesterday by this time"), (7, 405, "As in the 7 days before"), (1, 413, "−1.9 points against yesterday by this time")])
+@pytest.mark.parametrize(
+    ("days", "before", "words"),
+    [
+        (7, 398, "+1.7 points against the 7 days before"),
+        (30, 413, "−1.9 points against the 30 days before"),
+        (1, 405, "As yesterday by this time"),
+        (7, 405, "As in the 7 days before"),
+        (1, 413, "−1.9 points against yesterday by this time"),
+    ],
+)
 def test_a_figure_is_set_against_the_same_days_before(days, before, words):
     earlier = Earlier(replace(THESIS, completed=before, failed=413 - before), Adherence(380, 372, {}))
-    figures = replace(FIGURES, first_day=date(2026, 11, 20) - timedelta(days=days - 1), last_day=date(2026, 11, 20), earlier=earlier)
+    figures = replace(
+        FIGURES, first_day=date(2026, 11, 20) - timedelta(days=days - 1), last_day=date(2026, 11, 20), earlier=earlier
+    )
     assert kpi_view.cards(figures)[0].change == words
     assert kpi_view.cards(replace(figures, earlier=None))[0].change == ""
 
 
-@pytest.mark.parametrize(("kept", "first", "words", "period"), [
-    (date(2026, 11, 15), date(2026, 10, 22), "Runs kept since Sun 15 Nov", "Thu 22 Oct – Fri 20 Nov"),
-    (date(2026, 10, 22), date(2026, 10, 22), "", "Thu 22 Oct – Fri 20 Nov"),
-    (date(2026, 11, 15), None, "Runs kept since Sun 15 Nov", "Sun 15 Nov – Fri 20 Nov"),
-    (date(2025, 3, 2), None, "Runs kept since Sun 2 Mar 2025", "Sun 2 Mar 2025 – Fri 20 Nov"), (None, None, "", "up to Fri 20 Nov")])
+@pytest.mark.parametrize(
+    ("kept", "first", "words", "period"),
+    [
+        (date(2026, 11, 15), date(2026, 10, 22), "Runs kept since Sun 15 Nov", "Thu 22 Oct – Fri 20 Nov"),
+        (date(2026, 10, 22), date(2026, 10, 22), "", "Thu 22 Oct – Fri 20 Nov"),
+        (date(2026, 11, 15), None, "Runs kept since Sun 15 Nov", "Sun 15 Nov – Fri 20 Nov"),
+        (date(2025, 3, 2), None, "Runs kept since Sun 2 Mar 2025", "Sun 2 Mar 2025 – Fri 20 Nov"),
+        (None, None, "", "up to Fri 20 Nov"),
+    ],
+)
 def test_a_period_that_begins_before_the_history_says_so(kept, first, words, period):
     figures = replace(FIGURES, first_day=first, last_day=date(2026, 11, 20), kept_since=kept)
     assert kpi_view.reach(figures) == words
-    assert kpi_view.reach(figures, narrow_list=True) == " · ".join(filter(None, ("Figures also count the runs left out", words)))
+    assert kpi_view.reach(figures, narrow_list=True) == " · ".join(
+        filter(None, ("Figures also count the runs left out", words))
+    )
     assert kpi_view.period_line(figures) == FactLine("Period", period, words)
 
 
 def test_without_anything_recorded_every_figure_is_a_dash():
     assert [(card.value, card.note) for card in kpi_view.cards(EMPTY)] == [
-        ("–", "no run has ended"), ("–", "no completed run"), ("–", "no recorded day"), ("–", "never observed"),
-        ("–", "nothing was planned")]
+        ("–", "no run has ended"),
+        ("–", "no completed run"),
+        ("–", "no recorded day"),
+        ("–", "never observed"),
+        ("–", "nothing was planned"),
+    ]
 
 
 def test_a_long_history_is_condensed_to_few_points():
     assert kpi_view.condense([float(n) for n in range(31)]) == (*(1.0 + 3 * n for n in range(10)), 30.0)
     assert kpi_view.condense([1.0, None]) == (1.0, None)
-    assert kpi_view.condense([None] * 29 + [4.0])[-2:] == (None, 4.0)           # today is not mixed with days that have ended
+    assert kpi_view.condense([None] * 29 + [4.0])[-2:] == (None, 4.0)  # today is not mixed with days that have ended
     assert kpi_view.condense([]) == ()
 
 
@@ -329,7 +471,7 @@ def test_adherence_names_the_reasons_and_few_cases_their_interval():
 
 def test_bars_compare_robots_and_days():
     aino, veikko = kpi_view.utilisation_bars(FIGURES)
-    assert astuple(aino) == ("Aino", "46 %", "1 d 17 h", pytest.approx(.46, abs=.01), pytest.approx(.141, abs=.01))
+    assert astuple(aino) == ("Aino", "46 %", "1 d 17 h", pytest.approx(0.46, abs=0.01), pytest.approx(0.141, abs=0.01))
     assert veikko == kpi_view.RobotBar("Veikko", "–", "–", 0.0, 0.0)
     assert kpi_view.total_note(FIGURES) == "1 d 17 h total"
     assert kpi_view.outcome_days(DAYS)[3] == DayBar("Tu", 3, 2, 1, 0, "Tue 17 Nov")

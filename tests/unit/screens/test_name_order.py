@@ -1,4 +1,5 @@
 """Names in the order in which people count."""
+
 from __future__ import annotations
 
 from app.domain.models import Robot

@@ -1,4 +1,5 @@
 """All pictures show one Friday at 14:38: Home, the Scheduler and Logs say the same of a run, and banners agree with robots."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -21,9 +22,16 @@ from tests.support import fleet_facts, month
 from tests.support import home_facts as sample
 from tests.support.standing import issues_of
 
-OF_HOME = {"all well": sample.FACTS, "waiting": sample.WITH_WAITING, "held": sample.on_hold(sample.FACTS),
-           "stopped": sample.with_aino(sample.STOPPED), "failed": sample.with_aino(sample.FAILED),
-           "asking": sample.with_aino(sample.ASKING), "two out": sample.without_veikko(), "silent": sample.without_aino()}
+OF_HOME = {
+    "all well": sample.FACTS,
+    "waiting": sample.WITH_WAITING,
+    "held": sample.on_hold(sample.FACTS),
+    "stopped": sample.with_aino(sample.STOPPED),
+    "failed": sample.with_aino(sample.FAILED),
+    "asking": sample.with_aino(sample.ASKING),
+    "two out": sample.without_veikko(),
+    "silent": sample.without_aino(),
+}
 OF_MANY = {"twelve": fleet_facts.facts(12), "fifty": fleet_facts.facts(50)}
 STORIES = OF_HOME | OF_MANY
 
@@ -35,8 +43,18 @@ def minute(at: datetime | None) -> str:
 def told(run: Execution) -> tuple[object, ...]:
     """What two screens may say of a run."""
     seconds = round(run.duration_s) if run.duration_s else None
-    return (run.robot, run.mission, run.state, run.trigger, run.wait, dict(run.wait_details), minute(run.planned_at),
-            minute(run.ended_at), seconds, run.reason)
+    return (
+        run.robot,
+        run.mission,
+        run.state,
+        run.trigger,
+        run.wait,
+        dict(run.wait_details),
+        minute(run.planned_at),
+        minute(run.ended_at),
+        seconds,
+        run.reason,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +70,8 @@ def test_it_is_one_moment():
 
 def test_home_plans_what_the_scheduler_plans(plant):
     assert [(run.at, run.robot.name, run.mission.name) for run in sample.PLANNED] == [
-        (run.at, run.robot.name, run.mission.name) for run in plant.plan.next(NEXT_PLANNED)]
+        (run.at, run.robot.name, run.mission.name) for run in plant.plan.next(NEXT_PLANNED)
+    ]
 
 
 def test_home_has_the_runs_of_logs(plant):
@@ -66,7 +85,9 @@ def test_home_and_logs_have_the_same_under_way(plant):
     assert by_robot(sample.FACTS.open) == by_robot(plant.history.open())
     running = next(run for run in sample.FACTS.open if run.state is State.EXECUTING)
     assert running.started_at == next(run for run in plant.history.open() if run.state is State.EXECUTING).started_at
-    assert {run.schedule for run in sample.FACTS.open if run.schedule} <= {schedule.name for schedule in plant.catalogue.schedules()}
+    assert {run.schedule for run in sample.FACTS.open if run.schedule} <= {
+        schedule.name for schedule in plant.catalogue.schedules()
+    }
 
 
 def test_what_waits_for_the_battery_is_about_the_battery_that_its_robot_shows():
@@ -101,8 +122,12 @@ def test_nothing_that_was_read_is_younger_than_the_reading(name):
 def test_banner_and_bell_agree_with_the_robots(name):
     facts = STORIES[name]
     issues = issues_of(facts)
-    seen = [group_of(robot, snapshot := facts.snapshots[robot.id], is_old(snapshot, sample.NOW, facts.settings), facts.settings)
-            for robot in facts.robots]
+    seen = [
+        group_of(
+            robot, snapshot := facts.snapshots[robot.id], is_old(snapshot, sample.NOW, facts.settings), facts.settings
+        )
+        for robot in facts.robots
+    ]
     codes = [alarm.code for alarm in issues.alarms]
     assert codes.count("emergency_stop") + codes.count("robot_error") == seen.count(Group.STOPPED)
     assert (codes.count("question"), codes.count("unreachable")) == (seen.count(Group.ASKS), seen.count(Group.SILENT))
@@ -120,8 +145,11 @@ def test_robots_that_fell_silent_together_are_one_line():
     facts = OF_MANY["fifty"]
     issues, robots = issues_of(facts), {robot.id: robot for robot in facts.robots}
     assert [issue.view.text for issue in open_issues(issues, robots, facts.settings, sample.NOW)] == [
-        "Robot 4 is stopped: emergency stop pressed", "Robot 7 asks: Is the pallet loaded at Dock 3?",
-        "Robot 31: Failed to reach goal position 'Line 2' (10120)", "Wi-Fi: 3 robots unreachable since 14:23"]
+        "Robot 4 is stopped: emergency stop pressed",
+        "Robot 7 asks: Is the pallet loaded at Dock 3?",
+        "Robot 31: Failed to reach goal position 'Line 2' (10120)",
+        "Wi-Fi: 3 robots unreachable since 14:23",
+    ]
     assert banner(issues, robots, facts.settings, sample.NOW).others == "+3 more"
 
 
@@ -135,7 +163,9 @@ def test_where_all_is_well_there_is_nothing_to_say(count):
 def test_robots_stand_where_robots_can(name):
     for robot_id, snapshot in OF_HOME[name].snapshots.items():
         pose = snapshot.status.position
-        assert not any(box.left <= pose.x <= box.right and box.bottom <= pose.y <= box.top for box in world.OBSTACLES), robot_id
+        assert not any(
+            box.left <= pose.x <= box.right and box.bottom <= pose.y <= box.top for box in world.OBSTACLES
+        ), robot_id
     places = [(snapshot.status.position.x, snapshot.status.position.y) for snapshot in OF_HOME[name].snapshots.values()]
     assert len(set(places)) == len(places)
 

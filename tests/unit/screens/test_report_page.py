@@ -1,4 +1,5 @@
 """The shift report: figures of the KPI service, a page without other files, and nothing in it but text where text was meant."""
+
 from __future__ import annotations
 
 import re
@@ -36,10 +37,15 @@ def container(tmp_path):
 
 
 # ---------------------------------------------------------------------- its period
-@pytest.mark.parametrize(("period", "start", "end"), [
-    (ReportPeriod.SHIFT, NOON - SHIFT, NOON), (ReportPeriod.TODAY, datetime(2026, 11, 22, 22, tzinfo=UTC), NOON),
-    (ReportPeriod.YESTERDAY, datetime(2026, 11, 21, 22, tzinfo=UTC), datetime(2026, 11, 22, 22, tzinfo=UTC)),
-    (ReportPeriod.WEEK, datetime(2026, 11, 16, 22, tzinfo=UTC), NOON)])
+@pytest.mark.parametrize(
+    ("period", "start", "end"),
+    [
+        (ReportPeriod.SHIFT, NOON - SHIFT, NOON),
+        (ReportPeriod.TODAY, datetime(2026, 11, 22, 22, tzinfo=UTC), NOON),
+        (ReportPeriod.YESTERDAY, datetime(2026, 11, 21, 22, tzinfo=UTC), datetime(2026, 11, 22, 22, tzinfo=UTC)),
+        (ReportPeriod.WEEK, datetime(2026, 11, 16, 22, tzinfo=UTC), NOON),
+    ],
+)
 def test_a_period_begins_at_a_local_midnight_or_eight_hours_ago(period, start, end):
     assert bounds(period, NOON, HELSINKI) == (start, end)
 
@@ -57,7 +63,11 @@ def test_its_figures_are_those_of_the_kpi_service(container, period, robot_id):
     until = None if report.end == container.clock.now() else report.end
     wanted = KpiFilter(report.start, until, None if robot_id is None else (robot_id,))
     kpis = container.kpis
-    assert (report.thesis, report.adherence, report.delays) == (kpis.thesis(wanted), kpis.adherence(wanted), kpis.delays(wanted))
+    assert (report.thesis, report.adherence, report.delays) == (
+        kpis.thesis(wanted),
+        kpis.adherence(wanted),
+        kpis.delays(wanted),
+    )
     assert report.causes == kpis.failures(wanted)
     days = kpis.per_day(wanted)
     assert (report.skipped, report.missed) == (sum(day.skipped for day in days), sum(day.missed for day in days))
@@ -72,7 +82,10 @@ def test_on_the_screen_it_has_the_same_figures_robots_and_runs(container):
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.WEEK)
     shown = report_page.on_screen(report)
     lines = {line.label: line for line in shown.lines}
-    assert f"{report.thesis.completed} of {report.thesis.completed + report.thesis.failed} ended runs" in lines["Success rate"].note
+    assert (
+        f"{report.thesis.completed} of {report.thesis.completed + report.thesis.failed} ended runs"
+        in lines["Success rate"].note
+    )
     assert {robot.robot for robot in report.thesis.robots} <= lines.keys()
     assert {run.mission for run in report.runs} <= lines.keys()
     assert f"and {report.more_runs} more in the log" in lines or not report.more_runs
@@ -96,11 +109,22 @@ def test_late_starts_are_counted(world):
 
 def test_alarms_of_the_period_and_of_the_robot(container):
     now = container.clock.now()
-    for code, key, hours, ended in (("unreachable", "robot:1", 3, 2), ("unreachable", "robot:2", 2, None), ("app_was_off", "app", 1, 1),
-                                    ("robot_error", "robot:1", 40, 39)):
+    for code, key, hours, ended in (
+        ("unreachable", "robot:1", 3, 2),
+        ("unreachable", "robot:2", 2, None),
+        ("app_was_off", "app", 1, 1),
+        ("robot_error", "robot:1", 40, 39),
+    ):
         cleared = None if ended is None else now - timedelta(hours=ended)
-        alarm = Alarm(code, key, Priority.MEDIUM, now - timedelta(hours=hours),
-                      {"robot": "Aino", "problem": EVIL}, last_at=now - timedelta(hours=hours), cleared_at=cleared)
+        alarm = Alarm(
+            code,
+            key,
+            Priority.MEDIUM,
+            now - timedelta(hours=hours),
+            {"robot": "Aino", "problem": EVIL},
+            last_at=now - timedelta(hours=hours),
+            cleared_at=cleared,
+        )
         container.db.write(lambda c, alarm=alarm: container.repositories.alarms.raise_once(c, alarm))
     reports = ShiftReports(container.db, container.clock)
     assert [alarm.key for alarm in reports.make(ReportPeriod.SHIFT).alarms] == ["app", "robot:2", "robot:1"]
@@ -110,9 +134,19 @@ def test_alarms_of_the_period_and_of_the_robot(container):
 
 
 # ---------------------------------------------------------------------- one page
-@pytest.mark.parametrize(("runs", "alarms", "told"), [
-    (0, 0, (0, 0)), (3, 2, (3, 2)), (40, 0, (12, 0)), (0, 40, (0, 12)), (40, 40, (6, 6)), (40, 2, (10, 2)), (2, 40, (2, 10)),
-    (6, 7, (6, 6))])
+@pytest.mark.parametrize(
+    ("runs", "alarms", "told"),
+    [
+        (0, 0, (0, 0)),
+        (3, 2, (3, 2)),
+        (40, 0, (12, 0)),
+        (0, 40, (0, 12)),
+        (40, 40, (6, 6)),
+        (40, 2, (10, 2)),
+        (2, 40, (2, 10)),
+        (6, 7, (6, 6)),
+    ],
+)
 def test_runs_and_alarms_share_the_lines_of_a_page(runs, alarms, told):
     assert shared(runs, alarms, 12) == told
 
@@ -124,8 +158,12 @@ def test_much_trouble_is_cut_to_one_page_and_the_rest_counted(container):
         at = now - timedelta(minutes=5 * n + 20)
         row = replace(failed, id=0, token=f"again {n}", planned_at=at, ended_at=at + timedelta(minutes=1))
         alarm = Alarm("unreachable", f"robot:1:{n}", Priority.MEDIUM, at, {"robot": "Aino"}, last_at=at)
-        container.db.write(lambda c, row=row, alarm=alarm: (container.repositories.executions.add(c, row),
-                                                            container.repositories.alarms.raise_once(c, alarm)))
+        container.db.write(
+            lambda c, row=row, alarm=alarm: (
+                container.repositories.executions.add(c, row),
+                container.repositories.alarms.raise_once(c, alarm),
+            )
+        )
     report = ShiftReports(container.db, container.clock).make(ReportPeriod.SHIFT)
     robots = len(report.thesis.robots)
     assert len(report.runs) == len(report.alarms) == (LINES - 2 * robots) // 2
@@ -137,7 +175,9 @@ def test_much_trouble_is_cut_to_one_page_and_the_rest_counted(container):
 
 def test_what_failed_is_called_by_what_it_was_given_too(world):
     dock = "a1c4e008-5d0f-11ef-93c1-0001297b6e20"
-    world.row(State.FAILED, -1, mission="Go to position", parameters={"goal": dock}, reason=Reason(ReasonCode.ROBOT_ABORTED))
+    world.row(
+        State.FAILED, -1, mission="Go to position", parameters={"goal": dock}, reason=Reason(ReasonCode.ROBOT_ABORTED)
+    )
     report = ShiftReports(world.db, world.clock).make(ReportPeriod.SHIFT)
     assert "Go to position · Dock 3" in Strict(report_page.page(report, Given(names={dock: "Dock 3"}))).cells
 
@@ -146,8 +186,10 @@ def test_what_failed_is_called_by_what_it_was_given_too(world):
 def rows_under(page: str, title: str) -> list[list[str]]:
     """Cells of the table with that heading, its head first."""
     section = next(part for part in page.split("<section>") if f"<h2>{title}</h2>" in part)
-    return [[unescape(re.sub("<[^>]+>", "", cell)) for cell in re.findall("<t[hd][^>]*>(.*?)</t[hd]>", row)]
-            for row in re.findall("<tr[^>]*>(.*?)</tr>", section)]
+    return [
+        [unescape(re.sub("<[^>]+>", "", cell)) for cell in re.findall("<t[hd][^>]*>(.*?)</t[hd]>", row)]
+        for row in re.findall("<tr[^>]*>(.*?)</tr>", section)
+    ]
 
 
 def test_what_failed_and_what_was_cancelled_stand_apart_for_each_robot(container):
@@ -165,7 +207,7 @@ def test_what_a_robot_did_otherwise_stands_below_it_over_the_whole_width(contain
     page = report_page.page(report)
     below = [row[1] for row in rows_under(page, "Robots") if len(row) == 2]
     assert len(below) == len(report.thesis.robots)
-    assert all("Charging\N{NO-BREAK SPACE}" in text for text in below)      # a number is never separated from its unit
+    assert all("Charging\N{NO-BREAK SPACE}" in text for text in below)  # a number is never separated from its unit
     assert page.count('<tr class="more"><td></td><td colspan="7">') == len(below)
 
 
@@ -175,7 +217,13 @@ def test_values_times_and_names_never_break(container):
     assert "td.short { white-space: nowrap }" in page
     section = page.split("<h2>Not completed</h2>")[1].split("</table>")[0]
     row = section.split("<tr>")[2]
-    assert [kind or "" for kind in re.findall(r'<td(?: class="(\w+)")?>', row)] == ["short", "short", "some", "short", ""]
+    assert [kind or "" for kind in re.findall(r'<td(?: class="(\w+)")?>', row)] == [
+        "short",
+        "short",
+        "some",
+        "short",
+        "",
+    ]
 
 
 def test_a_mission_named_like_a_script_stays_text(world):

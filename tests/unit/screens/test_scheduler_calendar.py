@@ -1,4 +1,5 @@
 """Closed days and extra working days in the Scheduler's words and bars."""
+
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
 
@@ -12,13 +13,17 @@ from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.recurrence import Occurrence
 from app.services.planning.working_days import WorkingCalendar
 
-NOW = datetime(2026, 11, 19, 12, 38, tzinfo=UTC)                       # Thursday, 14:38 in Helsinki
+NOW = datetime(2026, 11, 19, 12, 38, tzinfo=UTC)  # Thursday, 14:38 in Helsinki
 FRIDAY, SATURDAY = date(2026, 11, 20), date(2026, 11, 21)
 SETTINGS = Settings(timezone="Europe/Helsinki")
 AUDIT = DayException("Audit", FRIDAY, FRIDAY, id=1)
 FAIR = DayException("Fair", SATURDAY, SATURDAY, is_working=True, id=2)
-FACTS = SchedulerFacts(settings=SETTINGS, calendar=WorkingCalendar(SETTINGS, (AUDIT, FAIR)), robots=(Robot("Aino", "http://a", id=1),),
-                       missions=(Mission("Kits", "g", id=1),))
+FACTS = SchedulerFacts(
+    settings=SETTINGS,
+    calendar=WorkingCalendar(SETTINGS, (AUDIT, FAIR)),
+    robots=(Robot("Aino", "http://a", id=1),),
+    missions=(Mission("Kits", "g", id=1),),
+)
 
 
 def draft(**values):
@@ -64,8 +69,12 @@ def test_the_sentence_speaks_of_holidays_when_there_is_a_calendar():
     with_calendar = form_view.present(FACTS, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence
     assert with_calendar.endswith(", not on holidays or other days off")
     plain = replace(FACTS, calendar=WorkingCalendar(SETTINGS))
-    assert form_view.present(plain, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence.endswith(", on working days only")
-    any_day = form_view.present(FACTS, draft(kind=Kind.DAILY, respect_working_days=False), Preview(Forecast()), NOW).sentence
+    assert form_view.present(plain, draft(kind=Kind.DAILY), Preview(Forecast()), NOW).sentence.endswith(
+        ", on working days only"
+    )
+    any_day = form_view.present(
+        FACTS, draft(kind=Kind.DAILY, respect_working_days=False), Preview(Forecast()), NOW
+    ).sentence
     assert "days off" not in any_day
 
 

@@ -1,4 +1,5 @@
 """Holding and pausing in words: chips, ends, the present hold, and how held starts are shown."""
+
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
 from zoneinfo import ZoneInfo
@@ -12,17 +13,27 @@ from app.screens.scheduler.timeline import timeline
 from app.services.live.holds import Hold
 from app.services.planning.plan import PlannedRun
 
-NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)                       # Friday, 14:38 in Helsinki
+NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki
 ZONE = "Europe/Helsinki"
 AINO, VEIKKO = Robot("Aino", "http://a", id=1), Robot("Veikko", "http://b", id=2)
 KITS = Mission("Kits", "g", id=1)
-HOURLY = Schedule("Kits", 1, 1, datetime(2026, 11, 2, 6, 0), ZONE, "FREQ=DAILY", id=7, next_at=NOW + timedelta(minutes=22))
+HOURLY = Schedule(
+    "Kits", 1, 1, datetime(2026, 11, 2, 6, 0), ZONE, "FREQ=DAILY", id=7, next_at=NOW + timedelta(minutes=22)
+)
 HOLD = Hold("Maintenance", NOW + timedelta(hours=1), NOW - timedelta(minutes=36))
 
 
 def facts(**values):
-    return SchedulerFacts(**{"settings": Settings(timezone=ZONE), "robots": (AINO, VEIKKO), "missions": (KITS,), "schedules": (HOURLY,),
-                             "holds": (HOLD,), **values})
+    return SchedulerFacts(
+        **{
+            "settings": Settings(timezone=ZONE),
+            "robots": (AINO, VEIKKO),
+            "missions": (KITS,),
+            "schedules": (HOURLY,),
+            "holds": (HOLD,),
+            **values,
+        }
+    )
 
 
 def planned(minutes, robot=AINO):
@@ -43,9 +54,15 @@ def test_a_reason_that_is_offered_is_stored_in_english():
     assert hold_view.reason_of("fire  drill") == "fire drill"
 
 
-@pytest.mark.parametrize(("choice", "end"), [
-    ("hour", NOW + timedelta(hours=1)), ("day", datetime(2026, 11, 20, 22, 0, tzinfo=UTC)),
-    ("chosen", NOW + timedelta(days=3)), ("open", None)])
+@pytest.mark.parametrize(
+    ("choice", "end"),
+    [
+        ("hour", NOW + timedelta(hours=1)),
+        ("day", datetime(2026, 11, 20, 22, 0, tzinfo=UTC)),
+        ("chosen", NOW + timedelta(days=3)),
+        ("open", None),
+    ],
+)
 def test_the_end_that_is_chosen(choice, end):
     assert hold_view.end_of(choice, NOW + timedelta(days=3), ZONE, NOW) == end
 
@@ -54,26 +71,45 @@ def test_a_time_that_was_picked_is_shown_on_its_chip():
     chips = hold_view.end_chips(hold_view.CHOSEN, NOW + timedelta(hours=2), ZONE, NOW)
     assert [chip.text for chip in chips if chip.selected] == ["Until 16:38"]
     assert [chip.text for chip in hold_view.end_chips(hold_view.HOUR, None, ZONE, NOW)] == [
-        "1 hour", "Rest of the day", "Until a time", "Until released"]
+        "1 hour",
+        "Rest of the day",
+        "Until a time",
+        "Until released",
+    ]
 
 
 def test_a_present_hold_is_shown_for_what_is_chosen():
-    assert hold_view.held_sentence(hold_view.held(facts(), hold_view.ALL, NOW), ZONE, NOW) == "Held since 14:02 until 15:38 · Maintenance"
+    assert (
+        hold_view.held_sentence(hold_view.held(facts(), hold_view.ALL, NOW), ZONE, NOW)
+        == "Held since 14:02 until 15:38 · Maintenance"
+    )
     assert hold_view.held_sentence(hold_view.held(facts(), 1, NOW), ZONE, NOW) == ""
     endless = replace(HOLD, until=None, reason="", robot_id=1)
-    assert hold_view.held_sentence(hold_view.held(facts(holds=(endless,)), 1, NOW), ZONE, NOW) == "Held since 14:02, until it is released"
+    assert (
+        hold_view.held_sentence(hold_view.held(facts(holds=(endless,)), 1, NOW), ZONE, NOW)
+        == "Held since 14:02, until it is released"
+    )
 
 
-@pytest.mark.parametrize(("robot", "until", "text"), [
-    (None, None, "Nothing is sent until it is released"), ("Aino", None, "Nothing is sent to Aino until it is released"),
-    (None, NOW + timedelta(hours=1), "Nothing is sent to any robot until 15:38"),
-    ("Aino", datetime(2026, 11, 22, 22, 0, tzinfo=UTC), "Nothing is sent to Aino until Mon 23 Nov")])
+@pytest.mark.parametrize(
+    ("robot", "until", "text"),
+    [
+        (None, None, "Nothing is sent until it is released"),
+        ("Aino", None, "Nothing is sent to Aino until it is released"),
+        (None, NOW + timedelta(hours=1), "Nothing is sent to any robot until 15:38"),
+        ("Aino", datetime(2026, 11, 22, 22, 0, tzinfo=UTC), "Nothing is sent to Aino until Mon 23 Nov"),
+    ],
+)
 def test_what_is_said_when_it_is_set(robot, until, text):
     assert hold_view.held_message(robot, until, ZONE, NOW) == text
 
 
 def test_robots_can_be_chosen_one_by_one():
-    assert [(row.key, row.text) for row in hold_view.robot_options(facts())] == [(0, "All robots"), (1, "Aino"), (2, "Veikko")]
+    assert [(row.key, row.text) for row in hold_view.robot_options(facts())] == [
+        (0, "All robots"),
+        (1, "Aino"),
+        (2, "Veikko"),
+    ]
     assert (hold_view.robot_name(facts(), 0), hold_view.robot_name(facts(), 2)) == ("All robots", "Veikko")
 
 
@@ -98,36 +134,51 @@ def test_a_hold_of_one_robot_is_on_its_lane_only():
 
 def test_what_waits_because_of_a_hold_looks_held():
     closes = NOW + timedelta(minutes=15)
-    waiting = Execution(Trigger.SCHEDULED, 1, "Aino", "Kits", "g", NOW, closes, NOW, "t", ZONE, state=State.WAITING, id=9)
+    waiting = Execution(
+        Trigger.SCHEDULED, 1, "Aino", "Kits", "g", NOW, closes, NOW, "t", ZONE, state=State.WAITING, id=9
+    )
     [bar] = timeline(facts(past=(waiting,)), NOW).lanes[0].bars
     assert (bar.label, bar.state) == ("Held: Kits", "held")
 
 
 def test_lists_say_until_when_it_is_held():
-    assert view.schedule_rows(facts(), NOW)[0].next == "Aino · 15:00 is skipped: held until 15:38"   # at 15:00, 15 min late at most
+    assert (
+        view.schedule_rows(facts(), NOW)[0].next == "Aino · 15:00 is skipped: held until 15:38"
+    )  # at 15:00, 15 min late at most
     in_time = replace(HOURLY, start_window_minutes=39)
     assert view.schedule_rows(facts(schedules=(in_time,)), NOW)[0].next == "Aino · held until 15:38 · planned 15:00"
     open_end = facts(holds=(replace(HOLD, until=None),))
     assert view.schedule_rows(open_end, NOW)[0].next == "Aino · held · next 15:00 once released"
     monday = replace(open_end.schedules[0], next_at=open_end.schedules[0].next_at + timedelta(days=3))
-    assert view.schedule_rows(replace(open_end, schedules=(monday,)), NOW)[0].next == "Aino · held · next Mon 23 Nov 15:00 once released"
+    assert (
+        view.schedule_rows(replace(open_end, schedules=(monday,)), NOW)[0].next
+        == "Aino · held · next Mon 23 Nov 15:00 once released"
+    )
     rows = view.days(facts(planned=(planned(22), planned(82))), NOW)
     assert [row.note for row in rows if not row.heading] == ["skipped: held until 15:38", "in 1 h 22 min"]
     many = view.days(facts(planned=tuple(planned(22 + 10 * n) for n in range(6))), NOW)
     assert [row.note for row in many if not row.heading] == ["6 starts, last at 15:50 · 4 held"]
 
 
-@pytest.mark.parametrize(("connection", "words"), [(Connection.UNREACHABLE, "No answer"), (Connection.UNAUTHORIZED, "Wrong password"),
-                                                   (Connection.OTHER_CERTIFICATE, "Another certificate")])
+@pytest.mark.parametrize(
+    ("connection", "words"),
+    [
+        (Connection.UNREACHABLE, "No answer"),
+        (Connection.UNAUTHORIZED, "Wrong password"),
+        (Connection.OTHER_CERTIFICATE, "Another certificate"),
+    ],
+)
 def test_what_is_planned_for_a_robot_that_gives_no_answer_to_trust_says_why(connection, words):
     silent = facts(holds=(), planned=(planned(22),), silent={1: connection})
     assert view.schedule_rows(silent, NOW)[0].next == f"Aino · {words} · in 22 min"
     [row] = starts(silent)
     assert (row.note, row.condition) == (f"{words} · in 22 min", words)
     assert timeline(silent, NOW).lanes[0].note == words
-    [row] = starts(replace(silent, planned=(replace(planned(22), group=Group("Hall", (1, 2))),)))          # another one takes it
+    [row] = starts(
+        replace(silent, planned=(replace(planned(22), group=Group("Hall", (1, 2))),))
+    )  # another one takes it
     assert (row.note, row.condition) == ("in 22 min", "")
-    held = replace(silent, holds=(HOLD,))                     # which matters more: nothing is sent even if it answers
+    held = replace(silent, holds=(HOLD,))  # which matters more: nothing is sent even if it answers
     assert words not in view.schedule_rows(held, NOW)[0].next + starts(held)[0].note
 
 
@@ -135,8 +186,12 @@ def test_many_starts_of_a_robot_that_does_not_answer_say_so_unless_all_are_held(
     many = facts(holds=(), planned=tuple(planned(22 + 10 * n) for n in range(6)), silent={1: Connection.UNREACHABLE})
     [row] = starts(many)
     assert (row.note, row.condition) == ("6 starts, last at 15:50 · No answer", "6 starts · No answer")
-    assert [row.note for row in starts(replace(many, holds=(HOLD,)))] == ["6 starts, last at 15:50 · 4 held · No answer"]
-    assert [row.note for row in starts(replace(many, holds=(replace(HOLD, until=None),)))] == ["6 starts, last at 15:50 · 6 held"]
+    assert [row.note for row in starts(replace(many, holds=(HOLD,)))] == [
+        "6 starts, last at 15:50 · 4 held · No answer"
+    ]
+    assert [row.note for row in starts(replace(many, holds=(replace(HOLD, until=None),)))] == [
+        "6 starts, last at 15:50 · 6 held"
+    ]
 
 
 def starts(shown) -> list[view.DayRow]:
@@ -147,11 +202,18 @@ def starts(shown) -> list[view.DayRow]:
 def test_a_pause_can_be_chosen_by_day():
     options = view.pause_options(HOURLY, NOW)
     assert [(row.key, row.text) for row in options] == [
-        (date(2026, 11, 21), "For today"), (date(2026, 11, 22), "Today and tomorrow"), (date(2026, 11, 23), "Until Monday"),
-        (view.PICK, "Until a day of your choice")]
+        (date(2026, 11, 21), "For today"),
+        (date(2026, 11, 22), "Today and tomorrow"),
+        (date(2026, 11, 23), "Until Monday"),
+        (view.PICK, "Until a day of your choice"),
+    ]
     assert options[0].note == "no start before Sat 21 Nov"
     sunday = NOW + timedelta(days=2)
-    assert [row.text for row in view.pause_options(HOURLY, sunday)] == ["For today", "Today and tomorrow", "Until a day of your choice"]
+    assert [row.text for row in view.pause_options(HOURLY, sunday)] == [
+        "For today",
+        "Today and tomorrow",
+        "Until a day of your choice",
+    ]
     assert view.day_begins(date(2026, 11, 21), ZoneInfo(ZONE)) == datetime(2026, 11, 20, 22, 0, tzinfo=UTC)
 
 

@@ -1,4 +1,5 @@
 """The Scheduler's list of days and list of schedules from plain facts."""
+
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
@@ -24,26 +25,43 @@ def test_many_starts_of_one_schedule_are_one_line():
     runs = (*(planned(22 + 60 * n) for n in range(5)), planned(50, schedule=replace(HOURLY, id=8), mission=EMPTIES))
     rows = [row for row in view.days(facts(planned=runs), NOW) if not row.heading]
     assert [(row.time, row.mission, row.note) for row in rows] == [
-        ("15:00", "Deliver kits", "5 starts, last at 19:00"), ("15:28", "Collect empties", "in 50 min")]
+        ("15:00", "Deliver kits", "5 starts, last at 19:00"),
+        ("15:28", "Collect empties", "in 50 min"),
+    ]
 
 
 def test_a_start_says_when_it_ends_and_what_it_needs():
     own = replace(HOURLY, id=8, minimum_battery_percent=0.0)
-    runs = (planned(22), planned(50, None, own), *(planned(60 + 60 * n, schedule=replace(HOURLY, id=9)) for n in range(4)))
+    runs = (
+        planned(22),
+        planned(50, None, own),
+        *(planned(60 + 60 * n, schedule=replace(HOURLY, id=9)) for n in range(4)),
+    )
     held = facts(planned=runs, holds=(Hold("Maintenance", NOW + timedelta(minutes=40), NOW),))
     rows = [row for row in view.days(held, NOW) if not row.heading]
     condition = "if battery ≥\N{NO-BREAK SPACE}30\N{NO-BREAK SPACE}%"
     assert [(row.time, row.until, row.condition) for row in rows] == [
-        ("15:00", "ends ~15:07", "skipped: held until 15:18"), ("15:28", "–", ""), ("15:38", "last at 18:38", "4 starts")]
+        ("15:00", "ends ~15:07", "skipped: held until 15:18"),
+        ("15:28", "–", ""),
+        ("15:38", "last at 18:38", "4 starts"),
+    ]
     assert next(row for row in view.days(facts(planned=runs), NOW) if row.time == "15:00").condition == condition
 
 
 def test_what_missions_are_given_stands_beside_their_names():
     goal = {"goal": "a1c4e008-5d0f-11ef-93c1-0001297b6e20"}
     own, started = replace(HOURLY, parameters=goal), execution(State.COMPLETED, 300, parameters=goal)
-    given = facts(schedules=(own,), planned=(planned(22, schedule=own),), past=(started,), given=Given(names={goal["goal"]: "Dock 3"}))
-    rows = (*view.schedule_rows(given, NOW), *(row for row in view.days(given, NOW) if not row.heading),
-            *view.schedule_rows(given, NOW, listing=view.Listing(query="dock 3")))
+    given = facts(
+        schedules=(own,),
+        planned=(planned(22, schedule=own),),
+        past=(started,),
+        given=Given(names={goal["goal"]: "Dock 3"}),
+    )
+    rows = (
+        *view.schedule_rows(given, NOW),
+        *(row for row in view.days(given, NOW) if not row.heading),
+        *view.schedule_rows(given, NOW, listing=view.Listing(query="dock 3")),
+    )
     assert [row.mission for row in rows] == 3 * ["Deliver kits · Dock 3"]
     cards = bar_card.start_card(given, given.planned[0], NOW), bar_card.run_card(given, started, NOW)
     assert [card.title for card in cards] == 2 * ["Deliver kits · Dock 3"]
@@ -51,29 +69,49 @@ def test_what_missions_are_given_stands_beside_their_names():
     assert {(robot, values["goal"]) for robot, _guid, values in given.given_to()} == {(1, goal["goal"])}
 
 
-@pytest.mark.parametrize(("known", "text", "icon"), [
-    ({}, "Run now", "play"),
-    ({"holds": (Hold("Maintenance", NOW + timedelta(minutes=10), NOW),)}, "Queue, held until 14:48", "hand-back-right-outline"),
-    ({"holds": (Hold("Maintenance", None, NOW),)}, "Queue, held", "hand-back-right-outline"),
-    ({"holds": (Hold("Maintenance", None, NOW, robot_id=2),)}, "Run now", "play"),
-    ({"own_hold": Hold(clock=True)}, "Queue, held", "hand-back-right-outline"),
-    ({"own_hold": Hold(is_copy=True)}, "Nothing is sent from this tablet", "play"),
-    ({"stopped": frozenset([1])}, "Aino is stopped", "play"),
-    ({"silent": {1: Connection.UNREACHABLE}}, "Send when Aino answers", "timer-sand")])
+@pytest.mark.parametrize(
+    ("known", "text", "icon"),
+    [
+        ({}, "Run now", "play"),
+        (
+            {"holds": (Hold("Maintenance", NOW + timedelta(minutes=10), NOW),)},
+            "Queue, held until 14:48",
+            "hand-back-right-outline",
+        ),
+        ({"holds": (Hold("Maintenance", None, NOW),)}, "Queue, held", "hand-back-right-outline"),
+        ({"holds": (Hold("Maintenance", None, NOW, robot_id=2),)}, "Run now", "play"),
+        ({"own_hold": Hold(clock=True)}, "Queue, held", "hand-back-right-outline"),
+        ({"own_hold": Hold(is_copy=True)}, "Nothing is sent from this tablet", "play"),
+        ({"stopped": frozenset([1])}, "Aino is stopped", "play"),
+        ({"silent": {1: Connection.UNREACHABLE}}, "Send when Aino answers", "timer-sand"),
+    ],
+)
 def test_what_starts_it_now_says_what_it_does(known, text, icon):
     """In its menu and on the card of its bar, as Home does."""
     given = facts(schedules=(HOURLY,), planned=(planned(22),), **known)
     for items in (view.schedule_menu(given, HOURLY, NOW), bar_card.start_card(given, given.planned[0], NOW).items):
         assert [(item.text, item.icon) for item in items if item.key == "run"] == [(text, icon)]
-        assert [item.key for item in items if item.disabled and item.key == "run"] == ["run"] * (icon == "play" and text != "Run now")
+        assert [item.key for item in items if item.disabled and item.key == "run"] == ["run"] * (
+            icon == "play" and text != "Run now"
+        )
 
 
-@pytest.mark.parametrize(("members", "has_it", "text"), [
-    ((), True, "Hall 1 has no robot"), ((2,), True, "No robot of Hall 1 is switched on"),
-    ((1, 2), False, "No robot of Hall 1 has this mission"), ((1, 2), True, "Run now")])
+@pytest.mark.parametrize(
+    ("members", "has_it", "text"),
+    [
+        ((), True, "Hall 1 has no robot"),
+        ((2,), True, "No robot of Hall 1 is switched on"),
+        ((1, 2), False, "No robot of Hall 1 has this mission"),
+        ((1, 2), True, "Run now"),
+    ],
+)
 def test_what_no_robot_can_take_now_is_not_offered(members, has_it, text):
     of_hall = replace(HOURLY, robot_id=None, group_id=3)
-    given = facts(schedules=(of_hall,), groups=(Group("Hall 1", members, id=3),), names={1: {KITS.guid if has_it else EMPTIES.guid: ""}})
+    given = facts(
+        schedules=(of_hall,),
+        groups=(Group("Hall 1", members, id=3),),
+        names={1: {KITS.guid if has_it else EMPTIES.guid: ""}},
+    )
     item = view.run_item(given, of_hall, NOW)
     assert (item.text, item.disabled) == (text, text != "Run now")
     off = view.run_item(facts(), replace(HOURLY, robot_id=2), NOW)
@@ -86,6 +124,7 @@ def test_schedules_are_listed_by_words_robot_and_name():
 
     def listed(**listing):
         return [row.key for row in view.schedule_rows(given, NOW, listing=view.Listing(**listing))]
+
     assert (listed(), listed(by_name=True)) == ([7, 8], [8, 7])
     assert (listed(target=2), listed(target=1)) == ([8], [7])
     assert (listed(query="LATER veikko"), listed(query="kits aino"), listed(query="nothing")) == ([8], [7], [])
@@ -101,17 +140,20 @@ def test_schedules_are_in_the_order_of_their_starts_and_those_that_are_off_last(
     assert [row.next for row in rows] == ["Aino · in 22 min", "Aino · in 3 h", "Aino · switched off"]
 
 
-@pytest.mark.parametrize(("changes", "words"), [
-    ({"robot_id": 2}, "Veikko · the robot is switched off"),
-    ({"paused_until": NOW + timedelta(hours=2)}, "Aino · paused until 16:38"),
-    ({"next_at": NOW + timedelta(days=3)}, "Aino · Mon 23 Nov 14:38"),
-])
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"robot_id": 2}, "Veikko · the robot is switched off"),
+        ({"paused_until": NOW + timedelta(hours=2)}, "Aino · paused until 16:38"),
+        ({"next_at": NOW + timedelta(days=3)}, "Aino · Mon 23 Nov 14:38"),
+    ],
+)
 def test_a_schedule_says_when_or_why_not(changes, words):
     assert view.schedule_rows(facts(schedules=(replace(HOURLY, **changes),)), NOW)[0].next == words
 
 
 ONCE = replace(HOURLY, id=9, start=datetime(2026, 11, 20, 6, 30), recurrence=None, next_at=None)
-MORNING = datetime(2026, 11, 20, 4, 30, tzinfo=UTC)                    # 06:30 in Helsinki
+MORNING = datetime(2026, 11, 20, 4, 30, tzinfo=UTC)  # 06:30 in Helsinki
 
 
 def row_of(schedule, last=None):
@@ -125,10 +167,16 @@ def row_of(schedule, last=None):
     return rows[place], place
 
 
-@pytest.mark.parametrize(("state", "words"), [
-    (State.COMPLETED, "Over · ran Fri 20 Nov 06:31"), (State.FAILED, "Over · failed Fri 20 Nov 06:31"),
-    (State.CANCELLED, "Over · cancelled Fri 20 Nov 06:31"), (State.SKIPPED, "Over · not run Fri 20 Nov 06:30"),
-    (State.MISSED, "Over · not run Fri 20 Nov 06:30")])
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        (State.COMPLETED, "Over · ran Fri 20 Nov 06:31"),
+        (State.FAILED, "Over · failed Fri 20 Nov 06:31"),
+        (State.CANCELLED, "Over · cancelled Fri 20 Nov 06:31"),
+        (State.SKIPPED, "Over · not run Fri 20 Nov 06:30"),
+        (State.MISSED, "Over · not run Fri 20 Nov 06:30"),
+    ],
+)
 def test_a_one_time_schedule_that_is_over_says_what_became_of_it_and_comes_last(state, words):
     ran = state not in (State.SKIPPED, State.MISSED)
     last = execution(state, 0, planned_at=MORNING, started_at=MORNING + timedelta(minutes=1) if ran else None)
@@ -140,7 +188,7 @@ def test_a_one_time_schedule_that_is_over_says_what_became_of_it_and_comes_last(
 def test_what_is_over_without_a_row_says_when_it_was_due_or_that_it_was_off():
     assert row_of(ONCE)[0].next == "Over · was due Fri 20 Nov 06:30"
     assert row_of(replace(ONCE, enabled=False))[0].next == "Over · was switched off"
-    earlier = execution(State.COMPLETED, 0, planned_at=MORNING - timedelta(days=1))      # before it was set to another time
+    earlier = execution(State.COMPLETED, 0, planned_at=MORNING - timedelta(days=1))  # before it was set to another time
     assert row_of(replace(ONCE, enabled=False), earlier)[0].next == "Over · was switched off"
     assert row_of(replace(HOURLY, id=9, next_at=None))[0].next == "Over"
     assert row_of(replace(HOURLY, id=9, next_at=None), earlier)[0].next == "Over · ran Thu 19 Nov 06:30"
@@ -159,20 +207,33 @@ def test_a_name_of_its_own_is_shown_and_one_made_of_mission_and_robot_is_not():
     rows = view.schedule_rows(facts(schedules=(made, own)), NOW)
     assert [(row.mission, row.name) for row in rows] == [("Deliver kits", ""), ("Deliver kits", "Morning round")]
     days = view.days(facts(planned=(planned(22, schedule=made), planned(30, schedule=own))), NOW)
-    assert [(row.mission, row.name) for row in days if row.time] == [("Deliver kits", ""), ("Deliver kits", "Morning round")]
+    assert [(row.mission, row.name) for row in days if row.time] == [
+        ("Deliver kits", ""),
+        ("Deliver kits", "Morning round"),
+    ]
     assert bar_card.start_card(facts(), planned(30, schedule=own), NOW).text.splitlines()[0] == "Morning round"
 
 
 def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
     ahead = execution(State.SKIPPED, -120, schedule_id=7, reason=Reason(ReasonCode.HOLD), ended_at=NOW)
     given = facts(past=(ahead,), skips=frozenset({(7, ahead.planned_at)}))
-    bar, = timeline(given, NOW).lanes[0].bars
-    assert (bar.label, bar.state, bar.end - bar.start) == ("Not run: Deliver kits", "skipped", pytest.approx(ASSUMED_S / 3600))
+    (bar,) = timeline(given, NOW).lanes[0].bars
+    assert (bar.label, bar.state, bar.end - bar.start) == (
+        "Not run: Deliver kits",
+        "skipped",
+        pytest.approx(ASSUMED_S / 3600),
+    )
     assert [(item.key, item.disabled) for item in bar_card.run_card(given, ahead, NOW).items] == [
-        ("again", False), ("edit", False), ("log", False)]
+        ("again", False),
+        ("edit", False),
+        ("log", False),
+    ]
     paused = replace(given, schedules=(replace(HOURLY, paused_until=NOW + timedelta(days=1)),))
     assert [(item.key, item.disabled) for item in bar_card.run_card(paused, ahead, NOW).items] == [
-        ("again", True), ("edit", False), ("log", False)]
+        ("again", True),
+        ("edit", False),
+        ("log", False),
+    ]
     assert [item.key for item in bar_card.run_card(facts(past=(ahead,)), ahead, NOW).items] == ["log", "edit"]
 
 

@@ -1,4 +1,5 @@
 """The Scheduler's bars, lanes, ticks and its window from plain facts."""
+
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
 from itertools import pairwise
@@ -13,12 +14,24 @@ from app.screens.scheduler.timeline import ASSUMED_S, IDLE, MANY, moved, span_te
 from app.services.live.holds import Hold
 from app.services.planning.plan import PlannedRun
 from app.services.planning.working_days import WorkingCalendar
-from tests.support.scheduler_facts import AINO, EMPTIES, EVERY_DAY, HELSINKI, HOURLY, KITS, NOW, SETTINGS, execution, facts, planned
+from tests.support.scheduler_facts import (
+    AINO,
+    EMPTIES,
+    EVERY_DAY,
+    HELSINKI,
+    HOURLY,
+    KITS,
+    NOW,
+    SETTINGS,
+    execution,
+    facts,
+    planned,
+)
 
 
 def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
     shown = timeline(facts(), NOW)
-    assert Window().start(NOW, facts().zone) == datetime(2026, 11, 20, 11, 0, tzinfo=UTC)     # 13:00 local
+    assert Window().start(NOW, facts().zone) == datetime(2026, 11, 20, 11, 0, tzinfo=UTC)  # 13:00 local
     assert shown.now == pytest.approx(1 + 38 / 60)
     assert shown.now_label == "14:38"
     assert (3.0, "16:00", False) in shown.ticks
@@ -28,7 +41,10 @@ def test_the_timeline_begins_at_a_full_local_hour_and_marks_now():
 
 def test_a_year_that_begins_is_named():
     shown = timeline(facts(), NOW, Window(datetime(2026, 12, 31, 6, tzinfo=UTC), 48))
-    assert [label for _hour, label, strong in shown.ticks if strong and "Jan" in label][:2] == ["Fri 1 Jan 2027", "Mon 4 Jan"]
+    assert [label for _hour, label, strong in shown.ticks if strong and "Jan" in label][:2] == [
+        "Fri 1 Jan 2027",
+        "Mon 4 Jan",
+    ]
 
 
 def test_where_starts_were_left_out_the_timeline_and_the_list_say_so():
@@ -38,7 +54,7 @@ def test_where_starts_were_left_out_the_timeline_and_the_list_say_so():
     assert lane.bars[-1].start == pytest.approx(1 + 48 / 60)
     headings = [row.note for row in view.days(cut, NOW) if row.heading]
     assert headings[:2] == ["10 starts and more", "more starts than can be listed · not a working day"]
-    row, = (row for row in view.days(cut, NOW) if not row.heading)
+    (row,) = (row for row in view.days(cut, NOW) if not row.heading)
     assert (row.note, row.until, row.condition) == ("10 starts and more", "–", "10 starts and more")
 
 
@@ -55,7 +71,9 @@ def test_a_planned_bar_is_as_long_as_the_mission_usually_takes():
     assert unknown.end - unknown.start == pytest.approx(ASSUMED_S / 3600)
 
 
-@pytest.mark.parametrize(("state", "look"), [(State.COMPLETED, "past"), (State.CANCELLED, "past"), (State.FAILED, "failed")])
+@pytest.mark.parametrize(
+    ("state", "look"), [(State.COMPLETED, "past"), (State.CANCELLED, "past"), (State.FAILED, "failed")]
+)
 def test_a_past_bar_lies_where_it_ran_in_the_colour_of_its_outcome(state, look):
     ran = execution(state, 38, started_at=NOW - timedelta(minutes=36), ended_at=NOW - timedelta(minutes=30))
     bar = timeline(facts(past=(ran,)), NOW).lanes[0].bars[0]
@@ -78,13 +96,18 @@ def test_what_runs_reaches_to_its_usual_end_or_to_now():
 
 
 def test_what_ended_before_the_window_is_not_drawn():
-    old = execution(State.COMPLETED, 900, started_at=NOW - timedelta(minutes=899), ended_at=NOW - timedelta(minutes=890))
+    old = execution(
+        State.COMPLETED, 900, started_at=NOW - timedelta(minutes=899), ended_at=NOW - timedelta(minutes=890)
+    )
     assert timeline(facts(past=(old,)), NOW).lanes[0].bars == ()
 
 
 def test_days_without_work_are_closed_and_named():
     shown = timeline(facts(), NOW, Window(unfolded=frozenset({NOW + timedelta(days=1)})))
-    assert shown.bands == ((11.0, 35.0, "Saturday: not a working day", "closed"), (35.0, 59.0, "Sunday: not a working day", "closed"))
+    assert shown.bands == (
+        (11.0, 35.0, "Saturday: not a working day", "closed"),
+        (35.0, 59.0, "Sunday: not a working day", "closed"),
+    )
     assert timeline(facts(settings=EVERY_DAY), NOW).bands == ()
 
 
@@ -93,21 +116,26 @@ def test_long_time_without_work_is_folded_with_its_ticks_and_as_much_other_time_
     assert shown.bands == ((11.0, 59.0, "Sat–Sun, no work", "folded"),)
     assert not [tick for tick in shown.ticks if 11 <= tick.hour < 59]
     start, end = Window().span(NOW, HELSINKI, facts().calendar)
-    assert (end - start).total_seconds() / 3600 == pytest.approx(2 * 24 + 48)      # half as much on either side, and the weekend
+    assert (end - start).total_seconds() / 3600 == pytest.approx(
+        2 * 24 + 48
+    )  # half as much on either side, and the weekend
 
 
 def test_only_what_is_long_and_empty_of_the_closed_time_is_folded():
     closed = timeline(facts(planned=(planned(17 * 60, 3600.0), planned(22 * 60, 3600.0))), NOW).bands
-    at = 1 + 38 / 60 + 17                                              # Saturday, 07:38
+    at = 1 + 38 / 60 + 17  # Saturday, 07:38
     assert [(band.start, band.end) for band in closed if band.kind == "folded"] == [
-        (11.0, pytest.approx(at)), (pytest.approx(at + 6), 59.0)]
+        (11.0, pytest.approx(at)),
+        (pytest.approx(at + 6), 59.0),
+    ]
     assert [(band.start, band.end, band.text) for band in closed if band.kind == "closed"] == [
-        (pytest.approx(at), pytest.approx(at + 6), "Saturday: not a working day")]
+        (pytest.approx(at), pytest.approx(at + 6), "Saturday: not a working day")
+    ]
 
 
 def test_a_break_of_more_than_a_week_says_its_dates():
     shut = DayException("Summer", date(2026, 11, 21), date(2026, 12, 6))
-    band, = timeline(facts(calendar=WorkingCalendar(SETTINGS, (shut,))), NOW).bands
+    (band,) = timeline(facts(calendar=WorkingCalendar(SETTINGS, (shut,))), NOW).bands
     assert (band.text, band.end - band.start) == ("Sat 21 Nov–Sun 6 Dec, no work", 16 * 24)
 
 
@@ -120,29 +148,37 @@ def test_what_moves_with_the_time_shows_a_break_from_its_beginning():
 
 def test_moving_on_goes_over_what_is_folded():
     friday, weekend = NOW + timedelta(hours=6), (NOW + timedelta(hours=10), NOW + timedelta(hours=58))
-    later = moved(Window(friday, 24), .5, NOW, HELSINKI, [weekend])
+    later = moved(Window(friday, 24), 0.5, NOW, HELSINKI, [weekend])
     assert later.left == friday + timedelta(hours=12 + 48)
-    assert moved(later, -.5, NOW, HELSINKI, [weekend]).left == friday
-    assert moved(Window(friday, 4), .5, NOW, HELSINKI, [weekend]).left == friday + timedelta(hours=2)
+    assert moved(later, -0.5, NOW, HELSINKI, [weekend]).left == friday
+    assert moved(Window(friday, 4), 0.5, NOW, HELSINKI, [weekend]).left == friday + timedelta(hours=2)
 
 
 def test_a_clock_change_is_marked_and_the_hours_stay_true():
-    night = datetime(2026, 10, 24, 20, 10, tzinfo=UTC)                 # 23:10 in Helsinki, clocks go back at 04:00
+    night = datetime(2026, 10, 24, 20, 10, tzinfo=UTC)  # 23:10 in Helsinki, clocks go back at 04:00
     shown = timeline(facts(settings=EVERY_DAY), night)
     change = next(hour for hour, label, strong in shown.ticks if label == "Clock change")
     assert Window().start(night, facts().zone) + timedelta(hours=change) == datetime(2026, 10, 25, 1, 0, tzinfo=UTC)
 
 
-@pytest.mark.parametrize(("night", "change", "hours_between"), [
-    (datetime(2026, 10, 3, 12, 10, tzinfo=UTC), datetime(2026, 10, 3, 15, 30, tzinfo=UTC), 23.5),
-    (datetime(2027, 4, 3, 12, 10, tzinfo=UTC), datetime(2027, 4, 3, 15, 0, tzinfo=UTC), 24.5),
-    (datetime(2027, 4, 3, 20, 10, tzinfo=UTC), datetime(2027, 4, 3, 15, 0, tzinfo=UTC), 24.5)])
+@pytest.mark.parametrize(
+    ("night", "change", "hours_between"),
+    [
+        (datetime(2026, 10, 3, 12, 10, tzinfo=UTC), datetime(2026, 10, 3, 15, 30, tzinfo=UTC), 23.5),
+        (datetime(2027, 4, 3, 12, 10, tzinfo=UTC), datetime(2027, 4, 3, 15, 0, tzinfo=UTC), 24.5),
+        (datetime(2027, 4, 3, 20, 10, tzinfo=UTC), datetime(2027, 4, 3, 15, 0, tzinfo=UTC), 24.5),
+    ],
+)
 def test_a_clock_that_is_changed_by_half_an_hour_moves_no_day_line(night, change, hours_between):
     lord_howe = ZoneInfo("Australia/Lord_Howe")
     shown = timeline(facts(settings=replace(EVERY_DAY, timezone="Australia/Lord_Howe")), night, Window(hours=48))
     at = {label: shown.origin + timedelta(hours=hour) for hour, label, _strong in shown.ticks}
     assert at["Clock change"] == change
-    days = [shown.origin + timedelta(hours=hour) for hour, label, strong in shown.ticks if strong and label != "Clock change"]
+    days = [
+        shown.origin + timedelta(hours=hour)
+        for hour, label, strong in shown.ticks
+        if strong and label != "Clock change"
+    ]
     assert {day.astimezone(lord_howe).strftime("%H:%M") for day in days} == {"00:00"}
     assert hours_between in [(later - day) / timedelta(hours=1) for day, later in pairwise(days)]
     for hour, label, strong in shown.ticks:
@@ -154,9 +190,14 @@ def test_a_clock_that_is_changed_by_half_an_hour_moves_no_day_line(night, change
 def test_a_window_that_was_moved_stays_where_it_is():
     left = datetime(2026, 11, 22, 6, 20, tzinfo=UTC)
     shown = timeline(facts(), NOW, Window(left, 12))
-    assert (shown.origin, shown.first, shown.hours, shown.span) == (left.replace(minute=0), pytest.approx(1 / 3), 12, "12 h")
+    assert (shown.origin, shown.first, shown.hours, shown.span) == (
+        left.replace(minute=0),
+        pytest.approx(1 / 3),
+        12,
+        "12 h",
+    )
     assert shown.now < 0
-    assert moved(Window(left, 12), .5, NOW, HELSINKI) == Window(left + timedelta(hours=6), 12)
+    assert moved(Window(left, 12), 0.5, NOW, HELSINKI) == Window(left + timedelta(hours=6), 12)
 
 
 def test_zooming_goes_through_the_row_of_spans_around_the_middle():
@@ -164,9 +205,14 @@ def test_zooming_goes_through_the_row_of_spans_around_the_middle():
     nearer = zoomed(window, False, NOW, HELSINKI)
     assert nearer == Window(datetime(2026, 11, 22, 12, 0, tzinfo=UTC), 12)
     assert zoomed(nearer, True, NOW, HELSINKI) == window
-    assert [zoomed(Window(None, hours), True, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [12, 12, 168, 168]
+    assert [zoomed(Window(None, hours), True, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [
+        12,
+        12,
+        168,
+        168,
+    ]
     assert [zoomed(Window(None, hours), False, NOW, HELSINKI).hours for hours in (6, 7.3, 100, 168)] == [6, 6, 96, 96]
-    assert zoomed(Window(None, 24), True, NOW, HELSINKI).left is None                     # goes on following the time
+    assert zoomed(Window(None, 24), True, NOW, HELSINKI).left is None  # goes on following the time
     assert [span_text(hours) for hours in (6, 24, 47, 48, 168)] == ["6 h", "24 h", "47 h", "2 days", "7 days"]
 
 
@@ -186,9 +232,14 @@ def test_a_typed_length_says_so_and_has_no_whisker():
     assert not timeline(facts(planned=(planned(22),)), NOW).lanes[0].bars[0].typed
 
 
-@pytest.mark.parametrize(("known", "marked"), [
-    ({"usual_s": {(1, "g-kits"): 1500.0}}, set()), ({"usual_s": {(1, "g-kits"): 1500.0}, "typed": frozenset({(1, "g-kits")})}, {"typed"}),
-    ({}, {"assumed"})])
+@pytest.mark.parametrize(
+    ("known", "marked"),
+    [
+        ({"usual_s": {(1, "g-kits"): 1500.0}}, set()),
+        ({"usual_s": {(1, "g-kits"): 1500.0}, "typed": frozenset({(1, "g-kits")})}, {"typed"}),
+        ({}, {"assumed"}),
+    ],
+)
 def test_what_waits_says_how_its_length_is_known_too(known, marked):
     bar = timeline(facts(past=(execution(State.QUEUED, 1),), **known), NOW).lanes[0].bars[0]
     assert {name for name in ("typed", "assumed") if getattr(bar, name)} == marked
@@ -198,12 +249,17 @@ def test_what_waits_says_how_its_length_is_known_too(known, marked):
 def test_bars_too_thin_to_be_told_apart_become_one_that_a_tap_zooms_into():
     runs = tuple(planned(10 * n, 60.0) for n in range(1, 40))
     seen = timeline(facts(planned=runs), NOW, Window(None, 12)).lanes[0].bars
-    assert len(seen) == 39                                             # 10 min apart are distinguished on 12 h
-    block, = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
-    assert (block.label, *block.shorter) == ("Deliver kits · every 10 min · 39 runs", "every 10 min · 39 runs", "39 runs", "39")
+    assert len(seen) == 39  # 10 min apart are distinguished on 12 h
+    (block,) = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
+    assert (block.label, *block.shorter) == (
+        "Deliver kits · every 10 min · 39 runs",
+        "every 10 min · 39 runs",
+        "39 runs",
+        "39",
+    )
     assert block.key == ("zoom", pytest.approx((block.start + block.end) / 2), pytest.approx(380 / 60 + 1 / 60))
     overlapping = tuple(planned(n, 120.0) for n in range(1, 6))
-    block, = timeline(facts(planned=overlapping), NOW, Window(None, 168)).lanes[0].bars
+    (block,) = timeline(facts(planned=overlapping), NOW, Window(None, 168)).lanes[0].bars
     assert block.end - block.start == pytest.approx(6 / 60)
 
 
@@ -221,17 +277,25 @@ def test_bars_of_two_days_do_not_become_one():
     assert [block.label for block in blocks] == [f"Deliver kits · every 10 min · {n} runs" for n in (57, 144, 99)]
 
 
-@pytest.mark.parametrize(("minutes", "label"), [
-    ((0, 5, 10, 15), "Deliver kits · every 5 min · 4 runs"), ((0, 5.5, 10, 15.2), "Deliver kits · every 5 min · 4 runs"),
-    ((0, 5, 10, 25), "Deliver kits · 4 runs"), ((0, 0, 0), "Deliver kits · 3 runs")])
+@pytest.mark.parametrize(
+    ("minutes", "label"),
+    [
+        ((0, 5, 10, 15), "Deliver kits · every 5 min · 4 runs"),
+        ((0, 5.5, 10, 15.2), "Deliver kits · every 5 min · 4 runs"),
+        ((0, 5, 10, 25), "Deliver kits · 4 runs"),
+        ((0, 0, 0), "Deliver kits · 3 runs"),
+    ],
+)
 def test_a_block_says_how_often_its_runs_start_where_that_is_always_the_same(minutes, label):
-    block, = timeline(facts(planned=tuple(planned(60 + at, 60.0) for at in minutes)), NOW, Window(None, 168)).lanes[0].bars
+    (block,) = (
+        timeline(facts(planned=tuple(planned(60 + at, 60.0) for at in minutes)), NOW, Window(None, 168)).lanes[0].bars
+    )
     assert block.label == label
 
 
 def test_a_block_of_several_missions_names_none():
     runs = tuple(planned(60 + 2 * n + n % 3, 60.0, mission=(KITS, EMPTIES)[n % 2]) for n in range(6))
-    block, = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
+    (block,) = timeline(facts(planned=runs), NOW, Window(None, 168)).lanes[0].bars
     assert (block.label, *block.shorter) == ("6 runs", "6")
 
 
@@ -240,17 +304,29 @@ FLEET = tuple(Robot(f"R{n:02d}", f"http://r{n}", id=n) for n in range(1, 51))
 
 
 def lanes(window=None, **values):
-    return timeline(facts(**{"robots": FLEET, "planned": (planned(22, robot=FLEET[7]), planned(30, robot=FLEET[30])), **values}), NOW,
-                    window).lanes
+    return timeline(
+        facts(**{"robots": FLEET, "planned": (planned(22, robot=FLEET[7]), planned(30, robot=FLEET[30])), **values}),
+        NOW,
+        window,
+    ).lanes
 
 
 def test_of_many_robots_those_with_nothing_planned_are_one_line_that_opens():
     shown = lanes()
-    assert [(lane.name, lane.line) for lane in shown] == [("R08", ""), ("R31", ""), ("", "48 robots with nothing planned")]
+    assert [(lane.name, lane.line) for lane in shown] == [
+        ("R08", ""),
+        ("R31", ""),
+        ("", "48 robots with nothing planned"),
+    ]
     assert not shown[2].is_open
     opened = lanes(Window(opened=frozenset({IDLE})))
     assert (len(opened), opened[2].is_open, opened[3].name) == (51, True, "R01")
-    assert [lane.name for lane in lanes(robots=FLEET[:4], planned=())] == ["R01", "R02", "R03", "R04"]     # all are seen anyway
+    assert [lane.name for lane in lanes(robots=FLEET[:4], planned=())] == [
+        "R01",
+        "R02",
+        "R03",
+        "R04",
+    ]  # all are seen anyway
 
 
 HALLS = (Group("Hall 1", tuple(range(1, 11)), id=3), Group("Hall 2", (5, 11, 12), id=4), Group("Yard", (13, 40), id=5))
@@ -265,40 +341,77 @@ def test_of_many_robots_with_something_planned_those_of_a_group_are_one_line_tha
     failed = execution(State.FAILED, 60, robot_id=2, robot="R02")
     given = {"groups": HALLS, "planned": starts(MANY + 1), "past": (failed,)}
     assert [lane.name or lane.line for lane in lanes(**given)] == [
-        "Hall 1 · 10 robots · 10 starts · 1 failed run", "Hall 2 · 2 robots · 2 starts", "R13", "37 robots with nothing planned"]
+        "Hall 1 · 10 robots · 10 starts · 1 failed run",
+        "Hall 2 · 2 robots · 2 starts",
+        "R13",
+        "37 robots with nothing planned",
+    ]
     hall = lanes(**given)[0].key
     opened = lanes(Window(opened=frozenset({hall})), **given)
     assert [lane.name for lane in opened[1:11]] == [f"R{n:02d}" for n in range(1, 11)]
     assert [lane.is_open for lane in opened if lane.line] == [True, False, False]
     chosen = lanes(Window(robots=frozenset(range(1, 31))), **given)
-    assert [lane.name for lane in chosen[:13]] == [f"R{n:02d}" for n in range(1, 14)]       # who chooses robots wants to see them
+    assert [lane.name for lane in chosen[:13]] == [
+        f"R{n:02d}" for n in range(1, 14)
+    ]  # who chooses robots wants to see them
     few = lanes(**given | {"planned": starts(MANY), "past": ()})
     assert [lane.name for lane in few[:-1]] == [f"R{n:02d}" for n in range(1, MANY + 1)]
 
 
 def test_the_line_of_a_group_counts_what_is_seen_of_it():
-    line = lanes(Window(hours=6), groups=HALLS, planned=(*starts(MANY + 1), planned(24, robot=FLEET[0]), planned(6 * 60, robot=FLEET[1]),
-                                                         planned(6 * 60 + 1, robot=FLEET[1]), planned(6 * 60, robot=FLEET[10]),
-                                                         planned(6 * 60 + 1, robot=FLEET[10])))
-    assert [lane.line for lane in line][:2] == ["Hall 1 · 10 robots · 11 starts · Overlap", "Hall 2 · 2 robots · 2 starts"]
+    line = lanes(
+        Window(hours=6),
+        groups=HALLS,
+        planned=(
+            *starts(MANY + 1),
+            planned(24, robot=FLEET[0]),
+            planned(6 * 60, robot=FLEET[1]),
+            planned(6 * 60 + 1, robot=FLEET[1]),
+            planned(6 * 60, robot=FLEET[10]),
+            planned(6 * 60 + 1, robot=FLEET[10]),
+        ),
+    )
+    assert [lane.line for lane in line][:2] == [
+        "Hall 1 · 10 robots · 11 starts · Overlap",
+        "Hall 2 · 2 robots · 2 starts",
+    ]
 
 
 def test_the_line_of_a_group_says_that_more_starts_were_not_computed():
     """It never says that nothing is planned because there is too much."""
-    hourly = tuple(replace(HOURLY, id=robot.id, robot_id=robot.id) for robot in FLEET[:MANY + 1])
-    lines = {"groups": HALLS, "schedules": hourly, "more": {schedule.id: NOW + timedelta(hours=1) for schedule in hourly}}
+    hourly = tuple(replace(HOURLY, id=robot.id, robot_id=robot.id) for robot in FLEET[: MANY + 1])
+    lines = {
+        "groups": HALLS,
+        "schedules": hourly,
+        "more": {schedule.id: NOW + timedelta(hours=1) for schedule in hourly},
+    }
     assert [lane.line for lane in lanes(**lines, planned=starts(5))][:2] == [
-        "Hall 1 · 10 robots · 5 starts · and more starts", "Hall 2 · 2 robots · and more starts"]
-    later = lines | {"planned": (), "more": {schedule.id: NOW + timedelta(hours=6) for schedule in hourly}}       # beyond what is seen
+        "Hall 1 · 10 robots · 5 starts · and more starts",
+        "Hall 2 · 2 robots · and more starts",
+    ]
+    later = lines | {
+        "planned": (),
+        "more": {schedule.id: NOW + timedelta(hours=6) for schedule in hourly},
+    }  # beyond what is seen
     assert [lane.line for lane in lanes(Window(hours=6), **later)][:2] == [
-        "Hall 1 · 10 robots · nothing planned", "Hall 2 · 2 robots · nothing planned"]
+        "Hall 1 · 10 robots · nothing planned",
+        "Hall 2 · 2 robots · nothing planned",
+    ]
 
 
 def test_the_line_of_a_group_says_which_of_its_robots_get_nothing():
     """What their lanes would say; a hold of all robots is a band over everything."""
     holds = (Hold(since=NOW, robot_id=2), Hold(until=NOW - timedelta(hours=1), robot_id=3), Hold(since=NOW))
-    shown = lanes(groups=HALLS, planned=starts(MANY + 1), holds=holds, silent={1: Connection.UNREACHABLE, 40: Connection.UNREACHABLE})
-    assert [lane.line for lane in shown[:2]] == ["Hall 1 · 10 robots · 10 starts · 1 held · 1 no answer", "Hall 2 · 2 robots · 2 starts"]
+    shown = lanes(
+        groups=HALLS,
+        planned=starts(MANY + 1),
+        holds=holds,
+        silent={1: Connection.UNREACHABLE, 40: Connection.UNREACHABLE},
+    )
+    assert [lane.line for lane in shown[:2]] == [
+        "Hall 1 · 10 robots · 10 starts · 1 held · 1 no answer",
+        "Hall 2 · 2 robots · 2 starts",
+    ]
 
 
 def test_where_only_lines_are_seen_there_is_no_closed_time_to_explain():
@@ -312,15 +425,30 @@ def test_where_only_lines_are_seen_there_is_no_closed_time_to_explain():
 def test_a_start_that_is_held_looks_held_also_where_its_length_is_not_known_or_was_typed():
     held = (Hold(until=NOW + timedelta(hours=1), robot_id=AINO.id),)
     waits = execution(State.WAITING, 0)
-    known = facts(holds=held, past=(waits,), planned=(planned(22, None), replace(planned(40), typed=True)), usual_s={}, typed=frozenset())
+    known = facts(
+        holds=held,
+        past=(waits,),
+        planned=(planned(22, None), replace(planned(40), typed=True)),
+        usual_s={},
+        typed=frozenset(),
+    )
     shown = timeline(known, NOW, Window(None, 6))
     assert [(bar.state, bar.assumed, bar.typed) for bar in shown.lanes[0].bars] == [("held", False, False)] * 3
     assert [entry.kind for entry in shown.legend] == ["held"]
 
 
 def test_the_legend_is_not_of_lanes_that_are_not_seen():
-    view = timeline(facts(robots=FLEET, groups=HALLS, planned=starts(10), past=tuple(
-        execution(State.COMPLETED, 60, robot_id=number, id=number, ended_at=NOW) for number in range(11, 16))), NOW)
+    view = timeline(
+        facts(
+            robots=FLEET,
+            groups=HALLS,
+            planned=starts(10),
+            past=tuple(
+                execution(State.COMPLETED, 60, robot_id=number, id=number, ended_at=NOW) for number in range(11, 16)
+            ),
+        ),
+        NOW,
+    )
     assert [entry.kind for entry in view.legend] == ["past", "closed"]
 
 
@@ -332,7 +460,7 @@ def test_lanes_are_those_of_the_robots_that_are_chosen():
     assert shown(3) == (["R03"], "R03", True)
     assert shown(3, 5) == (["R03", "R05"], "2 robots", True)
     assert shown() == ([], "All robots", False)
-    assert shown(99) == ([], "All robots", False)                      # it is not there any more
+    assert shown(99) == ([], "All robots", False)  # it is not there any more
     assert timeline(facts(), NOW).robots == ""
 
 
@@ -362,15 +490,21 @@ def test_the_legend_explains_what_is_drawn_and_nothing_else():
     assert kinds() == []
     assert kinds(planned=(planned(22),)) == ["planned"]
     assert kinds(planned=(planned(22, None), planned(24)), past=(execution(State.FAILED, 30, ended_at=NOW),)) == [
-        "planned", "assumed", "failed", "overlap"]
-    assert [entry.kind for entry in timeline(facts(), NOW).legend] == ["closed"]          # Saturday comes into sight
+        "planned",
+        "assumed",
+        "failed",
+        "overlap",
+    ]
+    assert [entry.kind for entry in timeline(facts(), NOW).legend] == ["closed"]  # Saturday comes into sight
 
 
 @pytest.mark.parametrize(("hours", "kinds"), [(6, ["planned"]), (24, ["planned", "past", "closed"])])
 def test_the_legend_is_of_what_is_seen_and_not_of_what_was_read_beside_it(hours, kinds):
     """Some hours before and after are read too."""
-    known = facts(planned=(planned(22), planned(60 * 7, 1200.0), planned(60 * 7 + 5, 1200.0)) if hours == 6 else (planned(22),),
-                  past=(execution(State.COMPLETED, 4 * 60, ended_at=NOW - timedelta(hours=3, minutes=50)),))
+    known = facts(
+        planned=(planned(22), planned(60 * 7, 1200.0), planned(60 * 7 + 5, 1200.0)) if hours == 6 else (planned(22),),
+        past=(execution(State.COMPLETED, 4 * 60, ended_at=NOW - timedelta(hours=3, minutes=50)),),
+    )
     window = Window(NOW - timedelta(hours=1 if hours == 6 else 5), hours)
     shown = timeline(known, NOW, window)
     assert len(shown.lanes[0].bars) == len(known.planned) + 1
@@ -385,5 +519,8 @@ def test_what_is_seen_beyond_a_break_is_in_the_legend():
 
 
 def test_what_has_ended_overlaps_with_nothing():
-    ended = [execution(state, ago, id=n, ended_at=NOW) for n, (state, ago) in enumerate([(State.COMPLETED, 9), (State.SKIPPED, 8)])]
+    ended = [
+        execution(state, ago, id=n, ended_at=NOW)
+        for n, (state, ago) in enumerate([(State.COMPLETED, 9), (State.SKIPPED, 8)])
+    ]
     assert timeline(facts(past=tuple(ended)), NOW).lanes[0].overlaps == ()

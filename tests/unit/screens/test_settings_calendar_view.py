@@ -1,4 +1,5 @@
 """The exception calendar in words: the month, its entries, the year, what an import brought."""
+
 from __future__ import annotations
 
 from datetime import date
@@ -27,18 +28,23 @@ def test_a_month_is_whole_weeks_and_each_day_says_what_it_is():
     cells = view.month_days(FACTS, 2026, 12, TODAY)
     assert len(cells) % 7 == 0
     assert [cell.text for cell in cells if cell.day] == [str(number) for number in range(1, 32)]
-    assert cells[0].day is None                             # 1 December 2026 is a Tuesday
+    assert cells[0].day is None  # 1 December 2026 is a Tuesday
     assert (kind_of(cells, 1), kind_of(cells, 12)) == (("work", ""), ("free", ""))
-    assert (kind_of(cells, 5), kind_of(cells, 6), kind_of(cells, 24)) == (("extra", view.EXTRA), ("closed", view.HOLIDAY),
-                                                                          ("closed", view.CLOSED))
+    assert (kind_of(cells, 5), kind_of(cells, 6), kind_of(cells, 24)) == (
+        ("extra", view.EXTRA),
+        ("closed", view.HOLIDAY),
+        ("closed", view.CLOSED),
+    )
     assert [cell.text for cell in view.month_days(FACTS, 2026, 11, TODAY) if cell.today] == ["20"]
 
 
 def test_entries_of_a_month_are_in_order_with_their_span():
     rows = view.entries(FACTS, 2026, 12)
     assert [(row.text, row.note, row.removable) for row in rows] == [
-        ("Fair", "Sat 5 Dec · extra working day", True), ("Independence Day", "Sun 6 Dec · public holiday", False),
-        ("Shutdown", "Thu 24 Dec – Sun 3 Jan · closed · every year · plant.ics", True)]
+        ("Fair", "Sat 5 Dec · extra working day", True),
+        ("Independence Day", "Sun 6 Dec · public holiday", False),
+        ("Shutdown", "Thu 24 Dec – Sun 3 Jan · closed · every year · plant.ics", True),
+    ]
     assert [row.text for row in view.entries(FACTS, 2031, 1)] == ["Shutdown", "Epiphany"]
     assert len({row.key for row in rows}) == len(rows)
 
@@ -69,38 +75,56 @@ def found(*events, **counts):
 
 
 def closed(name, *days, yearly=False):
-    return tuple(DayException(name, date.fromisoformat(first), date.fromisoformat(last), yearly=yearly) for first, last in days)
+    return tuple(
+        DayException(name, date.fromisoformat(first), date.fromisoformat(last), yearly=yearly) for first, last in days
+    )
 
 
 def test_events_of_a_file_are_offered_whole_days_ticked():
-    offered = found(FoundDays(closed("Break", ("2027-07-05", "2027-07-18")), True),
-                    FoundDays(closed("Audit", ("2026-12-01", "2026-12-01")), False),
-                    FoundDays(closed("Fridays", ("2027-06-04", "2027-06-04"), ("2027-06-11", "2027-06-11")), True),
-                    FoundDays(closed("Year's end", ("2020-12-24", "2021-01-03"), yearly=True), True),
-                    FoundDays(closed("Leap day", ("2024-02-29", "2024-02-29"), yearly=True), True))
-    assert [(option.key, option.text, option.note, option.selected) for option in view.import_options(offered, TODAY)] == [
-        (0, "Break", "Mon 5 Jul 2027 – Sun 18 Jul 2027", True), (1, "Audit", "Tue 1 Dec 2026 · with times", False),
+    offered = found(
+        FoundDays(closed("Break", ("2027-07-05", "2027-07-18")), True),
+        FoundDays(closed("Audit", ("2026-12-01", "2026-12-01")), False),
+        FoundDays(closed("Fridays", ("2027-06-04", "2027-06-04"), ("2027-06-11", "2027-06-11")), True),
+        FoundDays(closed("Year's end", ("2020-12-24", "2021-01-03"), yearly=True), True),
+        FoundDays(closed("Leap day", ("2024-02-29", "2024-02-29"), yearly=True), True),
+    )
+    assert [
+        (option.key, option.text, option.note, option.selected) for option in view.import_options(offered, TODAY)
+    ] == [
+        (0, "Break", "Mon 5 Jul 2027 – Sun 18 Jul 2027", True),
+        (1, "Audit", "Tue 1 Dec 2026 · with times", False),
         (2, "Fridays", "2 days · Fri 4 Jun 2027 – Fri 11 Jun 2027", True),
         (3, "Year's end", "Thu 24 Dec 2026 – Sun 3 Jan 2027 · every year", True),
-        (4, "Leap day", "Tue 29 Feb 2028 · every year · leap years only", True)]
+        (4, "Leap day", "Tue 29 Feb 2028 · every year · leap years only", True),
+    ]
 
 
 def test_what_is_left_out_of_a_file_is_counted_with_its_reason():
     left = {LeftOut.ENDLESS: 2, LeftOut.UNREADABLE: 1, LeftOut.OUT_OF_RANGE: 1}
     assert view.import_notes(found(known=1, past=3, left_out=left, is_whole=False)).split("\n") == [
-        "The file ends in the middle: days may be missing", "1 event is in the calendar already", "3 past events left out",
-        "1 event left out: it can't be read", "2 events left out: they repeat without end, and more often than yearly",
-        "1 event left out: it lasts more than a year, or is after 2199"]
+        "The file ends in the middle: days may be missing",
+        "1 event is in the calendar already",
+        "3 past events left out",
+        "1 event left out: it can't be read",
+        "2 events left out: they repeat without end, and more often than yearly",
+        "1 event left out: it lasts more than a year, or is after 2199",
+    ]
     assert view.import_notes(found()) == ""
 
 
 def test_an_import_says_days_and_what_was_left():
     result = view.import_result((SHUTDOWN, FAIR), found(left_out={LeftOut.UNREADABLE: 2}))
     assert (result.text, result.tone) == ("12 closed days imported", "attention")
-    assert result.note.split("\n") == ["Shutdown: Thu 24 Dec – Sun 3 Jan, Fair: Sat 5 Dec", "2 events left out: they can't be read"]
+    assert result.note.split("\n") == [
+        "Shutdown: Thu 24 Dec – Sun 3 Jan, Fair: Sat 5 Dec",
+        "2 events left out: they can't be read",
+    ]
     nothing = view.import_result((), found(known=4))
     assert (nothing.text, nothing.note, nothing.tone) == (
-        "The file contains nothing new", "4 events are in the calendar already", "done")
+        "The file contains nothing new",
+        "4 events are in the calendar already",
+        "done",
+    )
 
 
 def test_countries_are_called_and_ordered_by_their_name_in_the_language():
@@ -116,4 +140,4 @@ def test_countries_are_called_and_ordered_by_their_name_in_the_language():
 def test_names_of_countries_are_those_of_the_library():
     known = public_holidays.countries()
     assert {code for code in translations() if code not in known} == set()
-    assert {code for code, name in translations().items() if known[code] != name} == {"AX", "HK"}      # Åland, Hong Kong
+    assert {code for code, name in translations().items() if known[code] != name} == {"AX", "HK"}  # Åland, Hong Kong

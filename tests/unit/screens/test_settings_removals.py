@@ -1,4 +1,5 @@
 """What goes with a mission, a robot or a group that is deleted, as the question and the message say it."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -9,7 +10,10 @@ from app.screens.common.given import Given
 from app.screens.settings import removals
 from app.screens.settings.facts import SettingsFacts
 
-AINO, SISU = Robot("Aino", "http://10.40.12.21", "scheduler", id=1, idle=IdleRule(11, 15)), Robot("Sisu", "https://sisu", "scheduler", id=2)
+AINO, SISU = (
+    Robot("Aino", "http://10.40.12.21", "scheduler", id=1, idle=IdleRule(11, 15)),
+    Robot("Sisu", "https://sisu", "scheduler", id=2),
+)
 DELIVER, CHARGE = Mission("Deliver kits", "guid-deliver", id=10), Mission("Charge", "guid-charge", id=11)
 COILS = Mission("Coils", "guid-coils", id=12, robot_id=2)
 MORNING = Schedule("", 1, 10, datetime(2026, 11, 23, 6, 30), "Europe/Helsinki", id=20)
@@ -17,17 +21,26 @@ HALL = Group("Hall 1", (1, 2), id=1)
 
 
 def facts(**values):
-    return SettingsFacts(**{"robots": (AINO, SISU), "missions": (DELIVER, CHARGE, COILS), "schedules": (MORNING,), **values})
+    return SettingsFacts(
+        **{"robots": (AINO, SISU), "missions": (DELIVER, CHARGE, COILS), "schedules": (MORNING,), **values}
+    )
 
 
 def test_a_mission_takes_its_schedules_and_idle_rules_along():
     assert removals.mission_question(facts(), COILS) == ""
     assert removals.mission_sentence(facts(), COILS) == "Coils deleted"
     assert removals.mission_question(facts(), CHARGE) == "This goes with it: idle automation on Aino."
-    assert removals.mission_question(facts(), DELIVER).splitlines() == ["This schedule goes with it:", "Deliver kits on Aino"]
+    assert removals.mission_question(facts(), DELIVER).splitlines() == [
+        "This schedule goes with it:",
+        "Deliver kits on Aino",
+    ]
     both = facts(schedules=(MORNING, replace(MORNING, id=21, mission_id=11, name="Night")))
     assert removals.mission_question(both, CHARGE).splitlines() == [
-        "This schedule goes with it:", "Night", "", "This goes with it: idle automation on Aino."]
+        "This schedule goes with it:",
+        "Night",
+        "",
+        "This goes with it: idle automation on Aino.",
+    ]
     assert removals.mission_sentence(both, CHARGE) == "Charge deleted, and with it: 1 schedule, idle automation on Aino"
 
 
@@ -38,14 +51,18 @@ def test_schedules_of_one_mission_are_told_apart_by_what_it_is_given():
 
 
 def test_what_uses_a_mission_of_one_robot_goes_on_with_that_for_all():
-    used = facts(missions=(COILS, replace(COILS, id=13, robot_id=None)), schedules=(replace(MORNING, robot_id=2, mission_id=12),))
+    used = facts(
+        missions=(COILS, replace(COILS, id=13, robot_id=None)), schedules=(replace(MORNING, robot_id=2, mission_id=12),)
+    )
     assert removals.mission_question(used, COILS) == ""
     assert removals.mission_sentence(used, COILS) == "Coils deleted"
 
 
 def test_a_robot_names_its_schedules_and_groups_as_far_as_they_can_be_read():
     many = tuple(replace(MORNING, id=20 + n, name=f"Round {n}") for n in range(9))
-    question = removals.robot_question(facts(schedules=many, groups=(HALL, Group("Hall 2", (2,), id=2))), AINO).splitlines()
+    question = removals.robot_question(
+        facts(schedules=many, groups=(HALL, Group("Hall 2", (2,), id=2))), AINO
+    ).splitlines()
     assert question[0] == "These 9 schedules go with it:"
     assert question[1:8] == [*(f"Round {n}" for n in range(6)), "and 3 more"]
     assert question[9:11] == ["This goes with it: its idle automation.", "It leaves the group Hall 1."]
@@ -57,12 +74,19 @@ def test_a_robot_names_its_schedules_and_groups_as_far_as_they_can_be_read():
 def test_a_robot_says_which_group_is_empty_without_it():
     night = Group("Night", (AINO.id,), id=2)
     question = removals.robot_question(facts(groups=(HALL, night)), AINO).splitlines()
-    assert question[-3:-1] == ["It leaves the groups Hall 1, Night.", "No robot is left in Night: what waits for one is cancelled."]
+    assert question[-3:-1] == [
+        "It leaves the groups Hall 1, Night.",
+        "No robot is left in Night: what waits for one is cancelled.",
+    ]
 
 
 def test_a_group_names_its_schedules_and_what_waits():
     told = facts(schedules=(replace(MORNING, robot_id=None, group_id=1),), groups=(HALL,))
     assert removals.group_question(told, HALL, waiting=2).splitlines() == [
-        "This schedule goes with it:", "Deliver kits on Hall 1", "", "2 starts that wait for one of its robots are cancelled.",
-        "Its robots stay, and what runs goes on."]
+        "This schedule goes with it:",
+        "Deliver kits on Hall 1",
+        "",
+        "2 starts that wait for one of its robots are cancelled.",
+        "Its robots stay, and what runs goes on.",
+    ]
     assert removals.group_sentence(told, HALL) == "Hall 1 deleted, and with it: 1 schedule"

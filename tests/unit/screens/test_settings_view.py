@@ -5,7 +5,17 @@ from pathlib import Path
 import pytest
 
 from app.domain.message import message
-from app.domain.models import Connection, Group, IdleRule, InvalidInput, Mission, Robot, RobotSnapshot, Schedule, Settings
+from app.domain.models import (
+    Connection,
+    Group,
+    IdleRule,
+    InvalidInput,
+    Mission,
+    Robot,
+    RobotSnapshot,
+    Schedule,
+    Settings,
+)
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotStatus
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, CertificateMismatch, CertificateProblem, TimedOut, Unreachable
@@ -14,7 +24,9 @@ from app.screens.settings.facts import SettingsFacts
 from app.services.files.exports import Backup
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
-AINO = Robot("Aino", "http://10.40.12.21", "scheduler", id=1, serial_number="200104012", model="MiR250", software="3.5.4")
+AINO = Robot(
+    "Aino", "http://10.40.12.21", "scheduler", id=1, serial_number="200104012", model="MiR250", software="3.5.4"
+)
 SISU = Robot("Sisu", "https://sisu.plant:8443", "scheduler", id=2)
 DELIVER = Mission("Deliver kits", "guid-deliver", id=10)
 CHARGE = Mission("Charge", "guid-charge", id=11, favourite=True)
@@ -23,8 +35,12 @@ MORNING = Schedule("Morning", 1, 10, datetime(2026, 11, 23, 6, 30), "Europe/Hels
 
 
 def facts(**values):
-    given = {"settings": Settings(timezone="Europe/Helsinki"), "robots": (AINO, SISU), "missions": (CHARGE, COILS, DELIVER),
-             "schedules": (MORNING,)}
+    given = {
+        "settings": Settings(timezone="Europe/Helsinki"),
+        "robots": (AINO, SISU),
+        "missions": (CHARGE, COILS, DELIVER),
+        "schedules": (MORNING,),
+    }
     return SettingsFacts(**{**given, **values})
 
 
@@ -42,17 +58,31 @@ def test_groups_are_counted_beside_the_robots_that_they_are_found_with():
 
 
 def test_every_section_says_its_present_value():
-    given = facts(settings=Settings(timezone="Europe/Helsinki", minimum_battery_percent=30.0, language="fi", theme="dark"),
-                  robots=(replace(AINO, idle=IdleRule(11, 15)), SISU),
-                  backups=(Backup(Path("b.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 5000),))
+    given = facts(
+        settings=Settings(timezone="Europe/Helsinki", minimum_battery_percent=30.0, language="fi", theme="dark"),
+        robots=(replace(AINO, idle=IdleRule(11, 15)), SISU),
+        backups=(Backup(Path("b.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 5000),),
+    )
     assert notes(given) == {
-        "robots": "2 robots", "missions": "3 missions", "constraints": "Battery 30 %, Mon–Fri", "idle": "on for 1 robot",
-        "scheduler": "asks robots every 30 s", "display": "Dark, Suomi", "data": "last backup 02:00", "about": "version 0.1.0"}
+        "robots": "2 robots",
+        "missions": "3 missions",
+        "constraints": "Battery 30 %, Mon–Fri",
+        "idle": "on for 1 robot",
+        "scheduler": "asks robots every 30 s",
+        "display": "Dark, Suomi",
+        "data": "last backup 02:00",
+        "about": "version 0.1.0",
+    }
 
 
 def test_nothing_set_up_yet_is_said_and_not_shown_as_zero():
     found = notes(SettingsFacts())
-    assert (found["robots"], found["missions"], found["idle"], found["data"]) == ("none yet", "none yet", "off", "no backup yet")
+    assert (found["robots"], found["missions"], found["idle"], found["data"]) == (
+        "none yet",
+        "none yet",
+        "off",
+        "no backup yet",
+    )
     assert found["constraints"] == "No minimum battery, Mon–Fri"
 
 
@@ -66,17 +96,29 @@ def test_what_needs_somebody_is_amber_in_the_list():
 def test_only_the_open_section_is_marked():
     rows = view.section_views(facts(), NOW, "idle")
     assert [row.key for row in rows if row.selected] == ["idle"]
-    assert [row.key for row in rows] == ["robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about"]
+    assert [row.key for row in rows] == [
+        "robots",
+        "missions",
+        "constraints",
+        "idle",
+        "scheduler",
+        "display",
+        "data",
+        "about",
+    ]
 
 
-@pytest.mark.parametrize(("days", "phrase"), [
-    (("MO", "TU", "WE", "TH", "FR"), "Mon–Fri"),
-    (("MO", "TU", "WE", "TH", "FR", "SA", "SU"), "every day"),
-    (("MO", "WE", "FR"), "Mon, Wed, Fri"),
-    (("SU", "MO", "TU", "WE"), "Mon–Wed, Sun"),
-    (("SA", "SU"), "Sat, Sun"),
-    (("TU",), "Tue"),
-])
+@pytest.mark.parametrize(
+    ("days", "phrase"),
+    [
+        (("MO", "TU", "WE", "TH", "FR"), "Mon–Fri"),
+        (("MO", "TU", "WE", "TH", "FR", "SA", "SU"), "every day"),
+        (("MO", "WE", "FR"), "Mon, Wed, Fri"),
+        (("SU", "MO", "TU", "WE"), "Mon–Wed, Sun"),
+        (("SA", "SU"), "Sat, Sun"),
+        (("TU",), "Tue"),
+    ],
+)
 def test_days_in_few_words(days, phrase):
     assert view.days_phrase(days) == phrase
 
@@ -90,18 +132,30 @@ def test_day_options_show_the_working_days():
 # ---------------------------------------------------------------------- robots
 def test_a_robots_panel_is_its_data_sheet():
     [aino, _sisu] = view.robot_panels(facts(snapshots={1: snapshot()}), NOW)
-    assert aino == view.RobotPanelView(1, "Aino", "MiR250 · software 3.5.4", "10.40.12.21", "200104012", "–", missions="1 in use",
-                                       badge="Connected · now", badge_icon="wifi", tone="neutral")
+    assert aino == view.RobotPanelView(
+        1,
+        "Aino",
+        "MiR250 · software 3.5.4",
+        "10.40.12.21",
+        "200104012",
+        "–",
+        missions="1 in use",
+        badge="Connected · now",
+        badge_icon="wifi",
+        tone="neutral",
+    )
 
 
 def test_what_is_not_known_of_a_robot_is_a_dash():
     [_aino, sisu] = view.robot_panels(facts(missions=()), NOW)
     assert (sisu.serial, sisu.model, sisu.missions) == ("–", "MiR robot", "none in use")
-    assert sisu.address == "https://sisu.plant:8443"      # what is not plain http is said
+    assert sisu.address == "https://sisu.plant:8443"  # what is not plain http is said
 
 
 def test_missing_missions_stand_out_on_their_robot():
-    [aino, sisu] = view.robot_panels(facts(names={1: {"guid-deliver": "Deliver kits"}, 2: {"guid-deliver": "Deliver kits"}}), NOW)
+    [aino, sisu] = view.robot_panels(
+        facts(names={1: {"guid-deliver": "Deliver kits"}, 2: {"guid-deliver": "Deliver kits"}}), NOW
+    )
     assert (aino.missions, aino.missions_tone) == ("1 in use", "neutral")
     assert (sisu.missions, sisu.missions_tone, sisu.missions_icon) == ("1 missing", "attention", "alert")
 
@@ -112,7 +166,7 @@ def test_a_robot_without_password_says_so_first():
 
 
 def identity(serial="200104012", **values):
-    status = RobotStatus(robot_name="MiR_R1234", robot_model="MiR250", serial_number=serial, elapsed_s=.0384)
+    status = RobotStatus(robot_name="MiR_R1234", robot_model="MiR250", serial_number=serial, elapsed_s=0.0384)
     return Identity(status, "scheduler", **{"software": "3.5.4", **values})
 
 
@@ -120,13 +174,17 @@ def test_two_that_turn_out_to_be_one_machine_name_each_other():
     """One that does not answer is saved without its serial number, which it tells later."""
     twins = (AINO, replace(AINO, id=2, name="Lempi"), replace(AINO, id=3, name="Third", serial_number=""))
     assert [(panel.badge, panel.tone) for panel in view.robot_panels(facts(robots=twins), NOW)][:2] == [
-        ("Same machine as Lempi", "fault"), ("Same machine as Aino", "fault")]
+        ("Same machine as Lempi", "fault"),
+        ("Same machine as Aino", "fault"),
+    ]
     assert "Same" not in view.robot_panels(facts(robots=twins), NOW)[2].badge
 
 
 def test_a_passed_test_says_who_answered():
     notice = view.connection_found(identity())
-    assert notice == view.NoticeView("MiR_R1234 answers in 38 ms", "MiR250 · serial 200104012 · software 3.5.4", "done", "check-circle")
+    assert notice == view.NoticeView(
+        "MiR_R1234 answers in 38 ms", "MiR250 · serial 200104012 · software 3.5.4", "done", "check-circle"
+    )
 
 
 def test_a_passed_test_leaves_out_what_the_robot_does_not_tell():
@@ -139,13 +197,24 @@ def test_another_machine_or_certificate_leads_to_where_it_can_be_accepted():
     assert "200104012" in notice.text
     assert "999" in notice.text
     unknown = view.failed_test(CertificateProblem(code="certificate_untrusted"))
-    assert view.failed_test(CertificateMismatch()).note == unknown.note == "Edit, then Test connection, shows its fingerprint to compare"
-    assert "Test connection" not in unknown.text              # that was just pressed, and has shown nothing
+    assert (
+        view.failed_test(CertificateMismatch()).note
+        == unknown.note
+        == "Edit, then Test connection, shows its fingerprint to compare"
+    )
+    assert "Test connection" not in unknown.text  # that was just pressed, and has shown nothing
     assert view.failed_test(CertificateProblem()).note == ""
 
 
-@pytest.mark.parametrize(("by", "words"), [(None, "–"), (IdentifiedBy.SERIAL_NUMBER, "its serial number"),
-                                           (IdentifiedBy.CERTIFICATE, "its certificate"), (IdentifiedBy.ADDRESS, "its address only")])
+@pytest.mark.parametrize(
+    ("by", "words"),
+    [
+        (None, "–"),
+        (IdentifiedBy.SERIAL_NUMBER, "its serial number"),
+        (IdentifiedBy.CERTIFICATE, "its certificate"),
+        (IdentifiedBy.ADDRESS, "its address only"),
+    ],
+)
 def test_a_panel_says_what_makes_the_machine_the_robot(by, words):
     [panel] = view.robot_panels(facts(robots=(replace(AINO, identified_by=by),)), NOW)
     assert panel.identified_by == words
@@ -164,12 +233,15 @@ def test_fingerprints_are_shown_as_people_compare_them():
     assert "Trusted" not in view.certificate_question("https://r1", "ab" * 32, "")
 
 
-@pytest.mark.parametrize(("problem", "sentence"), [
-    (Unreachable(code="refused", address="10.1.1.1"), "10.1.1.1 refused the connection"),
-    (Unreachable(code="no_route", address="10.1.1.1"), "There is no route to 10.1.1.1"),
-    (TimedOut(address="10.1.1.1", seconds=5), "10.1.1.1 didn't answer within 5 s"),
-    (InvalidInput("address", "enter the robot's address"), "Enter the robot's address"),
-])
+@pytest.mark.parametrize(
+    ("problem", "sentence"),
+    [
+        (Unreachable(code="refused", address="10.1.1.1"), "10.1.1.1 refused the connection"),
+        (Unreachable(code="no_route", address="10.1.1.1"), "There is no route to 10.1.1.1"),
+        (TimedOut(address="10.1.1.1", seconds=5), "10.1.1.1 didn't answer within 5 s"),
+        (InvalidInput("address", "enter the robot's address"), "Enter the robot's address"),
+    ],
+)
 def test_a_failed_test_says_exactly_what_is_wrong(problem, sentence):
     notice = view.went_wrong(problem)
     assert notice.text.startswith(sentence)
@@ -181,11 +253,23 @@ def test_missions_are_listed_favourites_first_with_what_uses_them():
     given = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
     rows = missions_view.mission_views(given)
     assert [(row.name, row.note) for row in rows] == [
-        ("Charge", "idle automation on Aino"), ("Coils", "Only on Sisu · no schedule uses it"), ("Deliver kits", "1 schedule")]
+        ("Charge", "idle automation on Aino"),
+        ("Coils", "Only on Sisu · no schedule uses it"),
+        ("Deliver kits", "1 schedule"),
+    ]
 
 
-@pytest.mark.parametrize(("query", "names"), [("COIL", ["Coils"]), ("kits deliver", ["Deliver kits"]), ("sisu", ["Coils"]),
-                                              ("guid-ch", ["Charge"]), ("nothing", []), ("  ", ["Charge", "Coils", "Deliver kits"])])
+@pytest.mark.parametrize(
+    ("query", "names"),
+    [
+        ("COIL", ["Coils"]),
+        ("kits deliver", ["Deliver kits"]),
+        ("sisu", ["Coils"]),
+        ("guid-ch", ["Charge"]),
+        ("nothing", []),
+        ("  ", ["Charge", "Coils", "Deliver kits"]),
+    ],
+)
 def test_missions_are_found_by_words_of_name_guid_or_robot(query, names):
     assert [row.name for row in missions_view.mission_views(facts(), query)] == names
 
@@ -194,7 +278,7 @@ def test_a_mission_is_missing_where_it_is_used_and_the_robot_told():
     told = facts(names={1: {"guid-charge": "Charge"}})
     assert missions_view.missing_sentence(told, DELIVER) == "Not on Aino any more"
     assert missions_view.missing_sentence(told, CHARGE) == ""
-    assert missions_view.missing_sentence(told, COILS) == ""                 # Sisu did not tell yet
+    assert missions_view.missing_sentence(told, COILS) == ""  # Sisu did not tell yet
     assert missions_view.missing_sentence(facts(), DELIVER) == ""
 
 
@@ -206,7 +290,7 @@ def test_what_is_missing_stands_first():
 def test_an_unused_mission_that_no_robot_has_is_reported():
     told = facts(robots=(AINO,), names={1: {"guid-deliver": "Deliver kits"}})
     assert missions_view.missing_sentence(told, CHARGE) == "No robot has it"
-    assert missions_view.missing_sentence(facts(names={1: {"guid-deliver": ""}}), CHARGE) == ""      # Sisu may have it
+    assert missions_view.missing_sentence(facts(names={1: {"guid-deliver": ""}}), CHARGE) == ""  # Sisu may have it
 
 
 # ---------------------------------------------------------------------- taking over from a robot
@@ -233,7 +317,12 @@ def test_a_mission_whose_guid_differs_on_this_robot_is_its_own():
 
 def test_two_missions_of_one_name_on_a_robot_get_two_names():
     offered = offers(("Twice", "a"), ("Twice", "b"), ("Charge", "guid-charge"), ("Charge", "c"))
-    assert [(offer.name, offer.robot_id) for offer in offered] == [("Charge 2", None), ("Charge", None), ("Twice", None), ("Twice 2", None)]
+    assert [(offer.name, offer.robot_id) for offer in offered] == [
+        ("Charge 2", None),
+        ("Charge", None),
+        ("Twice", None),
+        ("Twice 2", None),
+    ]
 
 
 def test_a_name_of_another_robots_own_mission_is_free():
@@ -242,7 +331,9 @@ def test_a_name_of_another_robots_own_mission_is_free():
 
 
 def test_long_and_empty_names_become_names_that_can_be_saved():
-    [long, other, _nameless] = sorted(offers(("n" * 100, "a"), ("n" * 100, "b"), ("", "c")), key=lambda offer: offer.guid)
+    [long, other, _nameless] = sorted(
+        offers(("n" * 100, "a"), ("n" * 100, "b"), ("", "c")), key=lambda offer: offer.guid
+    )
     assert long.name == "n" * 80
     assert other.name == "n" * 78 + " 2"
     assert _nameless.name == "c"
@@ -250,7 +341,10 @@ def test_long_and_empty_names_become_names_that_can_be_saved():
 
 def test_nothing_to_choose_is_said():
     assert missions_view.fetched_sentence([], AINO) == "Aino has no missions"
-    assert missions_view.fetched_sentence(offers(("Deliver kits", "guid-deliver")), AINO) == "The mission of Aino is already added"
+    assert (
+        missions_view.fetched_sentence(offers(("Deliver kits", "guid-deliver")), AINO)
+        == "The mission of Aino is already added"
+    )
     assert missions_view.fetched_sentence(offers(("New", "guid-new")), AINO) == ""
 
 
@@ -266,7 +360,12 @@ def test_a_robots_own_mission_hides_the_common_one_of_its_name():
 def test_idle_panels_say_what_will_happen():
     given = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
     [aino, sisu] = missions_view.idle_panels(given)
-    assert (aino.active, aino.mission, aino.minutes, aino.note) == (True, "Charge", 15, "After 15 minutes without work, once")
+    assert (aino.active, aino.mission, aino.minutes, aino.note) == (
+        True,
+        "Charge",
+        15,
+        "After 15 minutes without work, once",
+    )
     assert (sisu.active, sisu.mission, sisu.minutes) == (False, "Choose a mission", 10)
     off = facts(robots=(replace(AINO, idle=IdleRule(11, 15, enabled=False)),))
     assert missions_view.idle_panels(off)[0].note == "Off"
@@ -274,22 +373,35 @@ def test_idle_panels_say_what_will_happen():
 
 # ---------------------------------------------------------------------- files
 def test_backups_are_offered_newest_first_with_their_time():
-    given = facts(backups=(Backup(Path("/d/daily-2026-11-20.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 512_000),
-                           Backup(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400)))
+    given = facts(
+        backups=(
+            Backup(Path("/d/daily-2026-11-20.db"), datetime(2026, 11, 20, 0, 0, tzinfo=UTC), 512_000),
+            Backup(Path("/d/daily-2026-11-19.db"), datetime(2026, 11, 19, 0, 0, tzinfo=UTC), 400),
+        )
+    )
     options = view.backup_options(given, NOW)
     assert [(option.text, option.note) for option in options] == [
-        ("02:00", "daily-2026-11-20.db, 512 kB"), ("Thu 19 Nov 02:00", "daily-2026-11-19.db, 1 kB")]
+        ("02:00", "daily-2026-11-20.db, 512 kB"),
+        ("Thu 19 Nov 02:00", "daily-2026-11-19.db, 1 kB"),
+    ]
     assert view.backups_phrase(given, NOW).startswith("2 backups, the newest of 02:00. Each gives access to the robots")
     assert view.backups_phrase(facts(), NOW) == "There is no backup yet"
 
 
 def test_an_import_lists_its_changes_and_cuts_a_long_list():
     assert view.import_result([]).text == "The file contains nothing new"
-    assert view.import_result(["robot R1 added"]) == view.NoticeView("1 change imported", "robot R1 added", "done", "check-circle")
+    assert view.import_result(["robot R1 added"]) == view.NoticeView(
+        "1 change imported", "robot R1 added", "done", "check-circle"
+    )
     assert view.import_result([message("robot {name} added", name="R1")]).note == "Robot R1 added"
-    stopped = message("robot {name} changed: {what}; it is switched off and needs a password", name="R1", what="address")
+    stopped = message(
+        "robot {name} changed: {what}; it is switched off and needs a password", name="R1", what="address"
+    )
     notice = view.import_result(["mission 1 added", stopped])
-    assert (notice.tone, notice.note.splitlines()[0]) == ("attention", "Robot R1 changed: address; it is switched off and needs a password")
+    assert (notice.tone, notice.note.splitlines()[0]) == (
+        "attention",
+        "Robot R1 changed: address; it is switched off and needs a password",
+    )
     long = view.import_result([f"mission {n} added" for n in range(40)])
     assert long.text == "40 changes imported"
     assert long.note.splitlines()[-1] == "and 28 more"

@@ -1,4 +1,5 @@
 """Which alarms make a sound, and how long nobody may answer it before it comes again."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -19,8 +20,10 @@ STOP = alarm("emergency_stop", id=3)
 def heard(*moments: tuple[timedelta, list[Alarm]], set_back: timedelta = timedelta()) -> list[bool]:
     """``set_back``: by how much the clock is, after the first moment."""
     sounding = Sounding()
-    return [sounding.is_due(alarms, NOW + after - (set_back if n else timedelta()), after.total_seconds())
-            for n, (after, alarms) in enumerate(moments)]
+    return [
+        sounding.is_due(alarms, NOW + after - (set_back if n else timedelta()), after.total_seconds())
+        for n, (after, alarms) in enumerate(moments)
+    ]
 
 
 def after(seconds: float) -> timedelta:
@@ -31,9 +34,15 @@ def test_a_new_alarm_of_high_priority_is_heard_once():
     assert heard((after(0), []), (after(1), [STOP]), (after(2), [STOP])) == [False, True, False]
 
 
-@pytest.mark.parametrize("quiet", [
-    alarm("unreachable"), replace(STOP, acknowledged_at=NOW), replace(STOP, cleared_at=NOW),
-    replace(STOP, shelved_until=NOW + timedelta(hours=1))])
+@pytest.mark.parametrize(
+    "quiet",
+    [
+        alarm("unreachable"),
+        replace(STOP, acknowledged_at=NOW),
+        replace(STOP, cleared_at=NOW),
+        replace(STOP, shelved_until=NOW + timedelta(hours=1)),
+    ],
+)
 def test_what_is_less_serious_or_known_or_over_or_shelved_is_not(quiet):
     assert heard((after(0), [quiet])) == [False]
 
@@ -45,12 +54,22 @@ def test_two_at_once_are_one_sound_and_a_third_one_is_heard_too():
 
 def test_it_is_heard_again_every_five_minutes_until_somebody_acknowledges_it():
     seen = replace(STOP, acknowledged_at=NOW)
-    assert heard((after(0), [STOP]), (after(299), [STOP]), (after(300), [STOP]), (after(301), [STOP]), (after(600), [STOP]),
-                 (after(900), [seen])) == [True, False, True, False, True, False]
+    assert heard(
+        (after(0), [STOP]),
+        (after(299), [STOP]),
+        (after(300), [STOP]),
+        (after(301), [STOP]),
+        (after(600), [STOP]),
+        (after(900), [seen]),
+    ) == [True, False, True, False, True, False]
 
 
 def test_it_is_heard_again_after_the_clock_was_set_back():
-    assert heard((after(0), [STOP]), (after(299), [STOP]), (after(300), [STOP]), set_back=timedelta(hours=1)) == [True, False, True]
+    assert heard((after(0), [STOP]), (after(299), [STOP]), (after(300), [STOP]), set_back=timedelta(hours=1)) == [
+        True,
+        False,
+        True,
+    ]
 
 
 def test_one_that_comes_back_is_heard_again():
@@ -66,6 +85,7 @@ def test_what_nobody_can_acknowledge_is_heard_once():
 def test_the_banner_is_larger_and_says_for_how_long_nobody_has_acknowledged_it():
     def shown(alarm: Alarm):
         return banner(OpenIssues([alarm]), {}, SETTINGS, NOW)
+
     late = replace(STOP, raised_at=NOW - PATIENCE - after(70))
     assert not shown(STOP).urgent
     assert shown(late).urgent

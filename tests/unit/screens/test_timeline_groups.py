@@ -1,4 +1,5 @@
 """Starts of groups on the timeline: in the lane of the robot that will probably come, marked as a forecast; else in a lane of their own."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -26,8 +27,14 @@ AT = NOW + timedelta(minutes=22)
 FOUND = PlannedRun(AT, SCHEDULE, SISU, KITS, 600.0, group=HALL, begins_at=AT + timedelta(minutes=4))
 NOT_FOUND = PlannedRun(AT + timedelta(hours=1), SCHEDULE, nobody(HALL), KITS, 600.0, group=HALL)
 FIXED = PlannedRun(AT, replace(SCHEDULE, id=8, group_id=None, robot_id=1), AINO, KITS, 600.0)
-FACTS = SchedulerFacts(settings=Settings(), robots=(AINO, SISU), groups=(HALL, OFFICE), missions=(KITS,), schedules=(SCHEDULE,),
-                       planned=(FOUND, NOT_FOUND, FIXED))
+FACTS = SchedulerFacts(
+    settings=Settings(),
+    robots=(AINO, SISU),
+    groups=(HALL, OFFICE),
+    missions=(KITS,),
+    schedules=(SCHEDULE,),
+    planned=(FOUND, NOT_FOUND, FIXED),
+)
 
 
 def lanes(facts=FACTS, **window):
@@ -38,20 +45,35 @@ def test_a_start_lies_where_the_forecast_has_it_and_says_that_it_is_one():
     [bar] = lanes()[2].bars
     assert (bar.label, bar.shorter, bar.state, bar.movable) == ("≈ Kits", ("≈",), "about", False)
     origin = timeline(FACTS, NOW).origin
-    assert origin + timedelta(hours=bar.start) == FOUND.begins            # when a robot is free, not when it falls due
+    assert origin + timedelta(hours=bar.start) == FOUND.begins  # when a robot is free, not when it falls due
     assert [(bar.label, bar.state, bar.movable) for bar in lanes()[1].bars] == [("Kits", "planned", True)]
 
 
 def test_what_finds_no_robot_has_a_lane_of_its_own_and_without_any_there_is_none():
-    assert list(lanes()) == [("group", 5), 1, 2]                         # where it is seen, however many robots there are
+    assert list(lanes()) == [("group", 5), 1, 2]  # where it is seen, however many robots there are
     lane = lanes()["group", 5]
     assert (lane.name, [(bar.label, bar.state) for bar in lane.bars]) == ("Any of Hall 1", [("Kits", "planned")])
     assert list(lanes(replace(FACTS, planned=(FOUND, FIXED)))) == [1, 2]
 
 
 def test_what_waits_for_a_robot_now_is_in_the_lane_of_its_group():
-    waits = Execution(Trigger.SCHEDULED, None, "", "Kits", "k", NOW, NOW + timedelta(minutes=15), NOW, "t", "UTC", State.WAITING, 11,
-                      group_id=5, robot_group="Hall 1", wait=Wait.ROBOT)
+    waits = Execution(
+        Trigger.SCHEDULED,
+        None,
+        "",
+        "Kits",
+        "k",
+        NOW,
+        NOW + timedelta(minutes=15),
+        NOW,
+        "t",
+        "UTC",
+        State.WAITING,
+        11,
+        group_id=5,
+        robot_group="Hall 1",
+        wait=Wait.ROBOT,
+    )
     lane = lanes(replace(FACTS, planned=(), past=(waits,)))["group", 5]
     assert [bar.key for bar in lane.bars] == [("execution", 11)]
     card = bar_card.run_card(FACTS, waits, NOW)
@@ -65,33 +87,63 @@ HOLD = Hold("cleaning", None, NOW, robot_id=1)
 LACKING = replace(NOT_FOUND, lacking=True)
 
 
-@pytest.mark.parametrize(("values", "state", "note"), [
-    ({"planned": (NOT_FOUND,)}, "planned", "no robot foreseen"),
-    ({"planned": (LACKING,)}, "planned", "none has the mission"),
-    ({"planned": (LACKING, NOT_FOUND)}, "planned", "no robot foreseen"),
-    ({"planned": (NOT_FOUND,), "holds": (HOLD,)}, "planned", "no robot foreseen"),
-    ({"planned": (NOT_FOUND,), "holds": (HOLD, replace(HOLD, robot_id=2))}, "held", "")])
+@pytest.mark.parametrize(
+    ("values", "state", "note"),
+    [
+        ({"planned": (NOT_FOUND,)}, "planned", "no robot foreseen"),
+        ({"planned": (LACKING,)}, "planned", "none has the mission"),
+        ({"planned": (LACKING, NOT_FOUND)}, "planned", "no robot foreseen"),
+        ({"planned": (NOT_FOUND,), "holds": (HOLD,)}, "planned", "no robot foreseen"),
+        ({"planned": (NOT_FOUND,), "holds": (HOLD, replace(HOLD, robot_id=2))}, "held", ""),
+    ],
+)
 def test_the_lane_of_a_group_says_why_no_robot_is_foreseen(values, state, note):
     lane = lanes(replace(FACTS, **values))["group", 5]
     assert ({bar.state for bar in lane.bars}, lane.note) == ({state}, note)
 
 
 def test_a_start_that_waits_or_has_ended_is_no_lack_of_robots_to_come():
-    waits = Execution(Trigger.SCHEDULED, None, "", "Kits", "k", NOW, NOW + timedelta(minutes=15), NOW, "t", "UTC", State.WAITING, 11,
-                      group_id=5, robot_group="Hall 1", wait=Wait.ROBOT)
+    waits = Execution(
+        Trigger.SCHEDULED,
+        None,
+        "",
+        "Kits",
+        "k",
+        NOW,
+        NOW + timedelta(minutes=15),
+        NOW,
+        "t",
+        "UTC",
+        State.WAITING,
+        11,
+        group_id=5,
+        robot_group="Hall 1",
+        wait=Wait.ROBOT,
+    )
     over = replace(waits, state=State.SKIPPED, ended_at=NOW)
-    assert [lanes(replace(FACTS, planned=(), past=(row,)))["group", 5].note for row in (waits, over)] == ["Waits for a robot", ""]
+    assert [lanes(replace(FACTS, planned=(), past=(row,)))["group", 5].note for row in (waits, over)] == [
+        "Waits for a robot",
+        "",
+    ]
 
 
 def test_the_card_and_the_days_say_what_none_of_the_robots_has():
     assert "No robot of Hall 1 has the mission Kits" in bar_card.start_card(FACTS, LACKING, NOW).text
     [row] = [row for row in view.days(replace(FACTS, planned=(LACKING,)), NOW) if not row.heading]
-    assert (row.note, row.condition) == ("no robot of the group has the mission", "no robot of the group has the mission")
+    assert (row.note, row.condition) == (
+        "no robot of the group has the mission",
+        "no robot of the group has the mission",
+    )
 
 
-@pytest.mark.parametrize(("holds", "words"), [
-    ((HOLD,), "in 1 h 22 min"), ((HOLD, replace(HOLD, robot_id=2)), "held until released"),
-    ((HOLD, replace(HOLD, robot_id=2, until=AT + timedelta(hours=2))), "skipped: held until 15:00")])
+@pytest.mark.parametrize(
+    ("holds", "words"),
+    [
+        ((HOLD,), "in 1 h 22 min"),
+        ((HOLD, replace(HOLD, robot_id=2)), "held until released"),
+        ((HOLD, replace(HOLD, robot_id=2, until=AT + timedelta(hours=2))), "skipped: held until 15:00"),
+    ],
+)
 def test_a_start_whose_robots_are_all_held_is_marked_as_one_of_a_single_robot(holds, words):
     [row] = [row for row in view.days(replace(FACTS, planned=(NOT_FOUND,), holds=holds), NOW) if not row.heading]
     assert row.note == words
@@ -105,13 +157,19 @@ def test_the_legend_says_what_the_hatching_means():
 def test_the_card_at_the_bar_says_that_it_is_a_forecast():
     assert bar_card.start_card(FACTS, FOUND, NOW).text.split("\n") == [
         "any of Hall 1 (≈ Sisu) · Fri 20 Nov 13:04–13:14",
-        "A forecast: Sisu will probably take it. Which robot of Hall 1 comes is decided at its time.", "Usually 10 min"]
+        "A forecast: Sisu will probably take it. Which robot of Hall 1 comes is decided at its time.",
+        "Usually 10 min",
+    ]
     assert "No robot of Hall 1 is foreseen" in bar_card.start_card(FACTS, NOT_FOUND, NOW).text
     assert "forecast" not in bar_card.start_card(FACTS, FIXED, NOW).text
 
 
 def test_the_list_of_days_names_the_group_and_the_robot_foreseen():
-    assert sorted(row.robot for row in view.days(FACTS, NOW) if row.mission) == ["Aino", "any of Hall 1", "any of Hall 1 (≈ Sisu)"]
+    assert sorted(row.robot for row in view.days(FACTS, NOW) if row.mission) == [
+        "Aino",
+        "any of Hall 1",
+        "any of Hall 1 (≈ Sisu)",
+    ]
     assert foreseen.whose(FIXED) == "Aino"
 
 
@@ -127,17 +185,35 @@ def test_the_card_of_a_bar_that_can_be_dragged_says_so():
 
 # ---------------------------------------------------------------------- conflicts
 UNTIL = AT + timedelta(minutes=10)
-TOO_FEW = Conflict(ConflictCode.TOO_FEW_ROBOTS, AT, {"group": "Hall 1", "group_id": 5, "robots": 2, "starts": 4, "until": UNTIL})
-FULL = Conflict(ConflictCode.PLACE_FULL, AT, {"place": "Dock 2", "place_id": 1, "most": 1, "missions": {"Kits"}, "starts": 2,
-                                              "until": None})
-BEHIND = Conflict(ConflictCode.CRITICAL_BEHIND, AT, {"mission": "Kits", "behind": "Bus", "robot": "Aino", "start": UNTIL, "schedule_id": 8})
+TOO_FEW = Conflict(
+    ConflictCode.TOO_FEW_ROBOTS, AT, {"group": "Hall 1", "group_id": 5, "robots": 2, "starts": 4, "until": UNTIL}
+)
+FULL = Conflict(
+    ConflictCode.PLACE_FULL,
+    AT,
+    {"place": "Dock 2", "place_id": 1, "most": 1, "missions": {"Kits"}, "starts": 2, "until": None},
+)
+BEHIND = Conflict(
+    ConflictCode.CRITICAL_BEHIND,
+    AT,
+    {"mission": "Kits", "behind": "Bus", "robot": "Aino", "start": UNTIL, "schedule_id": 8},
+)
 CROWDED = Conflict(ConflictCode.PLACE_CROWDED, AT, {"place": "Dock 2", "place_id": 1, "percent": 80, "until": UNTIL})
 
 
-@pytest.mark.parametrize(("conflict", "hatched", "words"), [
-    (TOO_FEW, [2], "At 13:00, 4 starts want the 2 robots of Hall 1, until about 13:10"),
-    (FULL, [("group", 5), 1, 2], "At 13:00, 2 missions want Dock 2, where no more than 1 may be at a time"),
-    (BEHIND, [1], "Kits at 13:00 still runs on Aino nine times of ten when Bus, which matters more, starts at 13:10"), (CROWDED, [], "")])
+@pytest.mark.parametrize(
+    ("conflict", "hatched", "words"),
+    [
+        (TOO_FEW, [2], "At 13:00, 4 starts want the 2 robots of Hall 1, until about 13:10"),
+        (FULL, [("group", 5), 1, 2], "At 13:00, 2 missions want Dock 2, where no more than 1 may be at a time"),
+        (
+            BEHIND,
+            [1],
+            "Kits at 13:00 still runs on Aino nine times of ten when Bus, which matters more, starts at 13:10",
+        ),
+        (CROWDED, [], ""),
+    ],
+)
 def test_what_wants_a_robot_or_a_place_with_too_many_others_is_hatched_and_its_card_says_so(conflict, hatched, words):
     facts = replace(FACTS, conflicts=(conflict,))
     found = lanes(facts)
@@ -156,17 +232,30 @@ def test_a_start_after_a_crowd_is_over_has_no_part_in_it():
 
 def place_full(place_id, begins, until, missions=("Kits",)):
     """From so many minutes after FIXED begins to so many, or with no end that is known."""
-    return Conflict(ConflictCode.PLACE_FULL, AT + timedelta(minutes=begins), {
-        "place": f"Dock {place_id}", "place_id": place_id, "most": 1, "missions": set(missions), "starts": 2,
-        "until": None if until is None else AT + timedelta(minutes=until)})
+    return Conflict(
+        ConflictCode.PLACE_FULL,
+        AT + timedelta(minutes=begins),
+        {
+            "place": f"Dock {place_id}",
+            "place_id": place_id,
+            "most": 1,
+            "missions": set(missions),
+            "starts": 2,
+            "until": None if until is None else AT + timedelta(minutes=until),
+        },
+    )
 
 
-@pytest.mark.parametrize(("conflicts", "parts"), [
-    ([(1, -20, 3), (2, -5, -2)], [0]),                                  # a later one of another place has ended: the older goes on
-    ([(1, -20, None), (2, -5, -2)], [0]),
-    ([(1, 1, 3), (1, 5, 7), (2, 5, 8)], [0, 1, 2]),                     # all of those that are in its time
-    ([(2, -9, 1), (1, -8, -3), (1, 9, 12), (2, 10, 12)], [0, 2]),       # it takes 10 minutes
-    ([(1, 1, 3, ("Bus",)), (2, 2, 3, ("Bus", "Kits"))], [1])])
+@pytest.mark.parametrize(
+    ("conflicts", "parts"),
+    [
+        ([(1, -20, 3), (2, -5, -2)], [0]),  # a later one of another place has ended: the older goes on
+        ([(1, -20, None), (2, -5, -2)], [0]),
+        ([(1, 1, 3), (1, 5, 7), (2, 5, 8)], [0, 1, 2]),  # all of those that are in its time
+        ([(2, -9, 1), (1, -8, -3), (1, 9, 12), (2, 10, 12)], [0, 2]),  # it takes 10 minutes
+        ([(1, 1, 3, ("Bus",)), (2, 2, 3, ("Bus", "Kits"))], [1]),
+    ],
+)
 def test_a_start_has_a_part_in_every_conflict_of_its_places_in_its_time(conflicts, parts):
     conflicts = [place_full(*each) for each in conflicts]
     assert Contested(conflicts).of(FIXED) == [conflicts[number] for number in parts]

@@ -1,4 +1,5 @@
 """A client of a simulated robot without a network, at simulated times that the test chooses."""
+
 from __future__ import annotations
 
 import json

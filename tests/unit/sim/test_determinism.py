@@ -1,12 +1,22 @@
 """The same seed and the same requests at the same simulated times give the same bytes, however often the robot was asked in between."""
+
 from __future__ import annotations
 
 import random
 
 from tests.unit.sim.asking import GUIDS, Asker
 
-PATHS = ("/status", "/mission_queue?whitelist=all", "/missions", "/metrics", "/statistics/distance", "/log/error_reports", "/registers",
-         "/experimental/diagnostics", "/sessions")
+PATHS = (
+    "/status",
+    "/mission_queue?whitelist=all",
+    "/missions",
+    "/metrics",
+    "/statistics/distance",
+    "/log/error_reports",
+    "/registers",
+    "/experimental/diagnostics",
+    "/sessions",
+)
 
 
 def life(requests: int, polls: int, **options: object) -> list[bytes]:
@@ -21,7 +31,11 @@ def life(requests: int, polls: int, **options: object) -> list[bytes]:
         asker.robot.advance_to(target)
         match rng.randrange(9):
             case 0 | 1 | 2:
-                answer = asker.send("POST", "/mission_queue", {"mission_id": GUIDS[rng.choice(["Deliver", "Home", "Return to charger"])]})
+                answer = asker.send(
+                    "POST",
+                    "/mission_queue",
+                    {"mission_id": GUIDS[rng.choice(["Deliver", "Home", "Return to charger"])]},
+                )
             case 3:
                 answer = asker.send("PUT", "/status", {"state_id": rng.choice([3, 4])})
             case 4:

@@ -1,4 +1,5 @@
 """Every command and every program in docs/simulator.md does what the page says."""
+
 from __future__ import annotations
 
 import re
@@ -51,7 +52,9 @@ def run(command: str, robot: str, login: str) -> str:
             case word:
                 assert not url
                 url = word
-    response = requests.request(method or ("GET" if data is None else "POST"), url, headers=headers, data=data, auth=auth, timeout=5)
+    response = requests.request(
+        method or ("GET" if data is None else "POST"), url, headers=headers, data=data, auth=auth, timeout=5
+    )
     return response.content.decode("utf-8", "replace")
 
 
@@ -61,8 +64,14 @@ def test_the_curl_lines_answer_as_the_page_says() -> None:
     with mir_sim.serve(robots=1) as fleet:
         for command, expected in commands():
             answer, ends = run(command, fleet.robots[0].url, login[1]), time.monotonic() + 5
-            while " -d " not in command and not all(fragment in answer for fragment in expected) and time.monotonic() < ends:
-                answer = run(command, fleet.robots[0].url, login[1])     # what was cancelled while it ran ends a moment later
+            while (
+                " -d " not in command
+                and not all(fragment in answer for fragment in expected)
+                and time.monotonic() < ends
+            ):
+                answer = run(
+                    command, fleet.robots[0].url, login[1]
+                )  # what was cancelled while it ran ends a moment later
             for fragment in expected:
                 assert fragment in answer, command
     assert len(commands()) > 15
@@ -76,7 +85,13 @@ def test_the_programs_run(program: str) -> None:
 def test_the_page_names_every_option_and_every_fault() -> None:
     from mir_sim.__main__ import parser
     from mir_sim.faults import FaultKind
-    options = {option for action in parser()._actions for option in action.option_strings if option.startswith("--") and option != "--help"}
+
+    options = {
+        option
+        for action in parser()._actions
+        for option in action.option_strings
+        if option.startswith("--") and option != "--help"
+    }
     assert all(f"`{option}`" in TEXT for option in options)
     assert all(f"`{kind}`" in TEXT for kind in FaultKind)
     assert all(mission.name in TEXT for mission in mir_sim.MISSIONS)

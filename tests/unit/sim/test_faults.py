@@ -1,4 +1,5 @@
 """Faults between request and answer, on demand and at random, without a network."""
+
 from __future__ import annotations
 
 import json
@@ -23,14 +24,24 @@ def orders(asker: Asker) -> int:
     return len(asker.get("/mission_queue"))
 
 
-@pytest.mark.parametrize(("kind", "handled", "fate"), [
-    ("drop_request", 0, Fate.CLOSED), ("drop_response", 1, Fate.CLOSED), ("delay", 1, Fate.ANSWERED), ("hang", 0, Fate.HELD),
-    ("status_503", 0, Fate.ANSWERED), ("html", 1, Fate.ANSWERED), ("truncate", 1, Fate.CUT), ("garbage", 1, Fate.ANSWERED)])
+@pytest.mark.parametrize(
+    ("kind", "handled", "fate"),
+    [
+        ("drop_request", 0, Fate.CLOSED),
+        ("drop_response", 1, Fate.CLOSED),
+        ("delay", 1, Fate.ANSWERED),
+        ("hang", 0, Fate.HELD),
+        ("status_503", 0, Fate.ANSWERED),
+        ("html", 1, Fate.ANSWERED),
+        ("truncate", 1, Fate.CUT),
+        ("garbage", 1, Fate.ANSWERED),
+    ],
+)
 def test_each_fault_handles_or_does_not(aino: Asker, kind: str, handled: int, fate: Fate) -> None:
     arm(aino, kind)
     assert aino.exchange("POST", "/mission_queue", ORDER).fate is fate
     assert orders(aino) == handled
-    assert aino.exchange("POST", "/mission_queue", ORDER).response is not None      # one hit, then all is well
+    assert aino.exchange("POST", "/mission_queue", ORDER).response is not None  # one hit, then all is well
     assert orders(aino) == handled + 1
 
 
@@ -40,7 +51,10 @@ def test_what_the_client_gets_to_see(aino: Asker) -> None:
         arm(aino, kind, seconds=3)
         seen[kind] = aino.exchange("POST", "/mission_queue", ORDER)
     assert (seen["delay"].seconds, seen["delay"].response.status) == (3.0, 201)
-    assert (seen["status_503"].response.status, seen["status_503"].response.json()["error_code"]) == (503, "service_unavailable")
+    assert (seen["status_503"].response.status, seen["status_503"].response.json()["error_code"]) == (
+        503,
+        "service_unavailable",
+    )
     assert seen["html"].response.body.startswith(b"<!DOCTYPE html>")
     whole = aino.send("POST", "/mission_queue", ORDER).body
     assert len(seen["truncate"].response.body) == len(whole) // 2
@@ -65,13 +79,20 @@ def test_a_late_request_is_handled_when_its_time_has_come() -> None:
 
 def test_a_fault_meets_only_its_requests_and_only_so_often(aino: Asker) -> None:
     aino.control(fault={"kind": "status_503", "path": "/status", "method": "get", "count": 2})
-    assert [aino.exchange("GET", path).response.status for path in ("/missions", "/status", "/status/", "/status")] == [200, 503, 503, 200]
+    assert [aino.exchange("GET", path).response.status for path in ("/missions", "/status", "/status/", "/status")] == [
+        200,
+        503,
+        503,
+        200,
+    ]
 
 
 def test_a_fault_without_count_lasts_until_it_is_taken_away(aino: Asker) -> None:
     aino.control(fault={"kind": "hang", "count": None})
     assert [aino.exchange("GET", "/status").fate for _ in range(5)] == [Fate.HELD] * 5
-    assert aino.robot.snapshot()["faults"] == [{"kind": "hang", "method": "*", "path": "*", "count": None, "seconds": 5.0}]
+    assert aino.robot.snapshot()["faults"] == [
+        {"kind": "hang", "method": "*", "path": "*", "count": None, "seconds": 5.0}
+    ]
     aino.control(fault=None)
     assert aino.exchange("GET", "/status").fate is Fate.ANSWERED
 
@@ -80,6 +101,7 @@ def test_chance_hits_a_share_of_the_requests_and_the_same_ones_for_the_same_seed
     def life(seed: int) -> list[tuple[Fate, float]]:
         asker = Asker(chaos=0.3, seed=seed)
         return [(answer.fate, answer.seconds) for answer in (asker.exchange("GET", "/status") for _ in range(1000))]
+
     fates = Counter(fate for fate, _ in life(1))
     assert 60 < 1000 - fates[Fate.ANSWERED] < 300
     assert life(1) == life(1) != life(2)
@@ -96,13 +118,36 @@ def test_chaos_does_not_change_what_the_robot_does() -> None:
 
 
 # ---------------------------------------------------------------------- control
-@pytest.mark.parametrize("commands", [
-    {}, [], {"battery": 101}, {"battery": "full"}, {"battery": float("nan")}, {"battery": 10 ** 400}, {"battery": True},
-    {"emergency_stop": 1}, {"error": {"code": "x"}}, {"error": {"code": 1}}, {"error": []}, {"fail_next_mission": ""},
-    {"reboot_seconds": -1}, {"reboot_seconds": None}, {"user_prompt": {}}, {"user_prompt": {"question": "?", "options": [1]}},
-    {"user_prompt": "?"}, {"fault": {"kind": "flood"}}, {"fault": {}}, {"fault": {"kind": "hang", "count": 0}},
-    {"fault": {"kind": "hang", "path": "status"}}, {"fault": {"kind": "delay", "seconds": -1}},
-    {"fault": {"kind": "hang", "times": 3}}, {"fly": True}, {"battery": 50, "fly": True}])
+@pytest.mark.parametrize(
+    "commands",
+    [
+        {},
+        [],
+        {"battery": 101},
+        {"battery": "full"},
+        {"battery": float("nan")},
+        {"battery": 10**400},
+        {"battery": True},
+        {"emergency_stop": 1},
+        {"error": {"code": "x"}},
+        {"error": {"code": 1}},
+        {"error": []},
+        {"fail_next_mission": ""},
+        {"reboot_seconds": -1},
+        {"reboot_seconds": None},
+        {"user_prompt": {}},
+        {"user_prompt": {"question": "?", "options": [1]}},
+        {"user_prompt": "?"},
+        {"fault": {"kind": "flood"}},
+        {"fault": {}},
+        {"fault": {"kind": "hang", "count": 0}},
+        {"fault": {"kind": "hang", "path": "status"}},
+        {"fault": {"kind": "delay", "seconds": -1}},
+        {"fault": {"kind": "hang", "times": 3}},
+        {"fly": True},
+        {"battery": 50, "fly": True},
+    ],
+)
 def test_wrong_commands_are_refused_with_a_sentence_and_none_is_executed(aino: Asker, commands: object) -> None:
     before = aino.robot.snapshot()
     with pytest.raises(WrongValue, match=r"\.$"):
@@ -118,4 +163,13 @@ def test_several_commands_at_once(aino: Asker) -> None:
 
 def test_all_documented_kinds_of_faults_exist() -> None:
     assert {str(kind) for kind in FaultKind} == {
-        "drop_request", "drop_response", "delay", "late", "hang", "status_503", "html", "truncate", "garbage"}
+        "drop_request",
+        "drop_response",
+        "delay",
+        "late",
+        "hang",
+        "status_503",
+        "html",
+        "truncate",
+        "garbage",
+    }

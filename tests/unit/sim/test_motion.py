@@ -1,4 +1,5 @@
 """Trips: turns, drives, arrival, and the relation of distance and time."""
+
 from __future__ import annotations
 
 import math
@@ -33,7 +34,9 @@ def test_nowhere_to_go_takes_no_time() -> None:
 
 
 @given(POSES, st.lists(st.tuples(METRES, METRES), max_size=4), st.floats(-180, 180))
-def test_every_trip_goes_from_its_start_to_its_goal_and_never_jumps(start: Pose, waypoints: list[tuple[float, float]], end: float) -> None:
+def test_every_trip_goes_from_its_start_to_its_goal_and_never_jumps(
+    start: Pose, waypoints: list[tuple[float, float]], end: float
+) -> None:
     trip = Trip(start, waypoints, end)
     assert math.dist((trip.at(0).pose.x, trip.at(0).pose.y), (start.x, start.y)) < 1e-6
     arrived = trip.at(trip.duration + 1).pose

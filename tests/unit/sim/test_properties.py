@@ -1,4 +1,5 @@
 """Invariants under any sequence of requests, commands, faults and pauses, drawn by hypothesis."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -13,11 +14,20 @@ from tests.support.examples import examples
 from tests.unit.sim.asking import GUIDS, Asker
 
 ENDED = ("Done", "Aborted")
-PATHS = st.sampled_from(["/status", "/missions", "/mission_queue", "/mission_queue/1", "/registers/1", "/nothing", "/users/me", "/maps"])
-JSON = st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
-                    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3), max_leaves=6)
-STATUS_FIELDS = st.sampled_from(["state_id", "mode_id", "clear_error", "position", "name", "map_id", "answer", "guid", "datetime"])
-FAULTS = st.sampled_from(["drop_request", "drop_response", "delay", "late", "hang", "status_503", "html", "truncate", "garbage"])
+PATHS = st.sampled_from(
+    ["/status", "/missions", "/mission_queue", "/mission_queue/1", "/registers/1", "/nothing", "/users/me", "/maps"]
+)
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+    max_leaves=6,
+)
+STATUS_FIELDS = st.sampled_from(
+    ["state_id", "mode_id", "clear_error", "position", "name", "map_id", "answer", "guid", "datetime"]
+)
+FAULTS = st.sampled_from(
+    ["drop_request", "drop_response", "delay", "late", "hang", "status_503", "html", "truncate", "garbage"]
+)
 
 
 class RobotMachine(RuleBasedStateMachine):
@@ -52,7 +62,12 @@ class RobotMachine(RuleBasedStateMachine):
         ended = item is not None and item.state in ENDED
         before, run = item.full() if item is not None else None, self.asker.robot.run
         answer = self.asker.exchange("DELETE", f"/mission_queue/{number}")
-        if item is not None and answer.fate is Fate.ANSWERED and answer.response is not None and answer.response.status == 204:
+        if (
+            item is not None
+            and answer.fate is Fate.ANSWERED
+            and answer.response is not None
+            and answer.response.status == 204
+        ):
             assert item.state in ("Abort", "Aborted") or ended
             assert not ended or item.full() == before
             assert self.asker.robot.run is run or (run is not None and run.item is item)
@@ -64,13 +79,27 @@ class RobotMachine(RuleBasedStateMachine):
 
     @rule(state=st.sampled_from([3, 4, 11]), mode=st.sampled_from([3, 7, 7, 7]), clear=st.booleans())
     def put_status(self, state: int, mode: int, clear: bool) -> None:
-        self.asker.send("PUT", "/status", {"state_id": state, "mode_id": mode, **({"clear_error": True} if clear else {})})
+        self.asker.send(
+            "PUT", "/status", {"state_id": state, "mode_id": mode, **({"clear_error": True} if clear else {})}
+        )
 
-    @rule(commands=st.sampled_from([
-        {"battery": 5}, {"battery": 90}, {"emergency_stop": True}, {"emergency_stop": False},
-        {"error": {"code": 10120, "description": "Blocked"}}, {"error": {"code": 1, "description": "Hot"}},
-        {"error": None}, {"fail_next_mission": "Blocked"}, {"reboot_seconds": 15},
-        {"user_prompt": {"question": "?", "timeout": 30}}, {"fault": None}]))
+    @rule(
+        commands=st.sampled_from(
+            [
+                {"battery": 5},
+                {"battery": 90},
+                {"emergency_stop": True},
+                {"emergency_stop": False},
+                {"error": {"code": 10120, "description": "Blocked"}},
+                {"error": {"code": 1, "description": "Hot"}},
+                {"error": None},
+                {"fail_next_mission": "Blocked"},
+                {"reboot_seconds": 15},
+                {"user_prompt": {"question": "?", "timeout": 30}},
+                {"fault": None},
+            ]
+        )
+    )
     def control(self, commands: dict[str, Any]) -> None:
         self.asker.control(**commands)
 
@@ -78,8 +107,11 @@ class RobotMachine(RuleBasedStateMachine):
     def inject_fault(self, kind: str, count: int | None, seconds: float) -> None:
         self.asker.control(fault={"kind": kind, "count": count, "seconds": seconds})
 
-    @rule(method=st.sampled_from(["GET", "PUT", "POST", "DELETE"]), path=PATHS,
-          body=JSON | st.dictionaries(STATUS_FIELDS, JSON, max_size=3))
+    @rule(
+        method=st.sampled_from(["GET", "PUT", "POST", "DELETE"]),
+        path=PATHS,
+        body=JSON | st.dictionaries(STATUS_FIELDS, JSON, max_size=3),
+    )
     def ask_anything(self, method: str, path: str, body: Any) -> None:
         response = self.asker.send(method, path, body)
         assert response.status in (200, 201, 204, 400, 404, 409, 410, 500, 503)

@@ -1,4 +1,5 @@
 """Queueing missions, reading and cancelling them."""
+
 from __future__ import annotations
 
 import json
@@ -9,14 +10,32 @@ import pytest
 from tests.unit.sim.asking import GUIDS, HEADERS, Asker, credentials
 
 FULL_ITEM = {
-    "actions", "allowed_methods", "control_posid", "control_state", "created_by", "created_by_id", "created_by_name", "description",
-    "finished", "fleet_schedule_guid", "id", "message", "mission", "mission_id", "ordered", "parameters", "priority", "started", "state"}
+    "actions",
+    "allowed_methods",
+    "control_posid",
+    "control_state",
+    "created_by",
+    "created_by_id",
+    "created_by_name",
+    "description",
+    "finished",
+    "fleet_schedule_guid",
+    "id",
+    "message",
+    "mission",
+    "mission_id",
+    "ordered",
+    "parameters",
+    "priority",
+    "started",
+    "state",
+}
 
 
 def test_an_order_is_pending_then_executing_then_done(either: Asker) -> None:
     number = either.order()
     assert either.state_of(number) == "Pending"
-    assert either.status()["state_text"] == "Ready"          # right after the POST, as on robots
+    assert either.status()["state_text"] == "Ready"  # right after the POST, as on robots
     either.pass_time(2)
     assert either.state_of(number) == "Executing"
     status = either.status()
@@ -38,7 +57,8 @@ def test_the_list_is_the_whole_history_by_ascending_id(aino: Asker) -> None:
     numbers = [aino.order("Home") for _ in range(3)]
     aino.pass_time(600)
     assert aino.get("/mission_queue") == [
-        {"url": f"/v2.0.0/mission_queue/{number}", "state": "Done", "id": number} for number in numbers]
+        {"url": f"/v2.0.0/mission_queue/{number}", "state": "Done", "id": number} for number in numbers
+    ]
 
 
 def test_one_at_a_time_in_the_order_of_their_ids_whatever_the_priority(aino: Asker) -> None:
@@ -67,17 +87,26 @@ def test_the_newer_software_answers_an_order_as_the_definition_says_the_older_wi
     assert set(Asker(software="2.14.7").send("POST", "/mission_queue", body).json()) == FULL_ITEM | {"url"}
 
 
-@pytest.mark.parametrize(("body", "wrong"), [
-    ({}, "mission_id"), ({"mission_id": "no-such-mission"}, "mission_id"), ({"mission_id": 5}, "mission_id"),
-    ({"mission_id": GUIDS["Home"], "message": "x" * 201}, "message"),
-    ({"mission_id": GUIDS["Home"], "description": "x" * 201}, "description"),
-    ({"mission_id": GUIDS["Home"], "fleet_schedule_guid": "x" * 37}, "fleet_schedule_guid"),
-    ({"mission_id": GUIDS["Home"], "priority": "high"}, "priority"),
-    ({"mission_id": GUIDS["Home"], "parameters": {"a": 1}}, "parameters"),
-    ({"mission_id": GUIDS["Go to position"]}, "Position")])
+@pytest.mark.parametrize(
+    ("body", "wrong"),
+    [
+        ({}, "mission_id"),
+        ({"mission_id": "no-such-mission"}, "mission_id"),
+        ({"mission_id": 5}, "mission_id"),
+        ({"mission_id": GUIDS["Home"], "message": "x" * 201}, "message"),
+        ({"mission_id": GUIDS["Home"], "description": "x" * 201}, "description"),
+        ({"mission_id": GUIDS["Home"], "fleet_schedule_guid": "x" * 37}, "fleet_schedule_guid"),
+        ({"mission_id": GUIDS["Home"], "priority": "high"}, "priority"),
+        ({"mission_id": GUIDS["Home"], "parameters": {"a": 1}}, "parameters"),
+        ({"mission_id": GUIDS["Go to position"]}, "Position"),
+    ],
+)
 def test_a_wrong_order_is_refused_and_leaves_nothing(aino: Asker, body: object, wrong: str) -> None:
     response = aino.send("POST", "/mission_queue", body)
-    assert (response.status, response.json()) == (400, {"error_code": "bad_request", "error_human": f"Argument error: {wrong}"})
+    assert (response.status, response.json()) == (
+        400,
+        {"error_code": "bad_request", "error_human": f"Argument error: {wrong}"},
+    )
     assert aino.get("/mission_queue") == []
 
 
@@ -94,7 +123,9 @@ def test_a_user_parameter_may_be_named_by_input_name_or_by_id(aino: Asker) -> No
 def test_a_parameter_that_must_be_given_is_asked_for(aino: Asker) -> None:
     assert aino.send("POST", "/mission_queue", {"mission_id": GUIDS["Go to position"]}).status == 400
     wrong = [{"input_name": "Position", "value": "nowhere"}]
-    assert aino.send("POST", "/mission_queue", {"mission_id": GUIDS["Go to position"], "parameters": wrong}).status == 400
+    assert (
+        aino.send("POST", "/mission_queue", {"mission_id": GUIDS["Go to position"], "parameters": wrong}).status == 400
+    )
 
 
 def test_a_parameter_with_a_default_need_not_be_given(aino: Asker) -> None:
@@ -102,7 +133,9 @@ def test_a_parameter_with_a_default_need_not_be_given(aino: Asker) -> None:
 
 
 def test_an_unknown_parameter_is_a_server_error_as_reported(aino: Asker) -> None:
-    response = aino.send("POST", "/mission_queue", {"mission_id": GUIDS["Home"], "parameters": [{"input_name": "Speed", "value": 1}]})
+    response = aino.send(
+        "POST", "/mission_queue", {"mission_id": GUIDS["Home"], "parameters": [{"input_name": "Speed", "value": 1}]}
+    )
     assert response.status == 500
 
 
@@ -138,7 +171,7 @@ def test_a_cancelled_running_item_is_in_abort_for_a_moment(either: Asker, path: 
     assert (item["state"], item["finished"], item["message"]) == ("Abort", None, "")
     body = {"filters": [{"fieldname": "state", "operator": "IN", "value": ["Pending", "Executing"]}]}
     assert either.send("POST", "/mission_queue/search", body).json() == []
-    assert either.send("DELETE", path).status == 204                         # once more changes nothing
+    assert either.send("DELETE", path).status == 204  # once more changes nothing
     assert either.item(number) == item
     either.pass_time(0.5)
     ended = either.item(number)

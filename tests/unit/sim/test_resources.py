@@ -1,4 +1,5 @@
 """Other resources: missions, positions, maps, registers, users, figures about the robot."""
+
 from __future__ import annotations
 
 import base64
@@ -13,10 +14,19 @@ from tests.unit.sim.asking import GUIDS, HEADERS, Asker, credentials
 
 
 # ---------------------------------------------------------------------- who asks
-@pytest.mark.parametrize("authorization", [
-    "", "Basic", "Basic !!!", "Basic ZGlzdHJpYnV0b3I=", "Bearer x", credentials("distributor", "Distributor"),
-    credentials("nobody", "distributor"),
-    "Basic " + base64.b64encode(b"distributor:distributor").decode()])         # a plain password is refused, as reported
+@pytest.mark.parametrize(
+    "authorization",
+    [
+        "",
+        "Basic",
+        "Basic !!!",
+        "Basic ZGlzdHJpYnV0b3I=",
+        "Bearer x",
+        credentials("distributor", "Distributor"),
+        credentials("nobody", "distributor"),
+        "Basic " + base64.b64encode(b"distributor:distributor").decode(),
+    ],
+)  # a plain password is refused, as reported
 def test_wrong_credentials_are_refused(aino: Asker, authorization: str) -> None:
     response = aino.send("GET", "/missions", headers={**HEADERS, "Authorization": authorization})
     assert (response.status, set(response.json())) == (401, {"error_code", "error_human"})
@@ -36,7 +46,9 @@ def test_me_is_one_object(aino: Asker) -> None:
 
 def test_a_new_user_can_log_in_and_no_password_is_ever_shown(aino: Asker) -> None:
     group = aino.get("/user_groups")[0]["guid"]
-    made = aino.send("POST", "/users", {"username": "tablet", "password": "secret", "name": "Tablet", "user_group_id": group}).json()
+    made = aino.send(
+        "POST", "/users", {"username": "tablet", "password": "secret", "name": "Tablet", "user_group_id": group}
+    ).json()
     headers = {**HEADERS, "Authorization": credentials("tablet", "secret")}
     assert aino.send("GET", "/users/me", headers=headers).json()["guid"] == made["guid"]
     assert "secret" not in str(aino.get(f"/users/{made['guid']}"))
@@ -57,7 +69,11 @@ def test_a_mission_has_the_recorded_fields(aino: Asker) -> None:
     mission = aino.get(f"/missions/{GUIDS['Go to position']}")
     assert mission["has_user_parameters"] is True
     assert mission["actions"] == f"/v2.0.0/missions/{mission['guid']}/actions"
-    assert (mission["allowed_methods"], mission["created_by_name"], mission["valid"]) == (["PUT", "GET", "DELETE"], "Distributor", True)
+    assert (mission["allowed_methods"], mission["created_by_name"], mission["valid"]) == (
+        ["PUT", "GET", "DELETE"],
+        "Distributor",
+        True,
+    )
     assert aino.get(f"/missions/{GUIDS['Home']}")["has_user_parameters"] is False
 
 
@@ -69,15 +85,21 @@ def test_a_missions_definition_says_what_it_asks_for(aino: Asker) -> None:
 
 def test_a_mission_made_by_a_client_runs(aino: Asker) -> None:
     group = aino.get("/mission_groups")[0]["guid"]
-    made = aino.send("POST", "/missions", {"name": "Count", "group_id": group, "guid": "11111111-2222-11ef-8000-000000000000"})
+    made = aino.send(
+        "POST", "/missions", {"name": "Count", "group_id": group, "guid": "11111111-2222-11ef-8000-000000000000"}
+    )
     assert (made.status, made.json()["name"]) == (201, "Count")
     guid = made.json()["guid"]
     again = aino.send("POST", "/missions", {"name": "Count", "group_id": group, "guid": guid})
     assert (again.status, again.json()["error_human"]) == (409, "Duplicate entry")
     steps = [("wait", {"time": "00:00:30.000000"}), ("set_plc_register", {"register": 101, "value": 2.5})]
     for priority, (kind, parameters) in enumerate(steps, start=1):
-        body = {"mission_id": guid, "action_type": kind, "priority": priority,
-                "parameters": [{"id": name, "value": value} for name, value in parameters.items()]}
+        body = {
+            "mission_id": guid,
+            "action_type": kind,
+            "priority": priority,
+            "parameters": [{"id": name, "value": value} for name, value in parameters.items()],
+        }
         assert aino.send("POST", f"/missions/{guid}/actions", body).status == 201
     aino.send("POST", "/mission_queue", {"mission_id": guid})
     aino.pass_time(20)
@@ -87,11 +109,17 @@ def test_a_mission_made_by_a_client_runs(aino: Asker) -> None:
     assert aino.send("PUT", f"/missions/{guid}", {"name": "Count up"}).json()["name"] == "Count up"
 
 
-@pytest.mark.parametrize(("action_type", "parameters", "text"), [
-    ("move", [{"id": "position", "value": "gone"}], "The position of the action does not exist"),
-    ("wait", [{"id": "time", "value": "soon"}], "Invalid parameters for action wait"),
-    ("set_plc_register", [], "Invalid parameters for action set_plc_register")])
-def test_an_impossible_action_fails_the_mission(aino: Asker, action_type: str, parameters: list[object], text: str) -> None:
+@pytest.mark.parametrize(
+    ("action_type", "parameters", "text"),
+    [
+        ("move", [{"id": "position", "value": "gone"}], "The position of the action does not exist"),
+        ("wait", [{"id": "time", "value": "soon"}], "Invalid parameters for action wait"),
+        ("set_plc_register", [], "Invalid parameters for action set_plc_register"),
+    ],
+)
+def test_an_impossible_action_fails_the_mission(
+    aino: Asker, action_type: str, parameters: list[object], text: str
+) -> None:
     guid = GUIDS["Home"]
     for action in aino.get(f"/missions/{guid}/actions"):
         aino.send("DELETE", f"/missions/{guid}/actions/{action['guid']}")
@@ -141,7 +169,9 @@ def test_positions_lie_on_the_map_and_lists_link_to_it(aino: Asker) -> None:
     assert (position["pos_x"], position["pos_y"], position["map"]) == (2.0, 20.0, map_entry["url"])
     (entry,) = aino.get(f"/positions/{charger['guid']}/helper_positions")
     assert entry["name"] == "Charger entry"
-    assert [offset["name"] for offset in aino.get(f"/positions/{charger['guid']}/docking_offsets")] == ["Charger offset"]
+    assert [offset["name"] for offset in aino.get(f"/positions/{charger['guid']}/docking_offsets")] == [
+        "Charger offset"
+    ]
 
 
 @pytest.mark.parametrize(("software", "field"), [("2.14.7", "map"), ("3.5.4", "base_map")])
@@ -150,7 +180,7 @@ def test_the_map_is_a_picture_of_the_floor_plan(software: str, field: str) -> No
     columns, rows, pixels = read_png(base64.b64decode(entry[field]))
     assert columns * entry["resolution"] > world.WIDTH
     assert rows * entry["resolution"] > world.HEIGHT
-    for station in world.STATIONS:                     # every station is on free floor
+    for station in world.STATIONS:  # every station is on free floor
         x = round((station.pose.x - entry["origin_x"]) / entry["resolution"])
         y = rows - 1 - round((station.pose.y - entry["origin_y"]) / entry["resolution"])
         assert pixels[y][x] > 200
@@ -164,8 +194,10 @@ def test_every_way_between_stations_is_free() -> None:
             for step in range(int(trip.duration) + 1):
                 pose = trip.at(step).pose
                 assert 0.5 < pose.x < world.WIDTH - 0.5
-                assert not any(box.left - 0.4 < pose.x < box.right + 0.4 and box.bottom - 0.4 < pose.y < box.top + 0.4
-                               for box in world.OBSTACLES), pose
+                assert not any(
+                    box.left - 0.4 < pose.x < box.right + 0.4 and box.bottom - 0.4 < pose.y < box.top + 0.4
+                    for box in world.OBSTACLES
+                ), pose
 
 
 def read_png(data: bytes) -> tuple[int, int, list[bytes]]:
@@ -173,12 +205,15 @@ def read_png(data: bytes) -> tuple[int, int, list[bytes]]:
     columns, rows = struct.unpack(">II", data[16:24])
     at, packed = 8, b""
     while at < len(data):
-        length, kind = struct.unpack(">I4s", data[at:at + 8])
-        assert zlib.crc32(data[at + 4:at + 8 + length]) == struct.unpack(">I", data[at + 8 + length:at + 12 + length])[0]
-        packed += data[at + 8:at + 8 + length] if kind == b"IDAT" else b""
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        assert (
+            zlib.crc32(data[at + 4 : at + 8 + length])
+            == struct.unpack(">I", data[at + 8 + length : at + 12 + length])[0]
+        )
+        packed += data[at + 8 : at + 8 + length] if kind == b"IDAT" else b""
         at += 12 + length
     raw = zlib.decompress(packed)
-    lines = [raw[row * (columns + 1):(row + 1) * (columns + 1)] for row in range(rows)]
+    lines = [raw[row * (columns + 1) : (row + 1) * (columns + 1)] for row in range(rows)]
     assert all(line[0] == 0 for line in lines)
     return columns, rows, [line[1:] for line in lines]
 
@@ -187,7 +222,11 @@ def read_png(data: bytes) -> tuple[int, int, list[bytes]]:
 def test_registers_hold_integers_and_floats(aino: Asker) -> None:
     assert len(aino.get("/registers")) == 200
     assert aino.send("PUT", "/registers/7", {"value": 3}).json() == {
-        "allowed_methods": ["PUT", "GET", "POST"], "id": 7, "value": 3, "label": "PLC Register 7"}
+        "allowed_methods": ["PUT", "GET", "POST"],
+        "id": 7,
+        "value": 3,
+        "label": "PLC Register 7",
+    }
     assert aino.send("POST", "/registers/107", {"value": 1.5, "label": "Load"}).status == 201
     assert (aino.get("/registers/107")["value"], aino.get("/registers/107")["label"]) == (1.5, "Load")
     assert aino.send("PUT", "/registers/7", {"value": 3.5}).status == 400
@@ -230,17 +269,33 @@ def test_the_clock_has_its_zone_offset_and_drift() -> None:
 
 
 def test_a_name_a_place_and_a_serial_number_can_be_set(aino: Asker) -> None:
-    status = aino.put_status(name="R7", serial_number="42", position={"x": 10.0, "y": 12.0, "orientation": 45.0}, web_session_id="web")
+    status = aino.put_status(
+        name="R7", serial_number="42", position={"x": 10.0, "y": 12.0, "orientation": 45.0}, web_session_id="web"
+    )
     assert (status["robot_name"], status["serial_number"], status["joystick_web_session_id"]) == ("R7", "42", "web")
     assert status["position"] == {"x": 10.0, "y": 12.0, "orientation": 45.0}
 
 
-@pytest.mark.parametrize(("fields", "wrong"), [
-    ({"state_id": 5}, "state_id"), ({"state_id": "3"}, "state_id"), ({"state_id": True}, "state_id"), ({"mode_id": 4}, "mode_id"),
-    ({"clear_error": False}, "clear_error"), ({"name": ""}, "name"), ({"name": "x" * 21}, "name"), ({"map_id": "nowhere"}, "map_id"),
-    ({"position": {"x": 1.0}}, "position"), ({"position": {"x": 1, "y": 2, "orientation": "north"}}, "position"),
-    ({"answer": "Yes"}, "guid"), ({"datetime": "yesterday"}, "datetime"), ({"datetime": "0001-01-01T00:00:00"}, "datetime"),
-    ({"name": "R7", "state_id": 9}, "state_id"), ({"name": "", "state_id": 9}, "name, state_id")])
+@pytest.mark.parametrize(
+    ("fields", "wrong"),
+    [
+        ({"state_id": 5}, "state_id"),
+        ({"state_id": "3"}, "state_id"),
+        ({"state_id": True}, "state_id"),
+        ({"mode_id": 4}, "mode_id"),
+        ({"clear_error": False}, "clear_error"),
+        ({"name": ""}, "name"),
+        ({"name": "x" * 21}, "name"),
+        ({"map_id": "nowhere"}, "map_id"),
+        ({"position": {"x": 1.0}}, "position"),
+        ({"position": {"x": 1, "y": 2, "orientation": "north"}}, "position"),
+        ({"answer": "Yes"}, "guid"),
+        ({"datetime": "yesterday"}, "datetime"),
+        ({"datetime": "0001-01-01T00:00:00"}, "datetime"),
+        ({"name": "R7", "state_id": 9}, "state_id"),
+        ({"name": "", "state_id": 9}, "name, state_id"),
+    ],
+)
 def test_a_wrong_status_changes_nothing(aino: Asker, fields: dict[str, object], wrong: str) -> None:
     before = aino.status()
     response = aino.send("PUT", "/status", fields)

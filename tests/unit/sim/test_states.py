@@ -1,4 +1,5 @@
 """Pause, error, emergency stop, manual control, reboot, battery: what holds the queue and what releases it."""
+
 from __future__ import annotations
 
 import json
@@ -33,6 +34,7 @@ def test_a_paused_mission_takes_as_much_longer_as_the_pause_was() -> None:
         asker.put_status(state_id=3)
         asker.pass_until(lambda: asker.state_of(number) == "Done")
         return asker.robot.now
+
     assert minutes(100) - minutes(0) == pytest.approx(100, abs=0.6)
 
 
@@ -67,8 +69,8 @@ def test_a_failed_mission_is_aborted_with_its_text_and_the_robot_is_in_error(ain
     assert (item["state"], item["message"]) == ("Aborted", "Failed to reach goal position 'Line 1'")
     assert (status["state_id"], status["errors"][0]["code"], status["mission_text"]) == (12, 10120, item["message"])
     assert aino.state_of(next_one) == "Pending"
-    assert aino.put_status(state_id=3)["state_id"] == 12                    # not without clearing
-    assert aino.put_status(clear_error=True)["state_text"] == "Pause"       # never straight to Ready
+    assert aino.put_status(state_id=3)["state_id"] == 12  # not without clearing
+    assert aino.put_status(clear_error=True)["state_text"] == "Pause"  # never straight to Ready
     aino.pass_time(60)
     assert aino.state_of(next_one) == "Pending"
     aino.put_status(state_id=3)
@@ -100,12 +102,13 @@ def test_an_error_lasts_until_its_cause_is_gone_and_the_client_has_cleared_it(ai
     aino.pass_time(5)
     aino.control(error={"code": 701, "description": "Left motor too hot"})
     assert aino.status()["errors"] == [
-        {"code": 701, "description": "Left motor too hot", "module": "MissionController", "non_resettable": False}]
+        {"code": 701, "description": "Left motor too hot", "module": "MissionController", "non_resettable": False}
+    ]
     assert aino.put_status(clear_error=True)["state_id"] == 12
     aino.control(error=None)
     assert aino.status()["state_id"] == 12
     assert aino.put_status(clear_error=True)["state_id"] == 4
-    assert aino.state_of(number) == "Executing"                              # held, not ended
+    assert aino.state_of(number) == "Executing"  # held, not ended
     aino.put_status(state_id=3)
     aino.pass_until(lambda: aino.state_of(number) == "Done")
 
@@ -114,7 +117,10 @@ def test_an_error_of_the_mission_controller_ends_the_running_mission(aino: Asker
     number = aino.order()
     aino.pass_time(5)
     aino.control(error={"code": 10120, "description": "Failed to reach goal position 'Line 1'"})
-    assert (aino.item(number)["state"], aino.item(number)["message"]) == ("Aborted", "Failed to reach goal position 'Line 1'")
+    assert (aino.item(number)["state"], aino.item(number)["message"]) == (
+        "Aborted",
+        "Failed to reach goal position 'Line 1'",
+    )
 
 
 def test_errors_are_reported_in_the_log(aino: Asker) -> None:
@@ -134,7 +140,10 @@ def test_missions_that_fail_by_chance_have_template_texts_on_the_older_software(
         assert text.startswith("{") is is_template
         if is_template:
             template = json.loads(text)
-            assert template["message"] % template["args"] == f"Failed to reach goal position '{template['args']['position_name']}'"
+            assert (
+                template["message"] % template["args"]
+                == f"Failed to reach goal position '{template['args']['position_name']}'"
+            )
 
 
 # ---------------------------------------------------------------------- emergency stop
@@ -165,11 +174,21 @@ def test_setting_the_clock_restarts_the_api_and_stops_the_robot(aino: Asker) -> 
 
 
 # ---------------------------------------------------------------------- while aborting
-@pytest.mark.parametrize(("commands", "fields"), [
-    ({}, {"state_id": 4}), ({}, {"state_id": 11}), ({}, {"mode_id": 3}), ({"emergency_stop": True}, {}),
-    ({"error": {"code": 10120, "description": "Blocked"}}, {}), ({"error": {"code": 701, "description": "Hot"}}, {}),
-    ({"reboot_seconds": 5}, {})])
-def test_whatever_happens_an_abort_comes_to_its_end(aino: Asker, commands: dict[str, object], fields: dict[str, object]) -> None:
+@pytest.mark.parametrize(
+    ("commands", "fields"),
+    [
+        ({}, {"state_id": 4}),
+        ({}, {"state_id": 11}),
+        ({}, {"mode_id": 3}),
+        ({"emergency_stop": True}, {}),
+        ({"error": {"code": 10120, "description": "Blocked"}}, {}),
+        ({"error": {"code": 701, "description": "Hot"}}, {}),
+        ({"reboot_seconds": 5}, {}),
+    ],
+)
+def test_whatever_happens_an_abort_comes_to_its_end(
+    aino: Asker, commands: dict[str, object], fields: dict[str, object]
+) -> None:
     number = aino.order()
     aino.pass_time(8)
     aino.send("DELETE", f"/mission_queue/{number}")
@@ -203,7 +222,7 @@ def test_a_robot_shows_that_it_shuts_down_before_it_is_gone(aino: Asker) -> None
     assert (status["state_id"], status["state_text"]) == (2, "ShuttingDown")
     assert (aino.state_of(running), aino.state_of(waiting)) == ("Aborted", "Pending")
     assert aino.put_status(state_id=3)["state_id"] == 2
-    aino.control(reboot_seconds=3600)                                        # it is on its way already
+    aino.control(reboot_seconds=3600)  # it is on its way already
     aino.pass_time(1)
     assert aino.exchange("GET", "/status").fate is Fate.REFUSED
     aino.pass_time(20)
@@ -228,7 +247,7 @@ def test_a_reboot_keeps_the_queue(aino: Asker) -> None:
 def test_the_seconds_of_a_reboot_are_real_ones() -> None:
     asker = Asker(time_scale=100)
     asker.control(reboot_seconds=2)
-    asker.pass_time(1)                                                       # shutting down
+    asker.pass_time(1)  # shutting down
     assert not asker.robot.online
     asker.pass_time(199)
     assert not asker.robot.online

@@ -1,4 +1,5 @@
 """What the last weeks would have been like otherwise: waits, late starts, harm, and what is suggested from it."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -20,8 +21,14 @@ def day(number, minute):
 
 def spans(days=20, wait=9.0, other="Waste"):
     """What robot 1 does then."""
-    return [span for n in range(days) for span in (Busy(day(n, 440), day(n, 450 + wait), 2 * n + 2, day(n, 440), mission=other),
-                                                   Busy(day(n, 450 + wait), day(n, 455 + wait), 2 * n + 1, day(n, 450), mission="Kits"))]
+    return [
+        span
+        for n in range(days)
+        for span in (
+            Busy(day(n, 440), day(n, 450 + wait), 2 * n + 2, day(n, 440), mission=other),
+            Busy(day(n, 450 + wait), day(n, 455 + wait), 2 * n + 1, day(n, 450), mission="Kits"),
+        )
+    ]
 
 
 def weeks(*, days=20, wait=9.0, every=1):
@@ -53,7 +60,7 @@ def test_few_starts_small_delays_and_rare_ones_are_no_finding(past):
 def test_others_may_go_on_between_two_replays():
     paused = []
     findings(weeks(), [KITS, replace(KITS, id=2)], lambda: paused.append(1))
-    assert len(paused) == len(KITS.shifts) + 2                     # of the one that was late
+    assert len(paused) == len(KITS.shifts) + 2  # of the one that was late
 
 
 def test_where_nothing_would_have_helped_nothing_is_said():
@@ -70,7 +77,7 @@ def test_a_low_battery_is_a_cause_and_keeps_a_robot_from_being_proposed():
     starts = [Start(n + 1, 1, 1, day(n, 450), None, None, True) for n in range(20)]
     [found] = findings(Past(starts, {1: [], 2: []}), [KITS])
     assert (found.cause, found.typical_s) == (Cause.BATTERY, None)
-    assert [option.kind for option in found.options] == [Kind.ROBOT, Kind.GROUP]          # the same battery within the hour
+    assert [option.kind for option in found.options] == [Kind.ROBOT, Kind.GROUP]  # the same battery within the hour
     tired = [Start(100 + n, 3, 2, day(n, 400), None, None, True) for n in range(20)]
     assert findings(Past(starts + tired, {1: [], 2: []}), [KITS]) == []
 
@@ -80,10 +87,15 @@ def test_another_time_that_makes_others_late_is_none(shift, is_told):
     """Kits take 12 min; at minute 480 a third schedule is in time on that robot."""
     starts, busy = [], {1: []}
     for n in range(20):
-        starts += [Start(3 * n + 1, 1, 1, day(n, 450), day(n, 459), day(n, 471)),
-                   Start(3 * n + 2, 3, 1, day(n, 480), day(n, 480), day(n, 490))]
-        busy[1] += [Busy(day(n, 440), day(n, 459), why="other"), Busy(day(n, 459), day(n, 471), 3 * n + 1, day(n, 450)),
-                    Busy(day(n, 480), day(n, 490), 3 * n + 2, day(n, 480))]
+        starts += [
+            Start(3 * n + 1, 1, 1, day(n, 450), day(n, 459), day(n, 471)),
+            Start(3 * n + 2, 3, 1, day(n, 480), day(n, 480), day(n, 490)),
+        ]
+        busy[1] += [
+            Busy(day(n, 440), day(n, 459), why="other"),
+            Busy(day(n, 459), day(n, 471), 3 * n + 1, day(n, 450)),
+            Busy(day(n, 480), day(n, 490), 3 * n + 2, day(n, 480)),
+        ]
     assert bool(findings(Past(starts, busy), [Rule(1, (1,), (shift,))])) == is_told
 
 
@@ -94,7 +106,9 @@ def test_what_helped_on_every_other_day_only_is_none():
     assert findings(Past(past.of_schedule[1] + past.of_schedule[2], busy), [replace(KITS, shifts=())]) == []
 
 
-@pytest.mark.parametrize(("possible", "told"), [((600.0,), [600.0]), ((600.0, 900.0), []), ((300.0, 600.0, 900.0), [300.0])])
+@pytest.mark.parametrize(
+    ("possible", "told"), [((600.0,), [600.0]), ((600.0, 900.0), []), ((300.0, 600.0, 900.0), [300.0])]
+)
 def test_a_time_next_to_one_that_would_not_have_helped_is_left_to_chance(possible, told):
     """10 min later it is free, 15 min later it is not."""
     past = weeks()
@@ -108,8 +122,15 @@ def test_a_time_next_to_one_that_would_not_have_helped_is_left_to_chance(possibl
 def pasts(draw):
     """A few days of two robots that work their queues in order."""
     starts, busy, free = [], {1: [], 2: []}, {1: 0.0, 2: 0.0}
-    times = draw(st.lists(st.tuples(st.integers(0, 3), st.integers(300, 600), st.integers(1, 2), st.integers(1, 40), st.integers(0, 4)),
-                          min_size=1, max_size=30))
+    times = draw(
+        st.lists(
+            st.tuples(
+                st.integers(0, 3), st.integers(300, 600), st.integers(1, 2), st.integers(1, 40), st.integers(0, 4)
+            ),
+            min_size=1,
+            max_size=30,
+        )
+    )
     for number, (n, minute, robot, lasts, schedule) in enumerate(sorted(times), 1):
         planned = day(n, minute)
         begins = max(planned, free[robot])
@@ -163,4 +184,8 @@ def test_a_replay_is_given_up_only_where_too_many_would_have_been_late(past, sch
 
 
 def test_late_means_more_than_five_minutes():
-    assert [Start(1, 1, 1, 0.0, started, None).is_late for started in (LATE_S, LATE_S + .1, None)] == [False, True, True]
+    assert [Start(1, 1, 1, 0.0, started, None).is_late for started in (LATE_S, LATE_S + 0.1, None)] == [
+        False,
+        True,
+        True,
+    ]

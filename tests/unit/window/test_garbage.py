@@ -1,4 +1,5 @@
 """Garbage is collected by how much there is: a window that is used all day long never waits for it, and never keeps it."""
+
 from __future__ import annotations
 
 import ctypes
@@ -16,11 +17,12 @@ from app.window.garbage import ALIVE, AT_REST, AT_THE_LATEST, EVERY, LET_GO, MUC
 from tests.support.clock import VirtualClock
 
 STATM = Path("/proc/self/statm")
-FINGER = 1.0                             # s between two touches
+FINGER = 1.0  # s between two touches
 
 
 class Ring:
     """Garbage that only a collection finds."""
+
     alive = 0
 
     def __init__(self) -> None:
@@ -33,6 +35,7 @@ class Ring:
 
 class Kept:
     """Scanned as a widget is, and freed with the last reference."""
+
     def __init__(self) -> None:
         self.values: list[object] = []
 
@@ -59,19 +62,19 @@ class Window:
 
 def resident() -> float:
     """MiB."""
-    return int(STATM.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2 ** 20
+    return int(STATM.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 @pytest.fixture
 def new_window() -> Iterator[Window]:
     gc.collect()
-    gc.freeze()                          # what the tests themselves consist of
+    gc.freeze()  # what the tests themselves consist of
     Ring.alive = 0
     window = Window()
     yield window
     window.garbage.end()
     gc.collect()
-    gc.freeze()                          # as before
+    gc.freeze()  # as before
 
 
 @pytest.fixture
@@ -194,6 +197,7 @@ def test_before_the_heap_grows_beyond_what_lived_in_it_all_that_is_dead_is_colle
 
 class Follower:
     """As kivy's callbacks: in a list until what it is for has gone, and held by nothing but itself then."""
+
     alive = 0
 
     def __init__(self, followed: Ring, all_of_them: dict[int, Follower]) -> None:
@@ -248,16 +252,16 @@ def test_what_nothing_holds_is_collected_before_the_window_is_built_anew(window:
 
 
 def test_freed_memory_goes_back_to_the_system_when_everything_is_scanned(window: Window) -> None:
-    size = 2_000                             # bytes, which malloc takes from one heap
+    size = 2_000  # bytes, which malloc takes from one heap
     blocks = [bytes(size) for _n in range(50_000)]
-    stays = blocks[-1]                       # above all others, so that the heap can't shrink by itself
+    stays = blocks[-1]  # above all others, so that the heap can't shrink by itself
     frozen_garbage(window)
     del blocks
     before = resident()
     many_more(window, ALIVE)
     window.frames()
     assert Ring.alive == 0
-    assert before - resident() > 30_000 * size / 2 ** 20
+    assert before - resident() > 30_000 * size / 2**20
     assert stays
 
 
@@ -292,7 +296,9 @@ ready.wait()
 @pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "malloc_info"), reason="another system's malloc")
 @pytest.mark.parametrize(("first", "one"), [("", False), ("share_one_heap()", True)])
 def test_all_threads_share_one_heap(first: str, one: bool) -> None:
-    said = subprocess.run([sys.executable, "-c", HEAPS.format(first=first)], capture_output=True, text=True, check=True, timeout=60).stdout
+    said = subprocess.run(
+        [sys.executable, "-c", HEAPS.format(first=first)], capture_output=True, text=True, check=True, timeout=60
+    ).stdout
     assert (said.count("<heap nr=") == 1) == one
 
 

@@ -1,4 +1,5 @@
 """The sound of an alarm, and tablets that have none."""
+
 from __future__ import annotations
 
 import os
@@ -12,7 +13,7 @@ from app.window.sound import RATE, TONES, samples
 
 def test_the_sound_is_short_and_neither_clicks_nor_is_cut_off():
     found = samples()
-    assert .5 < len(found) / RATE < 1.5
+    assert 0.5 < len(found) / RATE < 1.5
     assert max(found) > 15000
     start = 0
     for _pitch, seconds in TONES:
@@ -26,6 +27,14 @@ def test_the_sound_is_short_and_neither_clicks_nor_is_cut_off():
 def test_whether_there_is_a_loudspeaker_is_found_out_and_silence_is_no_error(tmp_path, driver, exists):
     """In a process of its own: SDL opens the sound once."""
     code = "from app.window.sound import Loudspeaker; l = Loudspeaker(); l.play(); print(l.exists)"
-    environment = {**os.environ, "SDL_AUDIODRIVER": driver, "KIVY_NO_ARGS": "1", "KIVY_NO_CONSOLELOG": "1", "KIVY_HOME": str(tmp_path)}
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True, timeout=60)
+    environment = {
+        **os.environ,
+        "SDL_AUDIODRIVER": driver,
+        "KIVY_NO_ARGS": "1",
+        "KIVY_NO_CONSOLELOG": "1",
+        "KIVY_HOME": str(tmp_path),
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True, timeout=60
+    )
     assert done.stdout.split() == [str(exists)]

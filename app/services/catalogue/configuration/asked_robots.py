@@ -1,5 +1,6 @@
 """What robots say of missions while a file is imported: each is asked once for each mission, many at a time, and for some seconds in all. A
 robot that does not answer keeps nothing from being imported: it is asked again when the mission is to be started."""
+
 from __future__ import annotations
 
 import time
@@ -27,9 +28,9 @@ class AskedRobots:
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
         self._said = Said()
-        self._robots: dict[int, Robot] = {}              # those that were asked, as they are in the file
+        self._robots: dict[int, Robot] = {}  # those that were asked, as they are in the file
         self._asked: set[tuple[int, str]] = set()
-        self._known: dict[tuple[int, str], Sequence[MissionParameter] | None] = {}       # until more is said
+        self._known: dict[tuple[int, str], Sequence[MissionParameter] | None] = {}  # until more is said
         self._until = 0.0
 
     def known(self, robot: Robot, guid: str) -> Sequence[MissionParameter] | None:
@@ -66,5 +67,10 @@ class AskedRobots:
             return
         stored = {(robot.name, robot.address): robot.id for robot in self._catalogue.robots()}
         there = {asked.id: stored.get((asked.name, asked.address)) for asked in self._robots.values()}
-        self._catalogue.parameters.keep({(robot_id, guid): found for (asked_id, guid), found in self._said.items()
-                                         if (robot_id := there[asked_id]) is not None})
+        self._catalogue.parameters.keep(
+            {
+                (robot_id, guid): found
+                for (asked_id, guid), found in self._said.items()
+                if (robot_id := there[asked_id]) is not None
+            }
+        )

@@ -2,6 +2,7 @@
 
 Every problem is an InvalidInput whose field is the place in the file, such as ``schedules[2].start``.
 """
+
 from __future__ import annotations
 
 import json
@@ -21,7 +22,7 @@ from app.mir.credentials import normalise_fingerprint
 from app.services.catalogue import validation
 
 FORMAT = "amr-scheduler/1"
-LARGEST_FILE = 5 * 1024 * 1024          # bytes
+LARGEST_FILE = 5 * 1024 * 1024  # bytes
 
 Read = Callable[[Any, str], Any]
 
@@ -29,6 +30,7 @@ Read = Callable[[Any, str], Any]
 @dataclass(frozen=True)
 class Item:
     """One object of the file: the keys given, in their normal form, and its place in the file."""
+
     path: str
     values: Mapping[str, Any]
 
@@ -37,7 +39,7 @@ class Item:
 class Document:
     settings: Item
     display: Item
-    calendar: Item                       # its "days" are a list of Item
+    calendar: Item  # its "days" are a list of Item
     robots: Sequence[Item]
     groups: Sequence[Item]
     places: Sequence[Item]
@@ -51,7 +53,9 @@ def read(content: bytes) -> Document:
     if not isinstance(root, dict):
         raise InvalidInput("file", "the file has to hold one JSON object")
     _check_format(root)
-    _check_keys("", root, {"format", "settings", "display", "calendar", "robots", "groups", "places", "missions", "schedules"})
+    _check_keys(
+        "", root, {"format", "settings", "display", "calendar", "robots", "groups", "places", "missions", "schedules"}
+    )
     return Document(
         _item("settings", root.get("settings", {}), SETTINGS),
         _item("display", root.get("display", {}), DISPLAY),
@@ -60,7 +64,8 @@ def read(content: bytes) -> Document:
         _items("groups", root.get("groups", []), GROUP),
         _items("places", root.get("places", []), PLACE),
         _items("missions", root.get("missions", []), MISSION),
-        _items("schedules", root.get("schedules", []), SCHEDULE))
+        _items("schedules", root.get("schedules", []), SCHEDULE),
+    )
 
 
 def at(path: str, error: InvalidInput) -> InvalidInput:
@@ -75,19 +80,26 @@ def _parsed(content: bytes) -> Any:
     try:
         text = content.decode("utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InvalidInput("file", "the file is not UTF-8 text (byte {byte}): save it as UTF-8", byte=error.start) from None
+        raise InvalidInput(
+            "file", "the file is not UTF-8 text (byte {byte}): save it as UTF-8", byte=error.start
+        ) from None
     if has_too_many_parts(text.encode()):
         raise InvalidInput("file", "the file has too many parts")
     try:
         return json.loads(text, object_pairs_hook=_object, parse_constant=_no_constant)
     except json.JSONDecodeError as error:
-        raise InvalidInput("file", "the file is not JSON: line {line}, column {column}: {problem}",
-                           line=error.lineno, column=error.colno, problem=error.msg) from None
+        raise InvalidInput(
+            "file",
+            "the file is not JSON: line {line}, column {column}: {problem}",
+            line=error.lineno,
+            column=error.colno,
+            problem=error.msg,
+        ) from None
     except RecursionError:
         raise InvalidInput("file", "the file is nested too deeply") from None
     except InvalidInput:
         raise
-    except ValueError:                                    # a number of thousands of digits
+    except ValueError:  # a number of thousands of digits
         raise InvalidInput("file", "the file has a number that can't be read") from None
 
 
@@ -105,10 +117,16 @@ def _no_constant(text: str) -> NoReturn:
 
 def _check_format(root: Mapping[str, Any]) -> None:
     if "format" not in root:
-        raise InvalidInput("format", 'the file is no configuration of this app: it lacks "format": "{format}"', format=FORMAT)
+        raise InvalidInput(
+            "format", 'the file is no configuration of this app: it lacks "format": "{format}"', format=FORMAT
+        )
     if root["format"] != FORMAT:
-        raise InvalidInput("format", "format: the file says {found}, this app reads {format}",
-                           found=validation.shown(root["format"]), format=FORMAT)
+        raise InvalidInput(
+            "format",
+            "format: the file says {found}, this app reads {format}",
+            found=validation.shown(root["format"]),
+            format=FORMAT,
+        )
 
 
 # ---------------------------------------------------------------------- objects
@@ -139,15 +157,20 @@ def _check_has(path: str, given: Mapping[str, Any], required: Sequence[str]) -> 
 
 def _check_keys(path: str, given: Mapping[str, Any], known: set[str]) -> None:
     if unknown := sorted(given.keys() - known):
-        raise InvalidInput(path or "file", "{where}unknown key {keys}; known are {known}", where=f"{path}: " if path else "",
-                           keys=", ".join(map(validation.shown, unknown[:5])), known=", ".join(sorted(known)))
+        raise InvalidInput(
+            path or "file",
+            "{where}unknown key {keys}; known are {known}",
+            where=f"{path}: " if path else "",
+            keys=", ".join(map(validation.shown, unknown[:5])),
+            known=", ".join(sorted(known)),
+        )
 
 
 def _value(path: str, value: Any, reader: Read) -> Any:
     try:
         return reader(value, path)
     except InvalidInput as error:
-        if error.text.startswith(path):                   # from inside an object of its own
+        if error.text.startswith(path):  # from inside an object of its own
             raise
         raise at(path, error) from None
 
@@ -209,8 +232,15 @@ def _between(value: Any, path: str) -> Between:
 
 def _time_of_day(value: Any, path: str) -> time:
     text = _text(value, path)
-    if len(text) == 5 and text[2] == ":" and text[:2].isdecimal() and text[3:].isdecimal() and text.isascii() \
-            and int(text[:2]) < 24 and int(text[3:]) < 60:
+    if (
+        len(text) == 5
+        and text[2] == ":"
+        and text[:2].isdecimal()
+        and text[3:].isdecimal()
+        and text.isascii()
+        and int(text[:2]) < 24
+        and int(text[3:]) < 60
+    ):
         return time(int(text[:2]), int(text[3:]))
     raise InvalidInput(path, "write a time of day such as 08:30, not {value}", value=validation.shown(text))
 
@@ -230,90 +260,122 @@ def _day(value: Any, path: str) -> date:
 
 
 # What each object of the file may hold, and how it is read.
-SETTINGS: Mapping[str, Read] = MappingProxyType({
-    "poll_interval_seconds": _number("poll_interval_seconds"),
-    "retry_limit": _number("retry_limit"),
-    "minimum_battery_percent": validation.battery,
-    "working_days": validation.working_days,
-    "timezone": validation.timezone,
-    "start_window_minutes": _number("start_window_minutes"),
-    "unknown_outcome_quiet_seconds": _number("unknown_outcome_quiet_seconds"),
-    "history_limit": _or_none(_number("history_limit")),
-})
+SETTINGS: Mapping[str, Read] = MappingProxyType(
+    {
+        "poll_interval_seconds": _number("poll_interval_seconds"),
+        "retry_limit": _number("retry_limit"),
+        "minimum_battery_percent": validation.battery,
+        "working_days": validation.working_days,
+        "timezone": validation.timezone,
+        "start_window_minutes": _number("start_window_minutes"),
+        "unknown_outcome_quiet_seconds": _number("unknown_outcome_quiet_seconds"),
+        "history_limit": _or_none(_number("history_limit")),
+    }
+)
 DISPLAY: Mapping[str, Read] = MappingProxyType(
-    {key: _setting(key) for key in ("language", "theme", "gloves", "font_scale_percent", "keyboard", "alarm_sound")})
-CALENDAR: Mapping[str, Read] = MappingProxyType({
-    "country": _or_none(validation.name),
-    "region": _or_none(validation.name),
-    "days": _days,
-})
-DAY: Mapping[str, Read] = MappingProxyType({
-    "name": validation.name,
-    "first_day": _day,
-    "last_day": _day,
-    "working": validation.flag,
-    "yearly": validation.flag,
-    "source": _or_none(validation.name),
-})
-ROBOT: Mapping[str, Read] = MappingProxyType({
-    "name": validation.name,
-    "address": _address,
-    "username": validation.username,
-    "password": _or_none(_password),
-    "enabled": validation.flag,
-    "certificate_sha256": _or_none(_fingerprint),
-    "idle": _or_none(_idle),
-    "hand_over": validation.hand_over,
-})
-GROUP: Mapping[str, Read] = MappingProxyType({
-    "name": validation.name,
-    "robots": _names,
-    "hand_over": validation.hand_over,
-    "keep_free": _number("keep_free"),
-})
-PLACE: Mapping[str, Read] = MappingProxyType({
-    "name": validation.name,
-    "most": _number("most"),
-})
-_IDLE: Mapping[str, Read] = MappingProxyType({
-    "mission": validation.name,
-    "after_minutes": _number("after_minutes"),
-    "enabled": validation.flag,
-})
-MISSION: Mapping[str, Read] = MappingProxyType({
-    "name": validation.name,
-    "guid": validation.guid,
-    "robot": _or_none(validation.name),
-    "usual_minutes": _or_none(_number("usual_minutes")),
-    "favourite": validation.flag,
-    "on_low_battery": validation.flag,
-    "places": _names,
-})
-SCHEDULE: Mapping[str, Read] = MappingProxyType({
-    "name": _or_none(validation.name),
-    "robot": validation.name,
-    "group": validation.name,
-    "mission": validation.name,
-    "start": validation.starts_text,
-    "timezone": validation.timezone,
-    "recurrence": _or_none(_recurrence),
-    "enabled": validation.flag,
-    "minimum_battery_percent": validation.battery,
-    "respect_working_days": validation.flag,
-    "between": _or_none(_between),
-    "start_window_minutes": _or_none(_number("start_window_minutes")),
-    "finish_by_minutes": _or_none(_number("finish_by_minutes")),
-    "overlap": validation.overlap,
-    "priority": _number("priority"),
-    "parameters": validation.parameters,
-})
+    {key: _setting(key) for key in ("language", "theme", "gloves", "font_scale_percent", "keyboard", "alarm_sound")}
+)
+CALENDAR: Mapping[str, Read] = MappingProxyType(
+    {
+        "country": _or_none(validation.name),
+        "region": _or_none(validation.name),
+        "days": _days,
+    }
+)
+DAY: Mapping[str, Read] = MappingProxyType(
+    {
+        "name": validation.name,
+        "first_day": _day,
+        "last_day": _day,
+        "working": validation.flag,
+        "yearly": validation.flag,
+        "source": _or_none(validation.name),
+    }
+)
+ROBOT: Mapping[str, Read] = MappingProxyType(
+    {
+        "name": validation.name,
+        "address": _address,
+        "username": validation.username,
+        "password": _or_none(_password),
+        "enabled": validation.flag,
+        "certificate_sha256": _or_none(_fingerprint),
+        "idle": _or_none(_idle),
+        "hand_over": validation.hand_over,
+    }
+)
+GROUP: Mapping[str, Read] = MappingProxyType(
+    {
+        "name": validation.name,
+        "robots": _names,
+        "hand_over": validation.hand_over,
+        "keep_free": _number("keep_free"),
+    }
+)
+PLACE: Mapping[str, Read] = MappingProxyType(
+    {
+        "name": validation.name,
+        "most": _number("most"),
+    }
+)
+_IDLE: Mapping[str, Read] = MappingProxyType(
+    {
+        "mission": validation.name,
+        "after_minutes": _number("after_minutes"),
+        "enabled": validation.flag,
+    }
+)
+MISSION: Mapping[str, Read] = MappingProxyType(
+    {
+        "name": validation.name,
+        "guid": validation.guid,
+        "robot": _or_none(validation.name),
+        "usual_minutes": _or_none(_number("usual_minutes")),
+        "favourite": validation.flag,
+        "on_low_battery": validation.flag,
+        "places": _names,
+    }
+)
+SCHEDULE: Mapping[str, Read] = MappingProxyType(
+    {
+        "name": _or_none(validation.name),
+        "robot": validation.name,
+        "group": validation.name,
+        "mission": validation.name,
+        "start": validation.starts_text,
+        "timezone": validation.timezone,
+        "recurrence": _or_none(_recurrence),
+        "enabled": validation.flag,
+        "minimum_battery_percent": validation.battery,
+        "respect_working_days": validation.flag,
+        "between": _or_none(_between),
+        "start_window_minutes": _or_none(_number("start_window_minutes")),
+        "finish_by_minutes": _or_none(_number("finish_by_minutes")),
+        "overlap": validation.overlap,
+        "priority": _number("priority"),
+        "parameters": validation.parameters,
+    }
+)
 _BETWEEN: Mapping[str, Read] = MappingProxyType({"from": _time_of_day, "to": _time_of_day})
 # What each object has to name: by that it is found among those that exist, whose other keys may be left out.
-IDENTITY: Mapping[str, Sequence[str]] = MappingProxyType({
-    "robots": ("name",), "groups": ("name",), "places": ("name",), "missions": ("name",), "schedules": (),
-    "calendar.days": ("name", "first_day")})
+IDENTITY: Mapping[str, Sequence[str]] = MappingProxyType(
+    {
+        "robots": ("name",),
+        "groups": ("name",),
+        "places": ("name",),
+        "missions": ("name",),
+        "schedules": (),
+        "calendar.days": ("name", "first_day"),
+    }
+)
 # What a new one needs.
-REQUIRED: Mapping[str, Sequence[str]] = MappingProxyType({
-    "robots": ("name", "address"), "groups": ("name", "robots"), "places": ("name", "most"), "missions": ("name", "guid"),
-    "schedules": ("mission", "start"),
-    "calendar.days": ("name", "first_day")})
+REQUIRED: Mapping[str, Sequence[str]] = MappingProxyType(
+    {
+        "robots": ("name", "address"),
+        "groups": ("name", "robots"),
+        "places": ("name", "most"),
+        "missions": ("name", "guid"),
+        "schedules": ("mission", "start"),
+        "calendar.days": ("name", "first_day"),
+    }
+)

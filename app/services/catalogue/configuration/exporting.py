@@ -1,4 +1,5 @@
 """Writes the configuration, without secrets, in an order that stays the same: reading it in again changes nothing."""
+
 from __future__ import annotations
 
 import json
@@ -34,50 +35,79 @@ def export_configuration(c: sqlite3.Connection) -> str:
         "robots": [_robot(robot, missions) for robot in robots.values()],
         **({"groups": [_group(group, robots) for group in groups.values()]} if groups else {}),
         **({"places": [{"name": place.name, "most": place.most} for place in places]} if places else {}),
-        "missions": sorted((_mission(mission, robots, places) for mission in missions.values()),
-                           key=lambda given: (given["name"], given.get("robot", ""))),
-        "schedules": [_schedule(schedule, _target(schedule, robots, groups), missions, calendar)
-                      for schedule in ScheduleRepository().all(c)],
+        "missions": sorted(
+            (_mission(mission, robots, places) for mission in missions.values()),
+            key=lambda given: (given["name"], given.get("robot", "")),
+        ),
+        "schedules": [
+            _schedule(schedule, _target(schedule, robots, groups), missions, calendar)
+            for schedule in ScheduleRepository().all(c)
+        ],
     }
     return json.dumps(document, ensure_ascii=False, indent=2) + "\n"
 
 
 def _settings(settings: Settings) -> dict[str, Any]:
     return {
-        "poll_interval_seconds": settings.poll_interval_seconds, "retry_limit": settings.retry_limit,
-        "minimum_battery_percent": _percent(settings.minimum_battery_percent), "working_days": list(settings.working_days),
-        "timezone": settings.timezone, "start_window_minutes": settings.start_window_minutes,
-        "unknown_outcome_quiet_seconds": settings.unknown_outcome_quiet_seconds, "history_limit": settings.history_limit,
+        "poll_interval_seconds": settings.poll_interval_seconds,
+        "retry_limit": settings.retry_limit,
+        "minimum_battery_percent": _percent(settings.minimum_battery_percent),
+        "working_days": list(settings.working_days),
+        "timezone": settings.timezone,
+        "start_window_minutes": settings.start_window_minutes,
+        "unknown_outcome_quiet_seconds": settings.unknown_outcome_quiet_seconds,
+        "history_limit": settings.history_limit,
     }
 
 
 def _calendar(settings: Settings, days: Sequence[DayException]) -> dict[str, Any]:
     """The days as they were entered, since of two for the same day the later one may hold."""
-    return {"country": settings.holiday_country or None, "region": settings.holiday_subdivision or None,
-            "days": [_day(exception) for exception in sorted(days, key=lambda exception: exception.id)]}
+    return {
+        "country": settings.holiday_country or None,
+        "region": settings.holiday_subdivision or None,
+        "days": [_day(exception) for exception in sorted(days, key=lambda exception: exception.id)],
+    }
 
 
 def _day(exception: DayException) -> dict[str, Any]:
-    given = {"name": exception.name, "first_day": exception.first_day.isoformat(), "last_day": exception.last_day.isoformat(),
-             "working": exception.is_working, "yearly": exception.yearly}
-    source = names.cleaned(exception.source)             # the name of a file, of any length
+    given = {
+        "name": exception.name,
+        "first_day": exception.first_day.isoformat(),
+        "last_day": exception.last_day.isoformat(),
+        "working": exception.is_working,
+        "yearly": exception.yearly,
+    }
+    source = names.cleaned(exception.source)  # the name of a file, of any length
     return {**given, "source": source} if source else given
 
 
 def _robot(robot: Robot, missions: Mapping[int, Mission]) -> dict[str, Any]:
-    given: dict[str, Any] = {"name": robot.name, "address": robot.address, "username": robot.username, "enabled": robot.enabled}
+    given: dict[str, Any] = {
+        "name": robot.name,
+        "address": robot.address,
+        "username": robot.username,
+        "enabled": robot.enabled,
+    }
     if robot.certificate_sha256:
         given["certificate_sha256"] = robot.certificate_sha256
     idle = robot.idle
-    given["idle"] = idle and {"mission": missions[idle.mission_id].name, "after_minutes": idle.after_minutes, "enabled": idle.enabled}
+    given["idle"] = idle and {
+        "mission": missions[idle.mission_id].name,
+        "after_minutes": idle.after_minutes,
+        "enabled": idle.enabled,
+    }
     if robot.hand_over is not HandOver.AT_ONCE:
         given["hand_over"] = str(robot.hand_over)
     return given
 
 
 def _group(group: Group, robots: Mapping[int, Robot]) -> dict[str, Any]:
-    return {"name": group.name, "robots": sorted(robots[robot_id].name for robot_id in group.members), "hand_over": str(group.hand_over),
-            "keep_free": group.keep_free}
+    return {
+        "name": group.name,
+        "robots": sorted(robots[robot_id].name for robot_id in group.members),
+        "hand_over": str(group.hand_over),
+        "keep_free": group.keep_free,
+    }
 
 
 def _target(schedule: Schedule, robots: Mapping[int, Robot], groups: Mapping[int, Group]) -> dict[str, str]:
@@ -101,18 +131,25 @@ def _mission(mission: Mission, robots: Mapping[int, Robot], places: Sequence[Pla
     return given
 
 
-def _schedule(schedule: Schedule, target: Mapping[str, str], missions: Mapping[int, Mission],
-              calendar: WorkingCalendar) -> dict[str, Any]:
+def _schedule(
+    schedule: Schedule, target: Mapping[str, str], missions: Mapping[int, Mission], calendar: WorkingCalendar
+) -> dict[str, Any]:
     between = schedule.between
     return {
-        "name": schedule.name, **target, "mission": missions[schedule.mission_id].name,
-        "start": schedule.start.isoformat(timespec="minutes"), "timezone": schedule.timezone, "recurrence": schedule.recurrence,
-        "enabled": schedule.enabled, "minimum_battery_percent": _percent(schedule.minimum_battery_percent),
+        "name": schedule.name,
+        **target,
+        "mission": missions[schedule.mission_id].name,
+        "start": schedule.start.isoformat(timespec="minutes"),
+        "timezone": schedule.timezone,
+        "recurrence": schedule.recurrence,
+        "enabled": schedule.enabled,
+        "minimum_battery_percent": _percent(schedule.minimum_battery_percent),
         "respect_working_days": schedule.respect_working_days and not _is_on_a_day_off(schedule, calendar),
         "between": between and {"from": f"{between.start:%H:%M}", "to": f"{between.end:%H:%M}"},
         "start_window_minutes": schedule.start_window_minutes,
         **({} if schedule.group_id is None else {"finish_by_minutes": schedule.finish_by_minutes}),
-        "overlap": str(schedule.overlap), "priority": schedule.priority,
+        "overlap": str(schedule.overlap),
+        "priority": schedule.priority,
         "parameters": dict(schedule.parameters),
     }
 

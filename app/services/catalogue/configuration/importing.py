@@ -1,5 +1,6 @@
 """Applies a configuration file to what is stored, in one transaction: all of it or nothing. No robot, mission or schedule is deleted, and
 runs only after a person has confirmed it."""
+
 from __future__ import annotations
 
 from collections import Counter
@@ -24,20 +25,78 @@ from app.services.catalogue.parameter_check import Checked
 MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 500, 100, 100, 2000, 2000
 _OF_ROBOT = ("address", "username", "enabled", "certificate_sha256", "hand_over")
 _OF_MISSION = ("guid", "usual_minutes", "favourite", "on_low_battery")
-_OF_SCHEDULE = ("start", "timezone", "recurrence", "enabled", "minimum_battery_percent", "respect_working_days", "between",
-                "start_window_minutes", "finish_by_minutes", "overlap", "priority", "parameters")
-_KEY_OF_FIELD = {"robot_id": "robot", "group_id": "group", "members": "robots", "mission_id": "mission",
-                 "holiday_country": "country", "holiday_subdivision": "region"}
+_OF_SCHEDULE = (
+    "start",
+    "timezone",
+    "recurrence",
+    "enabled",
+    "minimum_battery_percent",
+    "respect_working_days",
+    "between",
+    "start_window_minutes",
+    "finish_by_minutes",
+    "overlap",
+    "priority",
+    "parameters",
+)
+_KEY_OF_FIELD = {
+    "robot_id": "robot",
+    "group_id": "group",
+    "members": "robots",
+    "mission_id": "mission",
+    "holiday_country": "country",
+    "holiday_subdivision": "region",
+}
 # Keys of the file as sentences name them; in English as they are written in the file.
-_WORDS: Mapping[str, Message] = MappingProxyType({word["msgid"]: word for word in (
-    message("poll_interval_seconds"), message("retry_limit"), message("minimum_battery_percent"), message("working_days"),
-    message("timezone"), message("start_window_minutes"), message("unknown_outcome_quiet_seconds"), message("history_limit"),
-    message("address"), message("username"), message("password"), message("enabled"), message("certificate_sha256"), message("idle"),
-    message("robot"), message("mission"), message("start"), message("recurrence"), message("respect_working_days"), message("between"),
-    message("overlap"), message("priority"), message("parameters"), message("guid"), message("usual_minutes"),
-    message("favourite"), message("on_low_battery"), message("language"), message("theme"), message("gloves"),
-    message("font_scale_percent"), message("keyboard"), message("alarm_sound"), message("hand_over"), message("group"), message("robots"),
-    message("keep_free"), message("finish_by_minutes"), message("most"), message("places"), message("country"), message("region"))})
+_WORDS: Mapping[str, Message] = MappingProxyType(
+    {
+        word["msgid"]: word
+        for word in (
+            message("poll_interval_seconds"),
+            message("retry_limit"),
+            message("minimum_battery_percent"),
+            message("working_days"),
+            message("timezone"),
+            message("start_window_minutes"),
+            message("unknown_outcome_quiet_seconds"),
+            message("history_limit"),
+            message("address"),
+            message("username"),
+            message("password"),
+            message("enabled"),
+            message("certificate_sha256"),
+            message("idle"),
+            message("robot"),
+            message("mission"),
+            message("start"),
+            message("recurrence"),
+            message("respect_working_days"),
+            message("between"),
+            message("overlap"),
+            message("priority"),
+            message("parameters"),
+            message("guid"),
+            message("usual_minutes"),
+            message("favourite"),
+            message("on_low_battery"),
+            message("language"),
+            message("theme"),
+            message("gloves"),
+            message("font_scale_percent"),
+            message("keyboard"),
+            message("alarm_sound"),
+            message("hand_over"),
+            message("group"),
+            message("robots"),
+            message("keep_free"),
+            message("finish_by_minutes"),
+            message("most"),
+            message("places"),
+            message("country"),
+            message("region"),
+        )
+    }
+)
 
 
 class DeletesRuns(InvalidInput):
@@ -45,8 +104,12 @@ class DeletesRuns(InvalidInput):
 
     def __init__(self, limit: int, count: int) -> None:
         self.limit, self.count = limit, count
-        super().__init__("settings.history_limit", "settings.history_limit: keeping {limit} deletes {count} runs of the history; "
-                         "to confirm that, add --yes", limit=limit, count=count)
+        super().__init__(
+            "settings.history_limit",
+            "settings.history_limit: keeping {limit} deletes {count} runs of the history; to confirm that, add --yes",
+            limit=limit,
+            count=count,
+        )
 
 
 def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bool = False) -> list[Message]:
@@ -77,7 +140,7 @@ def stops_a_robot(line: Message) -> bool:
 class _Import:
     def __init__(self, edit: Edit, document: Document, asked: AskedRobots) -> None:
         self._edit, self._document, self._asked = edit, document, asked
-        self._to_check: list[tuple[Item, Schedule]] = []     # whose parameters are to be judged
+        self._to_check: list[tuple[Item, Schedule]] = []  # whose parameters are to be judged
         self._idle: list[tuple[Item, Checked]] = []
         self._unnamed: dict[tuple[str, int], Unnamed] = {}
         self._place_ids: dict[str, int] = {}
@@ -88,7 +151,9 @@ class _Import:
         _check_no_doubles(self._document)
         setting_lines = [*self._settings(self._document.settings), *self._different(self._document.display)]
         setting_lines += self._calendar(self._document.calendar)
-        before = {item.path: self._edit.robots.by_name(self._edit.c, item.values["name"]) for item in self._document.robots}
+        before = {
+            item.path: self._edit.robots.by_name(self._edit.c, item.values["name"]) for item in self._document.robots
+        }
         for item in self._document.robots:
             with _placed(item):
                 self._robot(item)
@@ -105,21 +170,29 @@ class _Import:
         schedule_lines = self._schedules(self._document.schedules)
         self._check_room()
         runners = parameter_check.Runners(self._edit.c)
-        self._asked.judge([*self._idle, *((item, runners.check(schedule, self._asked.known)) for item, schedule in self._to_check)])
+        self._asked.judge(
+            [*self._idle, *((item, runners.check(schedule, self._asked.known)) for item, schedule in self._to_check)]
+        )
         robot_lines = [line for item in self._document.robots for line in self._robot_line(item, before[item.path])]
         return [*setting_lines, *robot_lines, *group_lines, *place_lines, *mission_lines, *schedule_lines]
 
     def _check_room(self) -> None:
         """Each robot takes a thread, and each schedule time at every change of working days."""
         edit, given = self._edit, self._document
-        for section, items, repository, most in (("robots", given.robots, edit.robots, MOST_ROBOTS),
-                                                 ("groups", given.groups, edit.groups, MOST_GROUPS),
-                                                 ("places", given.places, edit.places, MOST_PLACES),
-                                                 ("missions", given.missions, edit.missions, MOST_MISSIONS),
-                                                 ("schedules", given.schedules, edit.schedules, MOST_SCHEDULES)):
+        for section, items, repository, most in (
+            ("robots", given.robots, edit.robots, MOST_ROBOTS),
+            ("groups", given.groups, edit.groups, MOST_GROUPS),
+            ("places", given.places, edit.places, MOST_PLACES),
+            ("missions", given.missions, edit.missions, MOST_MISSIONS),
+            ("schedules", given.schedules, edit.schedules, MOST_SCHEDULES),
+        ):
             if items and max(len(items), repository.count(edit.c)) > most:
-                raise InvalidInput(section, "{section}: there is room for {most}, and with this file there would be more",
-                                   section=section, most=most)
+                raise InvalidInput(
+                    section,
+                    "{section}: there is room for {most}, and with this file there would be more",
+                    section=section,
+                    most=most,
+                )
 
     # ------------------------------------------------------------------ settings
     def _settings(self, item: Item) -> Iterator[Message]:
@@ -128,13 +201,23 @@ class _Import:
             after = self._edit.change_settings(**item.values)
         for name in item.values:
             if getattr(after, name) != getattr(before, name):
-                yield message("setting {name} changed: {before} -> {after}", name=_word(_KEY_OF_FIELD.get(name, name)),
-                              before=_shown(getattr(before, name)), after=_shown(getattr(after, name)))
+                yield message(
+                    "setting {name} changed: {before} -> {after}",
+                    name=_word(_KEY_OF_FIELD.get(name, name)),
+                    before=_shown(getattr(before, name)),
+                    after=_shown(getattr(after, name)),
+                )
 
     def _different(self, item: Item) -> Iterator[Message]:
         """Those that are not as they are by default either."""
-        yield from self._settings(replace(item, values={name: value for name, value in item.values.items()
-                                                        if value != getattr(self._edit.settings, name)}))
+        yield from self._settings(
+            replace(
+                item,
+                values={
+                    name: value for name, value in item.values.items() if value != getattr(self._edit.settings, name)
+                },
+            )
+        )
 
     def _calendar(self, item: Item) -> Iterator[Message]:
         """Another country has other regions. A day that is there already is not added again."""
@@ -157,8 +240,11 @@ class _Import:
             with _placed(item):
                 self._edit.save_days(added)
         for exception in added:
-            yield (message("extra working days added: {name}", name=exception.name) if exception.is_working else
-                   message("closed days added: {name}", name=exception.name))
+            yield (
+                message("extra working days added: {name}", name=exception.name)
+                if exception.is_working
+                else message("closed days added: {name}", name=exception.name)
+            )
 
     # ------------------------------------------------------------------ robots
     def _robot(self, item: Item) -> None:
@@ -191,8 +277,13 @@ class _Import:
             except InvalidInput as problem:
                 if other.name in known:
                     raise
-                raise InvalidInput("address", "{name} has the address of {robot}, which is configured already; if it is the same one, "
-                                   "write {robot} in the file", name=robot.name, robot=other.name) from problem
+                raise InvalidInput(
+                    "address",
+                    "{name} has the address of {robot}, which is configured already; if it is the same one, "
+                    "write {robot} in the file",
+                    name=robot.name,
+                    robot=other.name,
+                ) from problem
 
     def _idle_rule(self, item: Item) -> None:
         if "idle" not in item.values:
@@ -212,22 +303,31 @@ class _Import:
             rule = replace(rule, **{key: given[key] for key in ("after_minutes", "enabled") if key in given})
             saved = self._edit.set_idle_rule(robot.id, rule)
         if parameter_check.is_mission_new(rule, robot.idle):
-            self._idle.append((Item(path, given), parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known)))
+            self._idle.append(
+                (Item(path, given), parameter_check.of_idle_rule(self._edit, saved, rule, self._asked.known))
+            )
 
     def _robot_line(self, item: Item, before: Robot | None) -> Iterator[Message]:
         after = self._robot_named(item.values["name"], item.path)
         if before is None:
-            yield (message("robot {name} added; it is switched off and needs a password", name=after.name) if after.needs_password else
-                   message("robot {name} added", name=after.name))
+            yield (
+                message("robot {name} added; it is switched off and needs a password", name=after.name)
+                if after.needs_password
+                else message("robot {name} added", name=after.name)
+            )
             return
         changed = [name for name in (*_OF_ROBOT, "idle") if getattr(after, name) != getattr(before, name)]
         if after.token != before.token and after.token is not None:
             changed.append("password")
         if changed:
             what = _list(changed)
-            yield (message("robot {name} changed: {what}; it is switched off and needs a password", name=after.name, what=what)
-                   if after.needs_password else
-                   message("robot {name} changed: {what}", name=after.name, what=what))
+            yield (
+                message(
+                    "robot {name} changed: {what}; it is switched off and needs a password", name=after.name, what=what
+                )
+                if after.needs_password
+                else message("robot {name} changed: {what}", name=after.name, what=what)
+            )
         if before.address.startswith("https:") and after.address.startswith("http:"):
             yield message("the connection to robot {name} is no longer encrypted", name=after.name)
         elif before.certificate_sha256 and not after.certificate_sha256:
@@ -241,7 +341,9 @@ class _Import:
             check_new("groups", item)
         values = {key: given[key] for key in ("hand_over", "keep_free") if key in given}
         if "robots" in given:
-            values["members"] = tuple(sorted(self._robot_named(name, f"{item.path}.robots").id for name in given["robots"]))
+            values["members"] = tuple(
+                sorted(self._robot_named(name, f"{item.path}.robots").id for name in given["robots"])
+            )
         with _placed(item):
             saved = edit.save_group(replace(stored or Group(given["name"]), **values), may_be_empty=True)
         if stored is None:
@@ -255,7 +357,9 @@ class _Import:
         if stored is None:
             check_new("places", item)
         with _placed(item):
-            saved = edit.save_place(replace(stored or Place(given["name"], 1), **{key: given[key] for key in ("most",) if key in given}))
+            saved = edit.save_place(
+                replace(stored or Place(given["name"], 1), **{key: given[key] for key in ("most",) if key in given})
+            )
         if stored is None:
             yield message("place {name} added", name=saved.name)
         elif saved != stored:
@@ -283,17 +387,27 @@ class _Import:
         saved = self._edit.save_mission(replace(stored or Mission(name, "", robot_id=robot_id), **given))
         uses_others = self._uses(saved, item)
         if stored is None:
-            yield (message("mission {name} of {robot} added", name=name, robot=robot.name) if robot else
-                   message("mission {name} added", name=name))
-        elif changed := [key for key in given if getattr(saved, key) != getattr(stored, key)] + ["places"] * uses_others:
+            yield (
+                message("mission {name} of {robot} added", name=name, robot=robot.name)
+                if robot
+                else message("mission {name} added", name=name)
+            )
+        elif (
+            changed := [key for key in given if getattr(saved, key) != getattr(stored, key)] + ["places"] * uses_others
+        ):
             what = _list(changed)
-            yield (message("mission {name} of {robot} changed: {what}", name=name, robot=robot.name, what=what) if robot else
-                   message("mission {name} changed: {what}", name=name, what=what))
+            yield (
+                message("mission {name} of {robot} changed: {what}", name=name, robot=robot.name, what=what)
+                if robot
+                else message("mission {name} changed: {what}", name=name, what=what)
+            )
 
     # ------------------------------------------------------------------ schedules
     def _schedules(self, items: Sequence[Item]) -> list[Message]:
         lines: list[Message] = []
-        taken = {item.values["name"] for item in items if item.values.get("name")}     # by name, so not to be given to others
+        taken = {
+            item.values["name"] for item in items if item.values.get("name")
+        }  # by name, so not to be given to others
         for item in items:
             with _placed(item):
                 lines += self._schedule(item, taken)
@@ -307,8 +421,10 @@ class _Import:
         target = self._target(item, stored)
         values = {key: given[key] for key in _OF_SCHEDULE if key in given}
         if "robot" in given or "group" in given:
-            values |= {"robot_id": target.id if isinstance(target, Robot) else None,
-                       "group_id": target.id if isinstance(target, Group) else None}
+            values |= {
+                "robot_id": target.id if isinstance(target, Robot) else None,
+                "group_id": target.id if isinstance(target, Group) else None,
+            }
         if "mission" in given:
             values["mission_id"] = self._mission_named(given["mission"], target, f"{item.path}.mission").id
         if "robot" in given:
@@ -356,20 +472,37 @@ class _Import:
     def _robot_named(self, name: str, path: str) -> Robot:
         if robot := self._edit.robots.by_name(self._edit.c, name):
             return robot
-        raise InvalidInput(path, "{path}: there is no robot {name}; add it, or write the name that it has now", path=path, name=name)
+        raise InvalidInput(
+            path, "{path}: there is no robot {name}; add it, or write the name that it has now", path=path, name=name
+        )
 
     def _mission_named(self, name: str, target: Robot | Group, path: str) -> Mission:
         missions, c = self._edit.missions, self._edit.c
-        if mission := missions.for_robot(c, name, target.id) if isinstance(target, Robot) else missions.by_name(c, name):
+        if (
+            mission := missions.for_robot(c, name, target.id)
+            if isinstance(target, Robot)
+            else missions.by_name(c, name)
+        ):
             return mission
-        raise InvalidInput(path, "{path}: there is no mission {name} for {robot}; add it, or write the name that it has now", path=path,
-                           name=name, robot=target.name)
+        raise InvalidInput(
+            path,
+            "{path}: there is no mission {name} for {robot}; add it, or write the name that it has now",
+            path=path,
+            name=name,
+            robot=target.name,
+        )
 
 
 def _day(item: Item) -> DayException:
     given = item.values
-    exception = DayException(given["name"], given["first_day"], given.get("last_day", given["first_day"]), given.get("working", False),
-                             given.get("yearly", False), given.get("source") or "")
+    exception = DayException(
+        given["name"],
+        given["first_day"],
+        given.get("last_day", given["first_day"]),
+        given.get("working", False),
+        given.get("yearly", False),
+        given.get("source") or "",
+    )
     with _placed(item):
         return validation.day_exception(exception)
 
@@ -387,13 +520,23 @@ def _placed(item: Item) -> Iterator[None]:
 
 def _check_no_doubles(document: Document) -> None:
     """Names are the identity, so one file can't describe the same object twice."""
-    for items, keys in ((document.robots, ("name",)), (document.groups, ("name",)), (document.places, ("name",)),
-                        (document.missions, ("name", "robot")), (document.schedules, ("name",))):
+    for items, keys in (
+        (document.robots, ("name",)),
+        (document.groups, ("name",)),
+        (document.places, ("name",)),
+        (document.missions, ("name", "robot")),
+        (document.schedules, ("name",)),
+    ):
         seen: set[tuple[object, ...]] = set()
         for item in items:
             identity = tuple(item.values.get(key) for key in keys)
             if identity[0] is not None and identity in seen:
-                raise InvalidInput(f"{item.path}.name", "{path}.name: {name} appears twice in the file", path=item.path, name=identity[0])
+                raise InvalidInput(
+                    f"{item.path}.name",
+                    "{path}.name: {name} appears twice in the file",
+                    path=item.path,
+                    name=identity[0],
+                )
             seen.add(identity)
 
 

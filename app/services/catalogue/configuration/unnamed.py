@@ -1,4 +1,5 @@
 """Names for schedules of a file that have none: "<mission> on <robot>", with a number when that is taken."""
+
 from __future__ import annotations
 
 import json
@@ -15,9 +16,11 @@ class Unnamed:
 
     def __init__(self, names: Iterator[str], taken: set[str], stored: Callable[[str], Schedule | None]) -> None:
         self._names, self._taken, self._stored = names, taken, stored
-        self._free = ""                          # the first name that nothing has
-        self._passed: list[Schedule] = []        # stored under the names before it
-        self._found: dict[tuple[str, ...], tuple[list[int], dict[tuple[object, ...], deque[str]]]] = {}     # by the keys that are given
+        self._free = ""  # the first name that nothing has
+        self._passed: list[Schedule] = []  # stored under the names before it
+        self._found: dict[
+            tuple[str, ...], tuple[list[int], dict[tuple[object, ...], deque[str]]]
+        ] = {}  # by the keys that are given
 
     def name_of(self, values: Mapping[str, Any]) -> str:
         """The name of the stored schedule that has these values: importing a file twice must not plan everything twice. Else a free one."""
@@ -46,4 +49,6 @@ class Unnamed:
 
 
 def _comparable(values: Mapping[str, Any]) -> tuple[object, ...]:
-    return tuple(json.dumps(value, sort_keys=True) if isinstance(value, Mapping) else value for value in values.values())
+    return tuple(
+        json.dumps(value, sort_keys=True) if isinstance(value, Mapping) else value for value in values.values()
+    )

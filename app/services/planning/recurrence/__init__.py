@@ -1,5 +1,6 @@
 """When a schedule runs: ``rule`` reads an RRULE, ``dates`` names its dates, ``times`` the times of a day at which a sub-daily one comes,
 ``instants`` puts both together."""
+
 from app.services.planning.recurrence.dates import months_of
 from app.services.planning.recurrence.instants import (
     Occurrence,
@@ -11,5 +12,14 @@ from app.services.planning.recurrence.instants import (
 )
 from app.services.planning.recurrence.rule import Frequency, Recurrence
 
-__all__ = ["Frequency", "Occurrence", "Recurrence", "check_has_instants", "months_of", "next_occurrence", "occurrences",
-           "passed_occurrences", "to_utc"]
+__all__ = [
+    "Frequency",
+    "Occurrence",
+    "Recurrence",
+    "check_has_instants",
+    "months_of",
+    "next_occurrence",
+    "occurrences",
+    "passed_occurrences",
+    "to_utc",
+]

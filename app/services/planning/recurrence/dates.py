@@ -1,4 +1,5 @@
 """The dates that a rule names. Whole months are taken or left out, so that a date which is decades away is found in few steps."""
+
 from __future__ import annotations
 
 from calendar import isleap, monthrange
@@ -8,7 +9,7 @@ from typing import NamedTuple
 
 from app.services.planning.recurrence.rule import Frequency, Recurrence
 
-LAST_DAY = date(2199, 12, 31)          # nothing is looked for beyond
+LAST_DAY = date(2199, 12, 31)  # nothing is looked for beyond
 DAY = timedelta(days=1)
 
 
@@ -31,7 +32,9 @@ def nth_date(rule: Recurrence, start: date, number: int) -> date | None:
 
 def months_of(rule: Recurrence, start: date) -> list[int]:
     """The months, from 1 on, of which a monthly or yearly rule takes days that they have."""
-    of_month = range(start.month - 1, start.month - 1 + 12 * _interval(rule, Frequency.MONTHLY), _interval(rule, Frequency.MONTHLY))
+    of_month = range(
+        start.month - 1, start.month - 1 + 12 * _interval(rule, Frequency.MONTHLY), _interval(rule, Frequency.MONTHLY)
+    )
     reached = {month % 12 + 1 for month in of_month}
     return sorted(reached & set(_months_of(rule, start) or reached))
 
@@ -46,7 +49,12 @@ def _months(rule: Recurrence, start: date, first: date, last: date) -> Iterator[
         if every.period > 31:
             number = max(number, _number(every.next(date(number // 12, number % 12 + 1, 1))))
         year, month = number // 12, number % 12 + 1
-        if (months and month not in months) or (number - begun) % of_month or (year - start.year) % of_year or number > end:
+        if (
+            (months and month not in months)
+            or (number - begun) % of_month
+            or (year - start.year) % of_year
+            or number > end
+        ):
             continue
         before = date(year, month, 1).toordinal() - 1
         days = every.of_these(before, days_in(year, month))
@@ -76,6 +84,7 @@ def _months_of(rule: Recurrence, start: date) -> tuple[int, ...]:
 
 class _Every(NamedTuple):
     """The interval of a daily or weekly rule: ``width`` days of each ``period`` that is counted from ``origin``."""
+
     width: int
     period: int
     origin: int
@@ -107,21 +116,27 @@ class _DaysInMonth:
             self._weekdays = self._weekdays or ((0, start.weekday()),)
         elif rule.frequency in (Frequency.MONTHLY, Frequency.YEARLY) and not _names_days(rule):
             self._month_days = (start.day,)
-        self._counts_in_year = rule.frequency is Frequency.YEARLY and not rule.months and any(n for n, _ in rule.weekdays)
+        self._counts_in_year = (
+            rule.frequency is Frequency.YEARLY and not rule.months and any(n for n, _ in rule.weekdays)
+        )
         self._known: dict[tuple[int, ...], list[int]] = {}
 
     def __call__(self, year: int, month: int) -> list[int]:
         weekday, length = monthrange(year, month)
-        earlier, whole = 0, length                       # BYDAY with a number counts in the month, or in the year
+        earlier, whole = 0, length  # BYDAY with a number counts in the month, or in the year
         if self._counts_in_year:
             earlier, whole = date(year, month, 1).timetuple().tm_yday - 1, 365 + isleap(year)
         shape = weekday, length, earlier, whole
         if shape not in self._known:
             self._known[shape] = [
-                day for day in range(1, length + 1)
+                day
+                for day in range(1, length + 1)
                 if (not self._month_days or day in self._month_days or day - length - 1 in self._month_days)
-                and (not self._weekdays or self._is_named((weekday + day - 1) % 7, earlier + day, whole))]
+                and (not self._weekdays or self._is_named((weekday + day - 1) % 7, earlier + day, whole))
+            ]
         return self._known[shape]
 
     def _is_named(self, weekday: int, day: int, whole: int) -> bool:
-        return any(weekday == named and n in (0, (day - 1) // 7 + 1, -((whole - day) // 7 + 1)) for n, named in self._weekdays)
+        return any(
+            weekday == named and n in (0, (day - 1) // 7 + 1, -((whole - day) // 7 + 1)) for n, named in self._weekdays
+        )

@@ -5,6 +5,7 @@ Rules that name dates (daily and longer) are wall-clock time. A time that a cloc
 An interval of minutes or hours that divides the day keeps its times of day as well: one of more than an hour is taken like the times of a
 daily rule, and of a shorter one a repeated hour runs on and a missing one is skipped. All others step in elapsed time.
 """
+
 from __future__ import annotations
 
 import heapq
@@ -25,22 +26,27 @@ from app.services.planning.working_days import WorkingCalendar
 
 LONG_AGO = datetime.min.replace(tzinfo=UTC)
 LAST_MOMENT = datetime.combine(LAST_DAY, time.max, UTC)
-SEARCHED = 10_000                      # dates of a rule, one after the other, on which it has no time
-CLOSED, LONG_CLOSED = 100, timedelta(days=10 * 365)        # dates of a rule that are no working days, and the time that they take
-COUNTED = 4_000                        # dates, at most, on which COUNT of a sub-daily rule is used up: eleven years of days
+SEARCHED = 10_000  # dates of a rule, one after the other, on which it has no time
+CLOSED, LONG_CLOSED = (
+    100,
+    timedelta(days=10 * 365),
+)  # dates of a rule that are no working days, and the time that they take
+COUNTED = 4_000  # dates, at most, on which COUNT of a sub-daily rule is used up: eleven years of days
 LONG_STEP = timedelta(days=100)
 
 
 @dataclass(frozen=True, order=True)
 class Occurrence:
     """One planned instant."""
-    instant: datetime                  # UTC
-    nominal: datetime                  # naive wall-clock time of the rule, in the schedule's zone
-    moved: bool = False                # by a clock change: that wall-clock time does not exist on that day
+
+    instant: datetime  # UTC
+    nominal: datetime  # naive wall-clock time of the rule, in the schedule's zone
+    moved: bool = False  # by a clock change: that wall-clock time does not exist on that day
 
 
 class Passed(NamedTuple):
     """How many instants there were in some time, and the last of them (None: there was none)."""
+
     number: int
     last: datetime | None
 
@@ -77,15 +83,21 @@ def check_has_instants(schedule: Schedule) -> None:
     try:
         has_instants = _has_instants(rule)
     except _TooRare:
-        raise InvalidInput("recurrence", "the recurrence comes too rarely to be searched: no time fits on {days} of its days in a row",
-                           days=SEARCHED) from None
+        raise InvalidInput(
+            "recurrence",
+            "the recurrence comes too rarely to be searched: no time fits on {days} of its days in a row",
+            days=SEARCHED,
+        ) from None
     if not has_instants:
         raise InvalidInput("recurrence", "the recurrence has no start: no date and time fits all its parts")
     count = rule.recurrence.count
     if count and not rule.names_times and _counted_end(rule) is None:
         raise InvalidInput(
-            "recurrence", "COUNT={count} takes more than {days} of its days to be used up: end the recurrence with UNTIL instead",
-            count=count, days=COUNTED)
+            "recurrence",
+            "COUNT={count} takes more than {days} of its days to be used up: end the recurrence with UNTIL instead",
+            count=count,
+            days=COUNTED,
+        )
 
 
 def to_utc(local: datetime, zone: ZoneInfo) -> datetime:
@@ -104,8 +116,9 @@ class _TooRare(Exception):
 @dataclass(frozen=True)
 class _Rule:
     """A recurrence with what it is counted from."""
+
     recurrence: Recurrence
-    start: datetime                    # naive
+    start: datetime  # naive
     zone_name: str
     between: Between | None
 
@@ -126,7 +139,7 @@ class _Rule:
         latest = after
         for occurrence in self._endless(after, calendar, self._last_day(until)):
             is_within = until is None or (occurrence.instant if until.tzinfo else occurrence.nominal) <= until
-            if is_within and occurrence.instant > latest:         # so never two at the same instant either
+            if is_within and occurrence.instant > latest:  # so never two at the same instant either
                 latest = occurrence.instant
                 yield occurrence
             elif not is_within and until is not None and until.tzinfo:
@@ -142,7 +155,9 @@ class _Rule:
         """All from about ``after`` on, in order."""
         if self.recurrence.frequency is Frequency.ONCE:
             return iter((self._at(self.start),))
-        return self._by_date(after, calendar, last_day) if self.names_times else self._by_steps(after, calendar, last_day)
+        return (
+            self._by_date(after, calendar, last_day) if self.names_times else self._by_steps(after, calendar, last_day)
+        )
 
     def _at(self, nominal: datetime) -> Occurrence:
         instant = to_utc(nominal, self.zone)
@@ -150,12 +165,16 @@ class _Rule:
 
     def passed(self, after: datetime, until: datetime, calendar: WorkingCalendar | None) -> Passed:
         if self.recurrence.frequency is Frequency.ONCE:
-            found = [each.instant for each in takewhile(lambda each: each.instant <= until, self.after(after, calendar))]
+            found = [
+                each.instant for each in takewhile(lambda each: each.instant <= until, self.after(after, calendar))
+            ]
             return Passed(len(found), found[-1] if found else None)
         end = _counted_end(self) if self.recurrence.count else self.recurrence.until
         if end is not None and end.tzinfo:
             until, end = min(until, end), None
-        last_day = min(self._last_day(end), until.astimezone(self.zone).date() + DAY)        # the clock may be set back at midnight
+        last_day = min(
+            self._last_day(end), until.astimezone(self.zone).date() + DAY
+        )  # the clock may be set back at midnight
         passed = self._passed_dates if self.names_times else self._passed_steps
         return passed(after, until, calendar, last_day, end or datetime.combine(LAST_DAY, time.max))
 
@@ -175,7 +194,9 @@ class _Rule:
         if self.recurrence.frequency.is_sub_daily:
             found = times(self.recurrence, _seconds(self.start.time()), 0, DAY_S)
             return tuple(time(second // HOUR_S, second // 60 % 60) for second in found)
-        return _times_of_day(self.recurrence.hours or (self.start.hour,), self.recurrence.minutes or (self.start.minute,))
+        return _times_of_day(
+            self.recurrence.hours or (self.start.hour,), self.recurrence.minutes or (self.start.minute,)
+        )
 
     def _by_date(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
         """A time that a clock change shifts may come after a later one, so it waits until no earlier one can follow."""
@@ -184,7 +205,7 @@ class _Rule:
             return
         for day in _working(dates(self.recurrence, self.start.date(), low.date(), last_day), calendar):
             moments = self.times_of_day
-            for moment in moments[bisect_left(moments, low.time()):] if day == low.date() else moments:
+            for moment in moments[bisect_left(moments, low.time()) :] if day == low.date() else moments:
                 occurrence = self._at(datetime.combine(day, moment))
                 if occurrence.moved:
                     heapq.heappush(waiting, occurrence)
@@ -195,17 +216,24 @@ class _Rule:
         while waiting:
             yield heapq.heappop(waiting)
 
-    def _passed_dates(self, after: datetime, until: datetime, calendar: WorkingCalendar | None, last_day: date, end: datetime) -> Passed:
+    def _passed_dates(
+        self, after: datetime, until: datetime, calendar: WorkingCalendar | None, last_day: date, end: datetime
+    ) -> Passed:
         """Only days at the ends and near clock changes, where two instants may become one, are expanded."""
         after = max(after, to_utc(self.start, self.zone) - DAY)
         low, moments, number, whole, found = self._wall_clock_at(after), self.times_of_day, 0, None, set[datetime]()
-        first, last = max(after.astimezone(self.zone).date(), self.start.date()), min(until.astimezone(self.zone).date(), end.date())
+        first, last = (
+            max(after.astimezone(self.zone).date(), self.start.date()),
+            min(until.astimezone(self.zone).date(), end.date()),
+        )
         for day in _working(dates(self.recurrence, self.start.date(), low.date(), last_day), calendar):
             if first < day < last and self._is_even(day):
                 number, whole = number + len(moments), day
                 continue
             of_day = (self._at(datetime.combine(day, moment)) for moment in moments)
-            found |= {each.instant for each in of_day if self.start <= each.nominal <= end and after < each.instant <= until}
+            found |= {
+                each.instant for each in of_day if self.start <= each.nominal <= end and after < each.instant <= until
+            }
         latest = [] if whole is None or not moments else [to_utc(datetime.combine(whole, moments[-1]), self.zone)]
         return Passed(number + len(found), max([*latest, *found], default=None))
 
@@ -224,8 +252,9 @@ class _Rule:
     # ------------------------------------------------------------------ minutes and hours
     @property
     def takes_every_step(self) -> bool:
-        return self.between is None and self.recurrence == Recurrence(self.recurrence.frequency, self.recurrence.interval,
-                                                                      count=self.recurrence.count)
+        return self.between is None and self.recurrence == Recurrence(
+            self.recurrence.frequency, self.recurrence.interval, count=self.recurrence.count
+        )
 
     def _by_steps(self, after: datetime, calendar: WorkingCalendar | None, last_day: date) -> Iterator[Occurrence]:
         low, in_vain, have_times = max(after, to_utc(self.start, self.zone)), 0, dict[int, Callable[[int], bool]]()
@@ -234,7 +263,7 @@ class _Rule:
             if (in_vain := in_vain + 1) > SEARCHED:
                 raise _TooRare
             found = stretches(self.zone_name, day)
-            if len(found) == 1:                            # else the clock is changed on this day
+            if len(found) == 1:  # else the clock is changed on this day
                 if (offset := found[0].offset) not in have_times:
                     have_times[offset] = self._have_times(offset)
                 if not have_times[offset](day.toordinal()):
@@ -245,7 +274,9 @@ class _Rule:
                     nominal = datetime.combine(day, time()) + seconds * SECOND
                     yield Occurrence(nominal.replace(tzinfo=UTC) - offset * SECOND, nominal)
 
-    def _passed_steps(self, after: datetime, until: datetime, calendar: WorkingCalendar | None, last_day: date, end: datetime) -> Passed:
+    def _passed_steps(
+        self, after: datetime, until: datetime, calendar: WorkingCalendar | None, last_day: date, end: datetime
+    ) -> Passed:
         low, step = max(after, to_utc(self.start, self.zone)), step_of(self.recurrence)
         earliest, number, known = max(seconds_of(after) + 1, self._begin), 0, dict[tuple[int, int, int], int]()
         newest: tuple[date, int, tuple[int, int, int]] | None = None

@@ -1,4 +1,5 @@
 """The RFC 5545 RRULE values that the app takes, as plain numbers."""
+
 from __future__ import annotations
 
 import re
@@ -12,7 +13,7 @@ from types import MappingProxyType
 from app.domain.models import WEEKDAYS, InvalidInput
 
 MOST_INTERVAL = 100_000
-MOST_COUNT = 1_000_000       # instants have to be counted one by one where the rule is irregular
+MOST_COUNT = 1_000_000  # instants have to be counted one by one where the rule is irregular
 
 _UNTIL = re.compile(r"(\d{8})(?:T(\d{6})(Z?))?", re.ASCII)
 _NUMBER = re.compile(r"[+-]?\d{1,9}", re.ASCII)
@@ -37,15 +38,16 @@ class Frequency(StrEnum):
 @dataclass(frozen=True)
 class Recurrence:
     """A rule as numbers; empty tuples and None for parts it does not have."""
+
     frequency: Frequency = Frequency.ONCE
     interval: int = 1
-    months: tuple[int, ...] = ()                       # BYMONTH
-    month_days: tuple[int, ...] = ()                   # BYMONTHDAY, negative ones count from the end of the month
-    weekdays: tuple[tuple[int, int], ...] = ()         # BYDAY as (n, weekday): n-th, 0 = each; Monday is 0
+    months: tuple[int, ...] = ()  # BYMONTH
+    month_days: tuple[int, ...] = ()  # BYMONTHDAY, negative ones count from the end of the month
+    weekdays: tuple[tuple[int, int], ...] = ()  # BYDAY as (n, weekday): n-th, 0 = each; Monday is 0
     hours: tuple[int, ...] = ()
     minutes: tuple[int, ...] = ()
     count: int | None = None
-    until: datetime | None = None                      # included; naive wall-clock time, or UTC
+    until: datetime | None = None  # included; naive wall-clock time, or UTC
 
     @classmethod
     def parse(cls, rule: str | None) -> Recurrence:
@@ -67,10 +69,15 @@ def _numbers(low: int, high: int, negative: bool = False) -> Callable[[str, str]
         for item in text.split(","):
             number = int(item) if _NUMBER.fullmatch(item) else None
             if number is None or not (low <= (abs(number) if negative else number) <= high):
-                raise _wrong("{part} takes {range}, not {value!r}", part=name, value=item,
-                             range=f"{low} to {high}" + (f" and -{high} to -{low}" if negative else ""))
+                raise _wrong(
+                    "{part} takes {range}, not {value!r}",
+                    part=name,
+                    value=item,
+                    range=f"{low} to {high}" + (f" and -{high} to -{low}" if negative else ""),
+                )
             found.add(number)
         return tuple(sorted(found))
+
     return read
 
 
@@ -82,6 +89,7 @@ def _number(low: int, high: int) -> Callable[[str, str], int]:
         if len(numbers) != 1 or "," in text:
             raise _wrong("{part} takes one number", part=name)
         return numbers[0]
+
     return read
 
 
@@ -91,7 +99,9 @@ def _frequency(name: str, text: str) -> Frequency:
             raise ValueError
         return Frequency(text)
     except ValueError:
-        raise _wrong("FREQ takes MINUTELY, HOURLY, DAILY, WEEKLY, MONTHLY or YEARLY, not {value!r}", value=text) from None
+        raise _wrong(
+            "FREQ takes MINUTELY, HOURLY, DAILY, WEEKLY, MONTHLY or YEARLY, not {value!r}", value=text
+        ) from None
 
 
 def _weekdays(name: str, text: str) -> tuple[tuple[int, int], ...]:
@@ -99,7 +109,9 @@ def _weekdays(name: str, text: str) -> tuple[tuple[int, int], ...]:
     for item in text.split(","):
         match = _WEEKDAY.fullmatch(item)
         if not match or (match[1] and not 1 <= abs(int(match[1])) <= 53):
-            raise _wrong("BYDAY takes weekdays such as MO, or 2MO and -1FR with MONTHLY and YEARLY, not {value!r}", value=item)
+            raise _wrong(
+                "BYDAY takes weekdays such as MO, or 2MO and -1FR with MONTHLY and YEARLY, not {value!r}", value=item
+            )
         found.add((int(match[1] or 0), WEEKDAYS.index(match[2])))
     return tuple(sorted(found))
 
@@ -113,21 +125,25 @@ def _until(name: str, text: str) -> datetime:
         day = date(int(text[:4]), int(text[4:6]), int(text[6:8]))
         moment = time(int(match[2][:2]), int(match[2][2:4]), int(match[2][4:])) if match[2] else time.max
     except ValueError:
-        raise _wrong("UNTIL takes a date such as 20261231 or a time such as 20261231T160000, not {value!r}", value=text) from None
+        raise _wrong(
+            "UNTIL takes a date such as 20261231 or a time such as 20261231T160000, not {value!r}", value=text
+        ) from None
     return datetime.combine(day, moment, UTC if match[3] else None)
 
 
-_PARTS: MappingProxyType[str, tuple[str, Callable[[str, str], object]]] = MappingProxyType({
-    "FREQ": ("frequency", _frequency),
-    "INTERVAL": ("interval", _number(1, MOST_INTERVAL)),
-    "BYDAY": ("weekdays", _weekdays),
-    "BYMONTHDAY": ("month_days", _numbers(1, 31, negative=True)),
-    "BYMONTH": ("months", _numbers(1, 12)),
-    "BYHOUR": ("hours", _numbers(0, 23)),
-    "BYMINUTE": ("minutes", _numbers(0, 59)),
-    "COUNT": ("count", _number(1, MOST_COUNT)),
-    "UNTIL": ("until", _until),
-})
+_PARTS: MappingProxyType[str, tuple[str, Callable[[str, str], object]]] = MappingProxyType(
+    {
+        "FREQ": ("frequency", _frequency),
+        "INTERVAL": ("interval", _number(1, MOST_INTERVAL)),
+        "BYDAY": ("weekdays", _weekdays),
+        "BYMONTHDAY": ("month_days", _numbers(1, 31, negative=True)),
+        "BYMONTH": ("months", _numbers(1, 12)),
+        "BYHOUR": ("hours", _numbers(0, 23)),
+        "BYMINUTE": ("minutes", _numbers(0, 59)),
+        "COUNT": ("count", _number(1, MOST_COUNT)),
+        "UNTIL": ("until", _until),
+    }
+)
 
 
 @lru_cache(maxsize=4096)
@@ -141,7 +157,11 @@ def _parse(rule: str) -> Recurrence:
     for part in text.split(";"):
         name, equals, value = part.partition("=")
         if name not in _PARTS or not equals:
-            raise _wrong("{part!r} can't be used in a recurrence: it takes {names}", part=name if equals else part, names=", ".join(_PARTS))
+            raise _wrong(
+                "{part!r} can't be used in a recurrence: it takes {names}",
+                part=name if equals else part,
+                names=", ".join(_PARTS),
+            )
         field, read = _PARTS[name]
         if field in values:
             raise _wrong("{part} appears twice in the recurrence", part=name)

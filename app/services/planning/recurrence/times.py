@@ -1,4 +1,5 @@
 """The times of a day at which a sub-daily rule comes, in seconds after its midnight, worked out for the day at once."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -18,9 +19,10 @@ BEGINNING = datetime.min.replace(tzinfo=UTC)
 
 class Stretch(NamedTuple):
     """A part of a local day in which the clock isn't changed."""
-    offset: int                        # seconds ahead of UTC
-    low: int                           # its first second after midnight
-    high: int                          # the first one after it
+
+    offset: int  # seconds ahead of UTC
+    low: int  # its first second after midnight
+    high: int  # the first one after it
 
 
 def seconds_of(instant: datetime) -> int:
@@ -53,7 +55,10 @@ def _around_change(zone_name: str, day: date) -> tuple[Stretch, ...]:
     before, after = ends[0], ends[-1]
     if ends.count(before) == len(ends):
         return (Stretch(before, 0, DAY_S),)
-    low, high = -max(before, after), DAY_S - min(before, after)        # between them, in seconds after midnight by UTC, is the change
+    low, high = (
+        -max(before, after),
+        DAY_S - min(before, after),
+    )  # between them, in seconds after midnight by UTC, is the change
     while low < high:
         middle = (low + high) // 2
         if _offset_at(midnight + middle * SECOND, zone) == after:
@@ -91,7 +96,9 @@ def _by_minute(rule: Recurrence, origin: int, low: int, high: int) -> Iterator[i
         origin -= origin % HOUR_S
     seconds = [minute * 60 + origin % 60 for minute in rule.minutes]
     if not is_hourly:
-        seconds = [second for second in seconds if (second - origin) % gcd(step, HOUR_S) == 0]     # the others never meet a step
+        seconds = [
+            second for second in seconds if (second - origin) % gcd(step, HOUR_S) == 0
+        ]  # the others never meet a step
     for hour in range(max(0, low) // HOUR_S, -(-high // HOUR_S)) if seconds else ():
         begin = hour * HOUR_S
         if (rule.hours and hour not in rule.hours) or (is_hourly and (begin - origin) % step):
@@ -114,6 +121,7 @@ def days_of(rule: Recurrence, origin: int) -> Callable[[int], bool]:
     def has_times(ordinal: int) -> bool:
         at = (origin - ordinal * DAY_S) % step
         return at < DAY_S and at // HOUR_S in hours and (not minutes or at // 60 % 60 in minutes)
+
     return has_times
 
 
