@@ -20,7 +20,7 @@ from tests.support.site import Site
 from tests.support.steps import steps
 
 EVERY_DAY = WorkingCalendar(Settings(working_days=WEEKDAYS))
-FEW, SOME, MANY = 3_000, 30_000, 200_000
+FEW, SOME, MANY = 4_000, 40_000, 260_000
 MONDAY = datetime(2026, 11, 23, 4)
 NOW = MONDAY.replace(hour=12, tzinfo=UTC)
 LEAP = "BYMONTH=2;BYMONTHDAY=29;BYDAY=SU"
