@@ -30,15 +30,15 @@ from app.services.catalogue.preview import Forecasts
 from app.services.catalogue.stored import problem_in
 from app.services.check_up.service import CheckUps
 from app.services.dispatch.allocator import Allocator
+from app.services.dispatch.availability import can_work, is_charging
 from app.services.dispatch.clock_guard import ClockGuard
+from app.services.dispatch.context import Context
 from app.services.dispatch.engine import Engine
-from app.services.dispatch.freedom import can_work, is_charging
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
+from app.services.dispatch.restored_starts import RestoredStarts
 from app.services.dispatch.runner import Runner
 from app.services.dispatch.same_machine import SameMachine
-from app.services.dispatch.shared import Shared
-from app.services.dispatch.whereabouts import Whereabouts
 from app.services.dispatch.worker import RobotWorker
 from app.services.files.calendar_import import CalendarFiles
 from app.services.files.check_up_files import CheckUpFiles
@@ -164,14 +164,14 @@ class Container:
             ledger=self.ledger,
             changes=self.changes,
             hold_late_starts=with_window,
-            uncertain_through=lambda: self.whereabouts.through,
+            uncertain_through=lambda: self.restored_starts.uncertain_until,
         )
         robots = CachedUntilChanged(lambda: repositories.robots.all(db.read()), self.changes, Topic.ROBOTS)
-        self.whereabouts = Whereabouts(
+        self.restored_starts = RestoredStarts(
             db, repositories.settings, clock, self.changes, self.tablet, robots, self.settings
         )
         guard = ClockGuard(db, repositories.settings, clock, self.holds, self.alarms, self.downtime)
-        self.shared = Shared(
+        self.context = Context(
             db,
             clock,
             self.ledger,
@@ -186,13 +186,13 @@ class Container:
             self.settings,
             self.calendar,
             self.tablet,
-            self.whereabouts,
+            self.restored_starts,
             lambda: self.engine.plan_version,
             guard.is_contradicted,
             self.parameters,
         )
         self.robot_missions = RobotMissions(self.catalogue.robot, self.make_client, clock, self.parameters)
-        self.allocator = Allocator(self.shared, self.robot_missions.lacks)
+        self.allocator = Allocator(self.context, self.robot_missions.lacks)
         self.engine = Engine(
             planner=planner,
             guard=guard,
@@ -204,7 +204,7 @@ class Container:
             make_worker=self.make_worker,
             poll_interval=lambda: self.settings().poll_interval_seconds,
             probe=self._probe,
-            whereabouts=self.whereabouts,
+            restored_starts=self.restored_starts,
             allocator=self.allocator,
         )
         self.engine.add_chore("Watching the database", db.check_in_place)
@@ -314,7 +314,7 @@ class Container:
             )
 
     def make_worker(self, robot: Robot) -> RobotWorker:
-        return RobotWorker(robot, self.make_client(robot), self.shared)
+        return RobotWorker(robot, self.make_client(robot), self.context)
 
     def close(self) -> None:
         self.runner.stop()

@@ -8,7 +8,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain.models import Trigger
-from app.services.dispatch.freedom import is_charging
+from app.services.dispatch.availability import is_charging
 from tests.support.groups import Hall
 
 

@@ -57,7 +57,7 @@ class QuietPlanner:
     """Nothing is ever due."""
 
     def next_due(self) -> None: ...
-    def end_windows(self) -> None: ...
+    def close_expired_run_nows(self) -> None: ...
 
     def robots_due(self, after: object, until: object) -> set[int]:
         return set()
@@ -117,7 +117,7 @@ class App:
             make_worker=make_worker,  # type: ignore[arg-type]
             poll_interval=lambda: every,
             probe=lambda: None,
-            whereabouts=container.whereabouts,
+            restored_starts=container.restored_starts,
             allocator=container.allocator,
         )
         self.runner = Runner(container.db, self.engine, clock, alarms)
@@ -239,7 +239,7 @@ def test_what_is_posted_arrives_in_its_order(start, polls):
         messages.LedgerChanged(),
         messages.Start((), 2),
         messages.Prefetch(),
-        messages.TimeLost(),
+        messages.ClockJumped(),
     ] * 20
     for message in posted:
         app.runner.post(0, message)

@@ -66,7 +66,7 @@ def test_a_start_that_is_sent_while_the_robot_is_read_is_no_copy_of_another(site
     plan("2026-11-23T06:06")
     worker = site._workers[robot_of(site).id]
     site.run_until(lambda: len(site.network.posts()) == 1, within=400)
-    while site.seconds() < 361 and not math.isfinite(worker._submission.attempts.next_held_at()):
+    while site.seconds() < 361 and not math.isfinite(worker._sending.attempts.next_ready_at()):
         site.run(0.01)
     site.network.next("GET", "/status", Fate.SLOW, 0.5)
     site.post(robot_of(site).id, messages.Poll())

@@ -7,7 +7,7 @@ import pytest
 from app.domain.models import State
 from app.mir.client import RobotClient
 from app.mir.errors import Unreadable
-from app.services.dispatch.following import MANY
+from app.services.dispatch.tracking import MANY
 
 DUE = 300.0  # s from the beginning: 06:05
 COUNT = 2 * MANY

@@ -10,7 +10,7 @@ import pytest
 from app.domain.models import State
 from app.mir.client import RobotClient
 from app.mir.errors import Unreachable
-from app.services.dispatch.submission import STARTED_TOGETHER
+from app.services.dispatch.sending import STARTED_TOGETHER
 from app.services.dispatch.timing import LIVE_EVERY, PUT_OFF_AT_MOST
 from app.services.dispatch.worker import RobotWorker
 from tests.support.seen import robot_of
@@ -153,7 +153,7 @@ def test_many_robots_are_looked_at_evenly_over_time():
     """Also when all of them were sent to in one moment; the one on screen keeps its two seconds."""
 
     def pause(number: int, watched: bool = False) -> float:
-        return RobotWorker._apart(SimpleNamespace(_watched=watched, robot=SimpleNamespace(id=number)), LIVE_EVERY)
+        return RobotWorker._staggered(SimpleNamespace(_watched=watched, robot=SimpleNamespace(id=number)), LIVE_EVERY)
 
     for robots in (range(1, 51), range(100, 200, 2)):
         moments = sorted(pause(number) for number in robots)

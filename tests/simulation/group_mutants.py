@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.simulation.mutants import SUBMISSION, Mutant
+from tests.simulation.mutants import SENDING, Mutant
 from tests.simulation.profile import Profile
 
 BASE = {
@@ -33,7 +33,7 @@ CALM = Profile(acts_per_hour=0, events_per_hour=0).only(fault_rate=0.0, crash_ra
 GROUP_MUTANTS = (
     Mutant(
         "given to another robot though the outcome at the first is unknown",
-        f"{SUBMISSION}._post",
+        f"{SENDING}._post",
         "if error.delivery is Delivery.NOT_SENT:",
         "if error.delivery is Delivery.NOT_SENT or (intent.group_id and error.delivery is not Delivery.REFUSED):",
         "before the first was read",
@@ -42,7 +42,7 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "given to another robot after twenty seconds",
-        f"{SUBMISSION}._reconcile",
+        f"{SENDING}._reconcile",
         "quiet_left = self._seen.quiet_seconds - (",
         "quiet_left = (20 if row.group_id else self._seen.quiet_seconds) - (",
         "before the first was read",
@@ -51,7 +51,7 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "given to another robot though the first could not be read",
-        f"{SUBMISSION}._reconcile",
+        f"{SENDING}._reconcile",
         "if quiet_left <= 0 and is_closed:",
         "if quiet_left <= 0 and row.group_id:\n            self._failed([row], error.message, waited=True)\n"
         "        elif quiet_left <= 0 and is_closed:",
@@ -61,7 +61,7 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "looked for above another robot's numbers",
-        "services.dispatch.copies:Copies.of",
+        "services.dispatch.duplicates:Duplicates.of",
         "self._client.items_after(row.queue_floor or 0)",
         "self._client.items_after((row.queue_floor or 0) + (1000 if row.group_id else 0))",
         "items with one token",
@@ -70,10 +70,9 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "after a crash it is any robot's at once",
-        f"{SUBMISSION}.recover",
-        "self._doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)",
-        "self._failed([row], 'x') if row.group_id else "
-        "self._doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)",
+        f"{SENDING}.recover",
+        "self._mark_in_doubt(",
+        "self._failed([row], 'x') if row.group_id else self._mark_in_doubt(",
         "before the first was read",
         CRASHES,
         seed=2,
@@ -100,7 +99,7 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "some robots are never free",
-        "services.dispatch.belief:Belief._member",
+        "services.dispatch.group_state:GroupState._member",
         "free = out is None and",
         "free = robot.id % 2 == 0 and out is None and",
         "is free and",

@@ -13,7 +13,7 @@ from app.domain.models import Execution
 from app.services.dispatch.engine import Engine
 
 _KEPT_FROM = ("app.services.dispatch.",)
-_NOT_KEPT = ("Shared", "Ledger", "Planner", "IdleWatch", "ClockReading")
+_NOT_KEPT = ("Context", "Ledger", "Planner", "IdleWatch", "ClockReading")
 _WITHOUT_EFFECT = frozenset(
     {  # here: when housekeeping was done last, and counters of which only the difference counts
         "_beat_at",
@@ -78,7 +78,7 @@ def _attributes(value: Any, now: tuple[float, datetime, float], seen: set[int]) 
 
 def _attempts_of(worker: Any) -> Iterator[Any]:
     """Of those that are held, the versions of the plan count."""
-    return (attempt for attempt in worker._submission.attempts.values() if attempt.plan_version)
+    return (attempt for attempt in worker._sending.attempts.values() if attempt.plan_version)
 
 
 def under_way() -> tuple[tuple[str, int], ...]:

@@ -173,18 +173,18 @@ def planted(mutant: Mutant) -> Iterator[None]:
             setattr(each, name, original)
 
 
-SUBMISSION, LEDGER, PLANNER = (
-    "services.dispatch.submission:Submission",
+SENDING, LEDGER, PLANNER = (
+    "services.dispatch.sending:Sending",
     "services.dispatch.ledger:Ledger",
     "services.dispatch.planner:Planner",
 )
-ROW_MAKER, GUARD, COPIES = (
+ROW_MAKER, GUARD, DUPLICATES = (
     "services.dispatch.planner:_RowMaker",
     "services.dispatch.clock_guard:ClockGuard",
-    "services.dispatch.copies:Copies",
+    "services.dispatch.duplicates:Duplicates",
 )
-FOLLOWING, ENGINE, HOLDS = (
-    "services.dispatch.following:Following",
+TRACKING, ENGINE, HOLDS = (
+    "services.dispatch.tracking:Tracking",
     "services.dispatch.engine:Engine",
     "services.live.holds:Holds",
 )
@@ -195,7 +195,7 @@ MUTANTS = (
     # ------------------------------------------------------------------ never twice
     Mutant(
         "whatever failed is sent again",
-        f"{SUBMISSION}._post",
+        f"{SENDING}._post",
         "error.delivery is Delivery.NOT_SENT",
         "error.delivery is not Delivery.REFUSED",
         "items with one token",
@@ -203,7 +203,7 @@ MUTANTS = (
     ),
     Mutant(
         "an unknown outcome is never looked for",
-        f"{COPIES}.of",
+        f"{DUPLICATES}.of",
         "found = [item for item in newer if item.description == row.token]",
         "found = []",
         "items with one token",
@@ -211,7 +211,7 @@ MUTANTS = (
     ),
     Mutant(
         "no quiet time",
-        f"{SUBMISSION}._reconcile",
+        f"{SENDING}._reconcile",
         "quiet_left = self._seen.quiet_seconds - (",
         "quiet_left = 0 * (",
         "items with one token",
@@ -219,7 +219,7 @@ MUTANTS = (
     ),
     Mutant(
         "an intent that is not on disk",
-        f"{SUBMISSION}._begin",
+        f"{SENDING}._begin",
         "return self._ledger.make([self._ledger.moves.begun(row, robot, floor) for row in rows], quietly=True)",
         "from dataclasses import replace; return [replace(row, **self._ledger.moves.begun(row, robot, floor).columns) for row in rows]",
         "items with one token",
@@ -235,7 +235,7 @@ MUTANTS = (
     ),
     Mutant(
         "a second copy that waits is left alone",
-        f"{COPIES}.cancel_copy",
+        f"{DUPLICATES}.cancel_copy",
         "if item.is_pending:",
         "if False:",
         "a second copy ran",
@@ -270,7 +270,7 @@ MUTANTS = (
     ),
     Mutant(
         "robots that forget descriptions have nothing of ours",
-        f"{COPIES}.of",
+        f"{DUPLICATES}.of",
         "candidates = [item for item in newer if self._may_be_of(row, item)][:1]",
         "candidates = []",
         "more items with one token",
@@ -322,7 +322,7 @@ MUTANTS = (
     ),
     Mutant(
         "everything fails without a request",
-        f"{SUBMISSION}.send_due",
+        f"{SENDING}.send_due",
         "self._post(intent, attempt.plan_version)",
         "self._ledger.end(intent, Reason(ReasonCode.REFUSED))",
         "never ran",
@@ -346,7 +346,7 @@ MUTANTS = (
     ),
     Mutant(
         "what did not arrive is given up",
-        f"{SUBMISSION}._is_not_there",
+        f"{SENDING}._is_not_there",
         "waited=True",
         "waited=self._give_up(row, 'x')",
         "never ran",
@@ -354,7 +354,7 @@ MUTANTS = (
     ),
     Mutant(
         "low battery, for ever",
-        f"{SUBMISSION}._is_ready",
+        f"{SENDING}._is_ready",
         "battery=battery, minimum=minimum)\n            self._later(row, RECHECK)",
         "battery=battery, minimum=minimum)\n            self._later(row, 1e9)",
         "never ran",
@@ -379,7 +379,7 @@ MUTANTS = (
     ),
     Mutant(
         "in doubt for ever",
-        f"{SUBMISSION}._reconcile",
+        f"{SENDING}._reconcile",
         "min(RECONCILE_EVERY, quiet_left)",
         "1e9",
         "open for",
@@ -388,7 +388,7 @@ MUTANTS = (
     ),
     Mutant(
         "what the robot took is not written",
-        f"{SUBMISSION}.note",
+        f"{SENDING}.note",
         "if not accepted:",
         "if True:",
         "open for",
@@ -397,7 +397,7 @@ MUTANTS = (
     ),
     Mutant(
         "an aborted mission never ends",
-        f"{FOLLOWING}._moves",
+        f"{TRACKING}._moves",
         "if item.state is QueueState.ABORTED or (",
         "if False and (",
         "open for",
@@ -406,7 +406,7 @@ MUTANTS = (
     ),
     Mutant(
         "nobody is followed",
-        f"{FOLLOWING}.follow",
+        f"{TRACKING}.follow",
         "for row, queue_id in accepted:",
         "for row, queue_id in accepted[:0]:",
         "open for",
@@ -433,7 +433,7 @@ MUTANTS = (
     # ------------------------------------------------------------------ nothing that is not wanted
     Mutant(
         "sent as soon as it is on disk",
-        f"{SUBMISSION}._hold",
+        f"{SENDING}._add_ready",
         "ahead = min(",
         "ahead = 0.0 * min(",
         "before its instant",
@@ -484,7 +484,7 @@ MUTANTS = (
     ),
     Mutant(
         "pauses are ignored",
-        f"{ROW_MAKER}.is_left_out",
+        f"{ROW_MAKER}.is_skipped",
         "return self.schedule.is_paused(planned_at) or",
         "return False or",
         "taken back",
@@ -494,8 +494,8 @@ MUTANTS = (
     Mutant(
         "a pause leaves what waits",
         "services.catalogue.pausing:Pausing.pause",
-        "self._executions.take_back(c,",
-        "(lambda *a, **k: 0)(c,",
+        "self._executions.take_back(\n            c,",
+        "(lambda *a, **k: 0)(\n            c,",
         "taken back",
         PEOPLE,
         seed=76,
@@ -635,7 +635,7 @@ MUTANTS = (
     # ------------------------------------------------------------------ truth
     Mutant(
         "an aborted mission was completed",
-        f"{FOLLOWING}._moves",
+        f"{TRACKING}._moves",
         "if item.state is QueueState.DONE:",
         "if item.state in (QueueState.DONE, QueueState.ABORTED):",
         "truth",
@@ -643,7 +643,7 @@ MUTANTS = (
     ),
     Mutant(
         "one answer 404 and it has vanished",
-        f"{FOLLOWING}._has_been_missing",
+        f"{TRACKING}._has_been_missing",
         "return mono - ",
         "return True or mono - ",
         "truth",
@@ -657,7 +657,7 @@ MUTANTS = (
     ),
     Mutant(
         "a lost answer is a refusal",
-        f"{SUBMISSION}._post",
+        f"{SENDING}._post",
         "elif error.delivery is Delivery.REFUSED:",
         "elif True:",
         "truth",

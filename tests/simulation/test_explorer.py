@@ -9,10 +9,10 @@ import pytest
 from app.database.executions import ExecutionRepository
 from app.domain.message import message
 from app.domain.models import State
-from app.services.dispatch import ledger, submission
-from app.services.dispatch.copies import Copies
+from app.services.dispatch import ledger, sending
+from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.moves import NOT_WITH_THE_ROBOT, Moves
-from app.services.dispatch.submission import Submission
+from app.services.dispatch.sending import Sending
 from tests.simulation.choices import Scenario
 from tests.simulation.explorer import explore
 
@@ -42,9 +42,7 @@ def is_found(words: str, faults: int = 1, acts: tuple[str, ...] = ()) -> bool:
 
 def test_a_blind_retry_is_found(monkeypatch):
     """Whatever failed is sent again, as if the robot certainly did not have it."""
-    monkeypatch.setattr(
-        Submission, "_reconcile", lambda self, row: self._failed([row], message("no answer"), waited=True)
-    )
+    monkeypatch.setattr(Sending, "_reconcile", lambda self, row: self._failed([row], message("no answer"), waited=True))
     assert is_found("2 items")
 
 
@@ -67,19 +65,19 @@ def test_what_an_earlier_run_sent_and_nobody_looks_for_is_found(monkeypatch):
     def recover(self):
         self._release(self._ledger.open_for(self._robot_id, (State.SUBMITTING,)))
 
-    monkeypatch.setattr(Submission, "recover", recover)
+    monkeypatch.setattr(Sending, "recover", recover)
     assert is_found("2 items")
 
 
 def test_a_second_copy_that_nobody_looks_for_is_found(monkeypatch):
     """Of a request that lands after the quiet time nobody is told."""
-    monkeypatch.setattr(Copies, "heal", lambda self, open_items: None)
+    monkeypatch.setattr(Duplicates, "remove_duplicates", lambda self, open_items: None)
     assert is_found("nobody was told")
 
 
 @pytest.mark.long
 def test_a_start_that_is_sent_again_although_it_was_taken_back_is_found(monkeypatch):
     """A request is lost, its schedule is switched off, and after the quiet time it leaves again."""
-    for module in (ledger, submission):
+    for module in (ledger, sending):
         monkeypatch.setattr(module, "taken_back", lambda row: None)
     assert is_found("after it was taken back", faults=2, acts=("switch off A",))

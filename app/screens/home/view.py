@@ -48,7 +48,7 @@ from app.screens.home.map import NO_MAP, MapView, map_view, own_words
 from app.screens.home.run_now import RunView, run_now
 from app.screens.home.waiting import kept_for
 from app.services.dispatch import idle
-from app.services.dispatch.freedom import is_charging
+from app.services.dispatch.availability import is_charging
 from app.services.live.holds import Hold
 
 

@@ -1,8 +1,9 @@
 """Gives each start of a group to one of its robots as soon as one is free, and never to two.
 
-A start of a group is a row without a robot. There is one allocator, on the engine's thread: it believes what the workers have read
-(``belief``), has ``app.services.allocation`` decide, and binds: one write that finds the row still without a robot, and everything as it
-was. From then on the row is that robot's worker's, which alone gives it back, when certainly nothing of it is on the robot.
+A start of a group is a row without a robot. There is one allocator, on the engine's thread: it takes what the workers have read
+(``group_state``), has ``app.services.allocation`` choose, and assigns the robot: one write that finds the row still without one,
+and everything as it was. From then on the row is that robot's worker's, which alone gives it back, when certainly nothing of it is
+on the robot.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from app.database.groups import GroupRepository
 from app.domain import rules
 from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
 from app.services.allocation.decide import LAST_CALL, Decision, decide
-from app.services.dispatch.belief import Belief, Experience
+from app.services.dispatch.context import Context
+from app.services.dispatch.group_state import GroupState, UsualDurations
 from app.services.dispatch.moves import Move, taken_back
-from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import DECIDES_EVERY, LOOKS_FOR
 from app.services.dispatch.waiting import Waiting
 from app.services.dispatch.worker import RobotWorker
@@ -29,11 +30,11 @@ BOUND_TOGETHER = 50  # with one write: more would hold up what else is to be wri
 class Allocator:
     """``lacks``: whether a robot is known not to have a mission, by their id and guid."""
 
-    def __init__(self, shared: Shared, lacks: Callable[[int, str], bool] = lambda robot_id, guid: False) -> None:
-        self._s, self._ledger, self._clock, self._lacks = shared, shared.ledger, shared.clock, lacks
+    def __init__(self, context: Context, lacks: Callable[[int, str], bool] = lambda robot_id, guid: False) -> None:
+        self._s, self._ledger, self._clock, self._lacks = context, context.ledger, context.clock, lacks
         self._starts, self._groups = GroupStartRepository(), GroupRepository()
-        self._waiting = Waiting(shared, None, self._later)
-        self._experience = Experience(shared)
+        self._waiting = Waiting(context, None, self._later)
+        self._usual_durations = UsualDurations(context)
         self._look_at = math.inf  # on the monotonic clock: one that waits can go on then
         self._met_at: dict[int, float] = {}  # starts by id: when they were first seen, on the same clock
         self.members: frozenset[int] = frozenset()  # robots that something waits for
@@ -57,7 +58,7 @@ class Allocator:
         robots = {key: worker.robot for key, worker in workers.items()}
         to_give = [row for row in rows if self._is_to_be_given(row, groups.get(row.group_id or 0), robots)]
         self.members = frozenset(robot_id for row in to_give for robot_id in groups[row.group_id or 0].members)
-        to_give = [row for row in to_give if not self._looks_first(row, groups[row.group_id or 0], workers)]
+        to_give = [row for row in to_give if not self._await_fresh_status(row, groups[row.group_id or 0], workers)]
         while to_give:
             given, moved = self._decide(to_give, groups, workers)
             to_give = [
@@ -90,11 +91,11 @@ class Allocator:
             )
         return self._waiting.may_be_tried(row, reason) and not self._waits_for_the_one_before(row)
 
-    def _looks_first(self, row: Execution, group: Group, workers: Mapping[int, RobotWorker]) -> bool:
+    def _await_fresh_status(self, row: Execution, group: Group, workers: Mapping[int, RobotWorker]) -> bool:
         """Whether robots of its group that answer and were not read a moment ago are to be heard before one is chosen: they have just been
         asked."""
         left = self._met_at[row.id] + LOOKS_FOR - self._clock.monotonic()
-        if left <= 0 or not any(workers[key].seen.is_to_be_heard for key in group.members if key in workers):
+        if left <= 0 or not any(workers[key].seen.is_awaiting_answer for key in group.members if key in workers):
             return False
         self._later(row, left)
         return True
@@ -137,26 +138,26 @@ class Allocator:
         self, rows: Sequence[Execution], groups: Mapping[int, Group], workers: Mapping[int, RobotWorker]
     ) -> tuple[set[int], set[int]]:
         """Returns the ids of those that were given to a robot, and of those that were to be and had changed meanwhile, or the robot had."""
-        belief, by_id = (
-            Belief(self._s, self._experience, workers, self.members, self._lacks),
+        state, by_id = (
+            GroupState(self._s, self._usual_durations, workers, self.members, self._lacks),
             {row.id: row for row in rows},
         )
         waits, bound, into_queue, plan_version = list[Move](), list[Move](), set[int](), self._s.plan_version()
-        for decision in decide(belief.situation(rows, groups)):
+        for decision in decide(state.situation(rows, groups)):
             row = by_id[decision.start.id]
             if decision.too_late and row.finish_by is not None:
                 self._ledger.end(row, Reason(ReasonCode.FINISH_BY, {"finish_by": row.finish_by.isoformat()}))
             elif decision.robot_id is None:
-                waits += self._awaits(row, decision, belief)
-            elif mission := belief.mission(decision.robot_id, row.mission):
+                waits += self._waiting_for_robot(row, decision, state)
+            elif mission := state.mission(decision.robot_id, row.mission):
                 bound.append(
                     self._ledger.moves.bound(
                         row,
-                        belief.robots[decision.robot_id],
+                        state.robots[decision.robot_id],
                         mission.guid,
-                        belief.choice(decision),
+                        state.choice(decision),
                         self._intent_floor(row, workers[decision.robot_id], mission.guid),
-                        belief.approach(decision.robot_id, mission),
+                        state.approach(decision.robot_id, mission),
                     )
                 )
                 if decision.is_last_call or decision.start.at_once:
@@ -183,11 +184,11 @@ class Allocator:
         may_be_there = ready.uncertain_through is not None and row.planned_at <= ready.uncertain_through
         return None if may_be_there else ready.queue_floor
 
-    def _awaits(self, row: Execution, decision: Decision, belief: Belief) -> list[Move]:
+    def _waiting_for_robot(self, row: Execution, decision: Decision, state: GroupState) -> list[Move]:
         """What it waits for, where that is something new."""
         if decision.full is not None and (full := self._ledger.full_place(row)) is not None:
-            return self._ledger.moves.waiting(row, Wait.PLACE, **belief.who_is_there(full))
-        return self._ledger.moves.waiting(row, Wait.ROBOT, group=row.robot_group, **belief.choice(decision))
+            return self._ledger.moves.waiting(row, Wait.PLACE, **state.describe_occupant(full))
+        return self._ledger.moves.waiting(row, Wait.ROBOT, group=row.robot_group, **state.choice(decision))
 
 
 def batched(moves: Sequence[Move], size: int) -> list[Sequence[Move]]:

@@ -12,7 +12,7 @@ from app.services.dispatch.moves import Move
 
 
 class Phase(Enum):
-    HELD = auto()  # its intent is on disk, its instant is still to come
+    READY = auto()  # its intent is on disk, its instant is still to come
     BACKOFF = auto()  # it waits, and is looked at again at ``wake_at``
     IN_DOUBT = auto()  # its request may have reached the robot, or may still reach it
     ACCEPTED = auto()  # the robot has it; that is to be written
@@ -24,8 +24,8 @@ class Attempt:
 
     phase: Phase
     wake_at: float
-    row: Execution | None = None  # HELD: the intent
-    plan_version: int = 0  # HELD: of the plan that the intent was written from
+    row: Execution | None = None  # READY: the intent
+    plan_version: int = 0  # READY: of the plan that the intent was written from
     in_doubt_since: float = math.inf
     is_taken: bool = False  # IN_DOUBT: the robot has it; only its number is not known
     accepted: Move | None = None
@@ -46,8 +46,8 @@ class Attempts(dict[int, Attempt]):
     def next_at(self) -> float:
         return min((attempt.wake_at for attempt in self.values()), default=math.inf)
 
-    def next_held_at(self) -> float:
-        return min((attempt.wake_at for attempt in self.of(Phase.HELD)), default=math.inf)
+    def next_ready_at(self) -> float:
+        return min((attempt.wake_at for attempt in self.of(Phase.READY)), default=math.inf)
 
     def may_be_with_the_robot(self) -> bool:
         return any(attempt.phase in (Phase.IN_DOUBT, Phase.ACCEPTED) for attempt in self.values())

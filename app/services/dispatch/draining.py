@@ -7,9 +7,9 @@ from datetime import datetime
 
 from app.domain.drain import Used
 from app.domain.models import Execution, State
-from app.services.dispatch.freedom import is_charging
+from app.services.dispatch.availability import is_charging
+from app.services.dispatch.context import Context
 from app.services.dispatch.observation import Observation
-from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import REPORTED_STEP, UNSEEN_AT_MOST
 
 HOUR = 3600.0  # s
@@ -28,8 +28,8 @@ class _Run:
 class Draining:
     """A run of which the beginning or the end was not seen, or during which the battery was unknown or charged, says nothing."""
 
-    def __init__(self, shared: Shared, observation: Observation) -> None:
-        self._s, self._seen = shared, observation
+    def __init__(self, context: Context, observation: Observation) -> None:
+        self._s, self._seen = context, observation
         self._runs: dict[int, _Run] = {}  # by the execution's id
 
     def saw_executing(self, row: Execution) -> None:

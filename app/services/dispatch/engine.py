@@ -28,6 +28,7 @@ from app.services.dispatch.chores import Chores
 from app.services.dispatch.clock_guard import ClockGuard, Judgement, Readings
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.planner import Planner
+from app.services.dispatch.restored_starts import RestoredStarts
 from app.services.dispatch.timing import (
     AFTER_A_FAILURE,
     CYCLE_TAKES,
@@ -46,7 +47,6 @@ from app.services.dispatch.timing import (
     TIDY_EVERY,
     TURN_EVERY,
 )
-from app.services.dispatch.whereabouts import Whereabouts
 from app.services.dispatch.worker import RobotWorker
 from app.services.live.alarms import Alarms
 from app.services.live.changes import NO_ROBOT, Changes, Topic
@@ -96,12 +96,12 @@ class Engine:
         make_worker: Callable[[Robot], RobotWorker],
         poll_interval: Callable[[], float],
         probe: Callable[[], object],
-        whereabouts: Whereabouts,
+        restored_starts: RestoredStarts,
         allocator: Allocator,
     ) -> None:
         self._planner, self._guard, self._ledger, self._clock = planner, guard, ledger, clock
         self._alarms, self._robots, self._make_worker = alarms, robots, make_worker
-        self._whereabouts, self._allocator = whereabouts, allocator
+        self._restored_starts, self._allocator = restored_starts, allocator
         allocator.hand_over = self._hand_over
         self._poll_interval, self._probe = (
             poll_interval,
@@ -193,9 +193,9 @@ class Engine:
         with self._lock:
             before, self._watched = self._watched, robot_id
         if before is not None and before != robot_id:
-            self._mailboxes.post(before, messages.Watched(False))
+            self._mailboxes.post(before, messages.OnScreen(False))
         if robot_id is not None:
-            self._mailboxes.post(robot_id, messages.Watched(True))
+            self._mailboxes.post(robot_id, messages.OnScreen(True))
 
     def _on_change(self, topic: Topic, about: int | None) -> None:
         if topic in (Topic.EXECUTIONS, Topic.SCHEDULES) and self._inserting == threading.get_ident():
@@ -209,12 +209,12 @@ class Engine:
                 self._post_to_all(messages.LedgerChanged())
             elif about != NO_ROBOT:
                 self._mailboxes.post(about, messages.LedgerChanged())
-        if self._allocating != threading.get_ident() and self._may_let_one_go(topic, about):
+        if self._allocating != threading.get_ident() and self._may_unblock_group_start(topic, about):
             self._allocate_soon()
         elif topic in (Topic.ROBOTS, Topic.SCHEDULES, Topic.SETTINGS, Topic.HOLDS):
             self._wake()
 
-    def _may_let_one_go(self, topic: Topic, about: int | None) -> bool:
+    def _may_unblock_group_start(self, topic: Topic, about: int | None) -> bool:
         """Whether a start of a group may find a robot because of this change."""
         if topic is Topic.EXECUTIONS and about in (None, NO_ROBOT):  # it may be new
             return True
@@ -274,17 +274,17 @@ class Engine:
             self._allocator.wait_for_the_clock()
         if self._guard.is_in_doubt and not was_in_doubt:
             self.request_cycle(self._window_drives)  # the robots' clocks decide
-            self._post_to_all(messages.TimeLost())
+            self._post_to_all(messages.ClockJumped())
         if judgement.absent_since is not None:
             self._planner.list_late_starts(judgement.absent_since)
-            self._post_to_all(messages.TimeLost())
+            self._post_to_all(messages.ClockJumped())
         if judgement.went_back:
-            self._planner.follow_clock(judgement.step, judgement.wrong)
+            self._planner.replan_after_clock_step(judgement.step, judgement.wrong)
         if judgement.is_trusted:
-            self._planner.end_windows()
+            self._planner.close_expired_run_nows()
             self._guard.acted()
             if was_in_doubt or not self._was_trusted:
-                self._whereabouts.clock_is_right(self._guard.is_proven)
+                self._restored_starts.clock_is_right(self._guard.is_proven)
                 self._was_trusted = True
         return judgement
 
@@ -320,7 +320,7 @@ class Engine:
             self._allocate_at = self._allocated_at + wait
         before, self._sought = self._sought, self._allocator.members
         for robot_id in before ^ self._sought:
-            self._mailboxes.post(robot_id, messages.Sought(robot_id in self._sought))
+            self._mailboxes.post(robot_id, messages.NeededByGroup(robot_id in self._sought))
 
     def _readiness(self, robot_id: int) -> messages.Readiness | None:
         worker = self._workers.get(robot_id)
@@ -383,9 +383,9 @@ class Engine:
             self._workers[robot.id] = worker
         self._mailboxes.open(worker)
         if robot.id == self._watched:
-            self._mailboxes.post(robot.id, messages.Watched(True))
+            self._mailboxes.post(robot.id, messages.OnScreen(True))
         if robot.id in self._sought:
-            self._mailboxes.post(robot.id, messages.Sought(True))
+            self._mailboxes.post(robot.id, messages.NeededByGroup(True))
 
     def _take_turns(self) -> None:
         if self.seconds_to_cycle <= 0:

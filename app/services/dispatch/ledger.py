@@ -102,7 +102,7 @@ class Ledger:
         row = self._executions.get(c, before.id)
         if row is not None and row.revoked is not None:
             other = self._instead_of(c, row)
-            if other is None or not _came_to_nothing(other):
+            if other is None or not _never_reached_a_robot(other):
                 raise _not_sent_again(row.revoked, row.robot)
         if row is None or row.robot_id != before.robot_id or not (row.state is State.SUBMITTING or _is_unknown(row)):
             raise InvalidInput("robot", "what became of it is known by now")
@@ -182,7 +182,7 @@ class Ledger:
                 self.grew = True
                 self.alarm_for(row)
             if row.state is State.QUEUED:
-                self._tell_of_other(row)
+                self._resolve_replacement(row)
         for robot_id in {row.robot_id or NO_ROBOT for row in changed}:
             self._changes.publish(Topic.EXECUTIONS, robot_id)
         for move, row in made:
@@ -357,16 +357,16 @@ class Ledger:
         if changed[-1] is not None:
             self._announce(changed[-1])
             self._withdraw_alarms_of(execution)
-            self._tell_of_other(changed[-1])
+            self._resolve_replacement(changed[-1])
         return changed[-1]
 
-    def _tell_of_other(self, row: Execution) -> None:
+    def _resolve_replacement(self, row: Execution) -> None:
         """Its robot has it after all, and a person has had it started on another one, which has that too or may get it; or an undo of its
         cancellation would."""
         other = self._instead_of(self._db.read(), row)
-        if other is not None and _came_to_nothing(other):
+        if other is not None and _never_reached_a_robot(other):
             self._db.write(lambda c: self._executions.change(c, other.id, (other.state,), revoked=row.revoked))
-        elif other is not None and _runs_or_may(other):
+        elif other is not None and _may_have_run(other):
             self._alarms.raise_(
                 "started_twice",
                 f"execution:{row.id}",
@@ -490,12 +490,12 @@ def _is_unknown(row: Execution) -> bool:
     return row.reason is not None and row.reason.code is ReasonCode.UNKNOWN_OUTCOME
 
 
-def _came_to_nothing(row: Execution) -> bool:
+def _never_reached_a_robot(row: Execution) -> bool:
     """Whether it has ended, and certainly never was on a robot."""
     return row.ended_at is not None and row.queue_id is None and not _may_be_there(row)
 
 
-def _runs_or_may(row: Execution) -> bool:
+def _may_have_run(row: Execution) -> bool:
     return row.state.is_open or row.started_at is not None or _may_be_there(row)
 
 

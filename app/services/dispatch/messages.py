@@ -50,14 +50,14 @@ class RobotEdited:
 
 
 @dataclass(frozen=True)
-class Watched:
+class OnScreen:
     """Whether it is on screen."""
 
     is_watched: bool
 
 
 @dataclass(frozen=True)
-class Sought:
+class NeededByGroup:
     """Whether a start waits for it, or for another robot of its group."""
 
     is_sought: bool
@@ -72,8 +72,8 @@ class Recover:
 
 
 @dataclass(frozen=True)
-class TimeLost:
+class ClockJumped:
     """The tablet slept, or its clock was set: what the robot did meanwhile was not seen."""
 
 
-Message = Poll | Prefetch | Start | LedgerChanged | RobotEdited | Watched | Sought | Recover | TimeLost
+Message = Poll | Prefetch | Start | LedgerChanged | RobotEdited | OnScreen | NeededByGroup | Recover | ClockJumped

@@ -51,7 +51,7 @@ def taken_back(row: Execution) -> Reason | None:
     return Reason(row.cancel_code) if row.cancel_code else row.revoked
 
 
-def was_replaced(row: Execution, serial_number: str | None) -> bool:
+def is_other_machine(row: Execution, serial_number: str | None) -> bool:
     """Whether another machine than the one it was sent to is the row's robot now."""
     return None not in (row.robot_serial, serial_number) and row.robot_serial != serial_number
 
@@ -75,7 +75,7 @@ class Moves:
     def begun(self, execution: Execution, robot: Robot, queue_floor: int | None) -> Move:
         """The intent on disk before the POST: ``submitting``, one attempt more, and the highest queue id known before it. The floor of the
         first attempt on this machine is kept: everything that this execution ever put there lies above it."""
-        is_first = execution.queue_floor is None or was_replaced(execution, robot.serial_number)
+        is_first = execution.queue_floor is None or is_other_machine(execution, robot.serial_number)
         floor = queue_floor if is_first else execution.queue_floor
         return Move(
             execution,

@@ -29,8 +29,8 @@ from app.mir.errors import (
     Unauthorized,
     Unreadable,
 )
-from app.services.dispatch.freedom import can_work, is_charging
-from app.services.dispatch.shared import Shared
+from app.services.dispatch.availability import can_work, is_charging
+from app.services.dispatch.context import Context
 from app.services.dispatch.timing import (
     CLOCKS_PART,
     IN_PART_AT_MOST,
@@ -48,8 +48,8 @@ WRITES_TO_PRUNE = 200  # writes of what it is seen doing, between dropping what 
 
 
 class Observation:
-    def __init__(self, robot: Robot, client: RobotClient, shared: Shared) -> None:
-        self._robot, self._client, self._s = robot, client, shared
+    def __init__(self, robot: Robot, client: RobotClient, context: Context) -> None:
+        self._robot, self._client, self._s = robot, client, context
         self.clock: ClockReading | None = None
         self.gives_time = True  # as far as is known; robots behind some proxies don't
         self.highest: int | None = None  # queue id seen
@@ -59,14 +59,14 @@ class Observation:
         self._status: RobotStatus | None = None
         self._read_at = -math.inf  # -inf while it is asked for, and after anything went wrong
         self._answered_at = -math.inf  # when it was last read; -inf once anything went wrong
-        self._answered_on = shared.clock.now()  # and by the wall clock
+        self._answered_on = context.clock.now()  # and by the wall clock
         self._identified = False
         self._refused = False  # answers, but not to this user; /status alone answers anybody
         self._in_part_since = math.inf  # it tells its status, but its queue can't be read; on the monotonic clock
         self._evaluated: set[str] = set()  # codes judged since the start
         self._alarmed: set[str] = set()  # codes of this robot's alarms that are active
         self._spans = SpanRecorder()
-        self._spans_saved_at = shared.clock.monotonic()
+        self._spans_saved_at = context.clock.monotonic()
         self._writes_to_prune = 0  # writes of spans until the next pruning
 
     @property
@@ -81,7 +81,7 @@ class Observation:
             self.failures, self._alarmed, self._evaluated, self._in_part_since = 0, set(), set(), math.inf
         if self._robot.serial_number not in (None, robot.serial_number):
             self.highest, self._identified = None, False
-            self.distrust()
+            self.invalidate_status()
         self._robot = robot
         self._client.serial_number, self._client.identified_by = robot.serial_number, robot.identified_by
         self._client.rely_on(robot.known)
@@ -163,7 +163,7 @@ class Observation:
         return abs(passed - (self._s.clock.monotonic() - self._answered_at)) > CLOCKS_PART
 
     @property
-    def is_to_be_heard(self) -> bool:
+    def is_awaiting_answer(self) -> bool:
         """Whether it answered when it was last read, which is not a moment ago, or is being read. Any thread may ask."""
         return self.robot.enabled and self.fresh_status is None and self.answered_ago < math.inf
 
@@ -192,7 +192,7 @@ class Observation:
         """The same, whether or not it is being read now; infinite where anything has gone wrong since. Any thread may ask."""
         return self._s.clock.monotonic() - self._answered_at
 
-    def distrust(self) -> None:
+    def invalidate_status(self) -> None:
         """A request went wrong, or it is another machine: the next start reads the robot first."""
         self._answered_at = self._read_at = -math.inf
 

@@ -178,7 +178,7 @@ class Planner:
         batch.note(added)
         return work >= AT_ONCE or (len(schedules) == AT_ONCE and len(progress) == AT_ONCE)
 
-    def follow_clock(self, step: timedelta, wrong: tuple[datetime, datetime] | None) -> None:
+    def replan_after_clock_step(self, step: timedelta, wrong: tuple[datetime, datetime] | None) -> None:
         """The clock has been set, by that ``step`` or before this start of the app: what was made or changed while it was wrong counts from
         now, which is before there was this app, or from the first to the last instant of ``wrong``; instants that are to come again are
         planned again, and no Run now waits longer for it."""
@@ -196,7 +196,7 @@ class Planner:
                 self._schedules.count_from(c, schedule.id, next_at, now)
             ahead = self._schedules.planned_beyond(c, now)
             for schedule in ahead:
-                self._plan_anew(c, schedule, now, settings, calendar)
+                self._replan(c, schedule, now, settings, calendar)
             self._time_unplanned(c, now, step)
             return len(changed), len(ahead)
 
@@ -211,7 +211,7 @@ class Planner:
             self._changes.publish(Topic.SCHEDULES)
             self._changes.publish(Topic.EXECUTIONS)
 
-    def _plan_anew(
+    def _replan(
         self, c: sqlite3.Connection, schedule: Schedule, now: datetime, settings: Settings, calendar: WorkingCalendar
     ) -> None:
         """From the last instant on that was begun. Rows after that of which nothing was sent make room; what the begun one has passed over
@@ -234,7 +234,7 @@ class Planner:
             left = left if timedelta() < left < window else window  # perhaps made between two steps
             self._lasts_until.setdefault(row.id, self._clock.monotonic() + left.total_seconds())
 
-    def end_windows(self) -> None:
+    def close_expired_run_nows(self) -> None:
         """Of Run nows that have lasted as long as they were to, by a clock that has been set back since."""
         over = [row_id for row_id, until in self._lasts_until.items() if until <= self._clock.monotonic()]
         if not over:
@@ -301,12 +301,12 @@ class Planner:
             self._uncertain_through(),
         )
 
-    def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _Taken | None:
+    def _take(self, schedule: Schedule, context: PlanningContext, batch: DueBatch) -> _DueSchedule | None:
         """What became of its instants up to now. None: its instant is still to come, and something prevents a start, which only then can
         be judged."""
         target, mission = context.target_of(schedule), context.missions.get(schedule.mission_id)
         if target is None or mission is None:  # foreign keys prevent that
-            return _Taken([], Progress(schedule.id, None, None, None))
+            return _DueSchedule([], Progress(schedule.id, None, None, None))
         if (
             schedule.next_at is not None
             and schedule.next_at > context.now
@@ -322,7 +322,7 @@ class Planner:
         through, started = rows[-1].planned_at if rows else None, None
         if latest is not None:
             row = self._row(latest, make)
-            if latest > context.now and not _goes_ahead(row):
+            if latest > context.now and not _may_be_written_early(row):
                 return None
             if row.state is State.SUBMITTING:
                 started = latest
@@ -331,7 +331,7 @@ class Planner:
             through, rows = latest, [*rows, row]
         batch.missed += sum(row.starts for row in rows if row.state is State.MISSED)
         batch.touched.add(schedule.robot_id or NO_ROBOT)
-        return _Taken(rows, Progress(schedule.id, following, through, started))
+        return _DueSchedule(rows, Progress(schedule.id, following, through, started))
 
     def _passed_and_latest(
         self, schedule: Schedule, make: _RowMaker
@@ -352,8 +352,8 @@ class Planner:
         """With the intent of its first attempt where the robot is ready for it: the row that a POST needs before it is then on disk with
         one write."""
         schedule, context = make.schedule, make.context
-        if make.is_left_out(instant):
-            return make.left_out(instant)
+        if make.is_skipped(instant):
+            return make.skipped_row(instant)
         if context.now >= rules.closes_at(instant, schedule.start_window_minutes, context.settings):
             return make.missed(instant, self._downtime.at(instant))
         robot = make.target if isinstance(make.target, Robot) else None
@@ -369,7 +369,7 @@ class Planner:
         return make.waiting(instant) if ready is None else make.submitting(instant, ready)
 
 
-def _goes_ahead(row: Execution) -> bool:
+def _may_be_written_early(row: Execution) -> bool:
     """Whether a row that is made before its instant can be, as nothing prevents its start: its robot is ready, or one of a group is to be
     chosen."""
     return row.state is State.SUBMITTING or (
@@ -377,7 +377,7 @@ def _goes_ahead(row: Execution) -> bool:
     )
 
 
-class _Taken(NamedTuple):
+class _DueSchedule(NamedTuple):
     """What became of a schedule."""
 
     rows: list[Execution]
@@ -452,11 +452,11 @@ class _RowMaker:
     def ended(self, planned_at: datetime, reason: Reason) -> Execution:
         return rules.ended(self.waiting(planned_at), reason, self.context.now)
 
-    def is_left_out(self, planned_at: datetime) -> bool:
+    def is_skipped(self, planned_at: datetime) -> bool:
         """In a pause, or by itself."""
         return self.schedule.is_paused(planned_at) or (self.schedule.id, planned_at) in self.context.skips
 
-    def left_out(self, planned_at: datetime) -> Execution:
+    def skipped_row(self, planned_at: datetime) -> Execution:
         until = self.schedule.paused_until if self.schedule.is_paused(planned_at) else None
         return self.ended(planned_at, Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()} if until else {}))
 
@@ -466,11 +466,11 @@ class _RowMaker:
         window = rules.closes_at(context.now, schedule.start_window_minutes, context.settings) - context.now
         since = max(context.now - window, (schedule.next_at or context.now) - MOMENT)
         latest = passed_occurrences(schedule, since, context.now, context.calendar).last
-        return None if latest is None or self.is_left_out(latest) else latest
+        return None if latest is None or self.is_skipped(latest) else latest
 
     def passed(self, starts: Passed) -> Execution:
         """One row for all of them, in the place of the last."""
-        row = self.left_out(starts.last) if starts.is_paused else self.missed(starts.last, starts.gap)
+        row = self.skipped_row(starts.last) if starts.is_paused else self.missed(starts.last, starts.gap)
         if starts.starts == 1 or row.reason is None:
             return row
         span = {"starts": starts.starts, "first": starts.first.isoformat(), "last": starts.last.isoformat()}

@@ -15,7 +15,7 @@ from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings
 from app.mir.client import RobotClient
 from app.mir.errors import NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
 from app.services.allocation.belief import Out
-from app.services.dispatch.moves import was_replaced
+from app.services.dispatch.moves import is_other_machine
 
 log = logging.getLogger(__name__)
 
@@ -86,7 +86,7 @@ def tried_here(
     tries = before.get("tries", 0) + (out is Out.TRIED)
     is_for_good = reason is not None or tries > settings.retry_limit
     until = row.closes_at if is_for_good else now + timedelta(seconds=rules.back_off(max(tries, 1), settings))
-    is_first = before.get("floor") is None or was_replaced(row, before.get("serial"))
+    is_first = before.get("floor") is None or is_other_machine(row, before.get("serial"))
     return {
         "robot": robot.name,
         "out": str(out),

@@ -9,8 +9,8 @@ from app.domain import rules
 from app.domain.models import Execution, HandOver, Reason, ReasonCode, Robot, State, Trigger, Wait
 from app.domain.robot import RobotStatus
 from app.services.allocation.decide import LAST_CALL
-from app.services.dispatch.freedom import is_free
-from app.services.dispatch.shared import Shared
+from app.services.dispatch.availability import is_free
+from app.services.dispatch.context import Context
 from app.services.dispatch.timing import EARLY_RECHECK, INTENT_LEAD, RECHECK
 from app.services.live.tablet import old_token
 
@@ -19,11 +19,11 @@ class Waiting:
     """``robot_id``: whose worker asks; None: for what has no robot yet. ``later`` is called with a row and the seconds after which it is to
     be looked at again."""
 
-    def __init__(self, shared: Shared, robot_id: int | None, later: Callable[[Execution, float], None]) -> None:
+    def __init__(self, context: Context, robot_id: int | None, later: Callable[[Execution, float], None]) -> None:
         self._s, self._ledger, self._clock, self._robot_id, self._later = (
-            shared,
-            shared.ledger,
-            shared.clock,
+            context,
+            context.ledger,
+            context.clock,
             robot_id,
             later,
         )
@@ -104,7 +104,7 @@ class Waiting:
     def _may_have_run(self, row: Execution) -> bool:
         """Whether it is on a robot, or may be, though a restored backup does not know that: then the row becomes that item's, or waits. A
         late start that may have run is listed once it is known that it has not, whatever it waited for until then."""
-        through = self._s.whereabouts.through
+        through = self._s.restored_starts.uncertain_until
         if through is not None and row.planned_at <= through and self._is_elsewhere(row):
             return True
         if rules.is_listed_later(row):
@@ -116,7 +116,7 @@ class Waiting:
     def _is_elsewhere(self, row: Execution) -> bool:
         """A schedule may have been on another robot then. A tablet from which the plan moved here had tokens of its own."""
         tokens = (row.token, old_token(self._s.tablet.move, row))
-        found = self._s.whereabouts.find(tokens, None if row.trigger is Trigger.SCHEDULED else self._robot_id)
+        found = self._s.restored_starts.find(tokens, None if row.trigger is Trigger.SCHEDULED else self._robot_id)
         if found.robot and found.item:
             self._ledger.adopt(row, found.robot, found.item)
         elif not found.is_certain:

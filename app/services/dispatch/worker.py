@@ -3,7 +3,7 @@
 A worker has no thread of its own (the runner gives it one; the simulation calls it directly). It gets messages (``handle``) and is asked to
 go on (``advance``). A robot that hangs or is gone therefore delays nobody but itself.
 
-What happens to a start is in ``submission``: its row is ``waiting``, then ``submitting`` while its POST is under way or its outcome
+What happens to a start is in ``sending``: its row is ``waiting``, then ``submitting`` while its POST is under way or its outcome
 unknown, then ``queued``. After ``submitting`` it is sent again only when the robot's queue, read after the quiet time, does not have it.
 """
 
@@ -23,13 +23,13 @@ from app.domain.robot import RobotStatus
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, NotAMir, Rejected, RobotError, RobotFault, Unreadable
 from app.services.dispatch import messages
-from app.services.dispatch.copies import Copies
-from app.services.dispatch.following import Following
+from app.services.dispatch.context import Context
+from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.idle import KEEP_FREE_BEFORE_PLANNED, IdleSituation, IdleWatch, idle_mission_is_due, is_idle
 from app.services.dispatch.observation import Observation
-from app.services.dispatch.shared import Shared
-from app.services.dispatch.submission import Submission
+from app.services.dispatch.sending import Sending
 from app.services.dispatch.timing import LIVE_EVERY, PREFETCH_SPREAD, PUT_OFF_AT_MOST, ROUND_TAKES, STATUS_IS_FRESH
+from app.services.dispatch.tracking import Tracking
 from app.services.live.snapshots import STALE_POLLS
 
 log = logging.getLogger(__name__)
@@ -44,13 +44,13 @@ def phase_of(robot_id: int) -> float:
 
 
 class RobotWorker:
-    def __init__(self, robot: Robot, client: RobotClient, shared: Shared) -> None:
-        self._client, self._s, self._clock = client, shared, shared.clock
+    def __init__(self, robot: Robot, client: RobotClient, context: Context) -> None:
+        self._client, self._s, self._clock = client, context, context.clock
         self.polled = False  # the first poll is over, with or without an answer
-        self.seen = Observation(robot, client, shared)
-        self._copies = Copies(client, shared, self.seen)
-        self._submission = Submission(client, shared, self.seen, self._copies, self._is_still_idle)
-        self._following = Following(client, shared, self.seen, self._copies, self._give_way)
+        self.seen = Observation(robot, client, context)
+        self._duplicates = Duplicates(client, context, self.seen)
+        self._sending = Sending(client, context, self.seen, self._duplicates, self._is_still_idle)
+        self._tracking = Tracking(client, context, self.seen, self._duplicates, self._give_way)
         client.give_way = self._give_way
         self._idle = IdleWatch()
         self._watched = self._sought = False
@@ -76,7 +76,7 @@ class RobotWorker:
         """Take note; nothing is done before ``advance``."""
         match message:
             case messages.Start(intents, plan_version):
-                self._submission.hold(intents, plan_version)
+                self._sending.take_over(intents, plan_version)
             case messages.Poll():
                 self._poll_wanted = True
             case messages.Prefetch():
@@ -87,17 +87,17 @@ class RobotWorker:
                 self._poll_wanted |= robot.enabled is not self.robot.enabled
                 self.seen.robot = robot
                 self._ledger_changed = True
-            case messages.Watched(is_watched):
+            case messages.OnScreen(is_watched):
                 self._watched = is_watched
-            case messages.Sought(is_sought):
+            case messages.NeededByGroup(is_sought):
                 self._sought = is_sought
                 if is_sought:  # read at once, unless a start is about to go there
-                    is_given = math.isfinite(self._submission.attempts.next_held_at())
-                    self._next_live = self._clock.monotonic() + self._apart(LIVE_EVERY) if is_given else -math.inf
+                    is_given = math.isfinite(self._sending.attempts.next_ready_at())
+                    self._next_live = self._clock.monotonic() + self._staggered(LIVE_EVERY) if is_given else -math.inf
             case messages.Recover(number):
                 self._to_recover.add(number)
                 self._ledger_changed = True
-            case messages.TimeLost():
+            case messages.ClockJumped():
                 self._idle.not_seen()
                 self._ledger_changed = True
 
@@ -117,7 +117,7 @@ class RobotWorker:
             return None
         if self.robot.hand_over is HandOver.WHEN_FREE:  # seen at the instant
             return None
-        return messages.Readiness(status.battery_percentage, floor, self._s.whereabouts.through)
+        return messages.Readiness(status.battery_percentage, floor, self._s.restored_starts.uncertain_until)
 
     # ------------------------------------------------------------------ the steps
     def advance(self) -> float:
@@ -128,19 +128,19 @@ class RobotWorker:
             self._round()
             self._round_ended_at = self._clock.monotonic()
             next_read = self._next_live if self._is_live else math.inf
-            wake_at = min(self._submission.attempts.next_at(), self._prefetch_at, next_read)
+            wake_at = min(self._sending.attempts.next_at(), self._prefetch_at, next_read)
         return max(0.0, wake_at - self._clock.monotonic())
 
     def _give_way(self) -> None:
         """What is due goes before everything else, also between two reads of a robot that answers slowly."""
-        self._submission.send_due()
-        if self._submission.attempts.may_be_with_the_robot():
+        self._sending.send_due()
+        if self._sending.attempts.may_be_with_the_robot():
             self._note_sent(True)
 
     def _busy_until(self) -> float | None:
         """Until when there is no round; None: it would make nothing late that is held, or has been put off for long enough. While the robot
         does not answer, what comes for it is judged together, as one read serves all of it; a read ahead is not put off."""
-        mono, held_at = self._clock.monotonic(), self._submission.attempts.next_held_at()
+        mono, held_at = self._clock.monotonic(), self._sending.attempts.next_ready_at()
         if held_at - mono <= ROUND_TAKES:
             self._put_off_since = min(self._put_off_since, mono)
             if mono - self._put_off_since < PUT_OFF_AT_MOST:
@@ -157,9 +157,9 @@ class RobotWorker:
         changed, self._ledger_changed = self._ledger_changed, False
         reads = poll or (self._is_live and mono >= self._next_live)
         if self.polled and reads:
-            self._submission.run()  # what is due does not wait for the robot to be read
+            self._sending.run()  # what is due does not wait for the robot to be read
         else:
-            self._submission.note()
+            self._sending.note()
         try:
             if poll:
                 self._poll()
@@ -169,26 +169,26 @@ class RobotWorker:
             self.polled |= poll
         if mono >= self._prefetch_at:
             self._prefetch()
-        if changed or reads or self._clock.monotonic() >= self._submission.attempts.next_at():
-            self._submission.run()
-            self._note_sent(self._submission.attempts.may_be_with_the_robot() or self._s.ledger.has_sent(self.robot.id))
+        if changed or reads or self._clock.monotonic() >= self._sending.attempts.next_at():
+            self._sending.run()
+            self._note_sent(self._sending.attempts.may_be_with_the_robot() or self._s.ledger.has_sent(self.robot.id))
 
     def _recover(self) -> None:
         if self._to_recover:
-            self._submission.recover()
+            self._sending.recover()
             self._expected -= self._to_recover
             self._to_recover = set()
 
     def start_only(self, execution_id: int) -> float:
         """A one-shot command sends nothing but this execution. Returns the seconds until the next call is wanted."""
         self._recover()
-        self._submission.run(only=execution_id)
-        return max(0.0, self._submission.attempts.next_at() - self._clock.monotonic())
+        self._sending.run(only=execution_id)
+        return max(0.0, self._sending.attempts.next_at() - self._clock.monotonic())
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
         """``untaken``: intents for this worker that it was not given."""
         try:
-            self._submission.close(untaken)
+            self._sending.close(untaken)
             self.seen.save(at_once=True)
         finally:
             self._client.close()
@@ -198,20 +198,20 @@ class RobotWorker:
     def _is_live(self) -> bool:
         return (
             self._has_sent
-            or self._copies.is_watching
-            or self._s.whereabouts.wants(self.robot)
+            or self._duplicates.is_watching
+            or self._s.restored_starts.wants(self.robot)
             or (self.robot.enabled and (self._watched or self._is_sought))
         )
 
     @property
     def _is_sought(self) -> bool:
-        return self._sought or self._submission.seeks
+        return self._sought or self._sending.waits_for_free_robot
 
     def _note_sent(self, has_sent: bool) -> None:
         """Whether something of ours is with the robot. After a submission the first read is put off: it would delay what others send."""
         was_live, self._has_sent = self._is_live, has_sent
         if self._is_live and not was_live:
-            self._next_live = max(self._next_live, self._clock.monotonic() + self._apart(LIVE_EVERY))
+            self._next_live = max(self._next_live, self._clock.monotonic() + self._staggered(LIVE_EVERY))
 
     def _poll(self) -> None:
         """One cycle of this robot. A robot that is switched off is read only as long as something of ours may be on it."""
@@ -234,19 +234,19 @@ class RobotWorker:
                 self._give_way()
                 self.seen.identify()
                 open_ids, unread = self._open_ids(status, full)
-                self._following.follow(status.serial_number, open_ids)
-                self._copies.answer()
+                self._tracking.follow(status.serial_number, open_ids)
+                self._duplicates.answer()
                 if unread is not None:
                     self.seen.note_failure(unread)
                 elif open_ids is not None:
                     self.seen.note_all_read()
             except AnotherRobot as error:
-                self._following.give_up_moved(error.params["found"])
+                self._tracking.give_up_moved(error.params["found"])
             except RobotError as error:
                 self.seen.note_failure(error)
         failures = max(self.seen.failures, self._unanswered)
         pause = min(LIVE_EVERY * 2 ** min(failures, 5), max(LIVE_EVERY, self._s.settings().poll_interval_seconds))
-        self._next_live = mono + (self._apart(pause) if full else pause)
+        self._next_live = mono + (self._staggered(pause) if full else pause)
 
     def _open_ids(self, status: RobotStatus, full: bool) -> tuple[set[int] | None, RobotError | None]:
         """Those in its queue, where that is read now; or why it can't be, though the robot answers: what it has of ours is asked for by
@@ -257,17 +257,17 @@ class RobotWorker:
             return None, problem
 
     def _reads_queue(self, full: bool) -> bool:
-        return full or self._watched or self._is_sought or self._copies.is_watching or self.seen.answers_in_part
+        return full or self._watched or self._is_sought or self._duplicates.is_watching or self.seen.answers_in_part
 
     def _follow_switched_off(self) -> None:
         """Without a password there is nothing to ask with: what runs stays as it was until that is entered."""
         if self.robot.needs_password:
             return
-        self._copies.answer()
+        self._duplicates.answer()
         try:
-            self._following.follow(None)
-            if self._copies.is_watching:  # what comes now nobody wants
-                self._copies.heal(self._client.open_items())
+            self._tracking.follow(None)
+            if self._duplicates.is_watching:  # what comes now nobody wants
+                self._duplicates.remove_duplicates(self._client.open_items())
         except RobotError as error:
             if not self._unanswered:
                 log.info("What runs on %r, which is switched off, could not be read: %s", self.robot.name, error.text)
@@ -290,7 +290,7 @@ class RobotWorker:
                 if self._s.parameters.to_send(self.robot.id, guid, mission, entered) is None:
                     self._s.parameters.learn_for_starts(self.robot.id, guid, self._client)
 
-    def _apart(self, pause: float) -> float:
+    def _staggered(self, pause: float) -> float:
         """About ``pause``, different for each robot, so that robots polled or sent to in one moment are not read in one moment again and
         again, which would delay what falls due then. Exactly ``pause`` for the one on screen."""
         return pause if self._watched else pause * (0.5 + phase_of(self.robot.id))
@@ -307,7 +307,7 @@ class RobotWorker:
             self.seen.was_lost = False
         self._idle.saw(is_idle(status, bool(items)), self.seen.highest, self._clock.monotonic(), longest_gap)
         self._s.snapshots.update(self.robot.id, queue=items, queue_read_at=self._clock.now())
-        self._copies.heal(items)
+        self._duplicates.remove_duplicates(items)
         return {item.id for item in items}
 
     # ------------------------------------------------------------------ idle automation
@@ -322,11 +322,11 @@ class RobotWorker:
         if (
             not self._idle_mission_is_due(last, idle_seconds)
             or self._s.ledger.has_open_idle(self.robot.id)
-            or self._seems_anew(last)
+            or self._queue_was_reset(last)
         ):
             return
         try:
-            if (copy := self._copies.newest_of_idle_mission(last, self.seen.highest)) is not None:
+            if (copy := self._duplicates.newest_of_idle_mission(last, self.seen.highest)) is not None:
                 self._s.ledger.note_idle_copy(
                     self.robot.id, copy, runs=True
                 )  # found out now: nobody has used the robot since
@@ -346,7 +346,7 @@ class RobotWorker:
             self._s.ledger.add_idle(row, self.robot)
             self._ledger_changed = True
 
-    def _seems_anew(self, last_queue_id: int | None) -> bool:
+    def _queue_was_reset(self, last_queue_id: int | None) -> bool:
         """Whether the robot's numbers seem to have begun anew, though its last idle mission is still there or can't be asked for: a list
         that ends too early gives a number that is too low."""
         if last_queue_id is None or self.seen.highest is None or self.seen.highest >= last_queue_id:

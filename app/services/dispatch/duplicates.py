@@ -16,9 +16,9 @@ from app.domain.models import Execution, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.mir.client import RobotClient
 from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
+from app.services.dispatch.context import Context
 from app.services.dispatch.moves import NOT_WITH_THE_ROBOT
 from app.services.dispatch.observation import Observation
-from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import UNSEARCHED_AT_MOST, WATCHED_FOR
 from app.services.live.tablet import old_token
 
@@ -28,7 +28,7 @@ SEARCHED_AFTER_RESTORE = 1000  # newest queue items that are searched for what a
 DOUBLED_WITHIN = timedelta(minutes=1)  # of a start, and a poll more: what the network may do to a request
 LOOKS_BACK = timedelta(hours=1)  # for starts that another tablet may have made too
 # Nobody wanted it not to run.
-MAY_COME_TRUE = (
+MAY_STILL_RUN = (
     ReasonCode.UNKNOWN_OUTCOME,
     ReasonCode.WINDOW_CLOSED,
     ReasonCode.RETRY_LIMIT,
@@ -41,11 +41,11 @@ def looks_like_token(description: str) -> bool:
     return len(description) == 36 and description.count("-") == 4
 
 
-class Copies:
+class Duplicates:
     """Of one robot. Raises RobotError where it can't be asked."""
 
-    def __init__(self, client: RobotClient, shared: Shared, observation: Observation) -> None:
-        self._client, self._s, self._ledger, self._seen = client, shared, shared.ledger, observation
+    def __init__(self, client: RobotClient, context: Context, observation: Observation) -> None:
+        self._client, self._s, self._ledger, self._seen = client, context, context.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}  # by token: queue floor, and until when on the monotonic clock
         self._unsearched_since = math.inf  # the first of the searches for them that failed in a row, on the same clock
         self._alarmed: set[tuple[str, int]] = set()  # alarms by code and queue id
@@ -159,7 +159,7 @@ class Copies:
     def answer(self) -> None:
         """Say which starts this robot has, while one is looked for that any robot may have. Failing holds up nothing else."""
         robot, asked_at, known = self._seen.robot, self._s.clock.monotonic(), len(self._read)
-        if not self._s.whereabouts.wants(robot):
+        if not self._s.restored_starts.wants(robot):
             self._read = {}
             return
         try:
@@ -185,7 +185,7 @@ class Copies:
             log.info("Whether %r has starts of before the restore could not be asked: %s", robot.name, error.text)
         else:
             self._read = {}
-            self._s.whereabouts.answer(robot, asked_at, sorted(items, key=lambda item: item.id))
+            self._s.restored_starts.answer(robot, asked_at, sorted(items, key=lambda item: item.id))
 
     # ------------------------------------------------------------------ one too many
     def watch_for(self, row: Execution) -> None:
@@ -216,7 +216,7 @@ class Copies:
     def is_watching(self) -> bool:
         return any(until > self._s.clock.monotonic() for _floor, until in self._watched.values())
 
-    def heal(self, open_items: Sequence[QueueItem]) -> None:
+    def remove_duplicates(self, open_items: Sequence[QueueItem]) -> None:
         """Set right what the robot has more than once, or although its row has ended."""
         if self._s.holds.is_copy is not None:
             return  # these rows are another tablet's
@@ -226,7 +226,7 @@ class Copies:
         newer = self._search(mono)
         before = set(self._watched)
         items |= {item.id: item for item in newer if item.description in self._watched}
-        unsettled = self._tell_of_unmarked(newer, open_items)
+        unsettled = self._report_unmarked_items(newer, open_items)
         for item in sorted(items.values(), key=lambda item: item.id):
             row = self._ledger.by_token(item.description)
             if row is None or (row.robot_id != self._seen.robot.id and row.group_id is None):
@@ -239,7 +239,9 @@ class Copies:
                 State.WAITING,
             ):  # still looked for; it may end without having found it
                 unsettled.add(row.token)
-            elif not (self._set_right if is_here else self._came_elsewhere)(row, item):  # met again before it begins
+            elif not (self._reconcile_item if is_here else self._item_elsewhere)(
+                row, item
+            ):  # met again before it begins
                 unsettled.add(row.token)
                 self.watch_from(row, item.id - 1)
         searched = max((item.id for item in newer), default=0)  # what is older has been seen
@@ -268,7 +270,7 @@ class Copies:
         self._unsearched_since = math.inf
         return newer
 
-    def _tell_of_unmarked(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
+    def _report_unmarked_items(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
         """On a robot that gives no tokens back, an item that may be a second one of a start that is watched for, or was sent lately, can't
         be told from one that a person put there, so a person decides. Returns the tokens of those that can't be judged yet."""
         self.note_accepted()  # while the robot was read others may have been sent
@@ -341,10 +343,10 @@ class Copies:
         else:
             self._s.alarms.clear("two_tablets", "tablet")
 
-    def _set_right(self, row: Execution, item: QueueItem) -> bool:
+    def _reconcile_item(self, row: Execution, item: QueueItem) -> bool:
         """Returns whether that is done; else it is to be met again."""
         if row.queue_id is None:
-            return self._came_late(row, item)
+            return self._late_item(row, item)
         if item.id < row.queue_id and row.state.is_open:  # the earlier one is ours
             later = row.queue_id
             return self._ledger.reopen(row, self._seen.robot, item.id) is None or self.cancel_copy(
@@ -354,7 +356,7 @@ class Copies:
             return self._cancel_late(row, item)
         return self.cancel_copy(item, row)
 
-    def _came_elsewhere(self, row: Execution, item: QueueItem) -> bool:
+    def _item_elsewhere(self, row: Execution, item: QueueItem) -> bool:
         """One of a group that this robot gave back, and another one may have by now: the first that can be seen is the one, where nothing
         has been sent to that one. Returns whether that is done."""
         if row.cancel_code and item.is_open:  # nobody wants it, on whichever robot
@@ -365,12 +367,12 @@ class Copies:
             return False  # it is being looked for there, and may not be found
         if row.state.is_open or row.queue_id is not None:
             return self.cancel_copy(item, row)
-        return self._came_late(row, item)
+        return self._late_item(row, item)
 
-    def _came_late(self, row: Execution, item: QueueItem) -> bool:
+    def _late_item(self, row: Execution, item: QueueItem) -> bool:
         """The only item of a row that ended without one: what is too late, or not wanted any more, is cancelled unless it is done; else the
         row is put right."""
-        is_wanted = row.reason is not None and row.reason.code in MAY_COME_TRUE
+        is_wanted = row.reason is not None and row.reason.code in MAY_STILL_RUN
         is_too_late = item.is_pending and self._s.clock.now() >= row.closes_at
         may_run = item.is_open or item.state is QueueState.UNKNOWN
         if item.state is QueueState.DONE or (is_wanted and not is_too_late and may_run):

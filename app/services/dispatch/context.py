@@ -13,7 +13,7 @@ from app.database.schedules import ScheduleRepository
 from app.domain.clock import Clock, ClockReading
 from app.domain.models import Settings
 from app.services.dispatch.ledger import Ledger
-from app.services.dispatch.whereabouts import Whereabouts
+from app.services.dispatch.restored_starts import RestoredStarts
 from app.services.live.alarms import Alarms
 from app.services.live.clearing import Clearing
 from app.services.live.gaps import Downtime
@@ -25,7 +25,7 @@ from app.services.planning.working_days import WorkingCalendar
 
 
 @dataclass(frozen=True)
-class Shared:
+class Context:
     """``plan_version`` grows with every change that may take a start back. ``is_contradicted``: whether a robot's clock alone puts the
     tablet's in doubt."""
 
@@ -43,7 +43,7 @@ class Shared:
     settings: Callable[[], Settings]
     calendar: Callable[[], WorkingCalendar]
     tablet: Tablet
-    whereabouts: Whereabouts
+    restored_starts: RestoredStarts
     plan_version: Callable[[], int]
     is_contradicted: Callable[[int, ClockReading], bool]
     parameters: MissionParameters

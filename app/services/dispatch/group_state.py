@@ -20,8 +20,8 @@ from app.domain.robot import QueueItem, QueueState, RobotStatus, Spot, Stop, str
 from app.services.allocation import estimates
 from app.services.allocation.belief import Coming, Member, Out, Situation, Start
 from app.services.allocation.decide import AHEAD, Decision, Option, Why
-from app.services.dispatch.freedom import at_work, can_work, is_free
-from app.services.dispatch.shared import Shared
+from app.services.dispatch.availability import at_work, can_work, is_free
+from app.services.dispatch.context import Context
 from app.services.dispatch.worker import RobotWorker
 from app.services.live.snapshots import STALE_POLLS
 from app.services.planning.durations import expected, pooled
@@ -31,12 +31,12 @@ ABOUT = 30.0  # s: an instant is told to the nearest minute
 KEPT_FOR = 60.0  # s that an estimate holds
 
 
-class Experience:
+class UsualDurations:
     """How long missions take on robots, what they drive to, and how long robots have run today, read once a minute from what is kept beside
     the history. How long that is decides nothing."""
 
-    def __init__(self, shared: Shared) -> None:
-        self._s, self._durations, self._all_stops = shared, DurationRepository(), StopRepository()
+    def __init__(self, context: Context) -> None:
+        self._s, self._durations, self._all_stops = context, DurationRepository(), StopRepository()
         self._hours: Mapping[int, float] = {}
         self._hours_hold_until = -math.inf
         self._known: dict[
@@ -74,22 +74,22 @@ class Experience:
         return self._hours
 
 
-class Belief:
+class GroupState:
     """``lacks``: whether a robot certainly does not have a mission, by their id and guid."""
 
     def __init__(
         self,
-        shared: Shared,
-        experience: Experience,
+        context: Context,
+        experience: UsualDurations,
         workers: Mapping[int, RobotWorker],
         members: Collection[int],
         lacks: Callable[[int, str], bool],
     ) -> None:
         self._s, self._executions, self._c, self._now = (
-            shared,
+            context,
             ExecutionRepository(),
-            shared.db.read(),
-            shared.clock.now(),
+            context.db.read(),
+            context.clock.now(),
         )
         self._usual, self._hours, self._stops, self._lacks = (
             experience.usual,
@@ -107,8 +107,8 @@ class Belief:
         self._room = GroupStartRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
         self._drains, self._failures = (
-            shared.robots.drains(self._c, self._all),
-            shared.robots.failures(self._c, self._all),
+            context.robots.drains(self._c, self._all),
+            context.robots.failures(self._c, self._all),
         )
         self.members = {key: self._member(workers[key]) for key in self.robots}
 
@@ -351,7 +351,7 @@ class Belief:
         metres = None if meant is None else self.approach(robot_id, meant)
         return {} if metres is None else {"metres": round(metres)}
 
-    def who_is_there(self, full: FullPlace) -> dict[str, Any]:
+    def describe_occupant(self, full: FullPlace) -> dict[str, Any]:
         """Of a place without room."""
         elapsed = 0.0 if full.started_at is None else -self._seconds(full.started_at)
         return {

@@ -12,12 +12,12 @@ from app.domain.robot import QueueItem, QueueState, straight_way
 from app.mir.client import RobotClient
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
 from app.mir.orders import as_kept
-from app.services.dispatch.copies import Copies
+from app.services.dispatch.context import Context
 from app.services.dispatch.draining import Draining
+from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.ledger import seconds_between
 from app.services.dispatch.moves import WITH_THE_ROBOT, Move
 from app.services.dispatch.observation import Observation
-from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import GONE_FOR
 
 log = logging.getLogger(__name__)
@@ -27,21 +27,21 @@ JUST_BEGUN = 3.0  # s from the beginning of a run, in which a robot has hardly m
 MANY = 3  # open executions that are asked for in one request instead of one each
 
 
-class Following:
+class Tracking:
     """One robot's accepted executions. Raises RobotError when the robot can't be asked: rows stay open. ``give_way`` is called between two
     requests, so that what falls due meanwhile need not wait for all of them."""
 
     def __init__(
         self,
         client: RobotClient,
-        shared: Shared,
+        context: Context,
         observation: Observation,
-        copies: Copies,
+        duplicates: Duplicates,
         give_way: Callable[[], None],
     ) -> None:
-        self._client, self._s, self._ledger = client, shared, shared.ledger
-        self._seen, self._copies, self._give_way = observation, copies, give_way
-        self._draining, self._stops = Draining(shared, observation), StopRepository()
+        self._client, self._s, self._ledger = client, context, context.ledger
+        self._seen, self._duplicates, self._give_way = observation, duplicates, give_way
+        self._draining, self._stops = Draining(context, observation), StopRepository()
         self._missing_since: dict[
             int, float
         ] = {}  # queue ids that the robot does not seem to have (any more), on the monotonic clock
@@ -105,10 +105,10 @@ class Following:
                 return self._not_readable(row, queue_id, error, open_ids)
             except (Unreadable, RobotFault) as error:
                 return self._not_readable(row, queue_id, error, open_ids)
-        if not self._copies.is_ours(row, item):
+        if not self._duplicates.is_ours(row, item):
             return [self._vanished(row, queue_id)]
         if row.cancel_code and item.is_open:
-            self._copies.cancel(queue_id)  # the first request may have been lost
+            self._duplicates.cancel(queue_id)  # the first request may have been lost
         return self._moves(row, item, open_ids)
 
     def _vanished(self, row: Execution, queue_id: int) -> Move:

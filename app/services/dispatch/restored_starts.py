@@ -1,8 +1,9 @@
 """Starts that a robot may have though the ledger does not say so: a backup was restored, or the plan moved here from another tablet.
 
-What was planned up to ``through`` may have been sent by then, also to another robot than the one that the plan names now. It is looked for
-by its token on every configured robot, and sent only when each of them has answered after the quiet time, in which a request of before may
-still arrive. Robots are asked only while a start waits for that. Used by the engine and by all robots' workers, each on its own thread.
+What was planned up to ``uncertain_until`` may have been sent by then, also to another robot than the one that the plan names
+now. It is looked for by its token on every configured robot, and sent only when each of them has answered after the quiet time,
+in which a request of before may still arrive. Robots are asked only while a start waits for that. Used by the engine and by all
+robots' workers, each on its own thread.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ class _Answer:
 
 
 @dataclass
-class _Inquiry:
+class _Search:
     """What robots have answered since the restore or move that was ``noted``. Times on the monotonic clock."""
 
     noted: list[datetime]
@@ -63,7 +64,7 @@ class _Inquiry:
         return answer.asked_at if answer else -math.inf
 
 
-class Whereabouts:
+class RestoredStarts:
     def __init__(
         self,
         db: Database,
@@ -80,7 +81,7 @@ class Whereabouts:
         self._restored_at = repository.restored_at(db.read())  # who goes back to a backup opens everything anew
         self._settled = repository.get(db.read(), SETTLED) or {}
         self._right_since: datetime | None = None
-        self._inquiry = _Inquiry(self._noted, clock.monotonic())
+        self._search = _Search(self._noted, clock.monotonic())
 
     # ------------------------------------------------------------------ which starts
     @property
@@ -89,7 +90,7 @@ class Whereabouts:
         return [at for at in (self._restored_at, move.at if move else None) if at is not None]
 
     @property
-    def through(self) -> datetime | None:
+    def uncertain_until(self) -> datetime | None:
         """What was planned up to then may be on a robot although its row does not say so; None: nothing. The clock by which a restore was
         noted may have been wrong, so all counts that was planned before it was found right."""
         noted = self._noted
@@ -116,17 +117,17 @@ class Whereabouts:
         robots = [robot for robot in self._robots() if robot_id in (None, robot.id)]
         mono = self._clock.monotonic()
         with self._lock:
-            inquiry, final_from = self._current_inquiry(), self._final_from()
-            for answer in filter(None, map(inquiry.answer_of, robots)):
+            search, final_from = self._current_search(), self._final_from()
+            for answer in filter(None, map(search.answer_of, robots)):
                 if found := next((answer.items[token] for token in tokens if token in answer.items), None):
                     return Found(answer.robot, found)
-            if all(inquiry.answered_at(robot) >= final_from for robot in robots):
+            if all(search.answered_at(robot) >= final_from for robot in robots):
                 return Found()
-            calls = mono > inquiry.awaited_until or inquiry.called_at < final_from <= mono
-            inquiry.awaited_until = mono + AWAITED_FOR
+            calls = mono > search.awaited_until or search.called_at < final_from <= mono
+            search.awaited_until = mono + AWAITED_FOR
             if calls:
-                inquiry.called_at = mono
-            silent = [robot.name for robot in robots if inquiry.answered_at(robot) == -math.inf]
+                search.called_at = mono
+            silent = [robot.name for robot in robots if search.answered_at(robot) == -math.inf]
         if calls:
             self._changes.publish(Topic.EXECUTIONS)  # wakes every worker
         return Found(is_certain=False, silent=silent)
@@ -134,23 +135,23 @@ class Whereabouts:
     def wants(self, robot: Robot) -> bool:
         """Whether a start waits for this robot's answer."""
         mono = self._clock.monotonic()
-        if mono > self._inquiry.awaited_until:
+        if mono > self._search.awaited_until:
             return False
         with self._lock:
-            answered_at, final_from = self._current_inquiry().answered_at(robot), self._final_from()
+            answered_at, final_from = self._current_search().answered_at(robot), self._final_from()
         return answered_at < final_from and (answered_at == -math.inf or mono >= final_from)
 
     def answer(self, robot: Robot, asked_at: float, items: Sequence[QueueItem]) -> None:
         """A robot's newest items, by ascending id; ``asked_at`` on the monotonic clock."""
         earliest = {item.description: item for item in reversed(items)}
         with self._lock:
-            self._current_inquiry().answers[robot.id, robot.address] = _Answer(robot, asked_at, earliest)
+            self._current_search().answers[robot.id, robot.address] = _Answer(robot, asked_at, earliest)
 
-    def _current_inquiry(self) -> _Inquiry:
+    def _current_search(self) -> _Search:
         """A new one when the plan has moved here meanwhile."""
-        if self._inquiry.noted != self._noted:
-            self._inquiry = _Inquiry(self._noted, self._clock.monotonic())
-        return self._inquiry
+        if self._search.noted != self._noted:
+            self._search = _Search(self._noted, self._clock.monotonic())
+        return self._search
 
     def _final_from(self) -> float:
-        return self._inquiry.since + rules.quiet_seconds(self._settings(), *self._robots())
+        return self._search.since + rules.quiet_seconds(self._settings(), *self._robots())

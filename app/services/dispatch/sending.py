@@ -30,12 +30,12 @@ from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, Delivery, NotWanted, RobotError, Unauthorized, Unnumbered
 from app.services.allocation.belief import Out
 from app.services.dispatch.attempt import Attempt, Attempts, Phase, intent_of
-from app.services.dispatch.copies import Copies
-from app.services.dispatch.freedom import can_work
-from app.services.dispatch.moves import taken_back, was_replaced
+from app.services.dispatch.availability import can_work
+from app.services.dispatch.context import Context
+from app.services.dispatch.duplicates import Duplicates
+from app.services.dispatch.moves import is_other_machine, taken_back
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.refusals import answer_in_doubt, refusal, tried_here
-from app.services.dispatch.shared import Shared
 from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
 from app.services.dispatch.waiting import Waiting, robot_off
 
@@ -46,25 +46,25 @@ STARTED_TOGETHER = (
 )
 
 
-class Submission:
+class Sending:
     """``is_still_idle`` judges an idle mission anew."""
 
     def __init__(
         self,
         client: RobotClient,
-        shared: Shared,
+        context: Context,
         observation: Observation,
-        copies: Copies,
+        duplicates: Duplicates,
         is_still_idle: Callable[[Execution], bool],
     ) -> None:
-        self._client, self._s, self._ledger, self._clock = client, shared, shared.ledger, shared.clock
-        self._seen, self._copies, self._is_still_idle = observation, copies, is_still_idle
+        self._client, self._s, self._ledger, self._clock = client, context, context.ledger, context.clock
+        self._seen, self._duplicates, self._is_still_idle = observation, duplicates, is_still_idle
         self.attempts = Attempts()
         self._first: set[int] = set()  # of which nothing was ever here before they were begun
         self._recovered: set[tuple[object, ...]] = set()  # intents that were looked for as those of nobody
-        self._waiting = Waiting(shared, observation.robot.id, self._later)
-        copies.note_accepted = self.note
-        self.seeks = False  # something waits until the robot is free
+        self._waiting = Waiting(context, observation.robot.id, self._later)
+        duplicates.note_accepted = self.note
+        self.waits_for_free_robot = False  # something waits until the robot is free
 
     # ------------------------------------------------------------------ what the worker asks for
     def recover(self) -> None:
@@ -74,20 +74,20 @@ class Submission:
             attempt = self.attempts.get(row.id)
             if attempt is None or attempt.phase is Phase.BACKOFF:  # it does not know that its intent was written
                 self._recovered.add(intent_of(row))
-                self._doubt(
+                self._mark_in_doubt(
                     row, self._client.timeouts.total, is_taken=row.submitted_at is not None
                 )  # it may have left this moment
-        self._copies.watch_again()
+        self._duplicates.watch_again()
 
-    def hold(self, intents: Iterable[Execution], plan_version: int) -> None:
+    def take_over(self, intents: Iterable[Execution], plan_version: int) -> None:
         """Send each at its instant, however the wall clock is set meanwhile. One that came after it was looked for is not."""
-        self._hold(self._own(intents), plan_version)
+        self._add_ready(self._own(intents), plan_version)
 
-    def _hold(self, intents: Iterable[Execution], plan_version: int) -> None:
+    def _add_ready(self, intents: Iterable[Execution], plan_version: int) -> None:
         wall, mono = self._clock.now(), self._clock.monotonic()
         for intent in intents:
             ahead = min(max(0.0, (intent.planned_at - wall).total_seconds()), INTENT_LEAD)
-            self.attempts[intent.id] = Attempt(Phase.HELD, mono + ahead, intent, plan_version)
+            self.attempts[intent.id] = Attempt(Phase.READY, mono + ahead, intent, plan_version)
 
     def _own(self, intents: Iterable[Execution]) -> list[Execution]:
         return [intent for intent in intents if intent_of(intent) not in self._recovered]
@@ -95,11 +95,11 @@ class Submission:
     def send_due(self) -> None:
         """Those held whose instant has come, in dispatch order. What can't be sent now is judged like any that waits."""
         mono = self._clock.monotonic()
-        due = [attempt.row for attempt in self.attempts.of(Phase.HELD) if attempt.row and attempt.wake_at <= mono]
+        due = [attempt.row for attempt in self.attempts.of(Phase.READY) if attempt.row and attempt.wake_at <= mono]
         for intent in rules.in_dispatch_order(due):
             attempt = self.attempts.get(intent.id)
             if (
-                attempt is None or attempt.phase is not Phase.HELD
+                attempt is None or attempt.phase is not Phase.READY
             ):  # judged already, while the robot was asked why it refused another
                 continue
             if self._is_wanted(intent, attempt.plan_version) and self._can_send(intent):
@@ -113,7 +113,7 @@ class Submission:
         unsent = [each for each in self._ledger.unsent_of(self._robot_id) if only in (None, each.id)]
         self._forget_all_but({each.id for each in unsent})
         is_held = self._s.holds.active(self._robot_id) is not None
-        self.seeks = False
+        self.waits_for_free_robot = False
         now, mono = to_text(self._clock.now()), self._clock.monotonic()
         awake = [each.id for each in unsent if self._is_awake(each, is_held, now, mono)]
         starts: list[Execution] = []
@@ -122,7 +122,7 @@ class Submission:
         for row in rules.in_dispatch_order(self._ledger.unsent(awake)):
             if row.state is State.SUBMITTING:
                 self._reconcile(row)
-            elif self._is_to_be_tried(row):
+            elif self._may_try(row):
                 if trouble := trouble or self._seen.trouble():
                     unreachable.append(row)
                 elif self._is_ready(row, starts):
@@ -144,12 +144,12 @@ class Submission:
             del self.attempts[move.execution.id]
         for row in rows:
             if row.cancel_code and row.queue_id is not None:  # cancelled while it was on its way
-                self._copies.cancel(row.queue_id)
+                self._duplicates.cancel(row.queue_id)
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:
         """What is held, and what was meant to be, waits again; of a group for any of its robots."""
         self.note()
-        self._release([*(attempt.row for attempt in self.attempts.of(Phase.HELD) if attempt.row), *self._own(untaken)])
+        self._release([*(attempt.row for attempt in self.attempts.of(Phase.READY) if attempt.row), *self._own(untaken)])
         self._ledger.give_back_bound(self._robot_id)
 
     # ------------------------------------------------------------------ waiting
@@ -210,15 +210,15 @@ class Submission:
             elif self._is_own(waiting):
                 self._later(waiting, 0.0)
             else:
-                self._unbind(waiting)
+                self._release_robot(waiting)
 
-    def _unbind(self, row: Execution) -> None:
+    def _release_robot(self, row: Execution) -> None:
         """One of a group, with nothing sent, that can't go here now, though nothing went wrong."""
         self._ledger.make([self._ledger.moves.unbound_again(row)], quietly=True)
         self.attempts.pop(row.id, None)
 
     def _forget_all_but(self, unsent: set[int]) -> None:
-        kept = (Phase.ACCEPTED, Phase.HELD)  # what is held is judged at its instant
+        kept = (Phase.ACCEPTED, Phase.READY)  # what is held is judged at its instant
         for key in [key for key, attempt in self.attempts.items() if key not in unsent and attempt.phase not in kept]:
             del self.attempts[key]
         self._first &= unsent
@@ -241,13 +241,13 @@ class Submission:
         until_closed = max(0.0, (row.closes_at - self._clock.now()).total_seconds())
         self.attempts[row.id] = Attempt(Phase.BACKOFF, self._clock.monotonic() + min(seconds, until_closed))
 
-    def _is_to_be_tried(self, row: Execution) -> bool:
+    def _may_try(self, row: Execution) -> bool:
         """One waiting execution: whether it is to be tried now; else it is ended here, or left waiting, or given back to its group."""
         if self._is_own(row):
             return self._waiting.may_be_tried(row, self._taken_back(row)) and self._waiting.has_room(row)
         if self._seen.robot.enabled and self._waiting.may_be_tried(row, self._taken_back(row)):
             return True
-        self._unbind(row)
+        self._release_robot(row)
         return False
 
     # ------------------------------------------------------------------ an attempt
@@ -261,7 +261,7 @@ class Submission:
                 self._later(row, RECHECK)
                 return False
             if may_go_elsewhere and not can_work(status):
-                self._unbind(row)
+                self._release_robot(row)
                 return False
             if not rules.battery_allows(battery := status.battery_percentage, minimum):
                 if may_go_elsewhere:
@@ -271,7 +271,7 @@ class Submission:
                 self._later(row, RECHECK)
                 return False
             if self._waiting.is_in_line(row, self._seen.robot, status, before):
-                self.seeks = True
+                self.waits_for_free_robot = True
                 return False
             if row.trigger is Trigger.IDLE:
                 self._start(before)
@@ -281,7 +281,7 @@ class Submission:
                     return False
             if self._seen.highest is None:
                 self._seen.highest = self._client.highest_queue_id() or 0
-            already_there = self._copies.of(row) if row.attempts and row.queue_floor is not None else []
+            already_there = self._duplicates.of(row) if row.attempts and row.queue_floor is not None else []
             if (
                 not already_there
                 and self._values(row) is None
@@ -309,7 +309,7 @@ class Submission:
             self._read_failed(list(rows), trouble)
         elif rows:
             plan_version, begun = self._s.plan_version(), self._begin(rows)
-            self._hold(begun, plan_version)
+            self._add_ready(begun, plan_version)
             for row in rows:
                 if row.id not in self.attempts:  # it has moved on, or somebody was quicker at a place that it uses
                     self._later(row, RECHECK)
@@ -409,7 +409,7 @@ class Submission:
         if (values := self._values(intent)) is None:
             self._release([intent])
             return
-        self._doubt(intent)
+        self._mark_in_doubt(intent)
         try:
             queue_id = self._client.enqueue(
                 intent.mission_guid,
@@ -420,7 +420,7 @@ class Submission:
                 is_wanted=is_wanted,
             )
         except RobotError as error:
-            self._seen.distrust()
+            self._seen.invalidate_status()
             if isinstance(error, NotWanted) and self._clock.now() < intent.closes_at:
                 self._release([intent])
             elif error.delivery is Delivery.NOT_SENT:
@@ -432,7 +432,7 @@ class Submission:
                     self._failed([intent], error.message)
             else:
                 is_taken = isinstance(error, Unnumbered)
-                self._doubt(intent, is_taken=is_taken)  # the quiet time begins now
+                self._mark_in_doubt(intent, is_taken=is_taken)  # the quiet time begins now
                 if answer := answer_in_doubt(intent, error):
                     self._ledger.make([self._ledger.moves.in_doubt(intent, answer, is_taken=is_taken)], quietly=True)
                 log.warning(
@@ -452,7 +452,7 @@ class Submission:
         )
 
     # ------------------------------------------------------------------ in doubt
-    def _doubt(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
+    def _mark_in_doubt(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
         """``ahead``: s from now until its request would have been given up. One that ``is_taken`` is looked for at once."""
         mono = self._clock.monotonic() + ahead
         wake_at = mono if is_taken else mono + RECONCILE_EVERY
@@ -465,15 +465,15 @@ class Submission:
         is_closed = self._clock.now() >= row.closes_at
         try:
             status = self._seen.read_status()  # never read another machine's queue as this one's
-            if was_replaced(row, status.serial_number):
+            if is_other_machine(row, status.serial_number):
                 self._give_up(row, message("the robot was replaced by another machine meanwhile"))
                 return
             self._seen.identify()  # with other software it may answer in another way
-            if found := self._copies.of(row):
+            if found := self._duplicates.of(row):
                 in_doubt = max(0.0, self._clock.monotonic() - attempt.in_doubt_since)
                 self._found(row, found, self._clock.now() - timedelta(seconds=in_doubt))
                 return
-            if quiet_left <= 0 and (problem := self._copies.why_uncertain(row, attempt.is_taken, is_for_any(row))):
+            if quiet_left <= 0 and (problem := self._duplicates.why_uncertain(row, attempt.is_taken, is_for_any(row))):
                 self._give_up(row, problem)
                 return
         except RobotError as error:
@@ -486,7 +486,7 @@ class Submission:
             attempt.wake_at = self._clock.monotonic() + min(RECONCILE_EVERY, quiet_left)
         else:
             self._is_not_there(row)
-            self._copies.watch_for(row)
+            self._duplicates.watch_for(row)
 
     def _is_not_there(self, row: Execution) -> None:
         """Not on the robot: failed, or refused where it said why."""
@@ -511,11 +511,11 @@ class Submission:
         self._accepted(row, first.id, left_at)
         self.note()
         for item in later:
-            if not self._copies.cancel_copy(item, row):
-                self._copies.watch_from(row, first.id)
+            if not self._duplicates.cancel_copy(item, row):
+                self._duplicates.watch_from(row, first.id)
 
     def _give_up(self, row: Execution, problem: Message) -> None:
         self._seen.raise_about(row, "unknown_outcome", problem=problem)
         self._ledger.make([self._ledger.moves.given_up(row, Reason(ReasonCode.UNKNOWN_OUTCOME, {"problem": problem}))])
         self.attempts.pop(row.id, None)
-        self._copies.watch_for(row)
+        self._duplicates.watch_for(row)
